@@ -1,0 +1,57 @@
+# splinefeed: everything here needs python3 (3.11 or newer), make and git, and touches only .venv.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install --constraint constraints.txt
+RECIPE_OF_VENV := pyproject.toml constraints.txt
+# What the user adds to the command, e.g. make run ARGS="wing.dat --feed 3600mm/min"
+ARGS ?=
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help run test lint bench torture clean
+
+help: ## print these targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+run: $(VENV)/.installed ## turn the paper's airfoil (or ARGS="FILE ...") into setpoints, tables and figures
+	$(BIN)/splinefeed run $(ARGS)
+
+test: lint ## lint, then the fast tests with the compiler off, then the whole suite
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m "nojit and not torture"
+	$(BIN)/python -m pytest -n 2
+
+lint: $(VENV)/.installed-dev ## ruff, mypy and the directions between the rooms
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy --strict
+	$(BIN)/lint-imports
+
+bench: $(VENV)/.installed-bench ## measure against C and other libraries (needs gcc)
+	$(BIN)/python -m benchmarks $(ARGS)
+
+torture: $(VENV)/.installed-dev ## the long tests
+	$(BIN)/python -m pytest -n 2 -m torture
+
+clean: ## remove .venv and what the tools left behind
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .import_linter_cache .pytest_cache .hypothesis .coverage htmlcov
+	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "splinefeed needs Python 3.11 or newer; set it with: make PYTHON=python3.12")'
+	@echo "Making $(VENV); the first time this takes a minute or two."
+	$(PYTHON) -m venv $(VENV)
+
+# One stamp for each set of packages: nothing is installed again until the project's recipe changes.
+$(VENV)/.installed: $(RECIPE_OF_VENV) | $(BIN)/python
+	$(PIP) --editable .
+	@touch $@
+
+$(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
+	$(PIP) --editable '.[dev]'
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-bench: $(RECIPE_OF_VENV) | $(BIN)/python
+	$(PIP) --editable '.[bench]'
+	@touch $@ $(VENV)/.installed
