@@ -1,0 +1,73 @@
+"""From a NURBS curve and a machine's limits to where every axis must be at each servo tick."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from splinefeed.analysis.ripple import feed_ripple as feed_ripple
+    from splinefeed.errors import SplinefeedError as SplinefeedError
+    from splinefeed.feed.planning import plan as plan
+    from splinefeed.formats.registry import read as read
+    from splinefeed.formats.registry import write as write
+    from splinefeed.formats.setpoints import load as load
+    from splinefeed.formats.setpoints import save as save
+    from splinefeed.geometry import shapes as shapes
+    from splinefeed.geometry.curve import NurbsCurve as NurbsCurve
+    from splinefeed.geometry.fitting import fit as fit
+    from splinefeed.geometry.path import Path as Path
+    from splinefeed.geometry.tangential import tangential as tangential
+    from splinefeed.interpolation.interpolator import Interpolator as Interpolator
+    from splinefeed.interpolation.interpolator import interpolate as interpolate
+    from splinefeed.interpolation.registry import methods as methods
+    from splinefeed.interpolation.registry import register as register
+    from splinefeed.pipeline.compare import compare as compare
+    from splinefeed.pipeline.run import run as run
+    from splinefeed.records import Limits as Limits
+    from splinefeed.records import Setpoints as Setpoints
+    from splinefeed.records import TimeLaw as TimeLaw
+
+from splinefeed import errors as errors
+
+__version__ = "0.1.0"
+
+#: Where each public name lives; it is imported when it is first asked for, so that `import splinefeed` stays fast.
+_PUBLIC = {
+    "Interpolator": "interpolation.interpolator",
+    "Limits": "records",
+    "NurbsCurve": "geometry.curve",
+    "Path": "geometry.path",
+    "Setpoints": "records",
+    "SplinefeedError": "errors",
+    "TimeLaw": "records",
+    "compare": "pipeline.compare",
+    "feed_ripple": "analysis.ripple",
+    "fit": "geometry.fitting",
+    "interpolate": "interpolation.interpolator",
+    "load": "formats.setpoints",
+    "methods": "interpolation.registry",
+    "plan": "feed.planning",
+    "read": "formats.registry",
+    "register": "interpolation.registry",
+    "run": "pipeline.run",
+    "save": "formats.setpoints",
+    "shapes": "geometry",
+    "tangential": "geometry.tangential",
+    "write": "formats.registry",
+}
+
+__all__ = ["__version__", *_PUBLIC]  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'splinefeed' has no attribute {name!r}")
+    room = f"splinefeed.{_PUBLIC[name]}"
+    value = import_module(f"{room}.{name}") if name == "shapes" else getattr(import_module(room), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,60 @@
+"""The one decorator of all kernels: Numba with a disk cache that knows when any kernel's source has changed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+#: Rooms that hold kernels. Numba looks only at the file of the function that it loads, so a change in a kernel that
+#: another one calls would go unseen; a cache folder named after all the sources together cannot go stale.
+_ROOMS = ("kernels", "interpolation")
+
+
+@lru_cache(maxsize=1)
+def cache_directory() -> Path:
+    """Folder of the compiled kernels: below $NUMBA_CACHE_DIR, the user's cache folder, or the temporary folder."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256(numba.__version__.encode())
+    for room in _ROOMS:
+        for source in sorted((package / room).glob("*.py")):
+            digest.update(source.read_bytes())
+    name = f"splinefeed-{digest.hexdigest()[:16]}"
+    for base in (os.environ.get("NUMBA_CACHE_DIR"), _user_cache(), tempfile.gettempdir()):
+        if base:
+            folder = Path(base) / "splinefeed" / name
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+            except OSError:
+                continue
+            if os.access(folder, os.W_OK):
+                return folder
+    return Path(tempfile.mkdtemp(prefix="splinefeed-"))
+
+
+def _user_cache() -> str | None:
+    import platformdirs
+
+    try:
+        return platformdirs.user_cache_dir(appauthor=False)
+    except (RuntimeError, KeyError):  # no HOME and no entry in the password file
+        return None
+
+
+def kernel(function: F) -> F:
+    """Compile `function` in nopython mode on first call, cached on disk; no fastmath, so streams repeat bit for bit."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(cache_directory())
+    try:
+        compiled: F = numba.njit(cache=True, error_model="numpy")(function)
+    finally:
+        numba.config.CACHE_DIR = before
+    return compiled
