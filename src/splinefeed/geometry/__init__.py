@@ -1,0 +1,1 @@
+"""Immutable NURBS curves and the paths made of them, without a clock."""

@@ -1,0 +1,323 @@
+"""NurbsCurve: an immutable rational B-spline of any number of axes."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.records import Array, IntArray, check_finite, frozen_array
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.arc_length import ArcLength
+
+MAX_DEGREE = 12
+MAX_AXES = 6
+#: Ends closer than this, relative to the curve's size, are one point.
+CLOSED_TOLERANCE = 1e-9
+
+
+class NurbsCurve:
+    """A NURBS curve C(u) = sum_i N_i,p(u) w_i P_i / sum_i N_i,p(u) w_i on [knots[p], knots[n]].
+
+    degree          p, 1 to 12
+    knots           (n + p + 1,), not decreasing; clamped, unclamped or periodic; inner multiplicity at most p
+    control_points  (n, axes), 1 to 6 axes, mm (rotary axes rad)
+    weights         (n,), positive; None for a polynomial curve
+
+    All axes count as linear for its arc length; a `Path` knows which of its axes are rotary.
+    Raises CurveError that names the knot, point or weight that is wrong. Source: The NURBS Book, 2nd ed., eq. 4.1.
+    """
+
+    __slots__ = ("__dict__", "control_points", "degree", "knots", "weights")
+
+    degree: int
+    knots: Array
+    control_points: Array
+    weights: Array | None
+
+    def __init__(
+        self, degree: int, knots: ArrayLike, control_points: ArrayLike, weights: ArrayLike | None = None
+    ) -> None:
+        if isinstance(degree, bool) or int(degree) != degree or not 1 <= degree <= MAX_DEGREE:
+            raise CurveError(f"degree is {degree!r}; a whole number from 1 to {MAX_DEGREE} is needed")
+        try:
+            arrays = frozen_array(knots, "knots", 1), frozen_array(control_points, "control_points", 2)
+            weight_array = None if weights is None else frozen_array(weights, "weights", 1)
+            for array, name in zip((*arrays, weight_array), ("knots", "control_points", "weights"), strict=True):
+                if array is not None:
+                    check_finite(array, name)
+        except InputError as error:
+            raise CurveError(str(error)) from None
+        object.__setattr__(self, "degree", int(degree))
+        object.__setattr__(self, "knots", arrays[0])
+        object.__setattr__(self, "control_points", arrays[1])
+        object.__setattr__(self, "weights", weight_array)
+        self._check()
+        if weight_array is not None and np.all(weight_array == weight_array[0]):
+            object.__setattr__(self, "weights", None)  # equal weights cancel: the same curve, evaluated faster
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a NurbsCurve cannot be changed: tried to set {name!r}; make a new one")
+
+    def _check(self) -> None:
+        p, knots, points = self.degree, self.knots, self.control_points
+        n, axes = points.shape
+        if not 1 <= axes <= MAX_AXES:
+            raise CurveError(f"control_points have {axes} axes; 1 to {MAX_AXES} are possible")
+        if n < p + 1:
+            raise CurveError(f"{n} control point(s) for degree {p}; at least {p + 1} are needed")
+        if len(knots) != n + p + 1:
+            raise CurveError(
+                f"{len(knots)} knots for {n} control points of degree {p}; exactly {n + p + 1} (points + degree + 1) are needed"
+            )
+        steps = np.diff(knots)
+        if np.any(steps < 0.0):
+            i = int(np.argmax(steps < 0.0))
+            raise CurveError(f"knots decrease from knots[{i}] = {knots[i]:g} to knots[{i + 1}] = {knots[i + 1]:g}")
+        start, end = knots[p], knots[n]
+        if not start < end:
+            raise CurveError(f"the domain knots[{p}] to knots[{n}] is empty: both are {start:g}")
+        inner, counts = np.unique(knots[p + 1 : n], return_counts=True)
+        inside = (inner > start) & (inner < end)
+        if np.any(counts[inside] > p):
+            i = int(np.argmax(np.where(inside, counts, 0)))
+            raise CurveError(f"inner knot {inner[i]:g} stands {counts[i]} times; at most {p} (the degree) are possible")
+        if np.max(np.abs(knots)) * np.finfo(float).eps * 16 > np.min(steps[steps > 0.0]):
+            i = int(np.argmin(np.where(steps > 0.0, steps, np.inf)))
+            raise CurveError(
+                f"knots[{i}] and knots[{i + 1}] differ by {steps[i]:g} only; make them equal or move them apart"
+            )
+        if self.weights is not None:
+            if len(self.weights) != n:
+                raise CurveError(f"{len(self.weights)} weights for {n} control points; one each is needed")
+            if np.any(self.weights <= 0.0):
+                i = int(np.argmax(self.weights <= 0.0))
+                raise CurveError(f"weights[{i}] is {self.weights[i]:g}; weights must be greater than 0")
+        if np.all(points == points[0]):
+            raise CurveError(f"all {n} control points are the same: the curve has no length")
+
+    @classmethod
+    def bezier(cls, control_points: ArrayLike, weights: ArrayLike | None = None) -> NurbsCurve:
+        """One Bezier piece on [0, 1] with the given control points (degree + 1, axes)."""
+        degree = len(np.asarray(control_points)) - 1
+        return cls(degree, [0.0] * (degree + 1) + [1.0] * (degree + 1), control_points, weights)
+
+    # --- what it is -------------------------------------------------------------------------------------------------
+
+    @property
+    def axes(self) -> int:
+        """Number of axes."""
+        return int(self.control_points.shape[1])
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """First and last parameter."""
+        return float(self.knots[self.degree]), float(self.knots[len(self.control_points)])
+
+    @property
+    def rational(self) -> bool:
+        """Whether weights differ."""
+        return self.weights is not None
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Distinct knots of the domain (spans + 1,): between two of them the curve is one rational polynomial."""
+        start, end = self.domain
+        inside = self.knots[(self.knots >= start) & (self.knots <= end)]
+        values = np.unique(inside)
+        values.setflags(write=False)
+        return values
+
+    @cached_property
+    def clamped(self) -> bool:
+        """Whether the curve begins and ends at its first and last control point by its knots."""
+        p, n = self.degree, len(self.control_points)
+        return bool(self.knots[1] == self.knots[p] and self.knots[n] == self.knots[n + p - 1])
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the control points' bounding box, mm: the measure of what is small on this curve."""
+        return float(np.linalg.norm(np.ptp(self.control_points, axis=0)))
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether it ends where it begins, within 1e-9 of its size."""
+        ends = self(np.array(self.domain))
+        return bool(np.linalg.norm(ends[1] - ends[0]) <= CLOSED_TOLERANCE * self.size)
+
+    def __repr__(self) -> str:
+        kind = "rational" if self.rational else "polynomial"
+        return (
+            f"NurbsCurve(degree {self.degree}, {len(self.control_points)} control points, {self.axes} axes, {kind}, "
+            f"u {self.domain[0]:g} to {self.domain[1]:g})"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, NurbsCurve):
+            return NotImplemented
+        same_weights = (self.weights is None) == (other.weights is None) and (
+            self.weights is None or other.weights is None or np.array_equal(self.weights, other.weights)
+        )
+        return (
+            self.degree == other.degree
+            and np.array_equal(self.knots, other.knots)
+            and np.array_equal(self.control_points, other.control_points)
+            and same_weights
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.degree, self.knots.tobytes(), self.control_points.tobytes()))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return NurbsCurve, (self.degree, self.knots, self.control_points, self.weights)
+
+    # --- where it is ------------------------------------------------------------------------------------------------
+
+    def __call__(self, u: ArrayLike) -> Array:
+        """Points (..., axes), mm, at parameters u (...). Raises InputError for a parameter outside the domain."""
+        return self.derivatives(u, 0)[..., 0, :]
+
+    def derivatives(self, u: ArrayLike, order: int = 1, *, side: str = "right") -> Array:
+        """Point and derivatives by u, (..., order + 1, axes), at parameters u (...), order 0 to 3.
+
+        At a knot the piece on its right is taken, or with side="left" the one on its left.
+        Raises InputError for an order outside 0 to 3 and a parameter outside the domain.
+        """
+        from splinefeed.kernels import pieces
+
+        if order not in (0, 1, 2, 3):
+            raise InputError(f"order is {order!r}; derivatives of order 0 to 3 are there")
+        if side not in ("right", "left"):
+            raise InputError(f"side is {side!r}; choose 'right' or 'left'")
+        values = self.check_parameters(u)
+        out = np.empty((values.size, order + 1, self.axes))
+        table, shape = self.table
+        pieces.evaluate(table, 0, len(table) - 1, shape, values.ravel(), order, side == "left", out)
+        return out.reshape(*values.shape, order + 1, self.axes)
+
+    def check_parameters(self, u: ArrayLike) -> Array:
+        """`u` as a float64 array; InputError if any is outside the domain by more than rounding, which is clipped."""
+        values = np.asarray(u, dtype=np.float64)
+        start, end = self.domain
+        slack = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
+        outside = ~((values >= start - slack) & (values <= end + slack))
+        if np.any(outside):
+            first = values[outside].flat[0]
+            raise InputError(f"parameter {first:g} is outside the curve's domain [{start:g}, {end:g}]")
+        return np.clip(values, start, end)
+
+    @cached_property
+    def table(self) -> tuple[Array, tuple[int, int, int, int]]:
+        """The knot spans, some in parts, as polynomial pieces (pieces, width) and their shape; see `kernels.pieces`."""
+        from splinefeed.kernels import pieces
+
+        shape = (self.degree, self.axes, self.axes, int(self.rational))
+        table = np.zeros((len(self.spans), pieces.width(shape)))
+        while True:
+            needed = pieces.fill_rows(
+                table, self.knots, self.control_points, self.kernel_weights, self.spans, shape
+            )
+            if needed == len(table):
+                break
+            table = np.zeros((needed, pieces.width(shape)))
+        table.setflags(write=False)
+        return table, shape
+
+    @cached_property
+    def spans(self) -> IntArray:
+        """Indices i of the knot spans [knots[i], knots[i + 1]] that are not empty, within the domain."""
+        p, n = self.degree, len(self.control_points)
+        return (p + np.flatnonzero(np.diff(self.knots[p : n + 1]) > 0.0)).astype(np.int64)
+
+    @property
+    def kernel_weights(self) -> Array:
+        """Weights as kernels take them: an empty array for a polynomial curve."""
+        return np.empty(0) if self.weights is None else self.weights
+
+    def tangent(self, u: ArrayLike) -> Array:
+        """Unit tangents (..., axes) at u (...); where C' = 0 the limit from inside, by the next derivative that is not 0."""
+        from splinefeed.geometry.differential import unit_tangents
+
+        return unit_tangents(self, u)
+
+    def curvature(self, u: ArrayLike) -> Array:
+        """Curvature |C' x C''| / |C'|^3, 1/mm, (...) at u (...); infinite where C' = 0."""
+        from splinefeed.geometry.differential import curvatures
+
+        return curvatures(self.derivatives(u, 2))
+
+    def bounding_box(self) -> tuple[Array, Array]:
+        """Least and greatest coordinates (axes,), mm, of the curve itself (not of its control points)."""
+        from splinefeed.geometry.differential import bounding_box
+
+        return bounding_box(self)
+
+    # --- how long it is ---------------------------------------------------------------------------------------------
+
+    @cached_property
+    def arc(self) -> ArcLength:
+        """The arc-length table of this curve, all axes linear."""
+        from splinefeed.geometry.arc_length import ArcLength
+
+        return ArcLength(self, linear=self.axes)
+
+    @property
+    def length(self) -> float:
+        """Arc length, mm."""
+        return self.arc.length
+
+    def arc_length(self, u: ArrayLike) -> Array:
+        """S(u), mm, (...) at parameters u (...), from the start of the curve."""
+        return self.arc.at(u)
+
+    def parameter_at(self, s: ArrayLike) -> Array:
+        """u with S(u) = s, (...) at arc lengths s (...), mm. Raises InputError outside [0, length]."""
+        return self.arc.parameter(s)
+
+    def nearest(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Parameters (...) and distances (...), mm, of the curve's nearest points to `points` (..., axes)."""
+        from splinefeed.geometry.nearest import nearest
+
+        return nearest(self, points)
+
+    # --- the same curve, said otherwise: see geometry.editing ---------------------------------------------------------
+
+    def reversed(self) -> NurbsCurve:
+        """The same curve run through from its end to its start."""
+        from splinefeed.geometry import editing
+
+        return editing.reversed_curve(self)
+
+    def split(self, *parameters: float) -> list[NurbsCurve]:
+        """Clamped pieces between the domain's ends and the given inner parameters."""
+        from splinefeed.geometry import editing
+
+        return editing.split(self, *parameters)
+
+    def with_clamped_ends(self) -> NurbsCurve:
+        """The same curve with end knots of multiplicity p + 1."""
+        from splinefeed.geometry import editing
+
+        return editing.clamped(self)
+
+    def with_knots(self, *parameters: float) -> NurbsCurve:
+        """The same curve with the given inner knots inserted (repeat one to raise its multiplicity)."""
+        from splinefeed.geometry import editing
+
+        return editing.with_knots(self, parameters)
+
+    def elevated(self, times: int = 1) -> NurbsCurve:
+        """The same curve at a higher degree."""
+        from splinefeed.geometry import editing
+
+        return editing.elevated(self, times)
+
+    def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> NurbsCurve:
+        """The affine image: points matrix @ P + offset; matrix (new axes, axes) or a number, offset (new axes,), mm."""
+        from splinefeed.geometry import editing
+
+        return editing.transformed(self, matrix, offset)

@@ -1,0 +1,138 @@
+"""The same curve said otherwise: reversed, split, clamped, refined, of higher degree, moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.curve import MAX_AXES, MAX_DEGREE, NurbsCurve
+from splinefeed.kernels import nurbs
+from splinefeed.records import Array, check_finite, frozen_array
+
+
+def _homogeneous(curve: NurbsCurve) -> tuple[Array, Array]:
+    """(w (P - origin), w) as rows (n, axes + 1), or P - origin (n, axes) if polynomial; and the origin (axes,).
+
+    About a point near by, the products keep the digits that a part far from the machine's zero would lose.
+    """
+    origin = 0.5 * (curve.control_points.min(axis=0) + curve.control_points.max(axis=0))
+    local = curve.control_points - origin
+    if curve.weights is None:
+        return local, origin
+    return np.column_stack([local * curve.weights[:, None], curve.weights]), origin
+
+
+def _from_homogeneous(curve: NurbsCurve, degree: int, knots: Array, points: Array, origin: Array) -> NurbsCurve:
+    if curve.weights is None:
+        return NurbsCurve(degree, knots, points + origin)
+    weights = points[:, -1]
+    return NurbsCurve(degree, knots, points[:, :-1] / weights[:, None] + origin, weights)
+
+
+def _refined(curve: NurbsCurve, new_knots: Array) -> NurbsCurve:
+    points, origin = _homogeneous(curve)
+    out = np.empty((len(new_knots) - curve.degree - 1, points.shape[1]))
+    nurbs.refine(curve.knots, points, curve.degree, new_knots, out)
+    return _from_homogeneous(curve, curve.degree, new_knots, out, origin)
+
+
+def clamped(curve: NurbsCurve) -> NurbsCurve:
+    """The same curve with end knots of multiplicity p + 1."""
+    p = curve.degree
+    start, end = curve.domain
+    if np.all(curve.knots[: p + 1] == start) and np.all(curve.knots[-p - 1 :] == end):
+        return curve
+    inner = curve.knots[(curve.knots > start) & (curve.knots < end)]
+    return _refined(curve, np.concatenate([np.full(p + 1, start), inner, np.full(p + 1, end)]))
+
+
+def with_knots(curve: NurbsCurve, parameters: Sequence[float]) -> NurbsCurve:
+    """The same curve with the given inner knots inserted; repeat one to raise its multiplicity, at most to p.
+
+    Raises InputError for a parameter that is not inside the domain, CurveError for too high a multiplicity.
+    """
+    added = curve.check_parameters(np.array(parameters, dtype=np.float64))
+    start, end = curve.domain
+    if np.any((added <= start) | (added >= end)):
+        raise InputError(f"knots can be inserted only strictly inside the domain ({start:g}, {end:g})")
+    new_knots = np.sort(np.concatenate([curve.knots, added]))
+    for value in np.unique(added):
+        count = int(np.count_nonzero(new_knots == value))
+        if count > curve.degree:
+            raise CurveError(
+                f"knot {value:g} would stand {count} times; at most {curve.degree} (the degree) are possible"
+            )
+    return _refined(curve, new_knots)
+
+
+def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
+    """Clamped pieces between the domain's ends and the given inner parameters, in order."""
+    p = curve.degree
+    whole = clamped(curve)
+    cuts = np.unique(curve.check_parameters(np.array(parameters, dtype=np.float64)))
+    start, end = curve.domain
+    if np.any((cuts <= start) | (cuts >= end)):
+        raise InputError(f"a curve can be split only strictly inside its domain ({start:g}, {end:g})")
+    missing = [value for value in cuts for _ in range(p - int(np.count_nonzero(whole.knots == value)))]
+    whole = with_knots(whole, missing) if missing else whole
+    knots = whole.knots
+    # with multiplicity p at a cut, the curve passes there through the control point before the knot's first index
+    joints = [
+        0,
+        *(int(np.searchsorted(knots, value, side="left")) - 1 for value in cuts),
+        len(whole.control_points) - 1,
+    ]
+    bounds = [start, *cuts, end]
+    pieces = []
+    for i, (first, last) in enumerate(zip(joints[:-1], joints[1:], strict=True)):
+        low, high = bounds[i], bounds[i + 1]
+        inner = knots[(knots > low) & (knots < high)]
+        piece_knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
+        weights = None if whole.weights is None else whole.weights[first : last + 1]
+        pieces.append(NurbsCurve(p, piece_knots, whole.control_points[first : last + 1], weights))
+    return pieces
+
+
+def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
+    """The same curve at degree p + times; InputError beyond degree 12."""
+    if times < 0 or curve.degree + times > MAX_DEGREE:
+        raise InputError(f"degree {curve.degree} raised {times} times; degrees up to {MAX_DEGREE} are possible")
+    whole = clamped(curve)
+    points, origin = _homogeneous(whole)
+    knots, degree = whole.knots, whole.degree
+    for _ in range(times):
+        new_knots = np.sort(np.concatenate([knots, np.unique(knots)]))
+        out = np.empty((len(new_knots) - degree - 2, points.shape[1]))
+        nurbs.elevate(knots, points, degree, new_knots, out)
+        knots, points, degree = new_knots, out, degree + 1
+    return _from_homogeneous(whole, degree, knots, points, origin)
+
+
+def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
+    """The same curve run through from its end to its start, on the same domain."""
+    start, end = curve.domain
+    weights = None if curve.weights is None else curve.weights[::-1]
+    # start + end - knots would move the ends by a rounding; measured from the nearer end they stay
+    knots = np.where(curve.knots < 0.5 * (start + end), end - (curve.knots - start), start + (end - curve.knots))
+    return NurbsCurve(curve.degree, knots[::-1], curve.control_points[::-1], weights)
+
+
+def transformed(curve: NurbsCurve, matrix: ArrayLike, offset: ArrayLike | None = None) -> NurbsCurve:
+    """The affine image of the curve: control points matrix @ P + offset; weights stay.
+
+    matrix (new axes, axes) or one number, offset (new axes,), mm. Source: The NURBS Book, 2nd ed., property P4.2.
+    Raises InputError for shapes that do not fit or values that are not finite.
+    """
+    given = np.asarray(matrix, dtype=np.float64)
+    square = frozen_array(given * np.eye(curve.axes) if given.ndim == 0 else given, "matrix", 2)
+    check_finite(square, "matrix")
+    if square.shape[1] != curve.axes or not 1 <= square.shape[0] <= MAX_AXES:
+        raise InputError(f"matrix has shape {square.shape}; (1 to {MAX_AXES}, {curve.axes}) is needed")
+    shift = frozen_array(np.zeros(square.shape[0]) if offset is None else offset, "offset", 1)
+    check_finite(shift, "offset")
+    if shift.shape != (square.shape[0],):
+        raise InputError(f"offset has shape {shift.shape}; ({square.shape[0]},) is needed")
+    return NurbsCurve(curve.degree, curve.knots, curve.control_points @ square.T + shift, curve.weights)

@@ -1,0 +1,9 @@
+"""NURBS curves through measured points and through functions, within a tolerance that is checked afterwards."""
+
+from __future__ import annotations
+
+from splinefeed.geometry.fitting.distance import distances
+from splinefeed.geometry.fitting.function import fit_function
+from splinefeed.geometry.fitting.points import MAX_POINTS, Fit, fit
+
+__all__ = ["MAX_POINTS", "Fit", "distances", "fit", "fit_function"]

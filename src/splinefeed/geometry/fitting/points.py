@@ -1,0 +1,143 @@
+"""Curves near given points: as few knots as the tolerance needs, and as fair as it allows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.fitting.corners import CORNER_ANGLE, corner_indices
+from splinefeed.geometry.fitting.distance import distances, nearest_parameter
+from splinefeed.geometry.fitting.grid import check_degree, check_tolerance
+from splinefeed.geometry.fitting.smooth import smooth_curve
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, IntArray, check_finite, frozen_array
+
+#: Most points that are fitted at once.
+MAX_POINTS = 1_000_000
+#: Corners are looked at over arms of at least this many tolerances.
+ARM = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Curves near given points.
+
+    curves     joined end to end, parted at corners
+    error      largest distance of a given point from the curves, mm, to the nearest point of all curves
+    tolerance  what was asked for, mm
+    """
+
+    curves: tuple[NurbsCurve, ...]
+    error: float
+    tolerance: float
+
+    @property
+    def knots(self) -> int:
+        """Number of inner knots of all curves together."""
+        return sum(len(curve.knots) - 2 * curve.degree - 2 for curve in self.curves)
+
+    def path(self, axes: Sequence[str] | None = None, name: str = "fit") -> Path:
+        """The curves as a path whose findings tell the error."""
+        finding = (
+            f"fitted by {len(self.curves)} curve(s) of degree {self.curves[0].degree} with {self.knots} knots; "
+            f"largest distance {self.error:.3g} mm (tolerance {self.tolerance:g} mm)"
+        )
+        return Path(self.curves, axes, name=name, findings=(finding,))
+
+
+def fit(
+    points: ArrayLike,
+    tolerance: float,
+    degree: int = 3,
+    closed: bool = False,
+    corner_angle: float | None = None,
+    *,
+    parameters: str = "chord",
+) -> Fit:
+    """Curves of one `degree` that pass every point within `tolerance`, as fair as the tolerance allows.
+
+    minimize  sum_i |C(u_i) - Q_i|^2 + int lambda(u) |C'''(u)|^2 du     (C'' for degree 2, C' for degree 1)
+
+    points        (n, axes), mm, in order; repeated neighbours count once
+    tolerance     largest distance of a point from the curves, mm
+    closed        join the last point to the first, smoothly unless there is a corner
+    corner_angle  chords that turn by more, rad, and much more than their neighbours, part two curves (30 degrees unless
+                  given; math.pi for never); curves pass exactly through corners and through the ends of an open line
+    parameters    "chord" or "centripetal": where u_i begin; they end as arc length along the fitted curve
+
+    Knots are halved where the error is largest until it is within half the tolerance; then lambda grows, span by span,
+    until the error comes near it. Where points are few they are passed exactly: more knots cannot help.
+    Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if the tolerance cannot be held.
+    Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
+    penalties", Statistical Science 11(2), 1996, doi 10.1214/ss/1038425655.
+    """
+    degree = check_degree(degree)
+    if parameters not in ("chord", "centripetal"):
+        raise InputError(f"parameters is {parameters!r}; choose 'chord' or 'centripetal'")
+    angle = CORNER_ANGLE if corner_angle is None else float(corner_angle)
+    if not 0.0 < angle <= math.pi:
+        raise InputError(f"corner_angle is {angle:g} rad; it must lie above 0 and at most at pi")
+    data = _distinct(points, closed)
+    allowed = check_tolerance(tolerance, data)
+    power = 1.0 if parameters == "chord" else 0.5
+    middle = 0.5 * (data.min(axis=0) + data.max(axis=0))  # near zero the sums keep their digits
+    local = data - middle
+    corners = corner_indices(local, angle, ARM * allowed, closed)
+    if closed and len(corners):
+        curves = _closed_with_corners(local, corners, allowed, degree, power)
+    elif closed:
+        curves = [smooth_curve(local, allowed, degree, power, periodic=True).with_clamped_ends()]
+    else:
+        cuts = [0, *corners, len(local) - 1]
+        curves = [
+            smooth_curve(local[a : b + 1], allowed, degree, power) for a, b in zip(cuts[:-1], cuts[1:], strict=True)
+        ]
+    curves = [curve.transformed(1.0, middle) for curve in curves]
+    error = float(np.max(distances(curves, data)))
+    if error > allowed:
+        raise CurveError(
+            f"the points cannot be passed within {allowed:g} mm by degree {degree}: {error:.3g} mm is left over; "
+            f"allow more, or mend points that jump back and forth"
+        )
+    return Fit(tuple(curves), error, allowed)
+
+
+def _distinct(points: ArrayLike, closed: bool) -> Array:
+    """Points (n, axes) without those that repeat their neighbour; InputError for what is no list of points."""
+    data = frozen_array(points, "points", 2)
+    count, axes = data.shape
+    if not 1 <= axes <= MAX_AXES:
+        raise InputError(f"points have {axes} axes; 1 to {MAX_AXES} are possible")
+    if count > MAX_POINTS:
+        raise InputError(f"{count} points; at most {MAX_POINTS} can be fitted at once")
+    check_finite(data, "points")
+    if count:
+        data = data[np.concatenate([[True], np.any(data[1:] != data[:-1], axis=1)])]
+    if closed and len(data) > 1 and np.all(data[0] == data[-1]):
+        data = data[:-1]
+    least = 3 if closed else 2
+    if len(data) < least:
+        raise InputError(f"{len(data)} distinct point(s) among {count}; at least {least} are needed")
+    return data
+
+
+def _closed_with_corners(
+    points: Array, corners: IntArray, tolerance: float, degree: int, power: float
+) -> list[NurbsCurve]:
+    """Curves round a contour, parted at its corners and, smoothly, at its first point, where they begin and end."""
+    count = len(points)
+    curves: list[NurbsCurve] = []
+    for a, b in zip(corners, [*corners[1:], corners[0] + count], strict=True):
+        curve = smooth_curve(points[np.arange(a, b + 1) % count], tolerance, degree, power)
+        if b <= count:
+            curves.append(curve)
+            continue
+        before, after = curve.split(nearest_parameter(curve, points[0]))
+        curves = [after, *curves, before]
+    return curves

@@ -1,0 +1,120 @@
+"""One smooth curve near points between two corners: knots where they are needed, then fairing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.fitting.distance import foot_points
+from splinefeed.geometry.fitting.grid import MAX_SPANS, ROUNDS, graded, halved, in_spans, span_of
+from splinefeed.geometry.fitting.spline_space import SplineSpace
+from splinefeed.records import Array
+
+#: Knots are inserted until the error is this share of the tolerance: what is left over makes the curve fair.
+KNOT_SHARE = 0.5
+#: Fairing brings the error near this share of the tolerance, span by span.
+FAIR_SHARE = 0.7
+#: Strength of fairing while knots are inserted: it makes spans without points definite, keeps a curve from swinging out
+#: between few points, and its bias is squared away.
+STRENGTH = 1e-3
+#: Rounds of fairing, and the strength of the first.
+FAIRINGS = 20
+FIRST_STRENGTH = 1e-4
+#: Most strength, relative to the width of a span.
+MOST_STRENGTH = 1e6
+#: Spans over which the strength of fairing is evened out.
+FAIR_WIDTH = 9
+#: The arc length of a fit serves as parameter once the fit is this near, in tolerances.
+NEAR = 20.0
+#: Arc length and fit are renewed in turn this often; it settles by a factor of about ten each time.
+RENEWALS = 3
+#: An arc longer than this many chords bends by more than half a turn between two points: no length to go by.
+MOST_ARC = 0.5 * np.pi
+#: More spans than this many a point cannot help.
+SPANS_PER_POINT = 4
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+def smooth_curve(points: Array, tolerance: float, degree: int, power: float, periodic: bool = False) -> NurbsCurve:
+    """One curve on [0, 1] near distinct points (n, axes); through both ends exactly, unless periodic.
+
+    Parameters begin as |chord|^power, summed. Nothing is promised: the caller measures the distance that is left.
+    """
+    if len(points) == 2:
+        line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], points)
+        return line.elevated(degree - 1) if degree > 1 else line
+    line = np.concatenate([points, points[:1]]) if periodic else points
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1) ** power
+    u = np.minimum(np.concatenate([[0.0], np.cumsum(steps)]) / np.sum(steps), 1.0)[: len(points)]
+    if not periodic:
+        u[-1] = 1.0
+    spans = 1 if not periodic else 2 ** int(np.ceil(np.log2(degree + 1)))
+    grid = np.linspace(0.0, 1.0, spans + 1)
+    for _ in range(ROUNDS):
+        space = SplineSpace.of(degree, grid, periodic)
+        curve, errors = _solved(space, u, points)
+        u, curve, errors = _by_arc_length(space, u, points, curve, errors, tolerance)
+        wide = span_of(grid, u[errors > KNOT_SHARE * tolerance])
+        if not len(wide):
+            break
+        finer = graded(halved(grid, np.unique(wide)), periodic)
+        if len(finer) > min(MAX_SPANS, 64 + SPANS_PER_POINT * len(points)):
+            break
+        grid = finer
+    return curve if degree == 1 else _faired(space, u, points, curve, tolerance)
+
+
+def _solved(space: SplineSpace, u: Array, points: Array) -> tuple[NurbsCurve, Array]:
+    """Least squares at given parameters, hardly faired, and the distance of each point."""
+    curve = space.fitted(space.normal(u, points), space.even(STRENGTH), sharpen=True)
+    return curve, foot_points(curve, u, points, space.periodic)
+
+
+def _by_arc_length(
+    space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, errors: Array, tolerance: float
+) -> tuple[Array, NurbsCurve, Array]:
+    """The fit with its own arc length as parameter, which makes C''' a measure of how curvature changes.
+
+    A chord is shorter than its arc by (kappa h)^2 / 24 of it: where points are few, that alone makes a curve uneven.
+    """
+    line = np.concatenate([points, points[:1]]) if space.periodic else points
+    chords = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    for _ in range(RENEWALS):
+        if np.max(np.linalg.norm(curve(u) - points, axis=1)) > NEAR * tolerance:
+            break
+        ends = np.append(u, 1.0) if space.periodic else u
+        speed = np.linalg.norm(curve.derivatives(in_spans(ends, _NODES), 1)[..., 1, :], axis=-1)
+        arcs = 0.5 * (speed @ _WEIGHTS) * np.diff(ends)
+        if np.any(arcs > MOST_ARC * chords + tolerance):
+            break
+        s = np.concatenate([[0.0], np.cumsum(arcs)])
+        renewed = (s / s[-1])[: len(u)]
+        other, other_errors = _solved(space, renewed, points)
+        if other_errors.max() > max(KNOT_SHARE * tolerance, 1.5 * errors.max()):
+            break
+        u, curve, errors = renewed, other, other_errors
+    return u, curve, errors
+
+
+def _faired(space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, tolerance: float) -> NurbsCurve:
+    """The fairest curve of this space within the tolerance: lambda grows wherever the error leaves room."""
+    from scipy.ndimage import maximum_filter1d, uniform_filter1d
+
+    mode = "wrap" if space.periodic else "nearest"
+    normal = space.normal(u, points)
+    span = span_of(space.grid, u)
+    top = np.log(space.even(MOST_STRENGTH))
+    strength = uniform_filter1d(np.log(space.even(FIRST_STRENGTH)), FAIR_WIDTH, mode=mode)
+    for _ in range(FAIRINGS):
+        fairer = space.fitted(normal, np.exp(strength))
+        errors = foot_points(fairer, u, points, space.periodic)
+        if errors.max() <= tolerance:
+            curve = fairer
+        local = np.zeros(len(strength))
+        np.maximum.at(local, span, errors)
+        local = np.maximum(maximum_filter1d(local, FAIR_WIDTH, mode=mode), 1e-3 * tolerance)
+        # the error grows about as the root of lambda; a step is bounded, and evened out over neighbours
+        strength += np.clip(2.0 * np.log(FAIR_SHARE * tolerance / local), -4.0, 2.0)
+        strength = uniform_filter1d(np.minimum(strength, top), FAIR_WIDTH, mode=mode)
+    return curve

@@ -1,0 +1,330 @@
+"""Path: curves joined end to end, with axis names, its arc length over the linear axes, and its corners."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.arc_length import ArcLength
+from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.differential import curvatures, unit_tangents
+from splinefeed.kernels import arc_length as arc_kernels
+from splinefeed.kernels import pieces
+from splinefeed.records import ROTARY_AXES, Array, IntArray
+
+DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
+#: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
+JOIN_TOLERANCE = 1e-6
+#: A tangent that turns by more than this at one point, rad, is a corner. Below it is the rounding of CAD files.
+CORNER_ANGLE = 1e-6
+#: A corner that turns by more than this, rad, cannot be taken in motion: the tool rests there.
+STOP_ANGLE = 1e-4
+#: A curvature jump below this, relative to the curvature itself and to 1 / size, is rounding.
+CURVATURE_JUMP = 1e-6
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A point of the path where tangent or curvature jumps.
+
+    s  mm; curve, u  where (the end of `curve` if between two); angle  of the tangents, rad;
+    curvature_jump  length of the change of the curvature vector, 1/mm
+    """
+
+    s: float
+    curve: int
+    u: float
+    angle: float
+    curvature_jump: float
+
+    @property
+    def stop(self) -> bool:
+        """Whether the tool must rest here."""
+        return self.angle > STOP_ANGLE
+
+
+class Path:
+    """Curves joined end to end.
+
+    curves     one or more NurbsCurve of the same number of axes, each beginning where the last one ends
+    axes       one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
+    name       what files and figures call it; findings  what a reader had to say of it, one sentence each
+    tolerance  the gap that is still no gap, mm (rotary axes rad)
+
+    Raises CurveError that names the curve, for a gap or for axes that do not fit.
+    """
+
+    def __init__(
+        self,
+        curves: Iterable[NurbsCurve],
+        axes: Sequence[str] | None = None,
+        *,
+        name: str = "path",
+        findings: Sequence[str] = (),
+        tolerance: float = JOIN_TOLERANCE,
+    ) -> None:
+        self.curves = tuple(curves)
+        self.name = name
+        self.findings = tuple(findings)
+        self.tolerance = float(tolerance)
+        if not self.curves:
+            raise CurveError("a path needs at least one curve")
+        for i, curve in enumerate(self.curves):
+            if not isinstance(curve, NurbsCurve):
+                raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; a NurbsCurve is needed")
+            if curve.axes != self.curves[0].axes:
+                raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
+        count = self.curves[0].axes
+        self.axes = tuple(DEFAULT_AXES[:count] if axes is None else axes)
+        if len(self.axes) != count or len(set(self.axes)) != count or count > MAX_AXES:
+            raise CurveError(f"axes {self.axes} for curves of {count} axes; one distinct name each is needed")
+        rotary = [axis in ROTARY_AXES for axis in self.axes]
+        self.linear = count - sum(rotary)
+        if rotary != sorted(rotary):
+            raise CurveError(
+                f"axes {self.axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last"
+            )
+        if self.linear == 0:
+            raise CurveError(f"axes {self.axes}: at least one linear axis is needed")
+        self._check_joints()
+
+    def _check_joints(self) -> None:
+        ends = np.array([c(np.array(c.domain)) for c in self.curves])
+        gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
+        if np.any(gaps > self.tolerance):
+            i = int(np.argmax(gaps > self.tolerance))
+            raise CurveError(
+                f"gap of {gaps[i]:.6g} mm between the end of curve {i} and the start of curve {i + 1}; "
+                f"join them, or allow it with tolerance="
+            )
+        self._ends = ends
+        self.gaps = tuple(float(g) for g in gaps)
+
+    # --- its length -------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def shape(self) -> tuple[int, int, int, int]:
+        """Highest degree, axes, linear axes, and whether any curve is rational: the shape of `table`."""
+        degree = max(c.degree for c in self.curves)
+        return degree, len(self.axes), self.linear, int(any(c.rational for c in self.curves))
+
+    @cached_property
+    def _tables(self) -> tuple[Array, IntArray, Array]:
+        """All arc-length pieces (pieces, width), first and last row of each curve, and where each curve starts, mm."""
+        degree, axes, _, rational = self.shape
+        tables = []
+        rows = np.empty((len(self.curves), 2), dtype=np.int64)
+        starts = np.empty(len(self.curves) + 1)
+        row = 0
+        start = lost = 0.0
+        for i, curve in enumerate(self.curves):
+            try:
+                arc = curve.arc if self.linear == axes else ArcLength(curve, self.linear)
+            except CurveError as error:
+                raise CurveError(f"curve {i} of the path: {error}") from None
+            table = _widened(arc.table, arc.shape, self.shape)
+            table[:, pieces.START] += start
+            starts[i] = start
+            tables.append(table)
+            rows[i] = row, row + len(table) - 1
+            row += len(table)
+            step = arc.length - lost  # Kahan, so that a long path keeps its last digit
+            after = start + step
+            lost = (after - start) - step
+            start = after
+        starts[-1] = start
+        whole = np.ascontiguousarray(np.concatenate(tables))
+        for array in (whole, rows, starts):
+            array.setflags(write=False)
+        return whole, rows, starts
+
+    @property
+    def table(self) -> Array:
+        """All arc-length pieces of the path, (pieces, width), in the shape of the path; see `kernels.pieces`."""
+        return self._tables[0]
+
+    @property
+    def curve_rows(self) -> IntArray:
+        """First and last row of each curve in `table`, (curves, 2)."""
+        return self._tables[1]
+
+    @property
+    def curve_starts(self) -> Array:
+        """Arc length at which each curve starts, and the path's length at last, (curves + 1,), mm."""
+        return self._tables[2]
+
+    @cached_property
+    def length(self) -> float:
+        """Arc length over the linear axes, mm."""
+        return float(self.curve_starts[-1])
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the bounding box of all control points over the linear axes, mm."""
+        points = np.concatenate([c.control_points[:, : self.linear] for c in self.curves])
+        return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether it ends where it begins, within its tolerance, over the linear axes."""
+        gap = self._ends[-1, 1, : self.linear] - self._ends[0, 0, : self.linear]
+        return bool(np.linalg.norm(gap) <= max(self.tolerance, 1e-9 * self.size))
+
+    # --- where it is ------------------------------------------------------------------------------------------------
+
+    def locate(self, s: ArrayLike) -> tuple[IntArray, Array]:
+        """Curve index and parameter (...) at arc lengths s (...), mm; InputError outside [0, length]."""
+        values = np.asarray(s, dtype=np.float64)
+        slack = 1e-12 * self.length
+        outside = ~((values >= -slack) & (values <= self.length + slack))
+        if np.any(outside):
+            raise InputError(f"arc length {values[outside].flat[0]:g} mm is outside the path's [0, {self.length:g}] mm")
+        flat = np.clip(values, 0.0, self.length).ravel()
+        table = self.table
+        out = np.empty(flat.size)
+        arc_kernels.parameters_at(table, 0, len(table) - 1, flat, out)
+        curve = np.clip(np.searchsorted(self.curve_starts, flat, side="right") - 1, 0, len(self.curves) - 1)
+        return curve.reshape(values.shape).astype(np.int64), out.reshape(values.shape)
+
+    def __call__(self, s: ArrayLike) -> Array:
+        """Points (..., axes), mm, rotary axes rad, at arc lengths s (...), mm."""
+        curve, u = self.locate(s)
+        return self.evaluate(curve, u, 0)[..., 0, :]
+
+    def evaluate(self, curve: ArrayLike, u: ArrayLike, order: int = 0, *, side: str = "right") -> Array:
+        """Points and derivatives by u, (..., order + 1, axes), at parameters u (...) of the curves `curve` (...).
+
+        At a knot the piece on its right is taken, or with side="left" the one on its left.
+        """
+        index = np.asarray(curve, dtype=np.int64)
+        values = np.asarray(u, dtype=np.float64)
+        if len(self.curves) == 1:
+            return self.curves[0].derivatives(values, order, side=side)
+        out = np.empty((*values.shape, order + 1, len(self.axes)))
+        for i in np.unique(index):
+            at = index == i
+            out[at] = self.curves[i].derivatives(values[at], order, side=side)
+        return out
+
+    def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
+        """Arc length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
+        index = np.asarray(curve, dtype=np.int64)
+        values = np.asarray(u, dtype=np.float64)
+        out = np.empty(values.size)
+        rows = self.curve_rows[index.ravel()]
+        arc_kernels.lengths_on(self.table, rows, values.ravel(), out)
+        return out.reshape(values.shape)
+
+    def bounding_box(self) -> tuple[Array, Array]:
+        """Least and greatest coordinates (axes,), mm, rotary axes rad."""
+        boxes = [c.bounding_box() for c in self.curves]
+        return np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
+
+    @cached_property
+    def corners(self) -> tuple[Corner, ...]:
+        """Points inside the path where tangent or curvature jumps, in order of s."""
+        found = []
+        last = len(self.curves) - 1
+        for i, curve in enumerate(self.curves):
+            inner = curve.breaks[1:-1]
+            inner = (
+                inner[[np.count_nonzero(curve.knots == u) >= curve.degree - 1 for u in inner]] if inner.size else inner
+            )
+            if inner.size:
+                found += self._jumps(i, inner, curve, inner, curve)
+            if i < last:
+                after = self.curves[i + 1]
+                found += self._jumps(i, np.array([curve.domain[1]]), curve, np.array([after.domain[0]]), after)
+        return tuple(found)
+
+    def _jumps(self, index: int, u: Array, before: NurbsCurve, v: Array, after: NurbsCurve) -> list[Corner]:
+        """Corners among the pairs of points u (n,) of curve `index`, from the left, and v (n,), from the right."""
+        left = unit_tangents(before, u, self.linear, side="left")
+        right = unit_tangents(after, v, self.linear)
+        # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
+        angle = 2.0 * np.arctan2(np.linalg.norm(right - left, axis=1), np.linalg.norm(right + left, axis=1))
+        bends = [
+            _curvature_vectors(c.derivatives(w, 2, side=side), self.linear)
+            for c, w, side in ((before, u, "left"), (after, v, "right"))
+        ]
+        with np.errstate(invalid="ignore"):
+            jump = np.linalg.norm(bends[1] - bends[0], axis=1)
+            floor = CURVATURE_JUMP * (
+                1.0 / self.size + np.linalg.norm(bends[0], axis=1) + np.linalg.norm(bends[1], axis=1)
+            )
+            corner = (angle > CORNER_ANGLE) | (jump > floor)
+        rows = self.curve_rows[index]
+        s = np.empty(len(u))
+        arc_kernels.lengths_at(self.table, rows[0], rows[1], np.ascontiguousarray(u), s)
+        return [
+            Corner(float(s[k]), index, float(u[k]), float(angle[k]), float(jump[k])) for k in np.flatnonzero(corner)
+        ]
+
+    @cached_property
+    def stops(self) -> tuple[float, ...]:
+        """Arc lengths strictly inside the path, mm, increasing, at which the tool must rest: corners of the tangent."""
+        return tuple(sorted({c.s for c in self.corners if c.stop and 0.0 < c.s < self.length}))
+
+    def minimum_radius(self) -> float:
+        """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
+        degree, axes, linear, rational = self.shape
+        if degree == 1 and not rational:
+            return float("inf")
+        top = 0.0
+        for i, curve in enumerate(self.curves):
+            rows = self.table[self.curve_rows[i, 0] : self.curve_rows[i, 1] + 1]
+            fractions = np.linspace(0.0, 1.0, 33)
+            u = rows[:, pieces.LOW, None] + fractions * (rows[:, pieces.HIGH] - rows[:, pieces.LOW])[:, None]
+            kappa = curvatures(curve.derivatives(u.ravel(), 2), linear)
+            finite = kappa[np.isfinite(kappa)]
+            top = max(top, float(finite.max())) if finite.size else top
+        return 1.0 / top if top > 0.0 else float("inf")
+
+    def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
+        """The affine image of every curve; see `NurbsCurve.transformed`."""
+        return Path(
+            [c.transformed(matrix, offset) for c in self.curves], self.axes, name=self.name, findings=self.findings
+        )
+
+    def reversed(self) -> Path:
+        """The same path run through from its end to its start."""
+        return Path(
+            [c.reversed() for c in reversed(self.curves)],
+            self.axes,
+            name=self.name,
+            findings=self.findings,
+            tolerance=self.tolerance,
+        )
+
+    def __repr__(self) -> str:
+        return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"
+
+
+def _curvature_vectors(derivatives: Array, linear: int) -> Array:
+    """d2r/ds2 (n, linear), 1/mm, from derivatives (n, 3, axes)."""
+    first = derivatives[:, 1, :linear]
+    second = derivatives[:, 2, :linear]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = np.sum(first * first, axis=1, keepdims=True)
+        return (second - np.sum(first * second, axis=1, keepdims=True) / square * first) / square
+
+
+def _widened(table: Array, shape: tuple[int, int, int, int], wanted: tuple[int, int, int, int]) -> Array:
+    """A copy of `table` in a shape of the same axes, of a degree at least as high and at least as rational."""
+    if shape == wanted:
+        return table.copy()
+    out = np.zeros((len(table), pieces.width(wanted)))
+    axes = shape[1]
+    first = pieces.ORIGIN + axes
+    out[:, :first] = table[:, :first]
+    given = table[:, first:].reshape(len(table), axes + shape[3], shape[0] + 1)
+    room = out[:, first:].reshape(len(table), axes + wanted[3], wanted[0] + 1)
+    room[:, : axes + shape[3], : shape[0] + 1] = given
+    if wanted[3] and not shape[3]:
+        room[:, axes, 0] = 1.0
+    return out

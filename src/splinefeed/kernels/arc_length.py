@@ -1,0 +1,226 @@
+"""Arc length as a table of polynomials: made once a curve, read in a few nanoseconds, and inverted by Newton steps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.pieces import (
+    ARC,
+    ARC_TERMS,
+    HIGH,
+    LOW,
+    MIDDLE,
+    SCALE,
+    START,
+    Shape,
+    fill_row,
+    find_row,
+    keeps_digits,
+    speed,
+)
+from splinefeed.records import Array, IntArray
+
+#: Chebyshev nodes a piece; the first ARC_TERMS - 1 coefficients are kept, the others must have died out.
+NODES = 16
+#: Largest Chebyshev coefficient that may be dropped, relative to the largest speed on the piece.
+TAIL = 1e-14
+#: ... or, as an arc length, relative to that of the whole curve: below the rounding of s nothing is gained.
+NEGLIGIBLE = 2e-16
+#: Bisections of a knot span; a cusp inside a span is closed in on until it is NEGLIGIBLE, well before this.
+MAX_DEPTH = 60
+#: Newton steps of one inversion; each halves the bracket at least.
+MAX_STEPS = 80
+#: A Newton step in t, which runs over [-1, 1], after which the next one would be below rounding.
+SMALL_STEP = 1e-9
+
+
+def _chebyshev_matrices() -> tuple[Array, Array, Array]:
+    """Nodes (16,), values -> Chebyshev coefficients (16, 16), coefficients -> power form of the integral (11, 10)."""
+    angles = (np.arange(NODES) + 0.5) * math.pi / NODES
+    nodes = np.cos(angles)
+    transform = 2.0 / NODES * np.cos(np.outer(np.arange(NODES), angles))
+    transform[0] *= 0.5
+    integral = np.zeros((ARC_TERMS, ARC_TERMS - 1))
+    for k in range(ARC_TERMS - 1):
+        unit = np.zeros(k + 1)
+        unit[k] = 1.0
+        antiderivative = np.polynomial.chebyshev.chebint(unit, lbnd=-1.0)
+        integral[: k + 2, k] = np.polynomial.chebyshev.cheb2poly(antiderivative)
+    return nodes, transform, integral
+
+
+CHEBYSHEV_NODES, CHEBYSHEV_TRANSFORM, CHEBYSHEV_INTEGRAL = _chebyshev_matrices()
+
+
+@kernel
+def rough_length(table: Array, shape: Shape) -> float:
+    """Sum over the rows of 16-point Chebyshev (Fejer) estimates of the length, good to a few digits; mm."""
+    total = 0.0
+    for row in range(table.shape[0]):
+        for i in range(NODES):
+            weight = math.sin((i + 0.5) * math.pi / NODES) * math.pi / NODES
+            total += weight * speed(table, row, shape, CHEBYSHEV_NODES[i]) / table[row, SCALE]
+    return total
+
+
+@kernel
+def arc_pieces(
+    knots: Array, points: Array, weights: Array, spans: IntArray, shape: Shape, total: float, table: Array
+) -> int:
+    """Bisect the knot spans until |C'| is a polynomial of degree 9 on every piece; fill `table`, return the rows needed.
+
+    spans (m,) are the indices of the spans that are not empty, total a rough length of the curve, mm.
+    If `table` has too few rows it is filled as far as it goes, and the number that would do is returned.
+    """
+    rows = 0
+    scratch = np.empty(table.shape[1])
+    low_of = np.empty(MAX_DEPTH + 2)
+    high_of = np.empty(MAX_DEPTH + 2)
+    depth_of = np.empty(MAX_DEPTH + 2, dtype=np.int64)
+    one = scratch.reshape((1, scratch.shape[0]))
+    values = np.empty(NODES)
+    coefficients = np.empty(NODES)
+    start = 0.0
+    lost = 0.0
+    for j in range(spans.shape[0]):
+        span = spans[j]
+        low_of[0] = knots[span]
+        high_of[0] = knots[span + 1]
+        depth_of[0] = 0
+        stacked = 1
+        while stacked > 0:
+            stacked -= 1
+            low = low_of[stacked]
+            high = high_of[stacked]
+            depth = depth_of[stacked]
+            fill_row(scratch, knots, points, weights, span, low, high, shape)
+            top = 0.0
+            for i in range(NODES):
+                values[i] = speed(one, 0, shape, CHEBYSHEV_NODES[i])
+                top = max(top, values[i])
+            tail = 0.0
+            for k in range(NODES):
+                total_k = 0.0
+                for i in range(NODES):
+                    total_k += CHEBYSHEV_TRANSFORM[k, i] * values[i]
+                coefficients[k] = total_k
+                if k >= ARC_TERMS - 1:
+                    tail = max(tail, abs(total_k))
+            half = 0.5 * (high - low)
+            middle = 0.5 * (low + high)
+            fine = tail <= TAIL * top or tail * half <= NEGLIGIBLE * total
+            fine = fine and keeps_digits(scratch, shape, (high - low) / (knots[span + 1] - knots[span]))
+            if not fine and depth < MAX_DEPTH and low < middle < high:
+                # the right half is stacked first, so that pieces come out in order
+                low_of[stacked] = middle
+                high_of[stacked] = high
+                depth_of[stacked] = depth + 1
+                low_of[stacked + 1] = low
+                high_of[stacked + 1] = middle
+                depth_of[stacked + 1] = depth + 1
+                stacked += 2
+                continue
+            if rows < table.shape[0]:
+                length = 0.0
+                for k in range(ARC_TERMS):
+                    total_k = 0.0
+                    for i in range(ARC_TERMS - 1):
+                        total_k += CHEBYSHEV_INTEGRAL[k, i] * coefficients[i]
+                    scratch[ARC + k] = total_k * half
+                    length += total_k * half
+                scratch[START] = start
+                for c in range(table.shape[1]):
+                    table[rows, c] = scratch[c]
+                # Kahan: the sum of thousands of pieces keeps its last digit
+                length -= lost
+                after = start + length
+                lost = (after - start) - length
+                start = after
+            rows += 1
+    return rows
+
+
+@kernel
+def arc_length(table: Array, row: int, t: float) -> float:
+    """S at t of one row, mm: START + sum_k arc_k t^k, even and odd terms apart so that they run side by side."""
+    x = t * t
+    even = table[row, ARC + 10]
+    odd = table[row, ARC + 9]
+    for k in range(4):
+        even = even * x + table[row, ARC + 8 - 2 * k]
+        odd = odd * x + table[row, ARC + 7 - 2 * k]
+    return table[row, START] + ((even * x + table[row, ARC]) + t * odd)
+
+
+@kernel
+def parameter_in_row(table: Array, row: int, s: float, guess: float) -> float:
+    """t in [-1, 1] of one row with S(t) = s, by Newton's method kept inside a bracket; from `guess`, in t.
+
+    t <- t - (S(t) - s) / S'(t);  S and S' from one even-odd Horner scheme. Ends when a step is so small that the
+    next one, which is of the order of its square, would be below rounding.
+    """
+    wanted = s - table[row, START]
+    low = -1.0
+    high = 1.0
+    t = min(max(guess, low), high)
+    for _ in range(MAX_STEPS):
+        x = t * t
+        even = table[row, ARC + 10]
+        odd = table[row, ARC + 9]
+        even_slope = 0.0
+        odd_slope = 0.0
+        for k in range(4):
+            even_slope = even_slope * x + even
+            odd_slope = odd_slope * x + odd
+            even = even * x + table[row, ARC + 8 - 2 * k]
+            odd = odd * x + table[row, ARC + 7 - 2 * k]
+        even_slope = even_slope * x + even
+        even = even * x + table[row, ARC]
+        rest = (even - wanted) + t * odd
+        slope = 2.0 * t * even_slope + (odd + 2.0 * x * odd_slope)
+        if rest > 0.0:
+            high = t
+        elif rest < 0.0:
+            low = t
+        else:
+            return t
+        after = min(max(t - rest / slope, -1.0), 1.0) if slope > 0.0 else 2.0
+        if low <= after <= high:
+            step = abs(after - t)
+        else:
+            after = 0.5 * (low + high)
+            step = high - low
+        t = after
+        if step < SMALL_STEP or high - low < 4e-16:
+            break
+    return t
+
+
+@kernel
+def lengths_at(table: Array, first: int, last: int, u: Array, out: Array) -> None:
+    """S(u), mm, at every u (n,) within rows [first, last], into out (n,)."""
+    for i in range(u.shape[0]):
+        row = find_row(table, first, last, LOW, u[i])
+        out[i] = arc_length(table, row, (u[i] - table[row, MIDDLE]) * table[row, SCALE])
+
+
+@kernel
+def lengths_on(table: Array, rows: IntArray, u: Array, out: Array) -> None:
+    """S, mm, at every u (n,), each within its own rows (n, 2), first and last, into out (n,)."""
+    for i in range(u.shape[0]):
+        row = find_row(table, rows[i, 0], rows[i, 1], LOW, u[i])
+        out[i] = arc_length(table, row, (u[i] - table[row, MIDDLE]) * table[row, SCALE])
+
+
+@kernel
+def parameters_at(table: Array, first: int, last: int, s: Array, out: Array) -> None:
+    """u with S(u) = s, at every s (n,), mm, within rows [first, last], into out (n,)."""
+    for i in range(s.shape[0]):
+        row = find_row(table, first, last, START, s[i])
+        ahead = s[i] - table[row, START]
+        length = arc_length(table, row, 1.0) - table[row, START]
+        t = parameter_in_row(table, row, s[i], 2.0 * ahead / length - 1.0 if length > 0.0 else 0.0)
+        out[i] = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])

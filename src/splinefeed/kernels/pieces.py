@@ -1,0 +1,313 @@
+"""A curve as a table of polynomial pieces, one contiguous row a piece, and the arithmetic on one row.
+
+Row of a table (pieces, width), with `shape = (degree, axes, linear, rational)`:
+
+    LOW, HIGH        parameter interval of the piece
+    MIDDLE, SCALE    t = (u - MIDDLE) * SCALE runs over [-1, 1]
+    START            arc length at LOW, mm
+    ARC + k          S(u) - START = sum_k arc_k t^k, k = 0 ... 10
+    ORIGIN + a       a point near the piece, one per axis
+    then per column  (axes, and the weight if rational) degree + 1 coefficients of t^k
+
+The curve is origin + A(t) / w(t). Taken about a near point and a middle parameter, the power basis loses no digits
+that matter up to degree 12, and Horner's rule on it is the fastest evaluation there is. The first `linear` axes make
+the arc length; those behind them are rotary.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.nurbs import power_form
+from splinefeed.records import Array, IntArray
+
+LOW, HIGH, MIDDLE, SCALE, START, ARC = 0, 1, 2, 3, 4, 5
+ARC_TERMS = 11
+ORIGIN = ARC + ARC_TERMS
+
+#: A row may give back the roundings of its control points this often ...
+MOST_ROUNDINGS = 128.0
+#: ... unless it covers no more than this share of its knot span: weights that differ by many decades.
+LEAST_SHARE = 1.0 / 64.0
+
+#: (degree, axes, linear axes, 1 if rational else 0)
+Shape = tuple[int, int, int, int]
+
+
+def width(shape: Shape) -> int:
+    """Number of columns of a table."""
+    degree, axes, _, rational = shape
+    return ORIGIN + axes + (degree + 1) * (axes + rational)
+
+
+@kernel
+def fill_row(
+    row: Array, knots: Array, points: Array, weights: Array, span: int, low: float, high: float, shape: Shape
+) -> None:
+    """Write interval, origin and coefficients of the part [low, high] of one knot span into `row`.
+
+    points (n, axes), weights (n,). Arc length columns are left alone.
+    """
+    degree, axes, _, rational = shape
+    columns = axes + rational
+    first = span - degree
+    near = first + degree // 2
+    row[LOW] = low
+    row[HIGH] = high
+    row[MIDDLE] = 0.5 * (low + high)
+    row[SCALE] = 2.0 / (high - low)
+    local = np.empty((degree + 1, columns))
+    for a in range(axes):
+        row[ORIGIN + a] = points[near, a]
+    for i in range(degree + 1):
+        for a in range(axes):
+            local[i, a] = points[first + i, a] - points[near, a]
+            if rational:
+                local[i, a] *= weights[first + i]
+        if rational:
+            local[i, axes] = weights[first + i]
+    out = np.empty((degree + 1, columns))
+    power_form(knots[first : span + degree + 2], local, degree, row[MIDDLE], 0.5 * (high - low), out)
+    for c in range(columns):
+        for k in range(degree + 1):
+            row[ORIGIN + axes + c * (degree + 1) + k] = out[k, c]
+
+
+@kernel
+def find_row(table: Array, first: int, last: int, column: int, value: float) -> int:
+    """Row in [first, last] whose `column` (LOW or START, increasing) is the last one <= value; by bisection."""
+    low = first
+    high = last
+    while low < high:
+        middle = (low + high + 1) // 2
+        if table[middle, column] <= value:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@kernel
+def walk_to(table: Array, cursor: IntArray, u: float) -> int:
+    """Row that holds parameter u, walking from cursor[0] within [cursor[1], cursor[2]]; leaves the row in cursor[0]."""
+    row = cursor[0]
+    while row < cursor[2] and u >= table[row, HIGH]:
+        row += 1
+    while row > cursor[1] and u < table[row, LOW]:
+        row -= 1
+    cursor[0] = row
+    return row
+
+
+@kernel
+def point(table: Array, row: int, shape: Shape, t: float, out: Array) -> None:
+    """Point of the curve at t of one row: C = origin + A(t) / w(t), into out (axes,). Eq. (1)."""
+    degree, axes, _, rational = shape
+    base = ORIGIN + axes
+    inverse = 1.0
+    if rational:
+        at = base + axes * (degree + 1)
+        weight = table[row, at + degree]
+        for k in range(degree - 1, -1, -1):
+            weight = weight * t + table[row, at + k]
+        inverse = 1.0 / weight
+    for a in range(axes):
+        at = base + a * (degree + 1)
+        value = table[row, at + degree]
+        for k in range(degree - 1, -1, -1):
+            value = value * t + table[row, at + k]
+        out[a] = table[row, ORIGIN + a] + value * inverse
+
+
+@kernel
+def speed(table: Array, row: int, shape: Shape, t: float) -> float:
+    """|C'(u)| over the linear axes at t of one row, mm per unit of u: C' = (A' - w' A / w) / w."""
+    degree, axes, linear, rational = shape
+    base = ORIGIN + axes
+    inverse = 1.0
+    ratio = 0.0
+    if rational:
+        at = base + axes * (degree + 1)
+        weight = table[row, at + degree]
+        slope = 0.0
+        for k in range(degree - 1, -1, -1):
+            slope = slope * t + weight
+            weight = weight * t + table[row, at + k]
+        inverse = 1.0 / weight
+        ratio = slope * inverse
+    total = 0.0
+    for a in range(linear):
+        at = base + a * (degree + 1)
+        value = table[row, at + degree]
+        slope = 0.0
+        for k in range(degree - 1, -1, -1):
+            slope = slope * t + value
+            value = value * t + table[row, at + k]
+        slope = (slope - ratio * value) * inverse
+        total += slope * slope
+    return math.sqrt(total) * table[row, SCALE]
+
+
+@kernel
+def first_two(table: Array, row: int, shape: Shape, t: float) -> tuple[float, float]:
+    """C'.C' and C'.C'' over the linear axes at t of one row: what the second Taylor term of eq. (3) needs."""
+    degree, axes, linear, rational = shape
+    base = ORIGIN + axes
+    scale = table[row, SCALE]
+    inverse = 1.0
+    w1 = 0.0
+    w2 = 0.0
+    if rational:
+        at = base + axes * (degree + 1)
+        w0 = table[row, at + degree]
+        for k in range(degree - 1, -1, -1):
+            w2 = w2 * t + w1
+            w1 = w1 * t + w0
+            w0 = w0 * t + table[row, at + k]
+        inverse = 1.0 / w0
+    square = 0.0
+    product = 0.0
+    for a in range(linear):
+        at = base + a * (degree + 1)
+        c0 = table[row, at + degree]
+        c1 = 0.0
+        c2 = 0.0
+        for k in range(degree - 1, -1, -1):
+            c2 = c2 * t + c1
+            c1 = c1 * t + c0
+            c0 = c0 * t + table[row, at + k]
+        c0 = c0 * inverse
+        c1 = (c1 - w1 * c0) * inverse
+        c2 = 2.0 * (c2 - w1 * c1 - w2 * c0) * inverse
+        square += c1 * c1
+        product += c1 * c2
+    return square * scale * scale, product * scale * scale * scale
+
+
+@kernel
+def derivatives(table: Array, row: int, shape: Shape, t: float, order: int, out: Array) -> None:
+    """Point and derivatives by u to `order` <= 3 at t of one row, into out (order + 1, axes).
+
+    C^(k) = (A^(k) - sum_{i=1..k} C(k, i) w^(i) C^(k-i)) / w      (The NURBS Book, 2nd ed., eq. 4.8)
+    """
+    degree, axes, _, rational = shape
+    base = ORIGIN + axes
+    scale = table[row, SCALE]
+    w0 = 1.0
+    w1 = 0.0
+    w2 = 0.0
+    w3 = 0.0
+    if rational:
+        at = base + axes * (degree + 1)
+        w0 = table[row, at + degree]
+        for k in range(degree - 1, -1, -1):
+            w3 = w3 * t + w2
+            w2 = w2 * t + w1
+            w1 = w1 * t + w0
+            w0 = w0 * t + table[row, at + k]
+        w2 *= 2.0
+        w3 *= 6.0
+    inverse = 1.0 / w0
+    for a in range(axes):
+        at = base + a * (degree + 1)
+        c0 = table[row, at + degree]
+        c1 = 0.0
+        c2 = 0.0
+        c3 = 0.0
+        for k in range(degree - 1, -1, -1):
+            c3 = c3 * t + c2
+            c2 = c2 * t + c1
+            c1 = c1 * t + c0
+            c0 = c0 * t + table[row, at + k]
+        c2 *= 2.0
+        c3 *= 6.0
+        if rational:
+            c0 = c0 * inverse
+            c1 = (c1 - w1 * c0) * inverse
+            c2 = (c2 - 2.0 * w1 * c1 - w2 * c0) * inverse
+            c3 = (c3 - 3.0 * w1 * c2 - 3.0 * w2 * c1 - w3 * c0) * inverse
+        out[0, a] = table[row, ORIGIN + a] + c0
+        if order >= 1:
+            out[1, a] = c1 * scale
+        if order >= 2:
+            out[2, a] = c2 * scale * scale
+        if order >= 3:
+            out[3, a] = c3 * scale * scale * scale
+
+
+@kernel
+def evaluate(table: Array, first: int, last: int, shape: Shape, u: Array, order: int, left: bool, out: Array) -> None:
+    """Points and derivatives to `order` at every u (n,), rows [first, last], into out (n, order + 1, axes).
+
+    At a break the piece on its right is taken, or with `left` the one on its left.
+    """
+    row = first
+    for i in range(u.shape[0]):
+        value = u[i]
+        if value < table[row, LOW] or value >= table[row, HIGH]:
+            row = find_row(table, first, last, LOW, value)
+        if left and row > first and value == table[row, LOW]:
+            row -= 1
+        t = (value - table[row, MIDDLE]) * table[row, SCALE]
+        derivatives(table, row, shape, t, order, out[i])
+
+
+@kernel
+def keeps_digits(row: Array, shape: Shape, share: float) -> bool:
+    """Whether the power form of a row that covers `share` of its knot span gives points as good as their rounding.
+
+    (1 + share)^p sum_k |w_k| / min w  is how often the roundings of the control points come back, at most.
+    """
+    degree, axes, _, rational = shape
+    if share <= LEAST_SHARE:
+        return True
+    growth = (1.0 + share) ** degree
+    if rational:
+        at = ORIGIN + axes + axes * (degree + 1)
+        total = 0.0
+        for k in range(degree + 1):
+            total += abs(row[at + k])
+        least = total
+        for i in range(5):
+            t = 0.5 * i - 1.0
+            weight = row[at + degree]
+            for k in range(degree - 1, -1, -1):
+                weight = weight * t + row[at + k]
+            least = min(least, weight)
+        if not growth * total <= MOST_ROUNDINGS * least:
+            return False
+    return growth <= MOST_ROUNDINGS
+
+
+@kernel
+def fill_rows(
+    table: Array, knots: Array, points: Array, weights: Array, spans: IntArray, shape: Shape
+) -> int:
+    """Bisect the knot spans until every row keeps its digits; fill `table` (rows, width), return the rows needed.
+
+    spans (m,) are the indices of the spans that are not empty. If `table` has too few rows it is filled as far as it
+    goes, and the number that would do is returned.
+    """
+    rows = 0
+    scratch = np.zeros(table.shape[1])
+    for j in range(spans.shape[0]):
+        span = spans[j]
+        width = knots[span + 1] - knots[span]
+        low = knots[span]
+        high = knots[span + 1]
+        # the next row is tried from `low` on, over halves, quarters ... of the span until it holds
+        while low < knots[span + 1]:
+            fill_row(scratch, knots, points, weights, span, low, high, shape)
+            middle = 0.5 * (low + high)
+            if low < middle < high and not keeps_digits(scratch, shape, (high - low) / width):
+                high = middle
+                continue
+            if rows < table.shape[0]:
+                table[rows] = scratch
+            rows += 1
+            low = high
+            high = knots[span + 1]
+    return rows

@@ -1,0 +1,31 @@
+"""Paths and laws that several tests share."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+
+import numpy as np
+
+from splinefeed import NurbsCurve, Path, TimeLaw
+
+
+def butterfly() -> Path:
+    data = json.loads(files("splinefeed").joinpath("data/butterfly.json").read_text())
+    points = np.array(data["control_points"])[:, :2]
+    return Path([NurbsCurve(data["degree"], data["knots"], points, data["weights"])], name="butterfly")
+
+
+def smooth() -> Path:
+    """One quartic Bezier: no knots, no cusps, so that nothing but a method's own order shows."""
+    return Path([NurbsCurve.bezier([[0, 0], [10, 25], [35, -20], [50, 15], [70, 5]])], name="smooth")
+
+
+def smooth_law(path: Path) -> TimeLaw:
+    """One second with a feed that changes all the time and is never 0."""
+    return TimeLaw(breaks=[0.0, 1.0], coefficients=np.array([[0, 0.7, 0.9, -0.8, 0.2, 0]]) * path.length, strategy="test")
+
+
+def constant(path: Path, feed: float) -> TimeLaw:
+    """The whole path at one feed, mm/s."""
+    return TimeLaw(breaks=[0.0, path.length / feed], coefficients=[[0, feed, 0, 0, 0, 0]], strategy="test")
