@@ -1,0 +1,209 @@
+"""From a path and a time law to setpoints: all at once, in chunks, or one tick at a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, overload
+
+import numpy as np
+
+from splinefeed.errors import InputError, LimitsError
+from splinefeed.geometry.path import Path
+from splinefeed.interpolation import registry
+from splinefeed.interpolation.loop import OVERRUN, REPLACED, STATE_FLOATS, STATE_INTEGERS
+from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.records import Array, Setpoints, TimeLaw, positive
+
+#: A law whose length differs from the path's by more than this, relative, belongs to another path.
+LENGTH_TOLERANCE = 1e-9
+#: A duration within this of a whole number of periods, in periods, is one.
+WHOLE_PERIODS = 1e-6
+#: Passes of a corrector that anybody may ask for.
+MAX_CORRECTIONS = 100
+
+
+class Interpolator:
+    """Setpoints of one motion in order, one or many at a time, with memory that does not grow.
+
+    path, law    where, and how far by when; period  servo period, s
+    method       name of a registered method; corrections, tolerance  passes of its corrector (0 to 100), and the
+                 change of u that ends them early
+
+    Raises MethodError for an unknown method, LimitsError for a period that is not positive or longer than the motion,
+    InputError for a law of another path.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        law: TimeLaw,
+        *,
+        period: float | None = None,
+        method: str = DEFAULT_METHOD,
+        corrections: int = 1,
+        tolerance: float = 0.0,
+    ) -> None:
+        self._method = registry.method(method)
+        if period is None:
+            period = law.period
+        if period is None:
+            raise LimitsError("no period: give period= in s, as the law was not brought to one")
+        self.period = positive(period, "period")
+        if self.period > law.duration * (1.0 + WHOLE_PERIODS):
+            raise LimitsError(f"the period of {self.period:g} s is longer than the whole motion of {law.duration:g} s")
+        if isinstance(corrections, bool) or int(corrections) != corrections or not 0 <= corrections <= MAX_CORRECTIONS:
+            raise InputError(f"corrections is {corrections!r}; a whole number from 0 to {MAX_CORRECTIONS} is needed")
+        if not tolerance >= 0.0:
+            raise InputError(f"tolerance is {tolerance!r}; 0 or more is needed")
+        if abs(law.length - path.length) > LENGTH_TOLERANCE * path.length:
+            raise InputError(
+                f"the law runs over {law.length:.9g} mm but the path is {path.length:.9g} mm long; "
+                "plan the law for this path"
+            )
+        self.path = path
+        self.law = law
+        #: Number of setpoints of the whole motion, the first one at t = 0 included.
+        self.ticks = math.ceil(law.duration / self.period - WHOLE_PERIODS) + 1
+        #: The next tick.
+        self.tick = 0
+        self.settings: dict[str, Any] = {
+            **law.settings,
+            "path": path.name,
+            "period": self.period,
+            "method": method,
+            "corrections": int(corrections),
+            "tolerance": float(tolerance),
+        }
+        self._loop = self._method.loop(path.shape)
+        self._integers = np.zeros(STATE_INTEGERS, dtype=np.int64)
+        self._floats = np.zeros(STATE_FLOATS)
+        self._given = (
+            law.breaks,
+            law.coefficients,
+            path.table,
+            path.curve_rows,
+            path.shape,
+            path.length,
+            self.period,
+        )
+        self._asked = (
+            self._method.history,
+            self._method.half,
+            self._method.anchor,
+            int(corrections),
+            float(tolerance),
+        )
+        self._one = self._room(1)
+
+    @property
+    def replaced(self) -> int:
+        """Steps so far in which the method gave no finite number and the arc length was taken instead."""
+        return int(self._integers[REPLACED])
+
+    @property
+    def overrun(self) -> float:
+        """How far the method's steps would have gone beyond the end of the path so far, mm: it is held at the end."""
+        return float(self._floats[OVERRUN])
+
+    def _room(self, count: int) -> tuple[Any, ...]:
+        axes = len(self.path.axes)
+        return (
+            np.empty(count, dtype=np.int64),
+            np.empty(count),
+            np.empty(count),
+            np.empty(count),
+            np.empty((count, axes)),
+        )
+
+    def step(self) -> Array:
+        """Position at the next tick, (axes,), mm, rotary axes rad; StopIteration after the last one.
+
+        The array is overwritten by the next step: copy what must stay.
+        """
+        if self.tick >= self.ticks:
+            raise StopIteration
+        self._loop(*self._given, self.tick, self._integers, self._floats, *self._asked, *self._one)
+        self.tick += 1
+        position: Array = self._one[4][0]
+        return position
+
+    def block(self, count: int | None = None) -> Setpoints:
+        """The next `count` setpoints, or all that are left; fewer, or none, at the end."""
+        left = self.ticks - self.tick
+        count = left if count is None else max(0, min(count, left))
+        room = self._room(count)
+        self._loop(*self._given, self.tick, self._integers, self._floats, *self._asked, *room)
+        curve, u, s, feed, position = room
+        t = np.minimum(np.arange(self.tick, self.tick + count) * self.period, self.law.duration)
+        self.tick += count
+        return Setpoints(
+            t=t,
+            curve=curve,
+            u=u,
+            s=s,
+            feed=feed,
+            position=position,
+            axes=self.path.axes,
+            period=self.period,
+            method=self._method.name,
+            settings=self.settings,
+        )
+
+
+@overload
+def interpolate(
+    path: Path,
+    law: TimeLaw,
+    *,
+    period: float | None = ...,
+    method: str = ...,
+    corrections: int = ...,
+    tolerance: float = ...,
+    chunk: None = ...,
+) -> Setpoints: ...
+
+
+@overload
+def interpolate(
+    path: Path,
+    law: TimeLaw,
+    *,
+    period: float | None = ...,
+    method: str = ...,
+    corrections: int = ...,
+    tolerance: float = ...,
+    chunk: int,
+) -> Iterator[Setpoints]: ...
+
+
+def interpolate(
+    path: Path,
+    law: TimeLaw,
+    *,
+    period: float | None = None,
+    method: str = DEFAULT_METHOD,
+    corrections: int = 1,
+    tolerance: float = 0.0,
+    chunk: int | None = None,
+) -> Setpoints | Iterator[Setpoints]:
+    """Where every axis must be at each tick k T, from t = 0 to the end of the law.
+
+    period  servo period T, s (default: the law's); method  name of a registered method, see `methods()`
+    corrections, tolerance  passes of a corrector, and the change of u that ends them early
+    chunk   None: all setpoints in one record; a number: an iterator of records of that many ticks, for jobs that
+            should not be in memory at once. The ticks are the same, bit for bit.
+
+    Raises what `Interpolator` raises.
+    """
+    source = Interpolator(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
+    if chunk is None:
+        return source.block()
+    if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
+        raise InputError(f"chunk is {chunk!r}; a whole number of ticks from 1 up is needed")
+    return _blocks(source, int(chunk))
+
+
+def _blocks(source: Interpolator, chunk: int) -> Iterator[Setpoints]:
+    while source.tick < source.ticks:
+        yield source.block(chunk)

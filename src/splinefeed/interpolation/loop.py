@@ -1,0 +1,178 @@
+"""The one loop over ticks that all methods share."""
+
+from __future__ import annotations
+
+import math
+import types
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+
+from splinefeed.interpolation.stepping import (
+    ACCELERATION,
+    FEED,
+    HALF_FEED,
+    NEXT_FEED,
+    NEXT_S,
+    anchored,
+    rate_at,
+    runge_kutta,
+)
+from splinefeed.kernels.arc_length import arc_length
+from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.law import law_at
+from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape, point, speed, walk_to
+from splinefeed.records import Array, IntArray
+
+#: Places in the integer state that a loop leaves for the next one: row, first and last row of the curve, curve, law
+#: piece, steps taken on this curve, and how many steps had to be replaced because the method gave no finite number.
+ROW, FIRST_ROW, LAST_ROW, CURVE, PIECE, STEPS, REPLACED = range(7)
+STATE_INTEGERS = 7
+#: Places in the float state: the last four u, the last four rates, the method's memory, s, feed, acceleration and time
+#: now, and how far steps would have gone beyond the end of the path, mm.
+RATES, MEMORY, NOW, OVERRUN = 4, 8, 12, 16
+STATE_FLOATS = 17
+
+#: Steps that Runge-Kutta takes before a multistep method has the history it needs.
+STARTING_STEPS = 3
+
+
+def step(*_: Any) -> float:  # the name that a loop calls; `loop_for` puts a method in its place
+    raise NotImplementedError
+
+
+#: Shapes of path that get a loop of their own, in which the compiler knows degree and axes and unrolls what depends on
+#: them: about a third faster, for a second more of compiling. The bits of the result are the same.
+UNROLLED_SHAPES: frozenset[Shape] = frozenset(
+    (degree, axes, axes, rational) for degree in (3,) for axes in (2, 3) for rational in (0, 1)
+)
+#: The shape of such a loop, put in its place by `loop_for`; degree 0: the shape is what the caller says.
+FIXED_SHAPE: Shape = (0, 0, 0, 0)
+
+
+def _loop(
+    breaks: Array,
+    coefficients: Array,
+    table: Array,
+    curve_rows: IntArray,
+    shape: Shape,
+    length: float,
+    period: float,
+    first_tick: int,
+    integers: IntArray,
+    floats: Array,
+    history: int,
+    half: bool,
+    anchor: bool,
+    corrections: int,
+    tolerance: float,
+    curve: IntArray,
+    u_out: Array,
+    s_out: Array,
+    feed_out: Array,
+    position: Array,
+) -> None:
+    """Fill ticks first_tick ... first_tick + n - 1 of a motion; state in `integers` and `floats` is carried on.
+
+    breaks (m+1,), coefficients (m, 6): the time law; table, curve_rows (curves, 2): the path; history: earlier steps
+    that the method needs; half: whether it asks for the feed at half a period; anchor:
+    whether its points lie on the law's arc length, so that its starting steps must too; outputs (n,), position (n, axes).
+    A curve's first step lands where the law's arc length says: a joint is a fresh start for every method.
+    """
+    if FIXED_SHAPE[0] > 0:
+        shape = FIXED_SHAPE
+    cursor = integers[: LAST_ROW + 1]
+    u = floats[:RATES]
+    rate = floats[RATES:MEMORY]
+    memory = floats[MEMORY:NOW]
+    now = floats[NOW:OVERRUN]  # s, feed, acceleration, time
+    law = np.empty(5)
+    at = np.empty(3)
+    end = breaks[breaks.shape[0] - 1]
+    last_curve = curve_rows.shape[0] - 1
+    for i in range(u_out.shape[0]):
+        tick = first_tick + i
+        time = min(tick * period, end)
+        passed = time - now[3]
+        law[FEED] = now[1]
+        law[ACCELERATION] = now[2]
+        starting = integers[STEPS] < history
+        uneven = abs(passed - period) > 1e-6 * period  # a short last period: only a one-step method can take it
+        if half or starting or uneven:
+            integers[PIECE] = law_at(breaks, coefficients, integers[PIECE], now[3] + 0.5 * passed, at)
+            law[HALF_FEED] = at[1]
+        integers[PIECE] = law_at(breaks, coefficients, integers[PIECE], time, at)
+        s = min(max(at[0], 0.0), length)
+        feed = max(at[1], 0.0)
+        law[NEXT_S] = s
+        law[NEXT_FEED] = feed
+        now[0] = s
+        now[1] = feed
+        now[2] = at[2]
+        now[3] = time
+
+        moved_on = tick == 0
+        while integers[CURVE] < last_curve and s >= table[curve_rows[integers[CURVE] + 1, 0], START]:
+            integers[CURVE] += 1
+            moved_on = True
+        first_row = curve_rows[integers[CURVE], 0]
+        last_row = curve_rows[integers[CURVE], 1]
+        if moved_on:
+            cursor[0] = first_row
+            cursor[1] = first_row
+            cursor[2] = last_row
+            integers[STEPS] = 0
+            memory[:] = 0.0
+            after = anchored(table[first_row, LOW], s, table, cursor)
+        else:
+            if starting or uneven:
+                after = runge_kutta(u, rate, law, passed, table, cursor, shape)
+                if anchor and math.isfinite(after):
+                    after = anchored(after, s, table, cursor)
+            else:
+                after = step(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory)
+            integers[STEPS] += 1
+            if not math.isfinite(after):
+                after = anchored(u[0], s, table, cursor)
+                integers[REPLACED] += 1
+        if anchor and s >= length:
+            after = table[last_row, HIGH]  # the end of the path is the end, not a rounding beside it
+        beyond = after - table[last_row, HIGH]
+        if beyond > 0.0 and integers[CURVE] == last_curve:
+            floats[OVERRUN] += beyond * speed(table, last_row, shape, 1.0)
+        after = min(max(after, table[first_row, LOW]), table[last_row, HIGH])
+
+        u[3] = u[2]
+        u[2] = u[1]
+        u[1] = u[0]
+        u[0] = after
+        rate[3] = rate[2]
+        rate[2] = rate[1]
+        rate[1] = rate[0]
+        rate[0] = rate_at(after, feed, table, cursor, shape)
+        row = walk_to(table, cursor, after)
+        t = (after - table[row, MIDDLE]) * table[row, SCALE]
+        point(table, row, shape, t, position[i])
+        curve[i] = integers[CURVE]
+        u_out[i] = after
+        s_out[i] = arc_length(table, row, t)
+        feed_out[i] = feed
+
+
+def loop_for(method_step: Callable[..., float], name: str, shape: Shape, *, cached: bool) -> Callable[..., None]:
+    """The loop with `method_step` in the place of `step`, for paths of `shape`; compiled on first use.
+
+    Handing a compiled function to a compiled loop as an argument would work too, but Numba cannot find such a loop in
+    its disk cache again. A function of its own name, whose global `step` is the method, it can.
+    """
+    fixed = shape if shape in UNROLLED_SHAPES else FIXED_SHAPE
+    function = types.FunctionType(_loop.__code__, {**globals(), "step": method_step, "FIXED_SHAPE": fixed}, "_loop")
+    function.__qualname__ = "_".join(["_loop", name.replace("-", "_"), *(str(number) for number in fixed)])
+    function.__module__ = __name__
+    function.__doc__ = _loop.__doc__
+    if cached:
+        return kernel(function)
+    compiled: Callable[..., None] = numba.njit(error_model="numpy")(function)
+    return compiled

@@ -1,0 +1,31 @@
+"""Milne-Simpson pulled onto the arc length at every tick: the default."""
+
+from __future__ import annotations
+
+from splinefeed.interpolation import stepping
+from splinefeed.interpolation.stepping import NEXT_S
+from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.pieces import Shape
+from splinefeed.records import Array, IntArray
+
+
+@kernel
+def step(
+    u: Array,
+    rate: Array,
+    law: Array,
+    period: float,
+    table: Array,
+    cursor: IntArray,
+    shape: Shape,
+    corrections: int,
+    tolerance: float,
+    memory: Array,
+) -> float:
+    """Eq. (23) and (24), then Newton steps on S(u) = l(t_{k+1}) from there: drift and ripple go to rounding.
+
+    The history that the next step reads is that of the anchored points. Source: `stepping.milne_simpson` and
+    `kernels.arc_length`; the correction is this project's.
+    """
+    guess = stepping.milne_simpson(u, rate, law, period, table, cursor, shape, corrections, tolerance)
+    return stepping.anchored(guess, law[NEXT_S], table, cursor)

@@ -1,0 +1,120 @@
+"""The names of the interpolation methods, and how to add one."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+
+from splinefeed.errors import MethodError
+from splinefeed.interpolation.loop import FIXED_SHAPE, STARTING_STEPS, UNROLLED_SHAPES, loop_for
+from splinefeed.kernels.pieces import Shape
+
+#: What every step takes, in this order; see `interpolation.stepping` for what each of them is.
+STEP_PARAMETERS = (
+    "u",
+    "rate",
+    "law",
+    "period",
+    "table",
+    "cursor",
+    "shape",
+    "corrections",
+    "tolerance",
+    "memory",
+)
+DEFAULT_METHOD = "milne-simpson-anchored"
+
+
+@dataclass(frozen=True)
+class Method:
+    """One interpolation method: its step, its name, and what the shared loop must know of it.
+
+    title    a few words for tables; order  observed order of convergence, None if exact to rounding
+    history  earlier steps that the step reads: 0 for one-step methods, 3 for the predictor-correctors
+    half     whether it reads the feed at half a period
+    anchor   whether its points lie on the law's arc length: its starting steps then do, too
+    """
+
+    name: str
+    title: str
+    step: Callable[..., float] = field(repr=False)
+    order: int | None
+    history: int = 0
+    half: bool = False
+    anchor: bool = False
+    cached: bool = field(default=False, repr=False)
+    loops: dict[Shape, Callable[..., None]] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def loop(self, shape: Shape) -> Callable[..., None]:
+        """The shared loop around this step for paths of `shape`, compiled on first use."""
+        key = shape if shape in UNROLLED_SHAPES else FIXED_SHAPE
+        if key not in self.loops:
+            self.loops[key] = loop_for(self.step, self.name, key, cached=self.cached)
+        return self.loops[key]
+
+
+_BUILT_IN: dict[str, tuple[str, int | None, int, bool, bool]] = {
+    "taylor-1": ("Taylor, first order", 1, 0, False, False),
+    "taylor-2": ("Taylor, second order (eq. 3)", 2, 0, False, False),
+    "runge-kutta-4": ("Runge-Kutta, fourth order", 4, 0, True, False),
+    "adams-bashforth-moulton": ("Adams-Bashforth-Moulton PECE", 4, STARTING_STEPS, False, False),
+    "hamming": ("Hamming predictor-corrector", 4, STARTING_STEPS, False, False),
+    "milne-simpson": ("Milne-Simpson, as the paper (eq. 23, 24)", 4, STARTING_STEPS, False, False),
+    "milne-simpson-anchored": ("Milne-Simpson, pulled onto the arc length", None, STARTING_STEPS, False, True),
+    "arc-length": ("Newton on the arc length", None, 0, False, True),
+}
+_methods: dict[str, Method] = {}
+
+
+def methods() -> tuple[str, ...]:
+    """Names of all interpolation methods, built-in ones first."""
+    return (*_BUILT_IN, *(name for name in _methods if name not in _BUILT_IN))
+
+
+def method(name: str) -> Method:
+    """The method registered as `name`; MethodError names the nearest one if there is none."""
+    if name not in _methods:
+        if name not in _BUILT_IN:
+            close = difflib.get_close_matches(str(name), methods(), n=1)
+            hint = f"did you mean {close[0]!r}?" if close else "choose one of " + ", ".join(methods())
+            raise MethodError(f"unknown interpolation method {name!r}; {hint}")
+        title, order, history, half, anchor = _BUILT_IN[name]
+        module = import_module(f"splinefeed.interpolation.{name.replace('-', '_')}")
+        _methods[name] = Method(name, title, module.step, order, history, half, anchor, cached=True)
+    return _methods[name]
+
+
+def register(
+    name: str,
+    step: Callable[..., float],
+    *,
+    title: str = "",
+    order: int | None = None,
+    history: int = 0,
+    half: bool = False,
+    anchor: bool = False,
+) -> Method:
+    """Add a method of your own: `step` is a function of STEP_PARAMETERS that Numba can compile, see `Method`.
+
+    Raises MethodError for a name that is taken or not of lower-case letters, digits and hyphens, for a step with other
+    parameters, and for a history that is neither 0 nor at most 3.
+    """
+    import numba
+
+    if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
+        raise MethodError(f"method name {name!r}: use lower-case letters, digits and hyphens, as in 'my-method'")
+    if name in methods():
+        raise MethodError(f"method {name!r} is registered already; choose another name")
+    plain = getattr(step, "py_func", step)
+    parameters = tuple(inspect.signature(plain).parameters)
+    if parameters != STEP_PARAMETERS:
+        raise MethodError(f"method {name!r}: step takes ({', '.join(parameters)}); it must take {STEP_PARAMETERS}")
+    if not 0 <= history <= STARTING_STEPS:
+        raise MethodError(f"method {name!r}: history is {history}; 0 to {STARTING_STEPS} earlier steps are kept")
+    compiled = step if step is not plain else numba.njit(error_model="numpy")(step)
+    _methods[name] = Method(name, title or name, compiled, order, history, half, anchor)
+    return _methods[name]

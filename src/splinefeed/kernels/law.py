@@ -1,0 +1,31 @@
+"""A time law at one instant: polynomial pieces in t, read in order of time."""
+
+from __future__ import annotations
+
+from splinefeed.kernels.jit import kernel
+from splinefeed.records import Array
+
+
+@kernel
+def law_at(breaks: Array, coefficients: Array, piece: int, time: float, out: Array) -> int:
+    """s, feed and acceleration at `time`, s, into out (3,); returns the piece, found by walking on from `piece`.
+
+    s = sum_k c_k tau^k,  tau = time - breaks[piece], coefficients (m, 6) in mm/s^k. Beyond the ends the end holds.
+    """
+    last = coefficients.shape[0] - 1
+    while piece < last and time >= breaks[piece + 1]:
+        piece += 1
+    while piece > 0 and time < breaks[piece]:
+        piece -= 1
+    tau = min(max(time, breaks[0]), breaks[last + 1]) - breaks[piece]
+    s = coefficients[piece, 5]
+    feed = 0.0
+    acceleration = 0.0
+    for k in range(4, -1, -1):
+        acceleration = acceleration * tau + feed
+        feed = feed * tau + s
+        s = s * tau + coefficients[piece, k]
+    out[0] = s
+    out[1] = feed
+    out[2] = 2.0 * acceleration
+    return piece
