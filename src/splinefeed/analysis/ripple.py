@@ -1,0 +1,96 @@
+"""How well setpoints keep the planned feed and place: ripple, drift and chord error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.geometry.path import Path
+from splinefeed.kernels import measure
+from splinefeed.records import Array, Setpoints, TimeLaw
+
+#: Ripple is measured where the feed is above this share of its top; near rest a step is smaller than the rounding of s.
+FEED_SHARE = 0.1
+EPSILON = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Ripple:
+    """The feed that setpoints really have, beside the planned one.
+
+    t         (m,)  start of each step that counts, s
+    relative  (m,)  (arc length of the step) / (planned step) - 1
+    floor     the rounding of s over the smallest of these steps: what nobody can be below
+    """
+
+    t: Array
+    relative: Array
+    floor: float
+
+    @property
+    def max(self) -> float:
+        """Largest |relative|, 0 if no step counts."""
+        return float(np.max(np.abs(self.relative), initial=0.0))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of `relative`, 0 if no step counts."""
+        return float(np.sqrt(np.mean(self.relative**2))) if self.relative.size else 0.0
+
+
+def steps(points: Setpoints, path: Path) -> Array:
+    """Arc length over the linear axes from each setpoint to the next, (n - 1,), mm, negative where one goes back.
+
+    By adaptive quadrature of |C'(u)|, independent of the arc-length table that the interpolators use.
+    """
+    out = np.zeros(max(len(points) - 1, 0))
+    if not out.size:
+        return out
+    changes = np.flatnonzero(np.diff(points.curve)) + 1
+    for first, last in zip((0, *changes), (*changes, len(points)), strict=True):
+        table, shape = _spans(path, int(points.curve[first]))
+        measure.travelled_each(table, shape, points.u[first:last], out[first : last - 1])
+    for i in changes - 1:
+        before, after = int(points.curve[i]), int(points.curve[i + 1])
+        table, shape = _spans(path, before)
+        total = measure.travelled(table, shape, float(points.u[i]), path.curves[before].domain[1])
+        for between in range(before + 1, after):
+            total += float(path.curve_starts[between + 1] - path.curve_starts[between])
+        table, shape = _spans(path, after)
+        out[i] = total + measure.travelled(table, shape, path.curves[after].domain[0], float(points.u[i + 1]))
+    return out
+
+
+def _spans(path: Path, curve: int) -> tuple[Array, tuple[int, int, int, int]]:
+    table, (degree, axes, _, rational) = path.curves[curve].table
+    return table, (degree, axes, path.linear, rational)
+
+
+def feed_ripple(points: Setpoints, path: Path, law: TimeLaw) -> Ripple:
+    """Relative error of each step's arc length against the law's, where the feed is above a tenth of its top.
+
+    relative_k = (S(u_{k+1}) - S(u_k)) / (l(t_{k+1}) - l(t_k)) - 1, by `steps`. The chord would be shorter by
+    kappa^2 (V T)^2 / 24, which is no error of the interpolator.
+    """
+    planned = np.diff(law(points.t))
+    feed = np.minimum(law.feed(points.t)[:-1], law.feed(points.t)[1:])
+    counts = feed > FEED_SHARE * float(np.max(points.feed, initial=0.0))
+    counts &= planned > 0.0
+    actual = steps(points, path)[counts]
+    wanted = planned[counts]
+    floor = EPSILON * path.length / float(wanted.min()) if wanted.size else 0.0
+    return Ripple(points.t[:-1][counts], actual / wanted - 1.0, floor)
+
+
+def drift(points: Setpoints, law: TimeLaw) -> Array:
+    """How far each setpoint is ahead of the law along the path, (n,), mm: S(u_k) - l(t_k)."""
+    return points.s - law(points.t)
+
+
+def chord_errors(points: Setpoints, path: Path) -> Array:
+    """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
+    out = np.zeros(max(len(points) - 1, 0))
+    if out.size:
+        measure.chord_errors(path.table, path.curve_rows, path.shape, points.curve, points.u, out)
+    return out

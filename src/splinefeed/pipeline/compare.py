@@ -1,0 +1,117 @@
+"""Every interpolation method on the same path and law, measured the same way."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from splinefeed.analysis.ripple import chord_errors, drift, feed_ripple
+from splinefeed.geometry.path import Path
+from splinefeed.interpolation import registry
+from splinefeed.interpolation.interpolator import Interpolator
+from splinefeed.pipeline.run import check_ticks
+from splinefeed.records import Array, TimeLaw, positive
+
+#: A method is timed until it has run this long, s, or this often; the fastest counts.
+TIMING = 0.02
+TIMING_RUNS = 50
+
+
+@dataclass(frozen=True)
+class MethodResult:
+    """What one interpolation method did.
+
+    ripple_max, ripple_rms  relative feed error of the steps; ripple_floor  what the rounding of s alone may make
+    drift_mm        how far it was ahead of the law at the end (behind: negative), runs beyond the path's end included
+    drift_max_mm    the largest |drift| on the way; chord_error_mm  largest, to the true curve
+    ns_per_tick     time of a setpoint, point included, on this machine; replaced  steps without a finite result
+    """
+
+    method: str
+    title: str
+    ripple_max: float
+    ripple_rms: float
+    ripple_floor: float
+    drift_mm: float
+    drift_max_mm: float
+    chord_error_mm: float
+    ns_per_tick: float
+    replaced: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Names and values, as `compare --json` prints them."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, eq=False)
+class MethodTrace:
+    """A result with its ripple over time: t (m,), s, and relative (m,)."""
+
+    result: MethodResult
+    t: Array
+    relative: Array
+
+
+def compare(
+    path: Path,
+    law: TimeLaw,
+    *,
+    period: float | None = None,
+    methods: Iterable[str] | None = None,
+    corrections: int = 1,
+    tolerance: float = 0.0,
+) -> Iterator[MethodTrace]:
+    """Run each method over the whole motion and measure it; one trace at a time, in the order asked (default: all).
+
+    Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.
+    """
+    if period is not None or law.period is not None:
+        check_ticks(law, positive(law.period if period is None else period, "period"))
+    names = registry.methods() if methods is None else tuple(methods)
+    for name in names:
+        registry.method(name)
+    for name in names:
+        yield _measure(path, law, period, name, corrections, tolerance)
+
+
+def _measure(
+    path: Path, law: TimeLaw, period: float | None, name: str, corrections: int, tolerance: float
+) -> MethodTrace:
+    def fresh() -> Interpolator:
+        return Interpolator(path, law, period=period, method=name, corrections=corrections, tolerance=tolerance)
+
+    source = fresh()
+    points = source.block()
+    best = np.inf
+    spent = 0.0
+    for _ in range(TIMING_RUNS):
+        again = fresh()
+        start = time.perf_counter()
+        again.block()
+        took = time.perf_counter() - start
+        best = min(best, took)
+        spent += took
+        if spent > TIMING:
+            break
+    ripple = feed_ripple(points, path, law)
+    ahead = drift(points, law)
+    return MethodTrace(
+        MethodResult(
+            method=name,
+            title=registry.method(name).title,
+            ripple_max=ripple.max,
+            ripple_rms=ripple.rms,
+            ripple_floor=ripple.floor,
+            drift_mm=float(ahead[-1]) + source.overrun,
+            drift_max_mm=float(np.max(np.abs(ahead))),
+            chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
+            ns_per_tick=1e9 * best / len(points),
+            replaced=source.replaced,
+        ),
+        ripple.t,
+        ripple.relative,
+    )

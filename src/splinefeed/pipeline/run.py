@@ -1,0 +1,147 @@
+"""One run: a path and limits to setpoints, and the numbers that say how good they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from splinefeed.analysis.motion import AxisMotion, Share, axis_motion, tangential_shares
+from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
+from splinefeed.errors import LimitsError
+from splinefeed.feed.planning import plan
+from splinefeed.geometry.path import Path
+from splinefeed.interpolation.interpolator import interpolate
+from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.records import Limits, Setpoints, TimeLaw
+
+#: The paper's experiment: f = 60 mm/s, A = D = 50 mm/s^2, J = 2000 mm/s^3, one setpoint a millisecond.
+PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
+PAPER_PERIOD = 1e-3
+PAPER_SHAPE = "naca:0025?perimeter=33"
+DEFAULT_STRATEGY = "seven-phase"
+#: Most ticks of a run that is kept in memory, above an hour at 1 ms; `interpolate(chunk=)` knows no such bound.
+MOST_TICKS = 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Everything that one run made; `numbers()` is what `--json` prints."""
+
+    path: Path
+    limits: Limits
+    law: TimeLaw
+    points: Setpoints
+    ripple: Ripple
+    motion: AxisMotion
+    shares: Mapping[str, Share]
+    chord_error_mm: float
+
+    @property
+    def end_error_mm(self) -> float:
+        """Distance of the last setpoint from the end of the path over the linear axes, mm."""
+        linear = self.path.linear
+        end = self.path.curves[-1](self.path.curves[-1].domain[1])
+        return float(np.linalg.norm((self.points.position[-1] - end)[:linear]))
+
+    @property
+    def ok(self) -> bool:
+        """Whether every limit of the path holds and the path's end is reached."""
+        return all(share.kept for share in self.shares.values()) and self.end_error_mm <= 1e-9 * max(
+            self.path.size, 1.0
+        )
+
+    def numbers(self) -> dict[str, Any]:
+        """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
+        law, points = self.law, self.points
+        return {
+            "ok": self.ok,
+            "duration_s": law.duration,
+            "length_mm": self.path.length,
+            "ticks": len(points),
+            "period_s": points.period,
+            "method": points.method,
+            "strategy": law.strategy,
+            "ripple_max": self.ripple.max,
+            "ripple_rms": self.ripple.rms,
+            "ripple_floor": self.ripple.floor,
+            "end_error_mm": self.end_error_mm,
+            "feed_max_mm_s": float(points.feed.max()),
+            "chord_error_max_mm": self.chord_error_mm,
+            "limits": {
+                name: {"limit": s.limit, "worst": s.worst, "share": s.share, "at_s": s.at_s}
+                for name, s in self.shares.items()
+            },
+            "axes": self.axis_peaks(),
+            "notes": [*self.path.findings, *law.notes],
+        }
+
+    def axis_peaks(self) -> dict[str, dict[str, float | str]]:
+        """Largest |velocity|, |acceleration| and |jerk| of each axis, in mm or degrees, with the unit.
+
+        For linear axes their shares of the path's own acceleration and jerk besides, which nothing holds them to.
+        """
+        peaks: dict[str, dict[str, float | str]] = {}
+        for i, axis in enumerate(self.path.axes):
+            rotary = i >= self.path.linear
+            factor = 180.0 / np.pi if rotary else 1.0
+            motion = self.motion
+            peaks[axis] = {
+                "unit": "deg" if rotary else "mm",
+                "velocity": factor * float(np.max(np.abs(motion.velocity[:, i]))),
+                "acceleration": factor * float(np.max(np.abs(motion.acceleration[:, i]))),
+                "jerk": factor * float(np.max(np.abs(motion.jerk[:, i]))),
+            }
+            if not rotary:
+                for name, own in self.own_limits().items():
+                    peaks[axis][f"{name}_share"] = float(peaks[axis][name]) / own
+        return peaks
+
+    def own_limits(self) -> dict[str, float]:
+        """What the path itself was planned with, the larger of speeding up and slowing down: acceleration and jerk."""
+        limits = self.limits.as_dict()
+        return {
+            "acceleration": max(limits["acceleration"], limits["deceleration"]),
+            "jerk": max(limits["jerk"], limits["deceleration_jerk"]),
+        }
+
+
+def run(
+    path: Path,
+    limits: Limits = PAPER_LIMITS,
+    *,
+    period: float = PAPER_PERIOD,
+    strategy: str = DEFAULT_STRATEGY,
+    method: str = DEFAULT_METHOD,
+    corrections: int = 1,
+    tolerance: float = 0.0,
+) -> Run:
+    """Plan, interpolate and measure one path; defaults are the paper's limits and period.
+
+    Raises what `plan` and `interpolate` raise, and LimitsError for more than MOST_TICKS ticks.
+    """
+    law = plan(path, limits, strategy=strategy, period=period)
+    check_ticks(law, period)
+    points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
+    return Run(
+        path=path,
+        limits=limits,
+        law=law,
+        points=points,
+        ripple=feed_ripple(points, path, law),
+        motion=axis_motion(points, path, law),
+        shares=tangential_shares(law, limits),
+        chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
+    )
+
+
+def check_ticks(law: TimeLaw, period: float) -> None:
+    """Raise LimitsError if the motion has more ticks of `period` s than are kept in memory."""
+    ticks = law.duration / period
+    if ticks > MOST_TICKS:
+        raise LimitsError(
+            f"the motion takes {law.duration:.6g} s, {ticks:.3g} periods of {period:g} s; at most {MOST_TICKS} are "
+            f"kept in memory: raise the period or the feed, or use interpolate(chunk=) from Python"
+        )

@@ -1,0 +1,174 @@
+"""Ripple, drift, chord error and axis motion against values known beforehand, and with faults put in on purpose."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import motions
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import splinefeed as sf
+from splinefeed.analysis import motion, ripple
+from splinefeed.kernels import measure
+
+
+def circle(radius: float = 10.0) -> sf.Path:
+    half = np.sqrt(0.5)
+    points = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]]
+    knots = [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]
+    return sf.Path([sf.NurbsCurve(2, knots, radius * np.array(points, dtype=float), [1, half] * 4 + [1])], name="circle")
+
+
+@pytest.mark.parametrize("path", [motions.smooth(), motions.butterfly(), circle()], ids=lambda p: p.name)
+def test_travelled_agrees_with_scipy(path):
+    curve = path.curves[0]
+    table, shape = curve.table
+    rng = np.random.default_rng(5)
+    start, end = curve.domain
+    for _ in range(20):
+        a, b = np.sort(rng.uniform(start, end, 2))
+        inner = curve.breaks[(curve.breaks > a) & (curve.breaks < b)]
+        cuts = [a, *inner, b]
+        expected = sum(
+            quad(lambda u: np.linalg.norm(curve.derivatives(u, 1)[1]), low, high, epsabs=0, epsrel=1e-13, limit=200)[0]
+            for low, high in zip(cuts[:-1], cuts[1:], strict=True)
+        )
+        assert measure.travelled(table, shape, a, b) == pytest.approx(expected, rel=1e-12)
+        assert measure.travelled(table, shape, b, a) == -measure.travelled(table, shape, a, b)
+
+
+def test_travelled_through_a_cusp():
+    """x = t^2, y = t^3 about t = 0: C' = 0 inside; each side is (13^1.5 - 8) / 27 long."""
+    curve = sf.NurbsCurve.bezier([[1, -1], [-1 / 3, 1], [-1 / 3, -1], [1, 1]])
+    table, shape = curve.table
+    assert measure.travelled(table, shape, 0.0, 1.0) == pytest.approx(2 * (13**1.5 - 8) / 27, rel=1e-13)
+
+
+def test_ripple_sees_a_planted_fault():
+    path = circle()
+    law = motions.constant(path, 50.0)
+    points = sf.interpolate(path, law, period=1e-3)
+    good = ripple.feed_ripple(points, path, law)
+    assert good.max < 1e-11
+    u = points.u.copy()
+    moved = path.curves[0].parameter_at(points.s[100] + 0.01)
+    u[100] = moved
+    bad = ripple.feed_ripple(dataclasses.replace(points, u=u), path, law)
+    step = 50.0 * 1e-3
+    assert int(np.argmax(np.abs(bad.relative))) in (99, 100)
+    assert bad.relative[99] == pytest.approx(0.01 / step, rel=1e-9)
+    assert bad.relative[100] == pytest.approx(-0.01 / step, rel=1e-9)
+    assert bad.rms == pytest.approx(np.sqrt(2 * (0.01 / step) ** 2 / len(bad.relative)), rel=1e-6)
+
+
+def test_ripple_leaves_out_what_is_near_rest():
+    path = motions.smooth()
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=50, jerk=2000), period=1e-3)
+    points = sf.interpolate(path, law)
+    counted = ripple.feed_ripple(points, path, law).t
+    assert law.feed(counted).min() > 0.1 * points.feed.max()
+    assert counted.min() > 0.05
+
+
+def test_ripple_across_joints():
+    """Steps that end on the next curve are measured over the joint, and curves that hold no setpoint are not lost."""
+    lines = [sf.NurbsCurve.bezier([[x, 0], [x + w, 0]]) for x, w in ((0, 10), (10, 0.001), (10.001, 0.002), (10.003, 5))]
+    path = sf.Path(lines)
+    law = motions.constant(path, 30.0)
+    points = sf.interpolate(path, law, period=1e-3)
+    assert set(np.diff(points.curve)) >= {0, 3} or len(set(points.curve)) == 4
+    assert ripple.feed_ripple(points, path, law).max < 1e-10
+    assert np.sum(ripple.steps(points, path)) == pytest.approx(path.length, rel=1e-13)
+
+
+def test_drift_is_the_distance_ahead_of_the_law():
+    path = circle()
+    law = motions.constant(path, 50.0)
+    points = sf.interpolate(path, law, period=1e-3)
+    late = dataclasses.replace(points, s=points.s - 0.25)
+    assert ripple.drift(late, law) == pytest.approx(np.full(len(points), -0.25), abs=1e-12)
+
+
+def test_chord_error_of_a_circle():
+    """r (1 - cos(V T / 2r)) between every two setpoints."""
+    path = circle(10.0)
+    law = motions.constant(path, 200.0)
+    points = sf.interpolate(path, law, period=5e-3)
+    errors = ripple.chord_errors(points, path)[:-1]  # the last step is shorter
+    assert errors == pytest.approx(np.full(len(errors), 10 * (1 - np.cos(200 * 5e-3 / 20))), rel=1e-9)
+
+
+def test_chord_error_over_a_corner_is_the_corner():
+    path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [1, 0]]), sf.NurbsCurve.bezier([[1, 0], [1, 1]])])
+    points = sf.interpolate(path, motions.constant(path, 1.0), period=0.3)
+    across = int(np.flatnonzero(np.diff(points.curve))[0])
+    start, end = points.position[across], points.position[across + 1]
+    chord = end - start
+    to_corner = np.array([1, 0]) - start
+    away = abs(chord[0] * to_corner[1] - chord[1] * to_corner[0]) / np.linalg.norm(chord)
+    assert ripple.chord_errors(points, path)[across] == pytest.approx(away, rel=1e-12)
+
+
+def test_axis_motion_agrees_with_differences():
+    path = motions.smooth()
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-4)
+    points = sf.interpolate(path, law)
+    exact = motion.axis_motion(points, path, law)
+    inside = slice(5, -5)
+    for order, values in ((1, exact.velocity), (2, exact.acceleration)):
+        top = np.max(np.abs(values))
+        assert motion.differences(points, order)[inside] == pytest.approx(values[inside], abs=3e-3 * top)
+    smooth_jerk = np.abs(np.diff(law.jerk(points.t), prepend=0)) < 1
+    both = np.convolve(smooth_jerk, np.ones(9), "same")[inside] > 8.5
+    third = motion.differences(points, 3)[inside][both]
+    assert third == pytest.approx(exact.jerk[inside][both], abs=2e-2 * np.max(np.abs(exact.jerk)))
+
+
+def test_axis_motion_where_the_derivative_vanishes():
+    path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [0, 0], [30, 20], [30, 20]])])
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-3)
+    points = sf.interpolate(path, law)
+    exact = motion.axis_motion(points, path, law)
+    assert np.all(np.isfinite(exact.jerk))
+    assert np.all(np.isfinite(exact.acceleration))
+
+
+def test_the_nose_of_the_papers_airfoil_asks_thirty_times_the_papers_acceleration():
+    """The digest: 1540 mm/s^2 and 6.3e4 mm/s^3 at 40 mm/s on a radius of 1.07 mm."""
+    result = sf.run(sf.shapes.naca("0025", perimeter=33))
+    assert result.law.duration == pytest.approx(1.65, abs=1e-12)
+    assert result.points.feed.max() == pytest.approx(40.0, rel=1e-9)
+    assert result.path.minimum_radius() == pytest.approx(1.07, abs=0.005)
+    peaks = result.numbers()["axes"]
+    assert max(peaks["x"]["acceleration"], peaks["y"]["acceleration"]) == pytest.approx(1540, rel=0.05)
+    assert max(peaks["x"]["jerk"], peaks["y"]["jerk"]) == pytest.approx(6.3e4, rel=0.05)
+    assert result.ok
+
+
+def test_shares_find_a_law_over_its_limits():
+    path = motions.smooth()
+    limits = sf.Limits(feed=60, acceleration=500, deceleration=250, jerk=20000, deceleration_jerk=5000)
+    law = sf.plan(path, limits)
+    shares = motion.tangential_shares(law, limits)
+    assert all(share.kept for share in shares.values())
+    assert shares["jerk"].share == pytest.approx(1.0, rel=1e-9)
+    for name, less in (("feed", 0.9), ("acceleration", 0.9), ("deceleration", 0.9)):
+        tight = dataclasses.replace(limits, **{name: shares[name].worst * less})
+        found = motion.tangential_shares(law, tight)
+        assert not found[name].kept
+        assert found[name].share == pytest.approx(1 / less, rel=1e-9)
+        assert [n for n, s in found.items() if not s.kept] == [name]
+    for name in ("jerk", "deceleration_jerk"):
+        tight = dataclasses.replace(limits, **{name: 0.5 * getattr(limits, name)})
+        assert motion.tangential_shares(law, tight)["jerk"].share == pytest.approx(2.0, rel=1e-9)
+
+
+def test_differences_of_few_points():
+    path = motions.smooth()
+    law = motions.constant(path, path.length)
+    points = sf.interpolate(path, law, period=1.0)
+    assert len(points) == 2
+    assert motion.differences(points, 3).shape == (2, 2)
+    assert ripple.chord_errors(points, path).shape == (1,)
