@@ -12,6 +12,8 @@ import numpy as np
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.feed.seven_phase import STRATEGY, Stretched, plan_seven_phase
+from splinefeed.feed.time_optimal import STRATEGY as TIME_OPTIMAL
+from splinefeed.feed.time_optimal import plan_time_optimal
 from splinefeed.records import Limits, TimeLaw, positive
 
 #: A strategy makes a law for a path whose stops and length were checked, under limits, for a period in s or none.
@@ -19,7 +21,7 @@ from splinefeed.records import Limits, TimeLaw, positive
 Strategy = Callable[[Any, Limits, float | None], TimeLaw]
 
 #: Every strategy by the name that `plan` and the command line know it by; a new one is one entry.
-STRATEGIES: dict[str, Strategy] = {STRATEGY: plan_seven_phase}
+STRATEGIES: dict[str, Strategy] = {STRATEGY: plan_seven_phase, TIME_OPTIMAL: plan_time_optimal}
 
 
 def plan(path: Stretched, limits: Limits, strategy: str = STRATEGY, period: float | None = None) -> TimeLaw:
@@ -41,7 +43,9 @@ def plan(path: Stretched, limits: Limits, strategy: str = STRATEGY, period: floa
         period = positive(period, "period")
     _check_path(path)
     law = STRATEGIES[strategy](path, limits, period)
-    return dataclasses.replace(law, settings={"limits": limits.as_dict(), "strategy": strategy, "period": period})
+    return dataclasses.replace(
+        law, settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period}
+    )
 
 
 def _check_path(path: Stretched) -> None:

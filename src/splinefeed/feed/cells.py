@@ -1,0 +1,171 @@
+"""A stretch of a path cut into cells, with the path's derivatives by arc length at both ends and the middle of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.path import Path
+from splinefeed.kernels import pieces
+from splinefeed.records import Array, BoolArray, IntArray
+
+#: A cell may be this much longer than its neighbour: a jump of the grid costs accuracy of q'.
+GROWTH = 2.5
+#: Passes that even out a grid.
+MAX_EVENING = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Cells between nodes of one stretch; every knot and joint of the path inside it is a node.
+
+    curve  (n,)    curve of each cell;  u0, u1  (n,)  its parameters there
+    s      (n+1,)  arc length of the nodes along the path, mm
+    """
+
+    path: Path
+    curve: IntArray
+    u0: Array
+    u1: Array
+    s: Array
+
+    @property
+    def count(self) -> int:
+        """Number of cells."""
+        return len(self.curve)
+
+    @property
+    def length(self) -> Array:
+        """Length of each cell, mm, (n,)."""
+        return np.diff(self.s)
+
+    def halved(self, marked: BoolArray) -> Cells:
+        """The marked cells (n,) cut in two at the middle parameter, and then whatever an even grid asks for besides."""
+        cells = self._cut(marked)
+        for _ in range(MAX_EVENING):
+            h = cells.length
+            long = np.zeros(len(h), dtype=bool)
+            long[1:] |= h[1:] > GROWTH * h[:-1]
+            long[:-1] |= h[:-1] > GROWTH * h[1:]
+            if not long.any():
+                break
+            cells = cells._cut(long)
+        return cells
+
+    def _cut(self, marked: BoolArray) -> Cells:
+        middle = 0.5 * (self.u0 + self.u1)[marked]
+        s = _lengths(self.path, self.curve[marked], middle)
+        after = np.flatnonzero(marked)
+        return Cells(
+            self.path,
+            np.insert(self.curve, after + 1, self.curve[marked]),
+            np.insert(self.u0, after + 1, middle),
+            np.insert(self.u1, after, middle),
+            np.insert(self.s, after + 1, s),
+        )
+
+    def derivatives(self) -> tuple[Array, Array]:
+        """Fractions (3, n) of start, middle and end of each cell, and r', r'', r''' by arc length, (3, n, 3, axes).
+
+        They are taken inside the cell: one-sided at knots.
+        """
+        middle = 0.5 * (self.u0 + self.u1)
+        at = [
+            self.path.evaluate(self.curve, self.u0, 3),
+            self.path.evaluate(self.curve, middle, 3),
+            self.path.evaluate(self.curve, self.u1, 3, side="left"),
+        ]
+        fractions = np.stack(
+            [
+                np.zeros(self.count),
+                (_lengths(self.path, self.curve, middle) - self.s[:-1]) / self.length,
+                np.ones(self.count),
+            ]
+        )
+        return fractions, np.stack([by_arc_length(d, self.path.linear)[:, 1:] for d in at])
+
+
+def _lengths(path: Path, curve: IntArray, u: Array) -> Array:
+    """Arc length along the path at parameters u (n,) of `curve` (n,), mm."""
+    return path.arc_length(curve, u)
+
+
+def sample(path: Path, start: float, end: float, per_piece: int) -> tuple[IntArray, Array, Array]:
+    """Curve, parameter and arc length of `per_piece` points of every arc-length piece in [start, end], mm."""
+    table, rows = path.table, path.curve_rows
+    first = int(np.searchsorted(table[:, pieces.START], start, side="right")) - 1
+    last = int(np.searchsorted(table[:, pieces.START], end, side="left")) - 1
+    first, last = max(first, 0), max(last, first)
+    chosen = table[first : last + 1]
+    fraction = (np.arange(per_piece) + 0.5) / per_piece
+    u = (chosen[:, pieces.LOW, None] + fraction * (chosen[:, pieces.HIGH] - chosen[:, pieces.LOW])[:, None]).ravel()
+    owner = np.searchsorted(rows[:, 1], np.arange(first, last + 1), side="left")
+    curve = np.repeat(owner, per_piece).astype(np.int64)
+    s = path.arc_length(curve, u)
+    inside = (s > start) & (s < end)
+    return curve[inside], u[inside], s[inside]
+
+
+def cells_between(path: Path, start: float, end: float, s: Array, density: Array, count: int) -> Cells:
+    """About `count` cells between arc lengths `start` and `end`, mm, as many per mm as `density` says at s (m,)."""
+    cumulative = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
+    levels = np.interp([start, end], s, cumulative)
+    nodes = np.interp(np.linspace(levels[0], levels[1], count + 1), cumulative, s)
+    nodes[0], nodes[-1] = start, end
+    # knots and joints are nodes, exactly; an even node that falls close to one gives way to it
+    fixed_s, fixed_curve, fixed_before, fixed_after = _breaks(path, start, end)
+    close = np.zeros(len(nodes), dtype=bool)
+    if fixed_s.size:
+        spacing = np.interp(nodes, 0.5 * (nodes[1:] + nodes[:-1]), np.diff(nodes)) if count > 1 else np.diff(nodes)
+        nearest = np.searchsorted(fixed_s, nodes)
+        for side in (np.clip(nearest - 1, 0, len(fixed_s) - 1), np.clip(nearest, 0, len(fixed_s) - 1)):
+            close |= np.abs(nodes - fixed_s[side]) < 0.3 * spacing
+    close[[0, -1]] = False
+    free = nodes[~close]
+    curve, u = path.locate(free)
+    all_s = np.concatenate([free, fixed_s])
+    order = np.argsort(all_s, kind="stable")
+    all_s = all_s[order]
+    # the cell to the right of a node is on `right_curve` from `right_u`; the one to its left ends at `left_u`
+    right_curve = np.concatenate([curve, fixed_curve[:, 1]])[order]
+    right_u = np.concatenate([u, fixed_after])[order]
+    left_u = np.concatenate([u, fixed_before])[order]
+    last_curve = int(np.searchsorted(path.curve_starts, end, side="left")) - 1
+    if end >= path.curve_starts[last_curve + 1]:
+        left_u[-1] = path.curves[last_curve].domain[1]
+    cells = Cells(path, right_curve[:-1], right_u[:-1], left_u[1:], all_s)
+    return cells.halved(np.zeros(cells.count, dtype=bool))
+
+
+def _breaks(path: Path, start: float, end: float) -> tuple[Array, IntArray, Array, Array]:
+    """Knots and joints inside (start, end): arc length (m,), curves before and after (m, 2), u before and after."""
+    s_all, curves, before, after = [], [], [], []
+    first = max(int(np.searchsorted(path.curve_starts, start, side="right")) - 1, 0)
+    slack = 1e-12 * path.length
+    for i in range(first, len(path.curves)):
+        low, high = path.curve_starts[i], path.curve_starts[i + 1]
+        if low >= end:
+            break
+        curve = path.curves[i]
+        if start + slack < low < end - slack and i > 0:
+            s_all.append(low)
+            curves.append((i - 1, i))
+            before.append(path.curves[i - 1].domain[1])
+            after.append(curve.domain[0])
+        inner = curve.breaks[1:-1]
+        if inner.size and not (high < start):
+            s = path.arc_length(np.full(len(inner), i), inner)
+            keep = (s > start + slack) & (s < end - slack)
+            for value, u in zip(s[keep], inner[keep], strict=True):
+                s_all.append(value)
+                curves.append((i, i))
+                before.append(u)
+                after.append(u)
+    return (
+        np.array(s_all),
+        np.array(curves, dtype=np.int64).reshape(-1, 2),
+        np.array(before),
+        np.array(after),
+    )

@@ -1,0 +1,249 @@
+"""Time-optimal plans: as fast as the best known, never faster than possible, and within every limit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import motions
+import splinefeed as sf
+from splinefeed.geometry.path import Path
+
+#: Best known times that hold every limit, s, and the second-order bound: CasADi/IPOPT collocation and COPP agree on
+#: them to about 0.1 %. Rest to rest; axis velocity = feed; A, B: feed, axis acceleration, axis jerk; C: the paper's.
+SETTINGS = {"A": (60.0, 500.0, 20000.0), "B": (100.0, 2000.0, 50000.0), "C": (60.0, 50.0, 2000.0)}
+BEST = {
+    ("butterfly", "A"): (7.709, 7.661),
+    ("butterfly", "B"): (4.470, 4.283),
+    ("butterfly", "C"): (19.840, 19.803),
+    ("airfoil12", "A"): (1.2691, 1.2438),
+    ("airfoil12", "B"): (0.7502, 0.7039),
+    ("airfoil12", "C"): (3.1142, 3.0886),
+}
+
+
+def airfoil12() -> Path:
+    points = [(1, 0), (0.75, 0.06), (0.5, 0.11), (0.25, 0.15), (0.05, 0.12), (0, 0.05)]
+    points += [(x, -y) for x, y in reversed(points)]
+    knots = np.r_[np.zeros(6), np.linspace(0, 1, 8)[1:-1], np.ones(6)]
+    return Path([sf.NurbsCurve(5, knots, 30 * np.array(points))], name="airfoil12")
+
+
+PATHS = {"butterfly": motions.butterfly(), "airfoil12": airfoil12()}
+
+
+def axis_limits(name: str) -> sf.Limits:
+    feed, acceleration, jerk = SETTINGS[name]
+    return sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+
+
+def axis_motion(path: Path, law: sf.TimeLaw, t: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Velocity, acceleration, jerk of each axis, (n, axes): the chain rule in the parameter u, by s(t) and |C'|."""
+    curve, u = path.locate(np.clip(law(t), 0, path.length))
+    d = path.evaluate(curve, u, 3)
+    c1, c2, c3 = d[:, 1], d[:, 2], d[:, 3]
+    g = np.linalg.norm(c1[:, : path.linear], axis=1)
+    g1 = np.sum(c1 * c2, axis=1) / g
+    g2 = (np.sum(c2 * c2 + c1 * c3, axis=1) - g1**2) / g
+    v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
+    u1 = v / g  # du/dt, and its two derivatives by t
+    u2 = (a - g1 * u1**2) / g
+    u3 = (j - 3 * g1 * u1 * u2 - g2 * u1**3) / g
+    col = lambda x: x[:, None]  # noqa: E731
+    return (
+        c1 * col(u1),
+        c2 * col(u1**2) + c1 * col(u2),
+        c3 * col(u1**3) + 3 * c2 * col(u1 * u2) + c1 * col(u3),
+    )
+
+
+@pytest.mark.parametrize(("name", "setting"), BEST)
+def test_best_known_times(name, setting):
+    path, limits = PATHS[name], axis_limits(setting)
+    best, bound = BEST[name, setting]
+    law = sf.plan(path, limits, "time-optimal")
+    assert law.duration <= 1.005 * best
+    # 0.1 % is what the references agree to
+    assert law.duration >= 0.999 * best
+    lower = law.settings["lower_bound_s"]
+    assert 0.995 * bound <= lower <= bound * 1.0002
+    assert lower < law.duration
+    assert law.length == pytest.approx(path.length, rel=1e-14)
+
+
+@pytest.mark.parametrize(("name", "setting"), BEST)
+def test_every_limit_at_a_hundred_thousand_points(name, setting):
+    path, limits = PATHS[name], axis_limits(setting)
+    feed, acceleration, jerk = SETTINGS[setting]
+    law = sf.plan(path, limits, "time-optimal", period=1e-3)
+    t = np.linspace(0, law.duration, 100_001)[1:-1]
+    assert np.max(law.feed(t)) <= feed * (1 + 1e-9)
+    for values, limit in zip(axis_motion(path, law, t), (feed, acceleration, jerk), strict=True):
+        assert np.max(np.abs(values)) <= limit * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_the_setpoints_keep_the_limits_too(setting):
+    path = PATHS["butterfly"]
+    law = sf.plan(path, axis_limits(setting), "time-optimal", period=1e-3)
+    assert law.duration / 1e-3 == pytest.approx(round(law.duration / 1e-3), abs=1e-9)
+    points = sf.interpolate(path, law)
+    for order, limit in enumerate(SETTINGS[setting], start=1):
+        seen = np.max(np.abs(np.diff(points.position, n=order, axis=0))) / 1e-3**order
+        floor = 8 * np.finfo(float).eps * np.max(np.abs(points.position)) / 1e-3**order
+        assert seen <= limit * (1 + 1e-9) + floor
+
+
+def test_feed_and_acceleration_are_continuous_and_progress_is_forward():
+    path = PATHS["butterfly"]
+    law = sf.plan(path, axis_limits("B"), "time-optimal", period=1e-3)
+    inner = law.breaks[1:-1]
+    before = inner - law.breaks[:-2]
+    c = law.coefficients[:-1]
+    s = sum(c[:, k] * before**k for k in range(6))
+    v = sum(k * c[:, k] * before ** (k - 1) for k in range(1, 6))
+    a = sum(k * (k - 1) * c[:, k] * before ** (k - 2) for k in range(2, 6))
+    assert s == pytest.approx(law(inner), abs=1e-12 * path.length)
+    assert v == pytest.approx(law.feed(inner), abs=1e-9 * 100)
+    assert a == pytest.approx(law.acceleration(inner), abs=1e-8 * 2000)
+    t = np.linspace(0, law.duration, 50_001)
+    assert np.all(np.diff(law(t)) >= 0)
+    assert law.feed(0.0) == law.acceleration(0.0) == 0.0
+    assert law.feed(law.duration) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_straight_line_is_the_seven_phase_profile():
+    line = Path([sf.NurbsCurve.bezier([[0, 0], [60, 80]])])
+    limits = sf.Limits(feed=60, acceleration=500, jerk=20000)
+    assert sf.plan(line, limits, "time-optimal").duration == sf.plan(line, limits).duration
+    axes = sf.Limits(feed=60, axis_acceleration=400, axis_jerk=16000)  # y takes 0.8 of what the path does
+    assert sf.plan(line, axes, "time-optimal").duration == pytest.approx(sf.plan(line, limits).duration, rel=1e-12)
+
+
+def test_tangential_limits_alone_give_the_seven_phases_on_any_curve():
+    """With limits along the path only, the best plan is the classic profile, whatever the shape."""
+    path = motions.smooth()
+    limits = sf.Limits(feed=60, acceleration=500, jerk=20000)
+    best = sf.plan(path, limits).duration
+    found = sf.plan(path, limits, "time-optimal").duration
+    assert best * (1 - 1e-9) <= found <= 1.002 * best
+
+
+def test_without_jerk_limits_a_straight_start_is_a_trapezoid():
+    """Only acceleration limits on a nearly straight curve: L / v + v / a, and no faster than that."""
+    path = Path([sf.NurbsCurve.bezier([[0, 0], [30, 0.001], [60, -0.001], [100, 0]])])
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=500), "time-optimal")
+    trapezoid = path.length / 60 + 60 / 500
+    assert trapezoid * (1 - 1e-6) <= law.duration <= trapezoid * 1.002
+
+
+def test_chord_error_and_centripetal_limits():
+    path = PATHS["butterfly"]
+    limits = sf.Limits(feed=60, acceleration=500, jerk=20000, chord_error=1e-4, centripetal=200)
+    law = sf.plan(path, limits, "time-optimal", period=1e-3)
+    points = sf.interpolate(path, law)
+    from splinefeed.analysis.ripple import chord_errors
+
+    assert np.max(chord_errors(points, path)) <= 1.05e-4
+    curvature = path.curves[0].curvature(points.u)
+    assert np.max(curvature * points.feed**2) <= 200 * (1 + 1e-9)
+    slower = sf.plan(path, limits, "time-optimal").duration
+    assert slower > sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), "time-optimal").duration
+
+
+def test_stops_at_corners_and_falls_on_ticks():
+    path = Path(
+        [
+            sf.NurbsCurve.bezier([[0, 0], [20, 0]]),
+            sf.NurbsCurve.bezier([[20, 0], [30, 0], [30, 10], [20, 10]]),
+            sf.NurbsCurve.bezier([[20, 10], [20, 30]]),
+        ]
+    )
+    law = sf.plan(path, sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000), "time-optimal", period=1e-3)
+    points = sf.interpolate(path, law)
+    assert len(path.stops) == 1
+    at = int(np.argmin(np.abs(points.s - path.stops[0])))
+    assert points.feed[at] == pytest.approx(0, abs=1e-6)
+    assert points.position[at] == pytest.approx([20, 10], abs=1e-9)
+
+
+@pytest.mark.parametrize("radius", [0.5, 5.0, 50.0])
+def test_a_curvature_jump_is_taken_within_the_axis_jerk_that_a_drive_sees(radius):
+    h = np.sqrt(0.5)
+    path = Path(
+        [
+            sf.NurbsCurve.bezier([[0, 0], [30, 0]]),
+            sf.NurbsCurve.bezier([[30, 0], [30 + radius, 0], [30 + radius, radius]], [1, h, 1]),
+            sf.NurbsCurve.bezier([[30 + radius, radius], [30 + radius, radius + 30]]),
+        ]
+    )
+    assert not path.stops
+    limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
+    with pytest.raises(sf.errors.LimitsError, match=r"the curvature jumps at s = 30 mm, where axis jerk is infinite"):
+        sf.plan(path, limits, "time-optimal")
+    law = sf.plan(path, limits, "time-optimal", period=1e-3)
+    points = sf.interpolate(path, law)
+    third = np.abs(np.diff(points.position, n=3, axis=0)) / 1e-9
+    floor = 8 * np.finfo(float).eps * np.max(np.abs(points.position)) / 1e-9
+    assert np.max(third) <= 20000 * (1 + 1e-9) + floor
+    middle = points.curve == 1
+    assert points.feed[middle].min() > 0.1
+
+
+def random_path(rng: np.random.Generator) -> Path:
+    degree = int(rng.integers(2, 6))
+    count = degree + 1 + int(rng.integers(0, 15))
+    axes = int(rng.integers(2, 4))
+    points = np.cumsum(rng.normal(size=(count, axes)), axis=0) * 10 ** rng.uniform(-1, 2)
+    knots = np.r_[np.zeros(degree + 1), np.sort(rng.random(count - degree - 1)), np.ones(degree + 1)]
+    weights = rng.uniform(0.3, 3, count) if rng.random() < 0.5 else None
+    return Path([sf.NurbsCurve(degree, knots, points, weights)])
+
+
+def check_random(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    path = random_path(rng)
+    feed = 10 ** rng.uniform(0.5, 2.5)
+    acceleration = feed * 10 ** rng.uniform(0, 1.5)
+    jerk = acceleration * 10 ** rng.uniform(0.5, 2)
+    limits = sf.Limits(feed=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+    period = 1e-3
+    law = sf.plan(path, limits, "time-optimal", period=period)
+    assert law.settings["lower_bound_s"] <= law.duration * (1 + 1e-9)
+    assert law.length == pytest.approx(path.length, rel=1e-12)
+    points = sf.interpolate(path, law)
+    scale = np.max(np.abs(points.position))
+    for order, limit in ((1, np.inf), (2, acceleration), (3, jerk)):
+        if len(points) > order:
+            seen = np.max(np.abs(np.diff(points.position, n=order, axis=0))) / period**order
+            # a difference is a mean of the derivative, and at a curvature jump of its one-sided values
+            assert seen <= limit * (1 + 1e-9) + 8 * np.finfo(float).eps * scale / period**order, (seed, order)
+    assert np.max(points.feed) <= feed * (1 + 1e-9), seed
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_random_paths_and_limits(seed):
+    check_random(seed)
+
+
+@pytest.mark.torture
+@pytest.mark.timeout(3600)
+def test_random_paths_and_limits_many():
+    for seed in range(1000, 4000):
+        check_random(seed)
+
+
+def test_bad_input():
+    path = motions.smooth()
+    with pytest.raises(
+        sf.errors.LimitsError, match="needs a limit on acceleration or jerk, of the path or of its axes"
+    ):
+        sf.plan(path, sf.Limits(feed=60), "time-optimal")
+    with pytest.raises(sf.errors.PlanError, match="begins and ends at rest; leave start_feed and end_feed at 0"):
+        sf.plan(path, sf.Limits(feed=60, acceleration=500, start_feed=5), "time-optimal")
+    with pytest.raises(sf.errors.LimitsError, match=r"axis_jerk\.z: the path has no axis 'z'; its axes are x, y"):
+        sf.plan(path, sf.Limits(feed=60, axis_jerk={"z": 1.0}), "time-optimal")
+    with pytest.raises(sf.errors.LimitsError, match="the seven-phase strategy needs a limit on acceleration"):
+        sf.plan(path, sf.Limits(feed=60, axis_jerk=100))
+    with pytest.raises(sf.errors.LimitsError, match="neither feed nor axis_velocity is given"):
+        sf.Limits(acceleration=5)
