@@ -15,6 +15,7 @@ from splinefeed.errors import InputError, LimitsError
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
@@ -102,7 +103,9 @@ class Limits:
         for name in ("start_feed", "end_feed"):
             value = number(getattr(self, name), name)
             if not 0.0 <= value <= self.feed:
-                raise LimitsError(f"{name} is {value:g} mm/s; it must lie between 0 and the feed limit of {self.feed:g} mm/s")
+                raise LimitsError(
+                    f"{name} is {value:g} mm/s; it must lie between 0 and the feed limit of {self.feed:g} mm/s"
+                )
             object.__setattr__(self, name, value)
 
     def of_axes(self, name: str, axes: Sequence[str]) -> Array:
@@ -297,7 +300,7 @@ class Response:
     position: Array
     measured: Array
     output: Array
-    saturated: NDArray[np.bool_]
+    saturated: BoolArray
     axes: tuple[str, ...]
     period: float
     contour_error: Array | None = None

@@ -93,7 +93,7 @@ def tangential_shares(law: TimeLaw, limits: Limits) -> Mapping[str, Share]:
     # a piece that begins or ends with a = 0 belongs to the side its middle is on
     middle = a[:, SAMPLES // 2, None] >= 0.0
     growing = np.where(np.abs(a) <= 1e-9 * np.abs(a).max(), middle, pushes)
-    jerk_limit = np.where(growing, limits.jerk, limits.deceleration_jerk)
+    jerk_limit = np.where(growing, limits.jerk, float(limits.deceleration_jerk or limits.jerk))
     worst_jerk = int(np.argmax(np.abs(j) / jerk_limit))
     at = np.unravel_index(worst_jerk, j.shape)
     shares = {

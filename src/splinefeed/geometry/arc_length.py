@@ -52,7 +52,7 @@ class ArcLength:
         self.table: Array = room[:needed].copy()
         self.table.setflags(write=False)
         self.curve = curve
-        self.length = float(kernels.arc_length(self.table, needed - 1, 1.0))
+        self.length = float(self.at(curve.domain[1]))
 
     @cached_property
     def nearest(self) -> Nearest:

@@ -16,6 +16,12 @@ if TYPE_CHECKING:
 
 MAX_DEGREE = 12
 MAX_AXES = 6
+#: Greatest coordinate, knot and weight, and one over the least size, knot span and weight: beyond, powers overflow.
+LARGEST = 1e30
+#: Weights that differ by more leave no digits of the points between them.
+WEIGHT_RATIO = 1e12
+#: Largest weight over smallest. Beyond it the point of the lightest control point drowns in rounding.
+MAX_WEIGHT_RATIO = 1e6
 #: Ends closer than this, relative to the curve's size, are one point.
 CLOSED_TOLERANCE = 1e-9
 
@@ -42,7 +48,8 @@ class NurbsCurve:
     def __init__(
         self, degree: int, knots: ArrayLike, control_points: ArrayLike, weights: ArrayLike | None = None
     ) -> None:
-        if isinstance(degree, bool) or int(degree) != degree or not 1 <= degree <= MAX_DEGREE:
+        whole = isinstance(degree, (int, float, np.integer, np.floating)) and not isinstance(degree, bool)
+        if not whole or not 1 <= degree <= MAX_DEGREE or int(degree) != degree:
             raise CurveError(f"degree is {degree!r}; a whole number from 1 to {MAX_DEGREE} is needed")
         try:
             arrays = frozen_array(knots, "knots", 1), frozen_array(control_points, "control_points", 2)
@@ -63,6 +70,9 @@ class NurbsCurve:
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a NurbsCurve cannot be changed: tried to set {name!r}; make a new one")
 
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a NurbsCurve cannot be changed: tried to delete {name!r}")
+
     def _check(self) -> None:
         p, knots, points = self.degree, self.knots, self.control_points
         n, axes = points.shape
@@ -72,8 +82,14 @@ class NurbsCurve:
             raise CurveError(f"{n} control point(s) for degree {p}; at least {p + 1} are needed")
         if len(knots) != n + p + 1:
             raise CurveError(
-                f"{len(knots)} knots for {n} control points of degree {p}; exactly {n + p + 1} (points + degree + 1) are needed"
+                f"{len(knots)} knots for {n} control points of degree {p}; "
+                f"exactly {n + p + 1} (points + degree + 1) are needed"
             )
+        for array, name in ((knots, "knots"), (points, "control_points"), (self.weights, "weights")):
+            if array is not None and np.any(np.abs(array) > LARGEST):
+                place = np.unravel_index(int(np.argmax(np.abs(array) > LARGEST)), array.shape)
+                index = ", ".join(str(int(i)) for i in place)
+                raise CurveError(f"{name}[{index}] is {array[place]:g}; values up to {LARGEST:g} are possible")
         steps = np.diff(knots)
         if np.any(steps < 0.0):
             i = int(np.argmax(steps < 0.0))
@@ -86,7 +102,8 @@ class NurbsCurve:
         if np.any(counts[inside] > p):
             i = int(np.argmax(np.where(inside, counts, 0)))
             raise CurveError(f"inner knot {inner[i]:g} stands {counts[i]} times; at most {p} (the degree) are possible")
-        if np.max(np.abs(knots)) * np.finfo(float).eps * 16 > np.min(steps[steps > 0.0]):
+        least = max(np.max(np.abs(knots)) * np.finfo(float).eps * 16, 1.0 / LARGEST)
+        if least > np.min(steps[steps > 0.0]):
             i = int(np.argmin(np.where(steps > 0.0, steps, np.inf)))
             raise CurveError(
                 f"knots[{i}] and knots[{i + 1}] differ by {steps[i]:g} only; make them equal or move them apart"
@@ -97,14 +114,36 @@ class NurbsCurve:
             if np.any(self.weights <= 0.0):
                 i = int(np.argmax(self.weights <= 0.0))
                 raise CurveError(f"weights[{i}] is {self.weights[i]:g}; weights must be greater than 0")
+            low, high = int(np.argmin(self.weights)), int(np.argmax(self.weights))
+            if self.weights[high] > MAX_WEIGHT_RATIO * self.weights[low]:
+                raise CurveError(
+                    f"weights[{low}] = {self.weights[low]:g} and weights[{high}] = {self.weights[high]:g} differ by more "
+                    f"than {MAX_WEIGHT_RATIO:g} times; the curve would lose the digits of its points"
+                )
+            low, high = int(np.argmin(self.weights)), int(np.argmax(self.weights))
+            if self.weights[low] < self.weights[high] / WEIGHT_RATIO or self.weights[high] < 1.0 / LARGEST:
+                raise CurveError(
+                    f"weights[{low}] is {self.weights[low]:g} and weights[{high}] is {self.weights[high]:g}; "
+                    f"they may differ by a factor of {WEIGHT_RATIO:g} and be as small as {1.0 / LARGEST:g}"
+                )
         if np.all(points == points[0]):
             raise CurveError(f"all {n} control points are the same: the curve has no length")
+        if np.max(np.ptp(points, axis=0)) < 1.0 / LARGEST:
+            raise CurveError(
+                f"all {n} control points lie within {np.max(np.ptp(points, axis=0)):g} mm: the curve is too small"
+            )
 
     @classmethod
     def bezier(cls, control_points: ArrayLike, weights: ArrayLike | None = None) -> NurbsCurve:
         """One Bezier piece on [0, 1] with the given control points (degree + 1, axes)."""
-        degree = len(np.asarray(control_points)) - 1
-        return cls(degree, [0.0] * (degree + 1) + [1.0] * (degree + 1), control_points, weights)
+        try:
+            points = frozen_array(control_points, "control_points", 2)
+        except InputError as error:
+            raise CurveError(str(error)) from None
+        degree = len(points) - 1
+        if degree < 1:
+            raise CurveError(f"{len(points)} control point(s) for a Bezier curve; at least 2 are needed")
+        return cls(degree, [0.0] * (degree + 1) + [1.0] * (degree + 1), points, weights)
 
     # --- what it is -------------------------------------------------------------------------------------------------
 
@@ -135,8 +174,9 @@ class NurbsCurve:
     @cached_property
     def clamped(self) -> bool:
         """Whether the curve begins and ends at its first and last control point by its knots."""
-        p, n = self.degree, len(self.control_points)
-        return bool(self.knots[1] == self.knots[p] and self.knots[n] == self.knots[n + p - 1])
+        p, n, knots = self.degree, len(self.control_points), self.knots
+        start, end = knots[1] == knots[p] < knots[p + 1], knots[n - 1] < knots[n] == knots[n + p - 1]
+        return bool(start and end)
 
     @cached_property
     def size(self) -> float:
@@ -170,7 +210,8 @@ class NurbsCurve:
         )
 
     def __hash__(self) -> int:
-        return hash((self.degree, self.knots.tobytes(), self.control_points.tobytes()))
+        # -0.0 equals 0.0, so it must hash like it
+        return hash((self.degree, (self.knots + 0.0).tobytes(), (self.control_points + 0.0).tobytes()))
 
     def __reduce__(self) -> tuple[object, ...]:
         return NurbsCurve, (self.degree, self.knots, self.control_points, self.weights)
@@ -201,7 +242,10 @@ class NurbsCurve:
 
     def check_parameters(self, u: ArrayLike) -> Array:
         """`u` as a float64 array; InputError if any is outside the domain by more than rounding, which is clipped."""
-        values = np.asarray(u, dtype=np.float64)
+        try:
+            values = np.asarray(u, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"parameter: expected numbers, got {type(u).__name__} ({error})") from None
         start, end = self.domain
         slack = 4.0 * np.finfo(float).eps * max(abs(start), abs(end))
         outside = ~((values >= start - slack) & (values <= end + slack))
@@ -218,9 +262,7 @@ class NurbsCurve:
         shape = (self.degree, self.axes, self.axes, int(self.rational))
         table = np.zeros((len(self.spans), pieces.width(shape)))
         while True:
-            needed = pieces.fill_rows(
-                table, self.knots, self.control_points, self.kernel_weights, self.spans, shape
-            )
+            needed = pieces.fill_rows(table, self.knots, self.control_points, self.kernel_weights, self.spans, shape)
             if needed == len(table):
                 break
             table = np.zeros((needed, pieces.width(shape)))
@@ -239,7 +281,7 @@ class NurbsCurve:
         return np.empty(0) if self.weights is None else self.weights
 
     def tangent(self, u: ArrayLike) -> Array:
-        """Unit tangents (..., axes) at u (...); where C' = 0 the limit from inside, by the next derivative that is not 0."""
+        """Unit tangents (..., axes) at u (...); where C' = 0 the limit from inside."""
         from splinefeed.geometry.differential import unit_tangents
 
         return unit_tangents(self, u)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,8 +11,21 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import pieces
 from splinefeed.records import Array
 
-#: A derivative shorter than this, relative to the curve's size and span, counts as none.
+#: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
 VANISHING = 1e-12
+#: Where C' would take the curve less than this part of its size over a piece, it is asked whether C' counts as none.
+SUSPECT = 1e-9
+#: A speed below this part of the greatest one: the radius of the turn is its square, a million times less than a rounding.
+CUSP_SPEED = 1e-6
+#: How far from a cusp the tangents before and after it are taken, relative to the span.
+CUSP_ARM = 1e-4
+#: A cusp no further from a knot than this, relative to the span, is the knot's.
+AT_KNOT = 1e-9
+#: Samples a piece among which cusps are looked for.
+CUSP_SAMPLES = 8
+#: Golden section, and the steps that bring it from one sample to rounding.
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+GOLDEN_STEPS = 80
 
 
 def curvatures(derivatives: Array, linear: int | None = None) -> Array:
@@ -51,23 +66,82 @@ def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
 
 
 def unit_tangents(curve: NurbsCurve, u: ArrayLike, linear: int | None = None, side: str = "right") -> Array:
-    """Unit tangents (..., linear) at u (...). Where C' = 0, the limit: the first derivative that is not 0.
+    """Unit tangents (..., linear) at u (...). Where C' = 0, the limit: by the first derivative that is not 0.
 
-    With side="left" the piece before a knot counts; approached from the left, an even derivative points backwards.
+    With side="left", and at the end of the domain, the piece before u counts. Zero only where no piece on that side moves.
     """
-    values = np.asarray(u, dtype=np.float64)
-    start, end = curve.domain
-    derivatives = curve.derivatives(values, 3, side=side)[..., :linear]
-    out = derivatives[..., 1, :].copy()
-    from_left = (values >= end) | (np.full(values.shape, side == "left") & (values > start))
-    small = VANISHING * max(curve.size, float(np.abs(curve.control_points).max()) * 1e-3) / (end - start)
-    for k in (2, 3):
-        vanishing = np.linalg.norm(out, axis=-1) <= small
-        sign = np.where(from_left & (k % 2 == 0), -1.0, 1.0)
-        out = np.where(vanishing[..., None], sign[..., None] * derivatives[..., k, :], out)
-    norm = np.linalg.norm(out, axis=-1, keepdims=True)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(norm > 0.0, out / norm, 0.0)
+    values = curve.check_parameters(u)
+    out = curve.derivatives(values, 1, side=side)[..., 1, :linear].copy()
+    norm = np.linalg.norm(out, axis=-1)
+    table, _ = curve.table
+    row = np.clip(np.searchsorted(table[:, pieces.LOW], values, side="right") - 1, 0, len(table) - 1)
+    for place in zip(*np.nonzero(norm <= SUSPECT * curve.size * table[row, pieces.SCALE]), strict=True):
+        out[place] = _limit_direction(curve, values[place], linear, side == "left" or values[place] == curve.domain[1])
+        norm[place] = np.linalg.norm(out[place])
+    return np.where(norm[..., None] > 0.0, out / np.where(norm > 0.0, norm, 1.0)[..., None], 0.0)
+
+
+def _limit_direction(curve: NurbsCurve, u: float, linear: int | None, backwards: bool) -> Array:
+    """The direction (linear,) of the curve as it leaves u, or arrives there if `backwards`; zero if it does not move.
+
+    Where C - C(u) = sum_k n_k x^k / w, x = t - t(u), the first n_k that is not 0 points along x^k, and with x < 0
+    towards u along (-1)^(k - 1) n_k.
+    """
+    table, (degree, axes, _, rational) = curve.table
+    row = int(np.clip(np.searchsorted(table[:, pieces.LOW], u, side="right") - 1, 0, len(table) - 1))
+    row -= int(backwards and row > 0 and u == table[row, pieces.LOW])
+    power = np.arange(degree + 1)
+    while 0 <= row < len(table):
+        columns = table[row, pieces.ORIGIN + axes :].reshape(axes + rational, degree + 1)
+        low, high = table[row, pieces.LOW], table[row, pieces.HIGH]
+        t = (min(max(u, low), high) - table[row, pieces.MIDDLE]) * table[row, pieces.SCALE]
+        about = np.array([[math.comb(j, k) * t ** (j - k) if j >= k else 0.0 for k in power] for j in power])
+        taylor = columns @ about
+        local = taylor[:axes] - taylor[:axes, :1] * (taylor[axes] / taylor[axes, 0] if rational else power == 0)
+        lengths = np.linalg.norm(local[:linear], axis=0)
+        moving = np.flatnonzero(lengths[1:] > VANISHING * lengths.max())
+        if len(moving):
+            k = int(moving[0]) + 1
+            direction: Array = local[:linear, k] * ((-1.0) ** (k - 1) if backwards else 1.0)
+            return direction
+        row += -1 if backwards else 1  # a span that stands still
+    return np.zeros(axes)[:linear]
+
+
+def cusps(curve: NurbsCurve, grid: Array, linear: int | None = None) -> Array:
+    """Parameters (m,) strictly between knots at which the curve, over the first `linear` axes, turns straight back.
+
+    There C' = 0 within rounding: the speed falls below CUSP_SPEED of its greatest value, and the tangents before and
+    after have an obtuse angle. grid (n,), increasing over the domain, has been refined at cusps, as arc-length pieces are.
+    """
+    if curve.degree == 1:
+        return np.empty(0)
+    fractions = np.linspace(0.0, 1.0, CUSP_SAMPLES, endpoint=False)
+    u = np.append((grid[:-1, None] + np.diff(grid)[:, None] * fractions).ravel(), grid[-1])
+
+    def velocity(at: Array) -> Array:
+        return curve.derivatives(at, 1)[:, 1, :linear]
+
+    def speed(at: Array) -> Array:
+        return np.asarray(np.linalg.norm(velocity(at), axis=1))
+
+    values = speed(u)
+    greatest = float(values.max())
+    low = (values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] < 0.1 * greatest)
+    dip = 1 + np.flatnonzero(low)
+    left, right = u[dip - 1], u[dip + 1]
+    for _ in range(GOLDEN_STEPS if len(dip) else 0):  # golden section, all dips at once
+        a, b = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
+        lower = speed(a) <= speed(b)
+        left, right = np.where(lower, left, a), np.where(lower, b, right)
+    at = 0.5 * (left + right)
+    span = np.clip(np.searchsorted(curve.breaks, at), 1, len(curve.breaks) - 1)
+    start, end = curve.breaks[span - 1], curve.breaks[span]
+    width = end - start
+    cusp = (at - start > AT_KNOT * width) & (end - at > AT_KNOT * width) & (speed(at) <= CUSP_SPEED * greatest)
+    before, after = np.maximum(at - CUSP_ARM * width, start), np.minimum(at + CUSP_ARM * width, end)
+    cusp &= np.sum(velocity(before) * velocity(np.nextafter(after, start)), axis=1) < 0.0
+    return np.unique(at[cusp])
 
 
 def bounding_box(curve: NurbsCurve) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,10 +27,11 @@ def _homogeneous(curve: NurbsCurve) -> tuple[Array, Array]:
 
 
 def _from_homogeneous(curve: NurbsCurve, degree: int, knots: Array, points: Array, origin: Array) -> NurbsCurve:
-    if curve.weights is None:
-        return NurbsCurve(degree, knots, points + origin)
-    weights = points[:, -1]
-    return NurbsCurve(degree, knots, points[:, :-1] / weights[:, None] + origin, weights)
+    weights = None if curve.weights is None else points[:, -1]
+    places = (points if weights is None else points[:, :-1] / weights[:, None]) + origin
+    if curve.clamped:  # its ends are control points: not a rounding may move them
+        places[[0, -1]] = curve.control_points[[0, -1]]
+    return NurbsCurve(degree, knots, places, weights)
 
 
 def _refined(curve: NurbsCurve, new_knots: Array) -> NurbsCurve:
@@ -43,7 +45,7 @@ def clamped(curve: NurbsCurve) -> NurbsCurve:
     """The same curve with end knots of multiplicity p + 1."""
     p = curve.degree
     start, end = curve.domain
-    if np.all(curve.knots[: p + 1] == start) and np.all(curve.knots[-p - 1 :] == end):
+    if curve.clamped and curve.knots[0] == start and curve.knots[-1] == end:
         return curve
     inner = curve.knots[(curve.knots > start) & (curve.knots < end)]
     return _refined(curve, np.concatenate([np.full(p + 1, start), inner, np.full(p + 1, end)]))
@@ -87,7 +89,7 @@ def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
     ]
     bounds = [start, *cuts, end]
     pieces = []
-    for i, (first, last) in enumerate(zip(joints[:-1], joints[1:], strict=True)):
+    for i, (first, last) in enumerate(pairwise(joints)):
         low, high = bounds[i], bounds[i + 1]
         inner = knots[(knots > low) & (knots < high)]
         piece_knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
@@ -98,7 +100,7 @@ def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
 
 def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
     """The same curve at degree p + times; InputError beyond degree 12."""
-    if times < 0 or curve.degree + times > MAX_DEGREE:
+    if not isinstance(times, (int, np.integer)) or times < 0 or curve.degree + times > MAX_DEGREE:
         raise InputError(f"degree {curve.degree} raised {times} times; degrees up to {MAX_DEGREE} are possible")
     whole = clamped(curve)
     points, origin = _homogeneous(whole)
@@ -126,8 +128,8 @@ def transformed(curve: NurbsCurve, matrix: ArrayLike, offset: ArrayLike | None =
     matrix (new axes, axes) or one number, offset (new axes,), mm. Source: The NURBS Book, 2nd ed., property P4.2.
     Raises InputError for shapes that do not fit or values that are not finite.
     """
-    given = np.asarray(matrix, dtype=np.float64)
-    square = frozen_array(given * np.eye(curve.axes) if given.ndim == 0 else given, "matrix", 2)
+    number = np.isscalar(matrix) or (isinstance(matrix, np.ndarray) and matrix.ndim == 0)
+    square = frozen_array(np.diag([matrix] * curve.axes) if number else matrix, "matrix", 2)
     check_finite(square, "matrix")
     if square.shape[1] != curve.axes or not 1 <= square.shape[0] <= MAX_AXES:
         raise InputError(f"matrix has shape {square.shape}; (1 to {MAX_AXES}, {curve.axes}) is needed")
@@ -135,4 +137,6 @@ def transformed(curve: NurbsCurve, matrix: ArrayLike, offset: ArrayLike | None =
     check_finite(shift, "offset")
     if shift.shape != (square.shape[0],):
         raise InputError(f"offset has shape {shift.shape}; ({square.shape[0]},) is needed")
-    return NurbsCurve(curve.degree, curve.knots, curve.control_points @ square.T + shift, curve.weights)
+    with np.errstate(over="ignore", invalid="ignore"):  # the new curve says which coordinate is too large
+        points = curve.control_points @ square.T + shift
+    return NurbsCurve(curve.degree, curve.knots, points, curve.weights)

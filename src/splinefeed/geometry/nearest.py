@@ -54,9 +54,7 @@ class Nearest:
         rows = np.empty(len(flat), dtype=np.int64)
         parameters = np.empty(len(flat))
         distances = np.empty(len(flat))
-        kernels.nearest_points(
-            self.table, self.shape, self.cells, self.boxes, flat, rows, parameters, distances
-        )
+        kernels.nearest_points(self.table, self.shape, self.cells, self.boxes, flat, rows, parameters, distances)
         return rows.reshape(shape), parameters.reshape(shape), distances.reshape(shape)
 
 

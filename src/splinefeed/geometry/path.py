@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.arc_length import ArcLength
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
-from splinefeed.geometry.differential import curvatures, unit_tangents
+from splinefeed.geometry.differential import curvatures, cusps, unit_tangents
 from splinefeed.kernels import arc_length as arc_kernels
 from splinefeed.kernels import pieces
-from splinefeed.records import ROTARY_AXES, Array, IntArray
+from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray
 
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
@@ -24,6 +24,8 @@ JOIN_TOLERANCE = 1e-6
 CORNER_ANGLE = 1e-6
 #: A corner that turns by more than this, rad, cannot be taken in motion: the tool rests there.
 STOP_ANGLE = 1e-4
+#: A speed below this, relative to size over width of the domain, counts as none: the curvature there is no number.
+STILL = 1e-9
 #: A curvature jump below this, relative to the curvature itself and to 1 / size, is rounding.
 CURVATURE_JUMP = 1e-6
 
@@ -33,7 +35,7 @@ class Corner:
     """A point of the path where tangent or curvature jumps.
 
     s  mm; curve, u  where (the end of `curve` if between two); angle  of the tangents, rad;
-    curvature_jump  length of the change of the curvature vector, 1/mm
+    curvature_jump  length of the change of the curvature vector, 1/mm; infinite where C' = 0 on one side
     """
 
     s: float
@@ -116,7 +118,7 @@ class Path:
     @cached_property
     def _tables(self) -> tuple[Array, IntArray, Array]:
         """All arc-length pieces (pieces, width), first and last row of each curve, and where each curve starts, mm."""
-        degree, axes, _, rational = self.shape
+        axes = len(self.axes)
         tables = []
         rows = np.empty((len(self.curves), 2), dtype=np.int64)
         starts = np.empty(len(self.curves) + 1)
@@ -201,14 +203,15 @@ class Path:
 
         At a knot the piece on its right is taken, or with side="left" the one on its left.
         """
-        index = np.asarray(curve, dtype=np.int64)
-        values = np.asarray(u, dtype=np.float64)
+        index, values = np.broadcast_arrays(np.asarray(curve, dtype=np.int64), np.asarray(u, dtype=np.float64))
         if len(self.curves) == 1:
             return self.curves[0].derivatives(values, order, side=side)
         out = np.empty((*values.shape, order + 1, len(self.axes)))
-        for i in np.unique(index):
-            at = index == i
-            out[at] = self.curves[i].derivatives(values[at], order, side=side)
+        flat = out.reshape(values.size, order + 1, len(self.axes))
+        by_curve = np.argsort(index, axis=None, kind="stable")
+        which, first = np.unique(index.ravel()[by_curve], return_index=True)
+        for i, at in zip(which, np.split(by_curve, first[1:]), strict=True):
+            flat[at] = self.curves[i].derivatives(values.ravel()[at], order, side=side)
         return out
 
     def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
@@ -227,40 +230,54 @@ class Path:
 
     @cached_property
     def corners(self) -> tuple[Corner, ...]:
-        """Points inside the path where tangent or curvature jumps, in order of s."""
-        found = []
-        last = len(self.curves) - 1
+        """Points inside the path where tangent or curvature jumps, in order of s; a cusp is one of pi."""
+        found: list[Corner] = []
         for i, curve in enumerate(self.curves):
             inner = curve.breaks[1:-1]
-            inner = (
-                inner[[np.count_nonzero(curve.knots == u) >= curve.degree - 1 for u in inner]] if inner.size else inner
-            )
             if inner.size:
-                found += self._jumps(i, inner, curve, inner, curve)
-            if i < last:
+                left, right = (self._turn(curve, inner, side) for side in ("left", "right"))
+                times = np.searchsorted(curve.knots, inner, "right") - np.searchsorted(curve.knots, inner, "left")
+                rough = (times >= curve.degree - 1) | np.isnan(left[1][:, 0]) | np.isnan(right[1][:, 0])
+                found += self._jumps(i, inner, left, right, rough)
+            if curve.degree > 1:
+                grid = self.table[self.curve_rows[i, 0] : self.curve_rows[i, 1] + 1]
+                at = cusps(curve, np.append(grid[:, pieces.LOW], grid[-1, pieces.HIGH]), self.linear)
+                found += [
+                    Corner(float(s), i, float(u), float(np.pi), float("inf"))
+                    for s, u in zip(self.arc_length(np.full(len(at), i), at), at, strict=True)
+                ]
+                found.sort(key=lambda corner: (corner.curve, corner.u))
+            if i < len(self.curves) - 1:
                 after = self.curves[i + 1]
-                found += self._jumps(i, np.array([curve.domain[1]]), curve, np.array([after.domain[0]]), after)
+                end, start = np.array([curve.domain[1]]), np.array([after.domain[0]])
+                left, right = self._turn(curve, end, "left"), self._turn(after, start, "right")
+                found += self._jumps(i, end, left, right, np.array([True]))
         return tuple(found)
 
-    def _jumps(self, index: int, u: Array, before: NurbsCurve, v: Array, after: NurbsCurve) -> list[Corner]:
-        """Corners among the pairs of points u (n,) of curve `index`, from the left, and v (n,), from the right."""
-        left = unit_tangents(before, u, self.linear, side="left")
-        right = unit_tangents(after, v, self.linear)
+    def _turn(self, curve: NurbsCurve, u: Array, side: str) -> tuple[Array, Array]:
+        """Unit tangents and curvature vectors (n, linear) of a curve at u (n,); no numbers (NaN) where C' = 0."""
+        first, second = np.moveaxis(curve.derivatives(u, 2, side=side)[:, 1:, : self.linear], 1, 0)
+        square = np.sum(first * first, axis=1, keepdims=True)
+        still = np.sqrt(square) <= STILL * curve.size / (curve.domain[1] - curve.domain[0])
+        safe = np.where(still, 1.0, square)
+        bends = (second - np.sum(first * second, axis=1, keepdims=True) / safe * first) / safe
+        tangents = unit_tangents(curve, u, self.linear, side) if np.any(still) else first / np.sqrt(safe)
+        return tangents, np.where(still, np.nan, bends)
+
+    def _jumps(
+        self, index: int, u: Array, left: tuple[Array, Array], right: tuple[Array, Array], rough: BoolArray
+    ) -> list[Corner]:
+        """Corners among the points u (n,) of curve `index`, where `rough`, with what `_turn` says of both sides."""
+        (tangent, bend), (next_tangent, next_bend) = left, right
         # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
-        angle = 2.0 * np.arctan2(np.linalg.norm(right - left, axis=1), np.linalg.norm(right + left, axis=1))
-        bends = [
-            _curvature_vectors(c.derivatives(w, 2, side=side), self.linear)
-            for c, w, side in ((before, u, "left"), (after, v, "right"))
-        ]
-        with np.errstate(invalid="ignore"):
-            jump = np.linalg.norm(bends[1] - bends[0], axis=1)
-            floor = CURVATURE_JUMP * (
-                1.0 / self.size + np.linalg.norm(bends[0], axis=1) + np.linalg.norm(bends[1], axis=1)
-            )
-            corner = (angle > CORNER_ANGLE) | (jump > floor)
-        rows = self.curve_rows[index]
-        s = np.empty(len(u))
-        arc_kernels.lengths_at(self.table, rows[0], rows[1], np.ascontiguousarray(u), s)
+        angle = 2.0 * np.arctan2(
+            np.linalg.norm(next_tangent - tangent, axis=1), np.linalg.norm(next_tangent + tangent, axis=1)
+        )
+        jump = np.linalg.norm(next_bend - bend, axis=1)
+        floor = CURVATURE_JUMP * (1.0 / self.size + np.linalg.norm(bend, axis=1) + np.linalg.norm(next_bend, axis=1))
+        corner = rough & ((angle > CORNER_ANGLE) | (jump > floor))
+        s = self.arc_length(np.full(len(u), index), u)
+        jump = np.where(np.isnan(jump), np.inf, jump)
         return [
             Corner(float(s[k]), index, float(u[k]), float(angle[k]), float(jump[k])) for k in np.flatnonzero(corner)
         ]
@@ -272,7 +289,7 @@ class Path:
 
     def minimum_radius(self) -> float:
         """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
-        degree, axes, linear, rational = self.shape
+        degree, _, linear, rational = self.shape
         if degree == 1 and not rational:
             return float("inf")
         top = 0.0
@@ -303,15 +320,6 @@ class Path:
 
     def __repr__(self) -> str:
         return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"
-
-
-def _curvature_vectors(derivatives: Array, linear: int) -> Array:
-    """d2r/ds2 (n, linear), 1/mm, from derivatives (n, 3, axes)."""
-    first = derivatives[:, 1, :linear]
-    second = derivatives[:, 2, :linear]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        square = np.sum(first * first, axis=1, keepdims=True)
-        return (second - np.sum(first * second, axis=1, keepdims=True) / square * first) / square
 
 
 def _widened(table: Array, shape: tuple[int, int, int, int], wanted: tuple[int, int, int, int]) -> Array:

@@ -39,7 +39,8 @@ STATE_FLOATS = 17
 STARTING_STEPS = 3
 
 
-def step(*_: Any) -> float:  # the name that a loop calls; `loop_for` puts a method in its place
+def step(*_: Any) -> float:
+    """Stand in for the method that a loop calls; `loop_for` puts one in its place."""
     raise NotImplementedError
 
 
@@ -77,8 +78,8 @@ def _loop(
     """Fill ticks first_tick ... first_tick + n - 1 of a motion; state in `integers` and `floats` is carried on.
 
     breaks (m+1,), coefficients (m, 6): the time law; table, curve_rows (curves, 2): the path; history: earlier steps
-    that the method needs; half: whether it asks for the feed at half a period; anchor:
-    whether its points lie on the law's arc length, so that its starting steps must too; outputs (n,), position (n, axes).
+    that the method needs; half: whether it asks for the feed at half a period; anchor: whether its points lie on the
+    law's arc length, so that its starting steps must too; outputs (n,), position (n, axes).
     A curve's first step lands where the law's arc length says: a joint is a fresh start for every method.
     """
     if FIXED_SHAPE[0] > 0:

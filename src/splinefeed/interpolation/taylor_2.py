@@ -1,4 +1,4 @@
-"""Second-order Taylor interpolator: what most controllers with NURBS blocks are said to run, and the paper's baseline."""
+"""Second-order Taylor interpolator: what many controllers with NURBS blocks run; the paper's baseline."""
 
 from __future__ import annotations
 

@@ -147,7 +147,8 @@ def _largest_from_chord(
         bend = before - 2.0 * top + after
         if not bend < 0.0:
             break
-        peak += 0.5 * step * (before - after) / bend
+        # where all distances are rounding, the parabola's top may lie anywhere
+        peak += min(max(0.5 * step * (before - after) / bend, -step), step)
         step *= 0.1
         middle = _from_chord(table, first, last, shape, peak, start, end, at)
         if middle < top:

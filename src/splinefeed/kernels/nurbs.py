@@ -25,9 +25,12 @@ def blossom(knots: Array, points: Array, degree: int, span: int, arguments: Arra
     for r in range(1, degree + 1):
         for i in range(degree, r - 1, -1):
             left = knots[span - degree + i]
-            alpha = (arguments[r - 1] - left) / (knots[span + i + 1 - r] - left)
+            right = knots[span + i + 1 - r]
+            # both from their own end: weights of very different size keep their digits, and end points stay as given
+            alpha = (arguments[r - 1] - left) / (right - left)
+            beta = (right - arguments[r - 1]) / (right - left)
             for c in range(columns):
-                work[i, c] += (1.0 - alpha) * (work[i - 1, c] - work[i, c])
+                work[i, c] = beta * work[i - 1, c] + alpha * work[i, c]
 
 
 @kernel
@@ -49,9 +52,11 @@ def power_form(knots: Array, points: Array, degree: int, middle: float, half: fl
         for r in range(1, degree - k + 1):
             for i in range(degree, k + r - 1, -1):
                 left = knots[i]
-                alpha = (middle - left) / (knots[i + degree - k + 1 - r] - left)
+                right = knots[i + degree - k + 1 - r]
+                alpha = (middle - left) / (right - left)
+                beta = (right - middle) / (right - left)
                 for c in range(columns):
-                    work[i, c] += (1.0 - alpha) * (work[i - 1, c] - work[i, c])
+                    work[i, c] = beta * work[i - 1, c] + alpha * work[i, c]
         for c in range(columns):
             out[k, c] = factor * work[degree, c]
         factor *= half / (k + 1)

@@ -31,7 +31,7 @@ ORIGIN = ARC + ARC_TERMS
 #: A row may give back the roundings of its control points this often ...
 MOST_ROUNDINGS = 128.0
 #: ... unless it covers no more than this share of its knot span: weights that differ by many decades.
-LEAST_SHARE = 1.0 / 64.0
+LEAST_SHARE = 2.0**-20
 
 #: (degree, axes, linear axes, 1 if rational else 0)
 Shape = tuple[int, int, int, int]
@@ -283,9 +283,7 @@ def keeps_digits(row: Array, shape: Shape, share: float) -> bool:
 
 
 @kernel
-def fill_rows(
-    table: Array, knots: Array, points: Array, weights: Array, spans: IntArray, shape: Shape
-) -> int:
+def fill_rows(table: Array, knots: Array, points: Array, weights: Array, spans: IntArray, shape: Shape) -> int:
     """Bisect the knot spans until every row keeps its digits; fill `table` (rows, width), return the rows needed.
 
     spans (m,) are the indices of the spans that are not empty. If `table` has too few rows it is filled as far as it

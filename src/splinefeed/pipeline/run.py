@@ -22,6 +22,8 @@ PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
 PAPER_PERIOD = 1e-3
 PAPER_SHAPE = "naca:0025?perimeter=33"
 DEFAULT_STRATEGY = "seven-phase"
+#: The last setpoint is the end of the path within this, relative to the path's size: rounding.
+END_TOLERANCE = 1e-9
 #: Most ticks of a run that is kept in memory, above an hour at 1 ms; `interpolate(chunk=)` knows no such bound.
 MOST_TICKS = 4_000_000
 
@@ -49,9 +51,12 @@ class Run:
     @property
     def ok(self) -> bool:
         """Whether every limit of the path holds and the path's end is reached."""
-        return all(share.kept for share in self.shares.values()) and self.end_error_mm <= 1e-9 * max(
-            self.path.size, 1.0
-        )
+        return all(share.kept for share in self.shares.values()) and self.end_reached
+
+    @property
+    def end_reached(self) -> bool:
+        """Whether the last setpoint is the end of the path, but for rounding."""
+        return self.end_error_mm <= END_TOLERANCE * max(self.path.size, 1.0)
 
     def numbers(self) -> dict[str, Any]:
         """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
@@ -68,12 +73,10 @@ class Run:
             "ripple_rms": self.ripple.rms,
             "ripple_floor": self.ripple.floor,
             "end_error_mm": self.end_error_mm,
+            "end_reached": self.end_reached,
             "feed_max_mm_s": float(points.feed.max()),
             "chord_error_max_mm": self.chord_error_mm,
-            "limits": {
-                name: {"limit": s.limit, "worst": s.worst, "share": s.share, "at_s": s.at_s}
-                for name, s in self.shares.items()
-            },
+            "limits": share_numbers(self.shares),
             "axes": self.axis_peaks(),
             "notes": [*self.path.findings, *law.notes],
         }
@@ -100,12 +103,11 @@ class Run:
         return peaks
 
     def own_limits(self) -> dict[str, float]:
-        """What the path itself was planned with, the larger of speeding up and slowing down: acceleration and jerk."""
+        """Acceleration and jerk that the path was planned with, the larger of speeding up and down; none left out."""
         limits = self.limits.as_dict()
-        return {
-            "acceleration": max(limits["acceleration"], limits["deceleration"]),
-            "jerk": max(limits["jerk"], limits["deceleration_jerk"]),
-        }
+        both = {"acceleration": ("acceleration", "deceleration"), "jerk": ("jerk", "deceleration_jerk")}
+        values = {name: [limits[each] for each in pair if each in limits] for name, pair in both.items()}
+        return {name: max(given) for name, given in values.items() if len(given) == 2}
 
 
 def run(
@@ -135,6 +137,14 @@ def run(
         shares=tangential_shares(law, limits),
         chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
     )
+
+
+def share_numbers(shares: Mapping[str, Share]) -> dict[str, dict[str, float | bool]]:
+    """Limit, worst value, share and place (`at_s`, mm) of each, and whether it is kept."""
+    return {
+        name: {"limit": s.limit, "worst": s.worst, "share": s.share, "at_s": s.at_s, "kept": s.kept}
+        for name, s in shares.items()
+    }
 
 
 def check_ticks(law: TimeLaw, period: float) -> None:

@@ -7,17 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.records import Array
+from splinefeed.records import Array, IntArray
 
-#: Samples a span, and at least how many a curve, among which the search for nearest points begins.
-SAMPLES_PER_SPAN = 8
-LEAST_SAMPLES = 64
-#: Samples that are tried for each point: a thin trailing edge or a crossing has more than one valley near by.
+#: Samples over the length of all curves, at least two a span, among which the search for nearest points begins.
+SAMPLES = 10_000
+#: Samples that are tried first for each point, and at most where curves lie close together.
 CANDIDATES = 4
+MOST_CANDIDATES = 256
 #: Newton steps from each of them; from a sample this near, fewer reach rounding.
 STEPS = 8
-#: Points that are searched for at once, so that memory stays small.
-CHUNK = 50_000
+#: Candidates that are refined at once, so that memory stays small.
+CHUNK = 400_000
 
 
 def foot_points(curve: NurbsCurve, u: Array, points: Array, periodic: bool = False, steps: int = 3) -> Array:
@@ -25,7 +25,9 @@ def foot_points(curve: NurbsCurve, u: Array, points: Array, periodic: bool = Fal
 
     u <- u - (C - Q).C' / (C'.C' + (C - Q).C'')     (The NURBS Book, 2nd ed., eq. 6.3)
     """
-    return _newton(curve, u, points, np.full(len(u), curve.domain[0]), np.full(len(u), curve.domain[1]), periodic, steps)[1]
+    return _newton(
+        curve, u, points, np.full(len(u), curve.domain[0]), np.full(len(u), curve.domain[1]), periodic, steps
+    )[1]
 
 
 def nearest_parameter(curve: NurbsCurve, point: Array) -> float:
@@ -37,7 +39,8 @@ def distances(curves: Sequence[NurbsCurve], points: Array) -> Array:
     """Distance (n,), mm, of every point (n, axes) from the nearest point of all curves.
 
     Found from a sampling of the curves alone, with nothing that a fitter knows: candidates by a k-d tree, then Newton's
-    method between the neighbouring samples.
+    method between the neighbouring samples. A nearest point is at most half a spacing from a sample, so that samples
+    further off than the best distance and that need not be tried.
     """
     return _search(curves, points)[0]
 
@@ -46,38 +49,58 @@ def _search(curves: Sequence[NurbsCurve], points: Array) -> tuple[Array, Array]:
     """Distances (n,) and parameters (n,) on whichever curve is nearest."""
     from scipy.spatial import cKDTree
 
-    parameters, places, low, high, owner = [], [], [], [], []
-    for i, curve in enumerate(curves):
-        breaks = curve.breaks
-        count = max(SAMPLES_PER_SPAN, -(-LEAST_SAMPLES // (len(breaks) - 1)))
-        fractions = np.arange(count) / count
-        u = np.append((breaks[:-1, None] + fractions * np.diff(breaks)[:, None]).ravel(), breaks[-1])
+    u, owner, low, high, spacing = _samples(curves)
+    places = np.concatenate([curve(u[owner == i]) for i, curve in enumerate(curves)]) if len(curves) > 1 else curves[0](u)
+    tree = cKDTree(places)
+    best, where = np.full(len(points), np.inf), np.zeros(len(points))
+    rest = np.arange(len(points))
+    wanted = CANDIDATES
+    while len(rest):
+        wanted = min(wanted, len(u))
+        open_ = []
+        for chunk in np.array_split(rest, -(-len(rest) * wanted // CHUNK)):
+            far, found = (np.asarray(a).reshape(len(chunk), wanted) for a in tree.query(points[chunk], wanted))
+            at, query = found.ravel(), np.repeat(points[chunk], wanted, axis=0)
+            distance, parameter = np.empty(len(at)), np.empty(len(at))
+            order = np.argsort(owner[at], kind="stable")
+            bounds = np.searchsorted(owner[at][order], np.arange(len(curves) + 1))
+            for i in np.flatnonzero(np.diff(bounds)):
+                rows = order[bounds[i] : bounds[i + 1]]
+                there = at[rows]
+                parameter[rows], distance[rows] = _newton(
+                    curves[i], u[there], query[rows], low[there], high[there], False, STEPS
+                )
+            rows = np.arange(len(chunk)) * wanted + np.argmin(distance.reshape(-1, wanted), axis=1)
+            best[chunk], where[chunk] = distance[rows], parameter[rows]
+            open_.append(chunk[far[:, -1] < best[chunk] + 0.5 * spacing])
+        rest = np.concatenate(open_)
+        if wanted == len(u) or wanted >= MOST_CANDIDATES:
+            break
+        wanted *= 4
+    return best, where
+
+
+def _samples(curves: Sequence[NurbsCurve]) -> tuple[Array, IntArray, Array, Array, float]:
+    """Parameters of samples, their curves, the parameters beside them, and the widest spacing, mm."""
+    rough = np.linspace(0.0, 1.0, 9)
+    lengths = []
+    for curve in curves:
+        there = curve(curve.breaks[:-1, None] + rough * np.diff(curve.breaks)[:, None])
+        lengths.append(np.sum(np.linalg.norm(np.diff(there, axis=1), axis=-1), axis=1))
+    spacing = float(sum(np.sum(length) for length in lengths)) / SAMPLES
+    parameters, low, high, owner = [], [], [], []
+    for i, (curve, length) in enumerate(zip(curves, lengths, strict=True)):
+        counts = np.maximum(2, np.ceil(length / spacing)).astype(np.int64)
+        first = np.cumsum(counts) - counts
+        fraction = (np.arange(np.sum(counts)) - np.repeat(first, counts)) / np.repeat(counts, counts)
+        u = np.repeat(curve.breaks[:-1], counts) + fraction * np.repeat(np.diff(curve.breaks), counts)
+        u = np.append(u, curve.breaks[-1])
         parameters.append(u)
-        places.append(curve(u))
         low.append(np.concatenate([u[:1], u[:-1]]))
         high.append(np.concatenate([u[1:], u[-1:]]))
         owner.append(np.full(len(u), i))
-    u_all, low_all, high_all, owner_all = (np.concatenate(list_) for list_ in (parameters, low, high, owner))
-    tree = cKDTree(np.concatenate(places))
-    wanted = min(CANDIDATES, len(u_all))
-    best, where = np.empty(len(points)), np.empty(len(points))
-    for first in range(0, len(points), CHUNK):
-        chunk = points[first : first + CHUNK]
-        found = np.asarray(tree.query(chunk, wanted)[1]).reshape(len(chunk), wanted).ravel()
-        query = np.repeat(chunk, wanted, axis=0)
-        order = np.argsort(owner_all[found], kind="stable")
-        bounds = np.searchsorted(owner_all[found][order], np.arange(len(curves) + 1))
-        distance, parameter = np.empty(len(found)), np.empty(len(found))
-        for i in np.flatnonzero(np.diff(bounds)):
-            rows = order[bounds[i] : bounds[i + 1]]
-            at = found[rows]
-            parameter[rows], distance[rows] = _newton(
-                curves[i], u_all[at], query[rows], low_all[at], high_all[at], False, STEPS
-            )
-        pick = np.argmin(distance.reshape(-1, wanted), axis=1)
-        rows = np.arange(len(chunk)) * wanted + pick
-        best[first : first + CHUNK], where[first : first + CHUNK] = distance[rows], parameter[rows]
-    return best, where
+    # along a span the speed varies: a factor covers what its mean does not tell
+    return np.concatenate(parameters), np.concatenate(owner), np.concatenate(low), np.concatenate(high), 2.0 * spacing
 
 
 def _newton(

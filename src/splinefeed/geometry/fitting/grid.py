@@ -50,7 +50,9 @@ def check_tolerance(tolerance: float, points: Array) -> float:
 def in_spans(grid: Array, nodes: ArrayLike) -> Array:
     """Parameters (spans, nodes) at `nodes` in [-1, 1] of every span of `grid` (spans + 1,)."""
     half = 0.5 * np.diff(grid)
-    return np.asarray(np.clip(0.5 * (grid[1:] + grid[:-1])[:, None] + half[:, None] * np.asarray(nodes), grid[0], grid[-1]))
+    return np.asarray(
+        np.clip(0.5 * (grid[1:] + grid[:-1])[:, None] + half[:, None] * np.asarray(nodes), grid[0], grid[-1])
+    )
 
 
 def span_of(grid: Array, u: Array) -> IntArray:

@@ -14,11 +14,12 @@ from splinefeed.records import Array
 KNOT_SHARE = 0.5
 #: Fairing brings the error near this share of the tolerance, span by span.
 FAIR_SHARE = 0.7
-#: Strength of fairing while knots are inserted: it makes spans without points definite, keeps a curve from swinging out
-#: between few points, and its bias is squared away.
-STRENGTH = 1e-3
-#: Rounds of fairing, and the strength of the first.
+#: Strengths of fairing while knots are inserted, the next where more knots no longer help. The first keeps a curve from
+#: swinging out between few points; the last only makes spans without points definite. Their bias is squared away.
+STRENGTHS = (1e-3, 1e-6)
+#: Rounds of fairing at most, the change of log lambda that ends them, and the strength of the first.
 FAIRINGS = 20
+SETTLED = 0.2
 FIRST_STRENGTH = 1e-4
 #: Most strength, relative to the width of a span.
 MOST_STRENGTH = 1e6
@@ -42,8 +43,7 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
     Parameters begin as |chord|^power, summed. Nothing is promised: the caller measures the distance that is left.
     """
     if len(points) == 2:
-        line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], points)
-        return line.elevated(degree - 1) if degree > 1 else line
+        return NurbsCurve.bezier(np.linspace(points[0], points[1], degree + 1))
     line = np.concatenate([points, points[:1]]) if periodic else points
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1) ** power
     u = np.minimum(np.concatenate([[0.0], np.cumsum(steps)]) / np.sum(steps), 1.0)[: len(points)]
@@ -51,28 +51,32 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
         u[-1] = 1.0
     spans = 1 if not periodic else 2 ** int(np.ceil(np.log2(degree + 1)))
     grid = np.linspace(0.0, 1.0, spans + 1)
+    strengths = list(STRENGTHS)
     for _ in range(ROUNDS):
         space = SplineSpace.of(degree, grid, periodic)
-        curve, errors = _solved(space, u, points)
-        u, curve, errors = _by_arc_length(space, u, points, curve, errors, tolerance)
+        curve, errors = _solved(space, u, points, strengths[0])
+        u, curve, errors = _by_arc_length(space, u, points, curve, errors, tolerance, strengths[0])
         wide = span_of(grid, u[errors > KNOT_SHARE * tolerance])
         if not len(wide):
             break
         finer = graded(halved(grid, np.unique(wide)), periodic)
-        if len(finer) > min(MAX_SPANS, 64 + SPANS_PER_POINT * len(points)):
+        if len(finer) <= min(MAX_SPANS, 64 + SPANS_PER_POINT * len(points)):
+            grid = finer
+        elif len(strengths) > 1:
+            del strengths[0]
+        else:
             break
-        grid = finer
     return curve if degree == 1 else _faired(space, u, points, curve, tolerance)
 
 
-def _solved(space: SplineSpace, u: Array, points: Array) -> tuple[NurbsCurve, Array]:
+def _solved(space: SplineSpace, u: Array, points: Array, strength: float) -> tuple[NurbsCurve, Array]:
     """Least squares at given parameters, hardly faired, and the distance of each point."""
-    curve = space.fitted(space.normal(u, points), space.even(STRENGTH), sharpen=True)
+    curve = space.fitted(space.normal(u, points), space.even(strength), sharpen=True)
     return curve, foot_points(curve, u, points, space.periodic)
 
 
 def _by_arc_length(
-    space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, errors: Array, tolerance: float
+    space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, errors: Array, tolerance: float, strength: float
 ) -> tuple[Array, NurbsCurve, Array]:
     """The fit with its own arc length as parameter, which makes C''' a measure of how curvature changes.
 
@@ -90,7 +94,7 @@ def _by_arc_length(
             break
         s = np.concatenate([[0.0], np.cumsum(arcs)])
         renewed = (s / s[-1])[: len(u)]
-        other, other_errors = _solved(space, renewed, points)
+        other, other_errors = _solved(space, renewed, points, strength)
         if other_errors.max() > max(KNOT_SHARE * tolerance, 1.5 * errors.max()):
             break
         u, curve, errors = renewed, other, other_errors
@@ -115,6 +119,8 @@ def _faired(space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, tole
         np.maximum.at(local, span, errors)
         local = np.maximum(maximum_filter1d(local, FAIR_WIDTH, mode=mode), 1e-3 * tolerance)
         # the error grows about as the root of lambda; a step is bounded, and evened out over neighbours
-        strength += np.clip(2.0 * np.log(FAIR_SHARE * tolerance / local), -4.0, 2.0)
-        strength = uniform_filter1d(np.minimum(strength, top), FAIR_WIDTH, mode=mode)
+        wanted = np.minimum(strength + np.clip(2.0 * np.log(FAIR_SHARE * tolerance / local), -4.0, 2.0), top)
+        before, strength = strength, uniform_filter1d(wanted, FAIR_WIDTH, mode=mode)
+        if np.max(np.abs(strength - before)) < SETTLED:
+            break
     return curve

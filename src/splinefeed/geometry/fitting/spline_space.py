@@ -7,9 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting.grid import in_spans
 from splinefeed.records import Array, IntArray
+
+
+#: Matrices with fewer elements are kept dense: sparse ones would cost more to handle, larger ones wake BLAS threads.
+DENSE = 3_000
 
 
 def columns(chosen: IntArray, count: int) -> Any:
@@ -42,12 +47,23 @@ def derivative_design(degree: int, knots: Array, u: Array, order: int) -> Any:
     return design(degree - order, knots, u) @ total
 
 
+def compact(matrix: Any) -> Any:
+    """A sparse matrix as an array if it is small."""
+    return matrix.toarray() if matrix.shape[0] * matrix.shape[1] < DENSE else matrix
+
+
 def solve(matrix: Any, right: Array) -> Array:
-    """x (unknowns, axes) of a symmetric, positive definite sparse system."""
+    """x (unknowns, axes) of a symmetric, positive definite system; CurveError where rounding leaves none."""
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve
     from scipy.sparse.linalg import splu
 
-    factor = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    return np.asarray(factor.solve(right))
+    try:
+        if isinstance(matrix, np.ndarray):
+            return np.asarray(cho_solve(cho_factor(matrix), right))
+        factor = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        return np.asarray(factor.solve(right))
+    except (LinAlgError, RuntimeError):
+        raise CurveError("the points lie so unevenly that rounding leaves no curve near them; mend or thin them") from None
 
 
 def least_squares(matrix: Any, right: Array) -> Array:
@@ -63,6 +79,7 @@ class SplineSpace:
 
     unknown    sparse (coefficients, unknowns): the coefficients that are free are unknown @ x
     roughness  sparse (spans * nodes, coefficients): C''' (C'' or C' for degree 2 or 1) at Gauss nodes of every span
+    rough      roughness @ unknown
     weights    (spans, nodes): int |C'''|^2 du = sum weights |roughness @ coefficients|^2
     """
 
@@ -72,6 +89,7 @@ class SplineSpace:
     knots: Array
     unknown: Any
     roughness: Any
+    rough: Any
     weights: Array
 
     @classmethod
@@ -87,8 +105,9 @@ class SplineSpace:
             unknown = columns(np.arange(1, count - 1), count)
         order = min(3, degree)
         nodes, weights = np.polynomial.legendre.leggauss(degree - order + 1)
-        rough = derivative_design(degree, knots, in_spans(grid, nodes).ravel(), order)
-        return cls(degree, grid, periodic, knots, unknown, rough, 0.5 * np.diff(grid)[:, None] * weights)
+        roughness = derivative_design(degree, knots, in_spans(grid, nodes).ravel(), order)
+        even = 0.5 * np.diff(grid)[:, None] * weights
+        return cls(degree, grid, periodic, knots, unknown, roughness, compact(roughness @ unknown), even)
 
     def even(self, strength: float) -> Array:
         """lambda (spans,) that weighs the roughness of wide and of narrow spans alike."""
@@ -100,7 +119,7 @@ class SplineSpace:
         if not self.periodic:
             given[0], given[-1] = points[0], points[-1]
         values = design(self.degree, self.knots, u)
-        free = values @ self.unknown
+        free = compact(values @ self.unknown)
         return free, free.T @ free, points - values @ given, given
 
     def fitted(self, normal: tuple[Any, Any, Array, Array], strength: Array, sharpen: bool = False) -> NurbsCurve:
@@ -111,10 +130,10 @@ class SplineSpace:
         from scipy.sparse import diags_array
 
         free, squares, rest, given = normal
-        weights = diags_array((self.weights * strength[:, None]).ravel())
-        rough = self.roughness @ self.unknown
-        matrix = squares + rough.T @ weights @ rough
-        x = solve(matrix, free.T @ rest - rough.T @ (weights @ (self.roughness @ given)))
+        weights = (self.weights * strength[:, None]).ravel()
+        weighted = self.rough.T * weights if isinstance(self.rough, np.ndarray) else self.rough.T @ diags_array(weights)
+        matrix = squares + weighted @ self.rough
+        x = solve(matrix, free.T @ rest - weighted @ (self.roughness @ given))
         if sharpen:
             x += solve(matrix, free.T @ (rest - free @ x))
         return NurbsCurve(self.degree, self.knots, self.unknown @ x + given)
