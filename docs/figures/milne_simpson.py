@@ -1,4 +1,4 @@
-"""Draw docs/figures/milne_simpson.svg: the ripple of Milne-Simpson after one kick, and the |C'|^(1/3) law of its size."""
+"""Draw docs/figures/milne_simpson.svg: the ripple of Milne-Simpson after one kick, and its |C'|^(1/3) law."""
 
 from __future__ import annotations
 
@@ -38,13 +38,17 @@ def main() -> None:
         speed = np.linalg.norm(curve.derivatives(points.u[1:-1], 1)[:, 1], axis=1)
         after = slice(kick + 30, len(alternating) - 5)
         ratio = alternating[after] / speed[after] ** (1 / 3)
-        print(f"size / |C'|^(1/3) after the kick: {ratio.min() / ratio.mean():.3f} to {ratio.max() / ratio.mean():.3f} of its mean")
+        print(
+            f"size / |C'|^(1/3) after the kick: {ratio.min() / ratio.mean():.3f} to {ratio.max() / ratio.mean():.3f} of its mean"
+        )
         print(f"while |C'| itself varies by a factor of {speed[after].max() / speed[after].min():.1f}")
         time = 1e3 * points.t[1:-1]
         below.plot(time[after], 1e6 * alternating[after], lw=2.4, alpha=0.5, label="alternating part of u, measured")
-        below.plot(time[after], 1e6 * ratio.mean() * speed[after] ** (1 / 3), "k--", lw=1.0, label="constant · |C′|^(1/3)")
+        below.plot(
+            time[after], 1e6 * ratio.mean() * speed[after] ** (1 / 3), "k--", lw=1.0, label="constant · |C'|^(1/3)"
+        )
     above.set(xlabel="t, ms", ylabel="feed ripple, %", title="After a curvature jump: 60 mm/s, 1 ms, one correction")
-    below.set(xlabel="t, ms", ylabel="size, 1e-6 of u", title="It never dies: it follows |C′| to the power 1/3")
+    below.set(xlabel="t, ms", ylabel="size, 1e-6 of u", title="It never dies: it follows |C'| to the power 1/3")
     for axes in (above, below):
         axes.legend(frameon=False, fontsize=8)
         axes.grid(alpha=0.3)

@@ -1,0 +1,170 @@
+"""Airfoil sections (.dat): points in Selig or Lednicer order, of unit chord, scaled and fitted within a tolerance.
+
+Selig: from the trailing edge over the upper side to the nose and back below. Lednicer: two counts, then each side from
+the nose to the trailing edge. A name may stand in the first line.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import pathlib
+
+import numpy as np
+
+from splinefeed import units
+from splinefeed.errors import FormatError, InputError
+from splinefeed.formats.sizes import MAX_COORDINATE
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array
+
+#: Chord that a section gets unless the caller says another, mm.
+DEFAULT_CHORD = 100.0
+#: Largest distance between the given points and the fitted curve unless the caller says another, mm.
+DEFAULT_TOLERANCE = 1e-3
+#: Ends of a section may lie this far apart along the chord, in chords; more means that points are missing.
+MAX_END_DIFFERENCE = 0.02
+#: The chord in the file may differ by this much from 1 before it is worth a finding.
+UNIT_CHORD_SLACK = 0.02
+#: Fewer points than this are no section.
+LEAST_POINTS = 5
+#: More points than this are no section but a scan of one; published sections have some hundreds.
+MAX_AIRFOIL_POINTS = 20_000
+#: How many repeated points a finding names.
+_NAMED_REPEATS = 3
+
+
+def holds(text: str) -> bool:
+    """Whether `text` looks like this format: two numbers in the first or second line that is not blank."""
+    lines = [line for line in text[:4096].splitlines() if line.strip()]
+    return any(_pair(line) is not None for line in lines[:2])
+
+
+def from_text(
+    text: str,
+    source: str | os.PathLike[str],
+    *,
+    chord: float | str = DEFAULT_CHORD,
+    tolerance: float | str = DEFAULT_TOLERANCE,
+    degree: int = 3,
+) -> list[Path]:
+    """The section in `text`, x and y in mm, as one path; `chord` is the length of one unit of the file, mm.
+
+    `tolerance` is the largest distance, mm, of a fit of the given `degree` from the points; the path's findings report
+    the distance reached, and everything that the file leaves open.
+    """
+    from splinefeed.geometry.fitting import fit
+
+    scale, allowed = _positive(chord, "chord"), _positive(tolerance, "tolerance")
+    name, rows = _rows(text, source)
+    points, lines, order = _in_order(rows, source)
+    findings = [f"{order} order, {len(points)} points; 1 unit of the file is {scale:g} mm (chord={scale:g})"]
+    points, repeats = _without_repeats(points, lines)
+    findings += repeats
+    _check_section(points, source)
+    span = float(np.ptp(points[:, 0]))
+    if abs(span - 1.0) > UNIT_CHORD_SLACK:
+        findings.append(f"the chord is {span:g} in the file, not 1, so the section is {span * scale:g} mm long")
+    points = points * scale
+    if np.max(np.abs(points)) > MAX_COORDINATE:
+        raise FormatError(f"{source}: the section is larger than {MAX_COORDINATE:g} mm; give a smaller chord")
+    gap = float(np.linalg.norm(points[-1] - points[0]))
+    if gap > 0.0:
+        findings.append(f"the trailing edge is open by {gap:.6g} mm; it is left open")
+    fitted = fit(points, allowed, degree=degree)
+    findings.append(
+        f"fitted by {len(fitted.curves)} curve(s) of degree {degree} with {fitted.knots} inner knots; "
+        f"largest distance {fitted.error:.3g} mm (tolerance {allowed:g} mm)"
+    )
+    return [Path(fitted.curves, ("x", "y"), name=name or pathlib.Path(source).stem, findings=findings)]
+
+
+def _positive(value: float | str, name: str) -> float:
+    length = units.parse(value, "length")
+    if length <= 0.0:
+        raise InputError(f"{name} is {length:g} mm; it must be greater than 0")
+    return length
+
+
+def _pair(line: str) -> tuple[float, float] | None:
+    """The two numbers of a line; None if it holds something else."""
+    words = line.split()
+    if len(words) != 2:
+        return None
+    try:
+        x, y = float(words[0]), float(words[1])
+    except ValueError:
+        return None
+    return x, y
+
+
+def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[int, float, float]]]:
+    """The name of the section, and line number, x and y of every line with numbers."""
+    name = ""
+    rows: list[tuple[int, float, float]] = []
+    first = True
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not line.strip():
+            continue
+        pair = _pair(line)
+        if pair is None and first:
+            name = " ".join(line.split())[:80]
+        elif pair is None:
+            raise FormatError(f"{source}: line {number}: expected two numbers x y, got {line.strip()[:40]!r}")
+        elif not (math.isfinite(pair[0]) and math.isfinite(pair[1])):
+            raise FormatError(f"{source}: line {number}: {line.strip()[:40]!r} is no finite point")
+        else:
+            rows.append((number, *pair))
+        first = False
+    if len(rows) > MAX_AIRFOIL_POINTS:
+        raise FormatError(f"{source}: has {len(rows)} points; at most {MAX_AIRFOIL_POINTS} can be read")
+    if len(rows) < LEAST_POINTS:
+        raise FormatError(f"{source}: has {len(rows)} point(s); a section needs at least {LEAST_POINTS}")
+    return name, rows
+
+
+def _in_order(rows: list[tuple[int, float, float]], source: str | os.PathLike[str]) -> tuple[Array, list[int], str]:
+    """Points (n, 2) from the trailing edge over the nose and back, their line numbers, and the order of the file."""
+    number, first, second = rows[0]
+    if not (first >= 2.0 and second >= 2.0 and first.is_integer() and second.is_integer()):
+        return np.array([row[1:] for row in rows]), [row[0] for row in rows], "Selig"
+    upper, lower = int(first), int(second)
+    if upper + lower != len(rows) - 1:
+        raise FormatError(
+            f"{source}: line {number}: says {upper} and {lower} points, but {len(rows) - 1} follow; "
+            f"is the file complete?"
+        )
+    sides = rows[1 : upper + 1], rows[upper + 1 :]
+    for side, title in zip(sides, ("upper", "lower"), strict=True):
+        if not side[0][1] < side[-1][1]:
+            raise FormatError(f"{source}: line {side[0][0]}: the {title} side does not run from the nose backwards")
+    ordered = [*reversed(sides[0]), *sides[1]]
+    if ordered[upper - 1][1:] == ordered[upper][1:]:
+        del ordered[upper]  # each side begins with the nose
+    return np.array([row[1:] for row in ordered]), [row[0] for row in ordered], "Lednicer"
+
+
+def _without_repeats(points: Array, lines: list[int]) -> tuple[Array, list[str]]:
+    """The points without those that repeat the one before, and a finding that names their lines."""
+    repeats = np.flatnonzero(np.all(points[1:] == points[:-1], axis=1)) + 1
+    if not repeats.size:
+        return points, []
+    named = ", ".join(str(lines[i]) for i in repeats[:_NAMED_REPEATS])
+    more = f" and {repeats.size - _NAMED_REPEATS} more" if repeats.size > _NAMED_REPEATS else ""
+    return np.delete(points, repeats, axis=0), [f"repeated points are left out: line {named}{more}"]
+
+
+def _check_section(points: Array, source: str | os.PathLike[str]) -> None:
+    """FormatError unless the points run from the trailing edge to a nose and back."""
+    if len(points) < LEAST_POINTS:
+        raise FormatError(f"{source}: has {len(points)} different point(s); a section needs at least {LEAST_POINTS}")
+    x = points[:, 0]
+    span, nose = float(np.ptp(x)), float(np.min(x))
+    if not 0.0 < span <= MAX_COORDINATE:
+        raise FormatError(f"{source}: the chord in the file is {span:g}; that is no section")
+    if x[0] - nose < 0.5 * span:
+        raise FormatError(f"{source}: begins at x = {x[0]:g}, at its nose; points must begin at the trailing edge")
+    if abs(x[-1] - x[0]) > MAX_END_DIFFERENCE * span:
+        raise FormatError(
+            f"{source}: begins at x = {x[0]:g} but ends at x = {x[-1]:g}; points are missing, is the file complete?"
+        )

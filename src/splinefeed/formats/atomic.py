@@ -1,0 +1,74 @@
+"""Files that appear whole or not at all: written under a temporary name beside the target, then renamed onto it."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from splinefeed.errors import FormatError
+
+_REASONS = {
+    errno.ENOSPC: "no space is left on the disk; free some or write elsewhere",
+    errno.EDQUOT: "the disk quota is used up; free some space or write elsewhere",
+    errno.EFBIG: "the file would be larger than this system allows",
+    errno.EACCES: "no permission to write in that folder; choose another one",
+    errno.EPERM: "no permission to write in that folder; choose another one",
+    errno.EROFS: "the disk is read-only; write elsewhere",
+    errno.ENAMETOOLONG: "the name is too long",
+}
+
+
+@contextmanager
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary name to write to; the finished file is put at `path`, a failed one is removed.
+
+    A link is followed, a file that was there stays untouched until the new one is complete. Raises FormatError for a
+    missing folder, a target that is no plain file, no permission, and a full disk.
+    """
+    target = _target(path)
+    # Short and of its own, so that a target with the longest name allowed can still be written.
+    temporary = target.with_name(f".splinefeed-{secrets.token_hex(8)}{target.suffix[:16]}")
+    try:
+        temporary.touch(exist_ok=False)
+        yield temporary
+        _flush_to_disk(temporary)
+        os.replace(temporary, target)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be written: {reason_of(error)}") from error
+    finally:
+        with suppress(OSError):  # also after Ctrl-C: nothing half-written is left behind
+            temporary.unlink()
+
+
+def reason_of(error: OSError) -> str:
+    """Why the system refused, in words that say what to do where that is known."""
+    known = _REASONS.get(error.errno or 0)
+    return known or error.strerror or " ".join(str(error).split()) or type(error).__name__
+
+
+def _target(path: str | os.PathLike[str]) -> Path:
+    """The file that `path` means, links followed; refuse what cannot be replaced by a file."""
+    try:
+        target = Path(os.path.realpath(path))
+        folder_there, there, plain = target.parent.is_dir(), target.exists(), target.is_file()
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        raise FormatError(f"{str(path)[:200]!r}: is no name of a file: {error}") from None
+    if not folder_there:
+        raise FormatError(f"{path}: the folder {target.parent} does not exist; make it first")
+    if there and not plain:
+        kind = "a folder" if target.is_dir() else "a device or pipe"
+        raise FormatError(f"{path}: is {kind}; give the name of a file")
+    return target
+
+
+def _flush_to_disk(path: Path) -> None:
+    """Wait until the bytes are on the disk, so that a power cut cannot leave the new name with no content."""
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

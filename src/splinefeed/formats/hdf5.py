@@ -1,0 +1,149 @@
+"""HDF5 files of records: how they are opened, marked, and read with suspicion."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from io import FileIO, RawIOBase
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+import splinefeed
+from splinefeed.errors import FormatError, SplinefeedError
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.metadata import SCHEMA, check_schema
+from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
+from splinefeed.formats.source import check_file
+
+T = TypeVar("T")
+
+#: Rows of a chunk on disk and how it is packed: the best of size by speed among gzip 1, 4, 6 and lzf, with and without
+#: shuffling the bytes, on a million ticks; gzip is in every build of HDF5, MATLAB's too.
+CHUNK_ROWS = 8192
+PACKING: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+#: What gzip reaches at the most (1032 to 1), rounded up: a dataset that claims more than that holds nothing, and
+#: reading it would fill the memory with zeros.
+MOST_PACKED = 1100
+_NO_HARM_BYTES = 2**20
+
+
+class _Output(RawIOBase):
+    """The file that HDF5 writes to: it keeps the first error and lets what follows go nowhere.
+
+    HDF5 cannot bear a write that fails (on a full disk, say): it tries again in closing, fails again, and crashes
+    Python at its end. So the error waits here until `check` is called, and HDF5 closes in peace.
+    """
+
+    def __init__(self, stream: FileIO) -> None:
+        self._stream = stream
+        self._error: BaseException | None = None
+
+    def check(self) -> None:
+        """Raise what went wrong since the beginning, if anything did."""
+        if self._error is not None:
+            raise self._error
+
+    def _attempt(self, action: Callable[..., Any], argument: Any, otherwise: Any) -> Any:
+        if self._error is None:
+            try:
+                return action(argument)
+            except BaseException as error:  # Ctrl-C too: it must not pass through HDF5
+                self._error = error
+        return otherwise
+
+    def _write_all(self, content: memoryview) -> int:
+        done = 0
+        while done < len(content):
+            done += self._stream.write(content[done:])
+        return done
+
+    # What h5py asks of a file:
+
+    def write(self, content: Any) -> Any:
+        return self._attempt(self._write_all, memoryview(content).cast("B"), len(content))
+
+    def readinto(self, content: Any) -> Any:
+        return self._attempt(self._stream.readinto, content, 0)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> Any:
+        return self._attempt(lambda place: self._stream.seek(place, whence), offset, offset)
+
+    def tell(self) -> int:
+        return self._stream.tell()
+
+    def truncate(self, size: int | None = None, /) -> int:
+        return int(self._attempt(self._stream.truncate, size, size or 0))
+
+    def flush(self) -> None:
+        """Nothing is held back here."""
+
+
+@contextmanager
+def create(path: str | os.PathLike[str], record: str) -> Iterator[tuple[Any, Callable[[], None]]]:
+    """A new HDF5 file marked with the name of its `record`, which appears at `path` when all went well.
+
+    Beside it a function to call now and then: it raises what the disk refused so far.
+    """
+    import h5py
+
+    with atomic_write(path) as temporary, FileIO(temporary, "r+") as stream:
+        output = _Output(stream)
+        with h5py.File(output, "w") as file:
+            file.attrs["record"] = record
+            file.attrs["schema"] = SCHEMA
+            file.attrs["program"] = f"splinefeed {splinefeed.__version__}"
+            yield file, output.check
+        output.check()
+
+
+def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], T]]) -> T:
+    """Read the record at `path` with the reader that its name asks for; FormatError for all that is not sound."""
+    import h5py
+
+    checked = check_file(path)
+    try:
+        with h5py.File(checked, "r") as file:
+            record = text_attribute(file, "record", checked)
+            if record not in readers:
+                known = ", ".join(readers)
+                raise FormatError(f"{path}: holds a record {record[:40]!r}; known are {known}")
+            check_schema(file.attrs.get("schema"), checked)
+            return readers[record](file, checked)
+    except FormatError:
+        raise
+    except SplinefeedError as error:
+        raise FormatError(f"{path}: {error}") from None
+    except Exception as error:  # a damaged file can make HDF5 and h5py raise nearly anything
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise FormatError(f"{path}: is no sound HDF5 file: {reason}") from None
+
+
+def text_attribute(node: Any, name: str, path: Path) -> str:
+    """The attribute `name` of a file or dataset, which must be text."""
+    value = node.attrs.get(name)
+    if not isinstance(value, str):
+        raise FormatError(f"{path}: attribute {name}: is missing or no text; was this written by splinefeed?")
+    return value
+
+
+def array(file: Any, name: str, path: Path, ndim: int) -> Any:
+    """The numbers of the dataset `name`: in this file itself, of `ndim` dimensions, not absurdly many."""
+    import h5py
+
+    link = file.get(name, getlink=True)
+    if not isinstance(link, h5py.HardLink):  # a link could make the reader open other files of the user
+        raise FormatError(f"{path}: dataset {name}: is missing or lies in another file")
+    dataset = file[name]
+    if not isinstance(dataset, h5py.Dataset) or dataset.external or dataset.is_virtual:
+        raise FormatError(f"{path}: dataset {name}: is no dataset of this file")
+    found = f"{path}: dataset {name}: has shape {dataset.shape} of {dataset.dtype}"
+    if dataset.ndim != ndim or dataset.dtype.kind not in "fiu" or dataset.dtype.itemsize > 8:
+        raise FormatError(f"{found}; expected numbers in {ndim} dimension(s)")
+    if dataset.size > MAX_TICKS * MAX_AXES:
+        raise FormatError(f"{found}; at most {MAX_TICKS} ticks can be read")
+    if dataset.nbytes > MOST_PACKED * dataset.id.get_storage_size() + _NO_HARM_BYTES:
+        raise FormatError(f"{found}, but far fewer bytes on disk than that packs into; the file is damaged")
+    return np.asarray(dataset[()])

@@ -1,0 +1,234 @@
+"""NURBS curves as JSON: one curve, or a list under "curves"; strict, so that a slip of the pen is not cut into metal.
+
+A curve is an object with `degree`, `knots`, `control_points` and, if rational, `weights`; `name`, `units` (mm, cm, m,
+in) and `axes` may stand in it or above the list. Rotary axes are in degrees. `source`, `notes` and `ground_truth` are
+for people and not read.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import pathlib
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from splinefeed import units
+from splinefeed.errors import CurveError, FormatError
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.metadata import to_degrees, to_radians
+from splinefeed.formats.sizes import MAX_AXES, MAX_COORDINATE, MAX_CURVES, MAX_POINTS
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.path import DEFAULT_AXES, JOIN_TOLERANCE, Path
+from splinefeed.records import ROTARY_AXES, Array
+
+_MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+_FOR_PEOPLE = {"source", "notes", "ground_truth"}
+_SHARED = {"name", "units", "axes"}
+_CURVE = {"degree", "knots", "control_points", "weights"}
+
+
+class _Entry(NamedTuple):
+    name: str
+    curve: NurbsCurve
+    axes: tuple[str, ...]
+
+
+def holds(text: str) -> bool:
+    """Whether `text` looks like this format."""
+    return text.lstrip()[:1] in ("{", "[")
+
+
+def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | str = JOIN_TOLERANCE) -> list[Path]:
+    """The paths in `text` of the file `source`; curves whose ends meet within `tolerance`, mm, make one path."""
+    allowed = units.parse(tolerance, "length")
+    document = _parse(text, source)
+    findings: list[str] = []
+    if "curves" in document:
+        _check_keys(document, {"curves"} | _SHARED | _FOR_PEOPLE, source)
+        listed = document["curves"]
+        if not isinstance(listed, list) or not listed:
+            raise FormatError(f"{source}: curves: is no list of curves")
+        if len(listed) > MAX_CURVES:
+            raise FormatError(f"{source}: curves: has {len(listed)} entries; at most {MAX_CURVES} can be read")
+        places = [f"{source}: curves[{i}]" for i in range(len(listed))]
+    else:
+        listed, places = [document], [f"{source}"]
+    _check_size(listed, source)
+    entries = [_entry(item, document, place, findings) for item, place in zip(listed, places, strict=True)]
+    name = document.get("name", "")
+    if not isinstance(name, str):
+        raise FormatError(f"{source}: name: {_shown(name)} is no text")
+    return _joined(entries, name or pathlib.Path(source).stem, tuple(findings), allowed)
+
+
+def write(path: Path, target: str | os.PathLike[str]) -> None:
+    """Write the curves of `path` to the file `target`; coordinates of linear axes come back bit for bit."""
+    curves = [
+        {
+            "degree": curve.degree,
+            "knots": curve.knots.tolist(),
+            **({} if curve.weights is None else {"weights": curve.weights.tolist()}),
+            "control_points": to_degrees(curve.control_points, path.axes).tolist(),
+        }
+        for curve in path.curves
+    ]
+    shared = {"name": path.name, "units": "mm", "axes": path.axes}
+    document = {**shared, **curves[0]} if len(curves) == 1 else {**shared, "curves": curves}
+    with atomic_write(target) as temporary:
+        temporary.write_text(json.dumps(document, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:
+    """The JSON object in `text`, refusing what Python's reader lets through: NaN, infinities, and a key said twice."""
+
+    def refuse_constant(token: str) -> None:
+        raise FormatError(f"{source}: {token} is no number that a curve can have")
+
+    def refuse_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        unique = dict(pairs)
+        if len(unique) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for key in keys if keys.count(key) > 1)
+            raise FormatError(f"{source}: key {_shown(twice)} stands twice in one object; leave one of them out")
+        return unique
+
+    try:
+        document = json.loads(text, parse_constant=refuse_constant, object_pairs_hook=refuse_twice)
+    except FormatError:
+        raise
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise FormatError(f"{source}: {place}: {error.msg}; is the file complete, and is it JSON?") from None
+    except RecursionError:
+        raise FormatError(f"{source}: is nested too deeply to be a curve") from None
+    except ValueError as error:  # a whole number of thousands of digits
+        raise FormatError(f"{source}: {str(error).split(';')[0]}") from None
+    if not isinstance(document, dict):
+        raise FormatError(f'{source}: is a {type(document).__name__}; expected an object with "degree" or "curves"')
+    return document
+
+
+def _check_size(listed: list[Any], source: str | os.PathLike[str]) -> None:
+    count = 0
+    for item in listed:
+        points = item.get("control_points") if isinstance(item, dict) else None
+        count += len(points) if isinstance(points, list) else 0
+    if count > MAX_POINTS:
+        raise FormatError(f"{source}: control_points: there are {count}; at most {MAX_POINTS} can be read")
+
+
+def _check_keys(item: dict[str, Any], known: set[str], place: str | os.PathLike[str]) -> None:
+    for key in item:
+        if key not in known:
+            raise FormatError(f"{place}: key {_shown(key)} is not known; known are {', '.join(sorted(known))}")
+
+
+def _entry(item: object, document: dict[str, Any], place: str, findings: list[str]) -> _Entry:
+    """One curve; what it does not say itself stands in the `document` above it."""
+    if not isinstance(item, dict):
+        raise FormatError(f"{place}: is no object with the keys of a curve")
+    _check_keys(item, _CURVE | _SHARED | _FOR_PEOPLE, place)
+    for key in ("degree", "knots", "control_points"):
+        if key not in item:
+            raise FormatError(f"{place}: {key} is missing; a curve needs degree, knots and control_points")
+    degree = item["degree"]
+    if isinstance(degree, bool) or not isinstance(degree, int):
+        raise FormatError(f"{place}: degree: {_shown(degree)} is no whole number")
+    points = _points(item["control_points"], f"{place}: control_points")
+    axes = _axes(item.get("axes", document.get("axes")), points.shape[1], f"{place}: axes")
+    points = to_radians(points, axes)
+    linear = [axis not in ROTARY_AXES for axis in axes]
+    points[:, linear] *= _scale(item.get("units", document.get("units")), f"{place}: units", findings)
+    if np.max(np.abs(points)) > MAX_COORDINATE:
+        row = int(np.argmax(np.max(np.abs(points), axis=1)))
+        raise FormatError(f"{place}: control_points[{row}]: is farther out than {MAX_COORDINATE:g} mm; check the units")
+    weights = None if item.get("weights") is None else _numbers(item["weights"], f"{place}: weights")
+    name = item.get("name", "")
+    if not isinstance(name, str):
+        raise FormatError(f"{place}: name: {_shown(name)} is no text")
+    try:
+        return _Entry(name, NurbsCurve(degree, _numbers(item["knots"], f"{place}: knots"), points, weights), axes)
+    except CurveError as error:
+        raise FormatError(f"{place}: {error}") from None
+
+
+def _scale(unit: object, place: str, findings: list[str]) -> float:
+    """How many mm one `unit` of the file is."""
+    if unit is None:
+        finding = "no units are given; read as mm"
+        if finding not in findings:
+            findings.append(finding)
+        return 1.0
+    if not isinstance(unit, str) or unit not in _MILLIMETRES:
+        raise FormatError(f"{place}: {_shown(unit)} is not known; write one of {', '.join(_MILLIMETRES)}")
+    return _MILLIMETRES[unit]
+
+
+def _axes(axes: object, count: int, place: str) -> tuple[str, ...]:
+    if axes is None:
+        return DEFAULT_AXES[:count]
+    if not isinstance(axes, list) or not all(isinstance(axis, str) for axis in axes):
+        raise FormatError(f"{place}: is no list of names")
+    if len(axes) != count:
+        raise FormatError(f"{place}: has {len(axes)} names for control points of {count} columns")
+    return tuple(axes)
+
+
+def _points(rows: object, place: str) -> Array:
+    """The control points (n, axes) as they stand in the file."""
+    if not isinstance(rows, list) or not rows:
+        raise FormatError(f"{place}: is no list of points")
+    width = len(rows[0]) if isinstance(rows[0], list) else 0
+    if not 1 <= width <= MAX_AXES:
+        raise FormatError(f"{place}[0]: expected a list of 1 to {MAX_AXES} numbers")
+    points = np.empty((len(rows), width))
+    for i, row in enumerate(rows):
+        if not isinstance(row, list) or len(row) != width:
+            raise FormatError(f"{place}[{i}]: expected {width} numbers as in the first point")
+        points[i] = _numbers(row, f"{place}[{i}]")
+    return points
+
+
+def _numbers(values: object, place: str) -> list[float]:
+    """`values` as finite floats; booleans, texts and numbers too large for a float are none."""
+    if not isinstance(values, list):
+        raise FormatError(f"{place}: is no list of numbers")
+    for i, value in enumerate(values):
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise FormatError(f"{place}[{i}]: {_shown(value)} is no number")
+        try:
+            finite = math.isfinite(value)
+        except OverflowError:
+            finite = False
+        if not finite:
+            raise FormatError(f"{place}[{i}]: is too large for a number")
+    return values
+
+
+def _joined(entries: list[_Entry], name: str, findings: tuple[str, ...], tolerance: float) -> list[Path]:
+    """Paths of neighbouring curves whose ends meet; a lone path has the file's `name`, others their first curve's."""
+    groups: list[list[_Entry]] = []
+    for entry in entries:
+        before = groups[-1][-1] if groups else None
+        if before is not None and before.axes == entry.axes and _gap(before.curve, entry.curve) <= tolerance:
+            groups[-1].append(entry)
+        else:
+            groups.append([entry])
+    names = [name] if len(groups) == 1 else [group[0].name or f"{name}#{i}" for i, group in enumerate(groups, start=1)]
+    return [
+        Path([entry.curve for entry in group], group[0].axes, name=title, findings=findings, tolerance=tolerance)
+        for group, title in zip(groups, names, strict=True)
+    ]
+
+
+def _gap(before: NurbsCurve, after: NurbsCurve) -> float:
+    return float(np.linalg.norm(after(after.domain[0]) - before(before.domain[1])))
+
+
+def _shown(value: object) -> str:
+    """`value` for a message: never more than a few words of it."""
+    text = json.dumps(value) if isinstance(value, str | int | float | None) else f"a {type(value).__name__}"
+    return text if len(text) <= 40 else f"{text[:37]}..."

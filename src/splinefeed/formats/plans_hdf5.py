@@ -1,0 +1,67 @@
+"""Time laws and limits to and from HDF5."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from splinefeed.errors import FormatError
+from splinefeed.formats import hdf5
+from splinefeed.formats.metadata import settings_from_json, settings_to_json
+from splinefeed.records import Limits, TimeLaw, positive
+
+_LIMIT_UNITS = {
+    "feed": "mm/s",
+    "start_feed": "mm/s",
+    "end_feed": "mm/s",
+    "acceleration": "mm/s^2",
+    "deceleration": "mm/s^2",
+    "jerk": "mm/s^3",
+    "deceleration_jerk": "mm/s^3",
+}
+
+
+def save_law(law: TimeLaw, path: str | os.PathLike[str]) -> None:
+    """Write a time law, bit for bit."""
+    with hdf5.create(path, "TimeLaw") as (file, _):
+        for name, unit in (("breaks", "s"), ("coefficients", "mm/s^k in column k")):
+            file.create_dataset(name, data=getattr(law, name)).attrs["units"] = unit
+        file.attrs["strategy"] = law.strategy
+        if law.period is not None:
+            file.attrs["period"] = law.period
+            file.attrs["period_units"] = "s"
+        file.attrs["notes"] = json.dumps(law.notes)
+        file.attrs["settings"] = settings_to_json(law.settings)
+
+
+def read_law(file: Any, path: Path) -> TimeLaw:
+    """The time law in an open HDF5 file."""
+    notes = json.loads(hdf5.text_attribute(file, "notes", path))
+    if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
+        raise FormatError(f"{path}: attribute notes: is no list of sentences")
+    period = file.attrs.get("period")
+    return TimeLaw(
+        breaks=hdf5.array(file, "breaks", path, 1),
+        coefficients=hdf5.array(file, "coefficients", path, 2),
+        strategy=hdf5.text_attribute(file, "strategy", path),
+        period=None if period is None else positive(period, "period"),
+        notes=tuple(notes),
+        settings=settings_from_json(hdf5.text_attribute(file, "settings", path), path),
+    )
+
+
+def save_limits(limits: Limits, path: str | os.PathLike[str]) -> None:
+    """Write limits, each as a number with its unit."""
+    with hdf5.create(path, "Limits") as (file, _):
+        for name, value in limits.as_dict().items():
+            file.create_dataset(name, data=value).attrs["units"] = _LIMIT_UNITS[name]
+
+
+def read_limits(file: Any, path: Path) -> Limits:
+    """The limits in an open HDF5 file."""
+    unknown = sorted(set(file) - set(_LIMIT_UNITS))
+    if unknown:
+        raise FormatError(f"{path}: dataset {unknown[0]}: is no limit known here; known are {', '.join(_LIMIT_UNITS)}")
+    return Limits(**{name: float(hdf5.array(file, name, path, 0)) for name in file})

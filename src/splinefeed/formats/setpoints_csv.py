@@ -1,0 +1,156 @@
+"""Setpoints to and from CSV: 17 significant digits, metadata in lines that begin with #, rotary axes in degrees."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterable
+from io import TextIOWrapper
+from typing import Any, TextIO
+
+import numpy as np
+
+import splinefeed
+from splinefeed.errors import FormatError, SplinefeedError
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.metadata import (
+    COLUMNS,
+    SCHEMA,
+    axis_units,
+    check_all_finite,
+    check_schema,
+    checked_chunks,
+    settings_to_json,
+    to_degrees,
+    to_radians,
+)
+from splinefeed.formats.sizes import MAX_TICKS
+from splinefeed.formats.source import check_file
+from splinefeed.records import Array, Setpoints, positive
+
+_TITLE = "# splinefeed setpoints"
+_METADATA = "# metadata: "
+#: The last line: without it a file that was cut off between two lines would pass for a whole one.
+_END = "# end: {} ticks"
+#: Rows that are turned into text by one formatting call: about twice as fast as numpy.savetxt, which goes row by row.
+_ROWS_AT_ONCE = 2000
+#: More than the longest last line.
+_TAIL_BYTES = 64
+
+
+def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) -> None:
+    """Write setpoints, whole or as an iterable of chunks of which only one is in memory at a time."""
+    ticks = 0
+    with atomic_write(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as stream:
+        for chunk in checked_chunks(record, path):
+            if ticks == 0:
+                stream.write(_head(chunk))
+            _write_rows(stream, chunk)
+            ticks += len(chunk)
+        stream.write(_END.format(ticks) + "\n")
+
+
+def load(path: str | os.PathLike[str]) -> Setpoints:
+    """Read setpoints that `save` wrote; FormatError for a file that is cut off, changed, or something else."""
+    file = check_file(path)
+    try:
+        with file.open(encoding="ascii") as stream:
+            ticks = _ticks_at_end(stream, path)
+            metadata = _read_metadata(stream, path)
+            axes = tuple(metadata["axes"])
+            if stream.readline().rstrip("\n") != _column_names(axes):
+                raise FormatError(f"{path}: line 3: expected the column names {_column_names(axes)}")
+            rows = np.loadtxt(stream, delimiter=",", ndmin=2)
+            points = _points(rows, axes, metadata, ticks, path)
+            check_all_finite(points)
+    except FormatError:
+        raise
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except SplinefeedError as error:
+        raise FormatError(f"{path}: {error}") from None
+    except (ValueError, KeyError, TypeError, RecursionError, MemoryError) as error:
+        reason = str(error).split(";")[0] or type(error).__name__  # behind the ; NumPy explains its own options
+        raise FormatError(f"{path}: is no sound file of setpoints: {reason}") from None
+    return points
+
+
+def _head(first: Setpoints) -> str:
+    metadata = {
+        "record": "Setpoints",
+        "schema": SCHEMA,
+        "program": f"splinefeed {splinefeed.__version__}",
+        "method": first.method,
+        "period_s": first.period,
+        "axes": first.axes,
+        "units": {**COLUMNS, "position": axis_units(first.axes, rotary="deg")},
+        "settings": json.loads(settings_to_json(first.settings)),
+    }
+    return f"{_TITLE}\n{_METADATA}{json.dumps(metadata)}\n{_column_names(first.axes)}\n"
+
+
+def _column_names(axes: tuple[str, ...]) -> str:
+    positions = (f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary="deg"), strict=True))
+    return ",".join(("t_s", "curve", "u", "s_mm", "feed_mm_s", *positions))
+
+
+def _write_rows(stream: TextIOWrapper, chunk: Setpoints) -> None:
+    row = ",".join(["%.17g", "%d"] + ["%.17g"] * (3 + len(chunk.axes))) + "\n"
+    for start in range(0, len(chunk), _ROWS_AT_ONCE):
+        part = slice(start, start + _ROWS_AT_ONCE)
+        columns = [chunk.t[part], chunk.curve[part], chunk.u[part], chunk.s[part], chunk.feed[part]]
+        table = np.column_stack([*columns, to_degrees(chunk.position[part], chunk.axes)])
+        stream.write(row * len(table) % tuple(table.ravel().tolist()))
+
+
+def _ticks_at_end(stream: TextIO, path: object) -> int:
+    """Number of ticks that the last line states; leaves the stream at its beginning."""
+    size = stream.seek(0, os.SEEK_END)
+    stream.seek(max(0, size - _TAIL_BYTES))
+    match = re.search(r"\n# end: ([0-9]{1,12}) ticks\n\Z", stream.read())
+    stream.seek(0)
+    if stream.readline(len(_TITLE) + 1).rstrip("\n") != _TITLE:
+        raise FormatError(f"{path}: line 1: expected {_TITLE!r}; was this written by splinefeed?")
+    if match is None:
+        raise FormatError(f"{path}: the last line does not say where the setpoints end; the file looks cut off")
+    ticks = int(match[1])
+    if not 0 < ticks <= MAX_TICKS:
+        raise FormatError(f"{path}: the last line claims {ticks} ticks; 1 to {MAX_TICKS} can be read")
+    return ticks
+
+
+def _read_metadata(stream: TextIO, path: object) -> dict[str, Any]:
+    line = stream.readline()
+    if not line.startswith(_METADATA):
+        raise FormatError(f"{path}: line 2: expected {_METADATA!r}")
+    metadata = json.loads(line[len(_METADATA) :])
+    if not isinstance(metadata, dict) or metadata.get("record") != "Setpoints":
+        raise FormatError(f"{path}: line 2: does not describe setpoints")
+    check_schema(metadata.get("schema"), path)
+    if not isinstance(metadata["settings"], dict) or not isinstance(metadata["method"], str):
+        raise FormatError(f"{path}: line 2: method or settings are not what they should be")
+    if not all(isinstance(axis, str) for axis in metadata["axes"]):
+        raise FormatError(f"{path}: line 2: axes is no list of names")
+    return metadata
+
+
+def _points(rows: Array, axes: tuple[str, ...], metadata: dict[str, Any], ticks: int, path: object) -> Setpoints:
+    expected = (ticks, len(COLUMNS) + len(axes))
+    if rows.shape != expected:
+        raise FormatError(f"{path}: has {rows.shape} rows and columns; expected {expected}")
+    t, curve, u, s, feed = rows[:, : len(COLUMNS)].T
+    if not np.array_equal(curve, np.floor(curve)) or not np.all(np.abs(curve) < 2.0**31):
+        raise FormatError(f"{path}: column curve: holds something else than whole numbers")
+    return Setpoints(
+        t=t,
+        curve=curve.astype(np.int64),
+        u=u,
+        s=s,
+        feed=feed,
+        position=to_radians(np.ascontiguousarray(rows[:, len(COLUMNS) :]), axes),
+        axes=axes,
+        period=positive(metadata["period_s"], "period"),
+        method=metadata["method"],
+        settings=metadata["settings"],
+    )

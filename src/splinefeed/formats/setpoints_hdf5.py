@@ -1,0 +1,73 @@
+"""Setpoints to and from HDF5, chunk by chunk, bit for bit; rotary axes in rad."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from splinefeed.errors import FormatError
+from splinefeed.formats import hdf5
+from splinefeed.formats.metadata import (
+    COLUMNS,
+    axis_units,
+    check_all_finite,
+    checked_chunks,
+    settings_from_json,
+    settings_to_json,
+)
+from splinefeed.records import Setpoints, positive
+
+
+def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) -> None:
+    """Write setpoints, whole or as an iterable of chunks of which only one is in memory at a time."""
+    with hdf5.create(path, "Setpoints") as (file, check):
+        datasets: dict[str, Any] = {}
+        ticks = 0
+        for chunk in checked_chunks(record, path):
+            datasets = datasets or _create_datasets(file, chunk)
+            for name, dataset in datasets.items():
+                dataset.resize(ticks + len(chunk), axis=0)
+                dataset[ticks:] = getattr(chunk, name)
+            ticks += len(chunk)
+            check()
+
+
+def read(file: Any, path: Path) -> Setpoints:
+    """The setpoints in an open HDF5 file."""
+    axes = tuple(file.attrs["axes"])
+    if not all(isinstance(axis, str) for axis in axes):
+        raise FormatError(f"{path}: attribute axes: is no list of names")
+    columns = {name: hdf5.array(file, name, path, 1) for name in COLUMNS}
+    points = Setpoints(
+        **columns,
+        position=hdf5.array(file, "position", path, 2),
+        axes=axes,
+        period=positive(file.attrs["period"], "period"),
+        method=hdf5.text_attribute(file, "method", path),
+        settings=settings_from_json(hdf5.text_attribute(file, "settings", path), path),
+    )
+    check_all_finite(points)
+    return points
+
+
+def _create_datasets(file: Any, first: Setpoints) -> dict[str, Any]:
+    file.attrs["axes"] = list(first.axes)
+    file.attrs["period"] = first.period
+    file.attrs["period_units"] = "s"
+    file.attrs["method"] = first.method
+    file.attrs["settings"] = settings_to_json(first.settings)
+    datasets = {}
+    for name, unit in (*COLUMNS.items(), ("position", axis_units(first.axes, rotary="rad"))):
+        values = getattr(first, name)
+        datasets[name] = file.create_dataset(
+            name,
+            shape=(0, *values.shape[1:]),
+            maxshape=(None, *values.shape[1:]),
+            chunks=(hdf5.CHUNK_ROWS, *values.shape[1:]),
+            dtype=values.dtype,
+            **hdf5.PACKING,
+        )
+        datasets[name].attrs["units"] = unit
+    return datasets

@@ -1,0 +1,18 @@
+"""How large a file may be before it is refused: a slip of the hand ends in a sentence, not in a full memory."""
+
+from __future__ import annotations
+
+#: Largest text file that is read into memory, bytes.
+MAX_FILE_BYTES = 64 * 2**20
+#: Most control points of all curves in one file together.
+MAX_POINTS = 200_000
+#: Most curves in one file.
+MAX_CURVES = 20_000
+#: Largest coordinate, mm: a thousand kilometres is no workpiece, and beyond it squares and cubes begin to overflow.
+MAX_COORDINATE = 1e9
+#: Most axes of a curve or of setpoints.
+MAX_AXES = 6
+#: Most ticks in one file of setpoints: eighteen hours at 1 ms.
+MAX_TICKS = 2**26
+#: Most ticks in a MATLAB file, whose layout needs them in memory all at once: an hour at 1 ms, about 900 MB.
+MAX_MATLAB_TICKS = 3_600_000

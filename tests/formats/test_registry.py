@@ -1,0 +1,111 @@
+"""Which format a file is, and the one line that says why a file cannot be read or written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+import splinefeed
+from splinefeed.errors import FormatError, InputError
+from splinefeed.formats import source
+from splinefeed.formats.registry import FORMATS, read, read_all, write
+
+
+def test_the_content_counts_more_than_the_name(tmp_path: Path, data_dir: Path) -> None:
+    misnamed = tmp_path / "butterfly.dat"
+    shutil.copy(data_dir / "curves" / "butterfly.json", misnamed)
+    assert read(misnamed).name == "butterfly"
+
+
+def test_the_butterfly_of_the_package_is_the_one_of_the_tests(data_dir: Path) -> None:
+    packaged = files(splinefeed) / "data" / "butterfly.json"
+    assert packaged.read_bytes() == (data_dir / "curves" / "butterfly.json").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", "is empty; was its writing interrupted?"),
+        (b" \n\t\n", "holds nothing but blanks"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "byte 8: is binary; expected text, a JSON curve or an airfoil .dat"),
+        (b"version https://git-lfs.x/v1\n", "is a pointer of Git LFS, not the file itself; run: git lfs pull"),
+        (b"\xff\xfe{\0}\0", "is UTF-16 text; save it as UTF-8"),
+        (b"solid of a kind\nfacet normal 0 0 1\n", "is neither JSON curve (.json) nor airfoil (.dat, .txt)"),
+    ],
+)
+def test_what_is_no_curve_is_refused_in_one_line(tmp_path: Path, content: bytes, reason: str) -> None:
+    file = tmp_path / "part.xyz"
+    file.write_bytes(content)
+    with pytest.raises(FormatError) as caught:
+        read(file)
+    assert str(caught.value) == f"{file}: {reason}"
+
+
+def test_a_missing_file_a_folder_and_a_device_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(FormatError) as caught:
+        read(tmp_path / "none.json")
+    assert str(caught.value) == f"{tmp_path}/none.json: there is no such file; check the name and the folder"
+    with pytest.raises(FormatError, match="is a folder; name a file in it"):
+        read(tmp_path)
+    with pytest.raises(FormatError, match="/dev/zero: is a device or pipe; name a plain file"):
+        read("/dev/zero")
+    with pytest.raises(FormatError, match="cannot be opened: File name too long"):
+        read("w" * 5000)
+    with pytest.raises(FormatError, match=r"cannot be opened: .*embedded null"):
+        read("a\0b.json")
+
+
+def test_an_unreadable_file_is_refused(data_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(FormatError, match=r"butterfly\.json: cannot be read: Permission denied"):
+        read(data_dir / "curves" / "butterfly.json")
+
+
+def test_a_huge_file_is_refused_before_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(source, "MAX_FILE_BYTES", 2**20)
+    file = tmp_path / "cloud.json"
+    with file.open("wb") as stream:
+        stream.truncate(2**30)
+    with pytest.raises(FormatError, match=r"cloud\.json: is larger than 1 MB; that is no curve but a point cloud"):
+        read(file)
+
+
+def test_an_unknown_option_names_those_there_are(data_dir: Path) -> None:
+    file = data_dir / "curves" / "butterfly.json"
+    with pytest.raises(InputError, match="option 'chord' is not one of a JSON curve file; there are path, tolerance"):
+        read(file, chord=100)
+
+
+def test_of_several_paths_one_is_chosen(data_dir: Path) -> None:
+    file = data_dir / "json" / "tigl_wing3_guides.json"
+    assert [path.name for path in read_all(file)] == ["edge1", "edge2", "edge3"]
+    assert read(file, path="edge2").name == "edge2"
+    assert read(file, path=3).name == "edge3"
+    assert read(file, path="3").name == "edge3"
+    with pytest.raises(FormatError) as caught:
+        read(file)
+    assert str(caught.value) == (
+        f"{file}: holds 3 paths that do not meet; choose one with path=1 to path=3 or its name: edge1, edge2, edge3"
+    )
+    for wrong in ("0", "4", "edge", "²", "9" * 5000):
+        with pytest.raises(FormatError, match="has no path"):
+            read(file, path=wrong)
+
+
+def test_a_path_is_written_as_json_alone(tmp_path: Path, data_dir: Path) -> None:
+    path = read(data_dir / "curves" / "butterfly.json")
+    with pytest.raises(FormatError, match=r"wing\.dxf: paths are written as JSON curves; name the file \.json"):
+        write(path, tmp_path / "wing.dxf")
+
+
+def test_every_format_has_a_suffix_of_its_own() -> None:
+    suffixes = [suffix for each in FORMATS for suffix in each.suffixes]
+    assert len(suffixes) == len(set(suffixes))
