@@ -23,7 +23,9 @@ def smooth() -> Path:
 
 def smooth_law(path: Path) -> TimeLaw:
     """One second with a feed that changes all the time and is never 0."""
-    return TimeLaw(breaks=[0.0, 1.0], coefficients=np.array([[0, 0.7, 0.9, -0.8, 0.2, 0]]) * path.length, strategy="test")
+    return TimeLaw(
+        breaks=[0.0, 1.0], coefficients=np.array([[0, 0.7, 0.9, -0.8, 0.2, 0]]) * path.length, strategy="test"
+    )
 
 
 def constant(path: Path, feed: float) -> TimeLaw:

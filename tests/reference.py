@@ -29,8 +29,7 @@ def _spline_derivative(points, p, knots, u, span, order):
         if degree == 0:
             return mpmath.mpf(0)
         points = {
-            i: degree * (points[i + 1] - points[i]) / (knots[i + degree + 1] - knots[i + 1])
-            for i in range(low, span)
+            i: degree * (points[i + 1] - points[i]) / (knots[i + degree + 1] - knots[i + 1]) for i in range(low, span)
         }
         # control point i of the derivative sits one to the right in the shortened knot vector
         points = {i + 1: value for i, value in points.items()}
@@ -46,7 +45,7 @@ def _spline_derivative(points, p, knots, u, span, order):
 
 
 def derivatives(curve, u, order=3):
-    """Point and derivatives to `order` at one u, from the right, as mpmath numbers rounded to float, (order + 1, axes)."""
+    """Point and derivatives to `order` at one u, from the right, rounded to float, (order + 1, axes)."""
     p = curve.degree
     knots = [mpmath.mpf(float(k)) for k in curve.knots]
     n = len(curve.control_points)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 
-import motions
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
+import motions
 import splinefeed as sf
 from splinefeed.analysis import motion, ripple
 from splinefeed.kernels import measure
@@ -18,7 +19,9 @@ def circle(radius: float = 10.0) -> sf.Path:
     half = np.sqrt(0.5)
     points = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]]
     knots = [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]
-    return sf.Path([sf.NurbsCurve(2, knots, radius * np.array(points, dtype=float), [1, half] * 4 + [1])], name="circle")
+    return sf.Path(
+        [sf.NurbsCurve(2, knots, radius * np.array(points, dtype=float), [1, half] * 4 + [1])], name="circle"
+    )
 
 
 @pytest.mark.parametrize("path", [motions.smooth(), motions.butterfly(), circle()], ids=lambda p: p.name)
@@ -33,7 +36,7 @@ def test_travelled_agrees_with_scipy(path):
         cuts = [a, *inner, b]
         expected = sum(
             quad(lambda u: np.linalg.norm(curve.derivatives(u, 1)[1]), low, high, epsabs=0, epsrel=1e-13, limit=200)[0]
-            for low, high in zip(cuts[:-1], cuts[1:], strict=True)
+            for low, high in pairwise(cuts)
         )
         assert measure.travelled(table, shape, a, b) == pytest.approx(expected, rel=1e-12)
         assert measure.travelled(table, shape, b, a) == -measure.travelled(table, shape, a, b)
@@ -74,7 +77,9 @@ def test_ripple_leaves_out_what_is_near_rest():
 
 def test_ripple_across_joints():
     """Steps that end on the next curve are measured over the joint, and curves that hold no setpoint are not lost."""
-    lines = [sf.NurbsCurve.bezier([[x, 0], [x + w, 0]]) for x, w in ((0, 10), (10, 0.001), (10.001, 0.002), (10.003, 5))]
+    lines = [
+        sf.NurbsCurve.bezier([[x, 0], [x + w, 0]]) for x, w in ((0, 10), (10, 0.001), (10.001, 0.002), (10.003, 5))
+    ]
     path = sf.Path(lines)
     law = motions.constant(path, 30.0)
     points = sf.interpolate(path, law, period=1e-3)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import motions
 import pytest
 
+import motions
 from splinefeed import Path, TimeLaw
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import motions
 import numpy as np
 import pytest
 
+import motions
 import splinefeed as sf
 from splinefeed.analysis.ripple import drift, feed_ripple
 
@@ -173,7 +173,9 @@ def test_bad_input():
         sf.interpolate(path, law, period=0)
     with pytest.raises(sf.errors.LimitsError, match="period is nan; it must be finite"):
         sf.interpolate(path, law, period=float("nan"))
-    with pytest.raises(sf.errors.LimitsError, match=r"the period of 100 s is longer than the whole motion of 1\.3\d+ s"):
+    with pytest.raises(
+        sf.errors.LimitsError, match=r"the period of 100 s is longer than the whole motion of 1\.3\d+ s"
+    ):
         sf.interpolate(path, law, period=100)
     with pytest.raises(sf.errors.LimitsError, match="no period: give period= in s"):
         sf.interpolate(path, motions.smooth_law(path))

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import splinefeed as sf
+from motions import constant
 from splinefeed.analysis.ripple import drift, feed_ripple
 from splinefeed.interpolation import registry
-from motions import constant
 
 ORDERS = {
     "taylor-1": 1,
@@ -75,11 +75,11 @@ def multistep(curve, law, period, ticks, predict, correct, corrections):
     return np.array(u)
 
 
-def milne(u, f, T):  # noqa: N803
+def milne(u, f, T):
     return u[-4] + 4 * T / 3 * (2 * f[-1] - f[-2] + 2 * f[-3])  # eq. (23)
 
 
-def simpson(u, f, ahead, T):  # noqa: N803
+def simpson(u, f, ahead, T):
     return u[-2] + T / 3 * (ahead + 4 * f[-1] + f[-2])  # eq. (24)
 
 
@@ -131,8 +131,13 @@ def test_runge_kutta_agrees_with_scipy(smooth, smooth_law):
     curve = smooth.curves[0]
     points = sf.interpolate(smooth, smooth_law, period=1e-3, method="runge-kutta-4")
     solution = solve_ivp(
-        lambda t, u: [rate(curve, min(u[0], 1.0), smooth_law.feed(t))], (0.0, 1.0), [0.0], t_eval=points.t[:-1],
-        rtol=1e-12, atol=1e-14, method="DOP853",
+        lambda t, u: [rate(curve, min(u[0], 1.0), smooth_law.feed(t))],
+        (0.0, 1.0),
+        [0.0],
+        t_eval=points.t[:-1],
+        rtol=1e-12,
+        atol=1e-14,
+        method="DOP853",
     )
     assert points.u[:-1] == pytest.approx(solution.y[0], abs=1e-11)
 
@@ -182,13 +187,19 @@ def test_a_method_of_ones_own(smooth, smooth_law):
 
 
 def test_refused_registrations():
-    with pytest.raises(sf.errors.MethodError, match=r"method name 'My Method': use lower-case letters, digits and hyphens"):
+    with pytest.raises(
+        sf.errors.MethodError, match=r"method name 'My Method': use lower-case letters, digits and hyphens"
+    ):
         sf.register("My Method", damped_euler)
     with pytest.raises(sf.errors.MethodError, match=r"method 'short': step takes \(u, rate\); it must take"):
         sf.register("short", lambda u, rate: u[0])
-    with pytest.raises(sf.errors.MethodError, match=r"method 'long-memory': history is 7; 0 to 3 earlier steps are kept"):
+    with pytest.raises(
+        sf.errors.MethodError, match=r"method 'long-memory': history is 7; 0 to 3 earlier steps are kept"
+    ):
         sf.register("long-memory", damped_euler, history=7)
-    with pytest.raises(sf.errors.MethodError, match=r"unknown interpolation method 'milne-simson'; did you mean 'milne-simpson'\?"):
+    with pytest.raises(
+        sf.errors.MethodError, match=r"unknown interpolation method 'milne-simson'; did you mean 'milne-simpson'\?"
+    ):
         registry.method("milne-simson")
     with pytest.raises(sf.errors.MethodError, match=r"unknown interpolation method 'zzz'; choose one of taylor-1, "):
         registry.method("zzz")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 
-import motions
 import numpy as np
 import pytest
 
+import motions
 import splinefeed as sf
 
 
