@@ -1,0 +1,108 @@
+"""What goes wrong, as one line on stderr and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import click
+
+from splinefeed.errors import SplinefeedError
+
+#: Set to anything but nothing, errors keep their traceback.
+DEBUG = "SPLINEFEED_DEBUG"
+
+DONE = 0
+NOT_KEPT = 1
+BAD_INPUT = 2
+#: A fault of the program itself (sysexits.h: EX_SOFTWARE).
+INTERNAL = 70
+#: What a shell reports for a program ended by Ctrl-C, and by a pipe whose reader went away.
+INTERRUPTED = 130
+NO_READER = 141
+
+
+class StoppedError(Exception):
+    """The user, or the reader of our output, wants no more of it."""
+
+    def __init__(self, exit_code: int) -> None:
+        super().__init__(exit_code)
+        self.exit_code = exit_code
+
+
+@contextmanager
+def quiet_stop() -> Iterator[None]:
+    """Turn Ctrl-C and a closed pipe into StoppedError, before click has its own say on them."""
+    try:
+        yield
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        raise StoppedError(INTERRUPTED) from None
+    except BrokenPipeError:
+        _write_no_more()
+        raise StoppedError(NO_READER) from None
+
+
+def guarded(call: Callable[[], Any]) -> int:
+    """The exit code of `call`, whose errors are printed as one line each."""
+    try:
+        code = call()
+    except click.ClickException as error:
+        return _say(usage_text(error), error.exit_code)
+    except (StoppedError, click.Abort, KeyboardInterrupt) as stop:
+        code = getattr(stop, "exit_code", INTERRUPTED)
+        return _say("interrupted; no half-written file is left", code) if code == INTERRUPTED else code
+    except SplinefeedError as error:
+        return _say(str(error), BAD_INPUT, error)
+    except MemoryError as error:
+        return _say("not enough memory for so many points; raise the period, or take a smaller path", BAD_INPUT, error)
+    except OSError as error:
+        _write_no_more()
+        from splinefeed.formats.atomic import reason_of
+
+        return _say(f"{error.filename or 'output'}: {reason_of(error)}", BAD_INPUT, error)
+    except Exception as error:
+        place = f"{type(error).__name__}: {error}"
+        return _say(f"internal fault: {place}; {DEBUG}=1 shows where, please report it", INTERNAL, error)
+    return code if isinstance(code, int) else DONE
+
+
+def usage_text(error: click.ClickException) -> str:
+    """Click's words on a wrong option or argument, after the name of what is wrong."""
+    text = error.format_message()
+    if isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter) and error.param:
+        name = error.param.opts[0] if error.param.param_type_name == "option" else error.param.human_readable_name
+        return f"{name}: {error.message}"
+    ctx = getattr(error, "ctx", None)
+    if ctx is not None and "did you mean" not in text.lower():
+        text = f"{text.rstrip('.')}; see {ctx.command_path} --help"
+    return text
+
+
+def one_line(text: str) -> str:
+    """`text` without line breaks, harmless to a terminal."""
+    return visible(" ".join(text.split()))
+
+
+def visible(text: str) -> str:
+    """`text` with escapes for what a terminal would take as an order, such as another colour."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def _say(text: str, code: int, error: BaseException | None = None) -> int:
+    if error is not None and os.environ.get(DEBUG):
+        raise error
+    with suppress(OSError):
+        print(f"splinefeed: {one_line(text)}", file=sys.stderr)
+    return code
+
+
+def _write_no_more() -> None:
+    """Let what is still in the buffer of stdout go nowhere: Python would complain about it at its end."""
+    with suppress(OSError, ValueError, AttributeError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)

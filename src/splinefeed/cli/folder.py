@@ -1,0 +1,105 @@
+"""The folder that a run writes to: all files of a run appear in it together, or none does."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from splinefeed.errors import FormatError, SplinefeedError
+from splinefeed.formats.atomic import reason_of
+from splinefeed.report.files import NAMES, RECORD
+
+#: Longest part of a default folder's name that comes from the path's name.
+LONGEST_NAME = 48
+#: A page of numbers larger than this, bytes, is none of ours.
+_LARGEST_RECORD = 2**20
+
+
+def default_name(name: str) -> str:
+    """The folder for a path of that name: splinefeed-naca-0025 for "NACA 0025"."""
+    words = re.sub(r"[^a-z0-9]+", "-", name.lower())[:LONGEST_NAME].strip("-")
+    return f"splinefeed-{words or 'path'}"
+
+
+@contextmanager
+def staged(folder: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a hidden folder to write to, whose files are put into `folder` at the end; on failure nothing is left.
+
+    Files of an earlier run of ours are replaced, or taken away if this run has none of that name; nothing else is
+    touched. Raises FormatError for a folder that cannot be made or written, or holds such files that are not ours.
+    """
+    if not str(folder):
+        raise FormatError("the name of the output folder is empty; leave -o out, or write -o . for the current folder")
+    target = Path(folder)
+    stage = target / f".splinefeed-{secrets.token_hex(8)}"
+    made = False
+    try:
+        earlier = _checked(target)
+        if earlier is None:
+            target.mkdir()
+            made = True
+        stage.mkdir()
+        yield stage
+        _publish(stage, target, earlier or ())
+        made = False
+    except OSError as error:
+        raise FormatError(f"{folder}: cannot be written: {reason_of(error)}") from error
+    except SplinefeedError as error:
+        raise type(error)(str(error).replace(f"{stage}", f"{target}")) from None
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)
+        if made:
+            with suppress(OSError):
+                target.rmdir()
+
+
+def _checked(target: Path) -> tuple[str, ...] | None:
+    """Names of an earlier run's files in `target`, None if there is no such folder; FormatError if it is no use."""
+    if "\0" in str(target):
+        raise FormatError(f"{str(target)!r}: is no name of a folder")
+    there, is_folder, parent_there = os.path.lexists(target), target.is_dir(), target.absolute().parent.is_dir()
+    if there and not is_folder:
+        raise FormatError(f"{target}: is a file; give the name of a folder")
+    if not there and not parent_there:
+        raise FormatError(f"{target}: the folder {target.parent} does not exist; make it first")
+    if not there:
+        return None
+    record = _record_of_ours(target / RECORD)
+    for name in NAMES:
+        file = target / name
+        if file.is_dir():
+            raise FormatError(f"{file}: is a folder where a file must go; choose another folder with -o")
+        if record is None and os.path.lexists(file):
+            raise FormatError(f"{file}: was not written by a run of splinefeed; choose another folder with -o")
+    listed = (record or {}).get("files")
+    return tuple(name for name in NAMES if isinstance(listed, list) and name in listed)
+
+
+def _record_of_ours(file: Path) -> dict[str, Any] | None:
+    """The page of numbers of an earlier run, None if there is none that we wrote."""
+    try:
+        if file.stat().st_size > _LARGEST_RECORD:
+            return None
+        page = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    ours = isinstance(page, dict) and str(page.get("program", "")).startswith("splinefeed ")
+    return page if ours else None
+
+
+def _publish(stage: Path, target: Path, earlier: tuple[str, ...]) -> None:
+    """Move all files of `stage` to `target`, the page of numbers first: with it the folder counts as ours."""
+    names = sorted((file.name for file in stage.iterdir()), key=lambda name: (name != RECORD, name))
+    for name in names:
+        os.replace(stage / name, target / name)
+    for name in earlier:
+        if name not in names:
+            with suppress(OSError):
+                (target / name).unlink()

@@ -1,0 +1,143 @@
+"""`splinefeed info`: what a file or a shape holds."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from splinefeed.cli import options
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.path import Path
+
+#: Curves and corners that the text lists; --json lists all.
+MOST_LISTED = 12
+
+EXAMPLES = """\b
+Examples:
+  splinefeed info butterfly
+  splinefeed info part.json
+  splinefeed info section.dat --chord 150mm --json
+
+"""
+
+
+@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.argument("source")
+@options.reading
+@options.as_json
+def command(source: str, as_json: bool, **given: Any) -> None:
+    """Say what SOURCE holds: curves, length, corners, least radius, and what its reader had to guess or mend."""
+    from splinefeed.cli import output
+    from splinefeed.cli.progress import busy
+
+    with busy("info") as say:
+        from splinefeed.cli.source import read_paths
+
+        say(f"reading {source}")
+        page = _page(read_paths(source, options.reading_from(given)))
+    if as_json:
+        output.print_json(page)
+    else:
+        _print(page)
+
+
+def _page(paths: list[Path]) -> dict[str, Any]:
+    findings = dict.fromkeys(finding for path in paths for finding in path.findings)
+    return {
+        "paths": [_path(path) for path in paths],
+        "curves": [
+            _curve(path, i, number) for number, path in enumerate(paths, start=1) for i in range(len(path.curves))
+        ],
+        "units": "mm",
+        "findings": list(findings),
+    }
+
+
+def _path(path: Path) -> dict[str, Any]:
+    """One path; lengths in mm, rotary axes and angles in degrees."""
+    from splinefeed.formats.metadata import axis_units, to_degrees
+    from splinefeed.geometry.path import JOIN_TOLERANCE
+
+    low, high = path.bounding_box()
+    radius = path.minimum_radius()
+    return {
+        "name": path.name,
+        "axes": list(path.axes),
+        "axis_units": axis_units(path.axes, rotary="deg"),
+        "curves": len(path.curves),
+        "degrees": sorted({curve.degree for curve in path.curves}),
+        "length_mm": path.length,
+        "bbox_min": to_degrees(low[None], path.axes)[0].tolist(),
+        "bbox_max": to_degrees(high[None], path.axes)[0].tolist(),
+        "closed": path.closed,
+        "min_radius_mm": radius if math.isfinite(radius) else None,
+        "corners": len(path.corners),
+        "stops": len(path.stops),
+        "corner_places": [
+            {"s_mm": c.s, "angle_deg": math.degrees(c.angle), "curvature_jump_per_mm": c.curvature_jump, "stop": c.stop}
+            for c in path.corners
+        ],
+        "gaps": sum(gap > JOIN_TOLERANCE for gap in path.gaps),
+        "largest_gap_mm": max(path.gaps, default=0.0),
+    }
+
+
+def _curve(path: Path, i: int, number: int) -> dict[str, Any]:
+    curve = path.curves[i]
+    return {
+        "path": number,
+        "degree": curve.degree,
+        "control_points": len(curve.control_points),
+        "spans": len(curve.spans),
+        "rational": curve.rational,
+        "closed": curve.closed,
+        "length_mm": float(path.curve_starts[i + 1] - path.curve_starts[i]),
+    }
+
+
+def _print(page: dict[str, Any]) -> None:
+    from splinefeed.cli.output import number as words
+    from splinefeed.cli.output import print_table, print_text
+    from splinefeed.cli.summary import print_notes
+
+    for path in page["paths"]:
+        shape = "closed" if path["closed"] else "open"
+        print_text(f"{path['name']}: {shape}, {words(path['length_mm'], 7)} mm, axes {' '.join(path['axes'])}")
+        for axis, unit, low, high in zip(
+            path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True
+        ):
+            print_text(f"  {axis:<8}{words(low, 6)} to {words(high, 6)} {unit}")
+        radius = path["min_radius_mm"]
+        print_text(f"  least radius of curvature {f'{words(radius)} mm' if radius else 'none: straight lines'}")
+        print_text(f"  {path['corners']} corners (tangent or curvature jumps), {path['stops']} of them to stop at")
+        for corner in path["corner_places"][:MOST_LISTED]:
+            what = f"turns by {words(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
+            print_text(f"    at {words(corner['s_mm'], 6)} mm: {what}")
+        _print_more(len(path["corner_places"]))
+        if path["gaps"]:
+            print_text(f"  {path['gaps']} gaps, the largest {words(path['largest_gap_mm'])} mm")
+    print_text()
+    rows = [
+        [
+            f"{i} (path {curve['path']})" if len(page["paths"]) > 1 else str(i),
+            "rational" if curve["rational"] else "polynomial",
+            str(curve["degree"]),
+            str(curve["control_points"]),
+            str(curve["spans"]),
+            words(curve["length_mm"], 7),
+        ]
+        for i, curve in enumerate(page["curves"])
+    ]
+    print_table(["curve", "kind", "degree", "control points", "spans", "length mm"], rows[:MOST_LISTED], texts=2)
+    _print_more(len(rows))
+    print_notes(page["findings"])
+
+
+def _print_more(count: int) -> None:
+    from splinefeed.cli.output import print_text
+
+    if count > MOST_LISTED:
+        print_text(f"    ... and {count - MOST_LISTED} more; --json lists all")

@@ -1,0 +1,107 @@
+"""The command `splinefeed`: finds the commands, and turns everything that goes wrong into one line."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from functools import partial
+from importlib import import_module
+from typing import Any, NoReturn
+
+import click
+
+from splinefeed import __version__
+from splinefeed.cli.failures import guarded, quiet_stop
+
+#: Every command in the order of the help, with its one line there: the file of a command is imported when it is used.
+COMMANDS = {
+    "run": "Read, plan, interpolate and measure; write setpoints and figures.",
+    "plan": "Only the time law: how far along the path by when.",
+    "compare": "Every interpolation method on the same motion, in one table.",
+    "info": "What a file or shape holds, and what its reader had to say.",
+    "methods": "The interpolation methods.",
+    "version": "The version, with --verbose those of its parts too.",
+}
+
+
+class LazyGroup(click.Group):
+    """A group whose commands live in files of their own; `main` ends in an exit code, never in a traceback."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the commands in the order of the help."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import the command `cmd_name`; None if there is none."""
+        if cmd_name not in COMMANDS:
+            return None
+        command = import_module(f"splinefeed.cli.{cmd_name}").command
+        assert isinstance(command, click.Command)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that args[0] names; a name that is nearly right is told."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            from difflib import get_close_matches
+
+            close = get_close_matches(args[0], COMMANDS, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(COMMANDS)}"
+            raise click.UsageError(f"no such command {args[0]!r}; {hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing any."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; Ctrl-C and a reader that went away leave quietly."""
+        with quiet_stop():
+            return super().invoke(ctx)
+
+    def main(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, standalone_mode: bool = True, **extra: Any
+    ) -> Any:
+        """As click's, but errors are one line on stderr, and exit codes are those of the design."""
+        run = partial(super().main, args, standalone_mode=False, **extra)
+        return sys.exit(guarded(run)) if standalone_mode else run()
+
+
+@click.group(
+    cls=LazyGroup,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="""\b
+Examples:
+  splinefeed run                                the paper's airfoil, to ./splinefeed-.../
+  splinefeed run part.json --feed 3600mm/min    a curve of yours
+  splinefeed COMMAND --help                     options and examples of a command
+
+Quantities may carry a unit (3600mm/min, 1ms, 0.5in); bare numbers are mm and s. Each command takes --json. Exit codes:
+0 done, 1 a limit or a check does not hold, 2 bad input or usage.""",
+)
+@click.version_option(__version__, prog_name="splinefeed")
+@click.pass_context
+def command_line(ctx: click.Context) -> None:
+    """Turn a NURBS curve and a machine's limits into where every axis must be at each servo tick."""
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def main() -> NoReturn:
+    """Run the command line and leave with its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # a terminal that lacks a letter is no reason to stop
+    if os.name == "posix":
+        signal.signal(signal.SIGTERM, _terminated)  # so that files begun are taken away, as after Ctrl-C
+    command_line.main(prog_name="splinefeed")
+    raise AssertionError("main returns by sys.exit")
+
+
+def _terminated(number: int, frame: object) -> NoReturn:
+    sys.exit(128 + number)

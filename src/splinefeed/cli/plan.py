@@ -1,0 +1,122 @@
+"""`splinefeed plan`: the time law alone."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from splinefeed.cli import options
+from splinefeed.cli.failures import DONE, NOT_KEPT
+
+if TYPE_CHECKING:
+    from splinefeed.cli.progress import Say
+
+#: Decimals of the table: what is below is the rounding of the law.
+ROUNDED = 9
+#: Pieces that the table shows; --json lists all.
+MOST_ROWS = 28
+
+EXAMPLES = """\b
+Examples:
+  splinefeed plan
+  splinefeed plan part.json --feed 3600mm/min --accel 0.5m/s^2 -o law.h5
+  splinefeed plan butterfly --start-feed 60 --end-feed 60 --json
+
+"""
+
+
+@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.argument("source", required=False)
+@options.limits
+@options.reading
+@click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
+@options.as_json
+@click.pass_context
+def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: Any) -> None:
+    """Plan how far along SOURCE the tool is by when, and print the pieces of that law.
+
+    Without SOURCE: the paper's airfoil. The exit code is 1 where a limit does not hold.
+    """
+    from splinefeed.cli import output
+    from splinefeed.cli.progress import busy
+
+    with busy("plan") as say:
+        page = _plan(source, given, say)
+    if as_json:
+        output.print_json(page)
+    else:
+        _print(page)
+    ctx.exit(DONE if page["ok"] else NOT_KEPT)
+
+
+def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]:
+    from splinefeed.analysis.motion import tangential_shares
+    from splinefeed.cli.source import read_path
+    from splinefeed.feed.planning import plan
+    from splinefeed.formats.setpoints import save
+    from splinefeed.pipeline.run import PAPER_SHAPE, share_numbers
+
+    limits, period, strategy = options.limits_from(given)
+    source = PAPER_SHAPE if source is None else source
+    say(f"reading {source}")
+    path = read_path(source, options.reading_from(given))
+    say("planning")
+    law = plan(path, limits, strategy=strategy, period=period)
+    shares = tangential_shares(law, limits)
+    if given["output"]:
+        save(law, given["output"])
+    starts, ends = law.breaks[:-1], law.breaks[1:]
+    columns = {
+        "start_s": starts,
+        "duration_s": ends - starts,
+        "from_mm": law(starts),
+        "to_mm": law(ends),
+        "feed_from_mm_s": law.feed(starts),
+        "feed_to_mm_s": law.feed(ends),
+        "acceleration_from_mm_s2": law.acceleration(starts),
+        "jerk_mm_s3": law.jerk(starts),
+    }
+    return {
+        "ok": all(share.kept for share in shares.values()),
+        "name": path.name,
+        "duration_s": law.duration,
+        "length_mm": path.length,
+        "period_s": law.period,
+        "strategy": law.strategy,
+        "limits": share_numbers(shares),
+        "stops_mm": list(path.stops),
+        "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
+        "notes": [*path.findings, *law.notes],
+        "files": [given["output"]] if given["output"] else [],
+    }
+
+
+def _print(page: dict[str, Any]) -> None:
+    from splinefeed import units
+    from splinefeed.cli.output import number, print_table, print_text
+    from splinefeed.cli.summary import feed_sentence, print_limits, print_notes
+
+    period = units.format_quantity(page["period_s"], "time")
+    print_text(
+        f"{page['name']}: {number(page['length_mm'], 7)} mm in {number(page['duration_s'], 6)} s, "
+        f"planned for a period of {period}"
+    )
+    print_text(f"law       {page['strategy']}; {feed_sentence(page['limits']['feed'])}")
+    if page["stops_mm"]:
+        print_text(f"stops     {len(page['stops_mm'])}, where the direction jumps")
+    print_notes(page["notes"])
+    print_text()
+    print_limits(page["limits"])
+    print_text()
+    rows = [
+        [str(i), *(number(round(value, ROUNDED), 6) for value in piece.values())]
+        for i, piece in enumerate(page["pieces"])
+    ]
+    titles = ["piece", "start s", "lasts s", "from mm", "to mm", "feed mm/s", "to mm/s", "accel mm/s^2", "jerk mm/s^3"]
+    print_table(titles, rows[:MOST_ROWS], texts=0)
+    if len(rows) > MOST_ROWS:
+        print_text(f"... and {len(rows) - MOST_ROWS} more pieces; --json lists all")
+    for name in page["files"]:
+        print_text()
+        print_text(f"wrote {name}")

@@ -1,0 +1,94 @@
+"""The page of numbers of a run: what was asked, what came of it, with what, and the command that repeats it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shlex
+from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+import splinefeed
+from splinefeed.cli.output import plain
+
+if TYPE_CHECKING:
+    from splinefeed.pipeline.compare import MethodTrace
+    from splinefeed.pipeline.run import Run
+
+#: Packages whose version can change a number or a figure.
+PARTS = ("numpy", "numba", "scipy", "h5py", "matplotlib")
+#: Option of each limit.
+_LIMIT_OPTIONS = {
+    "feed": "--feed",
+    "acceleration": "--accel",
+    "deceleration": "--decel",
+    "jerk": "--jerk",
+    "deceleration_jerk": "--decel-jerk",
+    "start_feed": "--start-feed",
+    "end_feed": "--end-feed",
+}
+_READING_OPTIONS = {"which": "--path", "chord": "--chord", "tolerance": "--tolerance"}
+
+
+def record(
+    run: Run, traces: Sequence[MethodTrace], source: str, reading: Mapping[str, Any], formats: Sequence[str]
+) -> dict[str, Any]:
+    """What `run.json` says and `--json` prints, but for the names of the files."""
+    numbers = run.numbers()
+    if traces:
+        numbers["methods"] = [trace.result.as_dict() for trace in traces]
+    settings = dict(run.points.settings)
+    page: dict[str, Any] = plain(
+        {
+            **numbers,
+            "name": run.path.name,
+            "source": {"text": source, **_digest(source)},
+            "settings": {**settings, "reading": dict(reading)},
+            "command": command(source, settings, reading, formats),
+            "program": f"splinefeed {splinefeed.__version__}",
+            "versions": versions(),
+        }
+    )
+    return page
+
+
+def command(source: str, settings: Mapping[str, Any], reading: Mapping[str, Any], formats: Sequence[str]) -> str:
+    """The command line that makes the same run again, every setting said, each number to its last digit."""
+    words = ["splinefeed", "run", source]
+    for name, option in _LIMIT_OPTIONS.items():
+        if name in settings["limits"]:
+            words += [option, repr(settings["limits"][name])]
+    for name in ("period", "strategy", "method", "corrections"):
+        words += [f"--{name}", str(settings[name])]
+    for name, option in _READING_OPTIONS.items():
+        if reading.get(name) is not None:
+            words += [option, str(reading[name])]
+    for form in formats:
+        words += ["--format", form]
+    return shlex.join(words)
+
+
+def versions() -> dict[str, str | None]:
+    """Versions of Python and of the packages that matter to numbers and figures; null for one not installed."""
+    import platform
+
+    return {"python": platform.python_version(), **{name: version_of(name) for name in PARTS}}
+
+
+def version_of(name: str) -> str | None:
+    """The installed version of a package, None if it is not there."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _digest(source: str) -> dict[str, str]:
+    """The SHA-256 of a file, so that a later run can tell whether it is still the same; nothing for a shape."""
+    from splinefeed.geometry import shapes
+
+    if shapes.is_shape(source) or not os.path.isfile(source):
+        return {}
+    with open(source, "rb") as stream:
+        return {"sha256": hashlib.file_digest(stream, "sha256").hexdigest()}

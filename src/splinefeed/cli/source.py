@@ -1,0 +1,47 @@
+"""What a user calls SOURCE, a shape or a file, to a path."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from splinefeed.errors import InputError
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.path import Path
+
+
+def read_path(source: str, reading: Mapping[str, Any]) -> Path:
+    """The path that `source` means, read as `options.reading_from` says."""
+    return _read(source, reading, all_of_them=False)[0]
+
+
+def read_paths(source: str, reading: Mapping[str, Any]) -> list[Path]:
+    """Every path of `source`, or the one that `--path` chooses."""
+    return _read(source, reading, all_of_them=True)
+
+
+def _read(source: str, reading: Mapping[str, Any], all_of_them: bool) -> list[Path]:
+    from splinefeed.geometry import shapes
+
+    if not source.strip():
+        raise InputError(f"{source!r}: is no name of a file or a shape")
+    if shapes.is_shape(source):
+        for name in reading:
+            option = "--path" if name == "which" else f"--{name}"
+            raise InputError(f"{option}: is for files; {source!r} is a shape, whose options stand behind its '?'")
+        return [shapes.from_text(source)]
+    if not os.path.exists(source) and not os.path.splitext(source)[1] and os.sep not in source:
+        name = source.partition(":")[0].partition("?")[0]
+        close = difflib.get_close_matches(name, shapes.names(), n=1)
+        hint = f"did you mean {close[0]!r}?" if close else f"shapes are {', '.join(shapes.names())}"
+        raise InputError(f"{source}: there is no such file, and no such shape; {hint}")
+    from splinefeed.formats import registry
+
+    which = reading.get("which")
+    options = {name: value for name, value in reading.items() if name != "which"}
+    if all_of_them and which is None:
+        return registry.read_all(source, **options)
+    return [registry.read(source, path=which, **options)]

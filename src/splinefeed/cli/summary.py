@@ -1,0 +1,113 @@
+"""What `run`, `compare` and `plan` say to people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from splinefeed import units
+from splinefeed.cli.output import number, print_table, print_text
+
+if TYPE_CHECKING:
+    from splinefeed.pipeline.compare import MethodResult
+
+#: A share of a limit from which on it counts as reached: bringing a law to whole periods takes off less than that.
+REACHED = 0.999
+
+_LIMIT_UNITS = {"feed": "mm/s", "acceleration": "mm/s^2", "deceleration": "mm/s^2", "jerk": "mm/s^3"}
+
+
+def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
+    """The numbers of a run, from its page of numbers."""
+    period = units.format_quantity(page["period_s"], "time")
+    print_text(
+        f"{page['name']}: {number(page['length_mm'], 7)} mm in {number(page['duration_s'], 6)} s, "
+        f"{page['ticks']} setpoints, one every {period}"
+    )
+    print_text(f"law       {page['strategy']}; {feed_sentence(page['limits']['feed'])}")
+    print_text(
+        f"method    {page['method']}; feed ripple at most {page['ripple_max']:.1e} (rounding alone: "
+        f"{page['ripple_floor']:.1e}), chord error at most {number(page['chord_error_max_mm'], 3)} mm"
+    )
+    print_notes(page["notes"])
+    print_text()
+    print_limits(page["limits"])
+    print_text()
+    print_axes(page)
+    if results:
+        print_text()
+        print_methods(results)
+    if not page["ok"]:
+        print_text()
+        print_text(f"NOT KEPT: {', '.join(_not_kept(page))}")
+
+
+def feed_sentence(feed: dict[str, float]) -> str:
+    """The top feed, and whether the limit is reached."""
+    top, limit = number(feed["worst"]), number(feed["limit"])
+    if feed["share"] >= REACHED:
+        return f"feed limit of {limit} mm/s reached"
+    return f"top feed {top} mm/s, the limit of {limit} mm/s is never reached"
+
+
+def print_notes(notes: Sequence[str]) -> None:
+    """What a reader or a planner had to say, one line each."""
+    for note in notes:
+        print_text(f"note      {note}")
+
+
+def print_limits(limits: dict[str, dict[str, float]]) -> None:
+    """The limits of the path, and how much of each is used."""
+    rows = [
+        [
+            name,
+            f"{number(each['worst'])} {_LIMIT_UNITS.get(name, '')}",
+            f"{number(each['limit'])} {_LIMIT_UNITS.get(name, '')}",
+            f"{each['share']:.1%}",
+            f"{number(each['at_s'])} mm",
+        ]
+        for name, each in limits.items()
+    ]
+    print_table(["along the path", "worst", "limit", "share", "at"], rows)
+
+
+def print_axes(page: dict[str, Any]) -> None:
+    """Peaks of each axis beside the path's own acceleration and jerk, which do not bind the axes."""
+    rows = []
+    for axis, peaks in page["axes"].items():
+        row = [axis]
+        for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
+            power = "" if order == 1 else f"^{order}"
+            row.append(f"{number(peaks[name])} {peaks['unit']}/s{power}")
+            if order > 1:
+                share = peaks.get(f"{name}_share")
+                row.append("" if share is None else number(share, 3))
+        rows.append(row)
+    print_table(["axis, peak", "velocity", "acceleration", "of path's A", "jerk", "of path's J"], rows)
+
+
+def print_methods(results: Sequence[MethodResult]) -> None:
+    """One line a method."""
+    rows = [
+        [
+            each.method,
+            f"{each.ripple_max:.1e}",
+            f"{each.ripple_rms:.1e}",
+            f"{each.drift_mm:+.1e} mm",
+            f"{each.chord_error_mm:.2e} mm",
+            f"{each.ns_per_tick:.0f}",
+        ]
+        for each in results
+    ]
+    print_table(["method", "ripple max", "ripple rms", "drift at end", "chord error", "ns a tick"], rows)
+    for each in results:
+        if each.replaced:
+            print_text(
+                f"note      {each.method}: {each.replaced} steps gave no finite number; the arc length was taken"
+            )
+
+
+def _not_kept(page: dict[str, Any]) -> list[str]:
+    over = [f"{name} ({each['share']:.6g} of its limit)" for name, each in page["limits"].items() if not each["kept"]]
+    missed = f"the end of the path is missed by {number(page['end_error_mm'], 3)} mm"
+    return over if page["end_reached"] else [*over, missed]

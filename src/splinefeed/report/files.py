@@ -1,0 +1,80 @@
+"""What a run leaves in its folder: setpoints, figures, and a page of numbers with the command that repeats it."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any
+
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.setpoints import save
+from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.run import Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: The page of numbers; a folder that has one written by us is ours.
+RECORD = "run.json"
+#: Names of setpoint files by format.
+SETPOINTS = {"hdf5": "setpoints.h5", "csv": "setpoints.csv", "mat": "setpoints.mat"}
+FIGURES = ("path", "feed", "axes", "ripple")
+FIGURE_FORMATS = ("svg", "png")
+#: Everything that a run may leave.
+NAMES = (
+    RECORD,
+    *SETPOINTS.values(),
+    *(f"{name}.{suffix}" for name in FIGURES for suffix in FIGURE_FORMATS),
+)
+
+
+def figures(run: Run, traces: Sequence[MethodTrace]) -> Iterator[tuple[str, Figure]]:
+    """Name and figure, one at a time; the last one only where there are `traces` of methods."""
+    from splinefeed.report.figures import axes_figure, feed_figure, ripple_figure
+    from splinefeed.report.path_figure import path_figure
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would talk of fonts and cache folders on stderr
+    yield "path", path_figure(run.path, run.points)
+    yield "feed", feed_figure(run.law, run.limits, run.path.name)
+    yield "axes", axes_figure(run.motion, run.path, run.limits)
+    if traces:
+        yield "ripple", ripple_figure(traces, run.path.name)
+
+
+def save_figure(figure: Figure, file: str | os.PathLike[str]) -> None:
+    """Write `figure` as what its suffix says, whole or not at all; the same figure gives the same file."""
+    from splinefeed.report import theme
+
+    form = File(file).suffix[1:]
+    metadata = {"Date": None} if form == "svg" else {"Software": "splinefeed"}
+    with theme.applied(), atomic_write(file) as temporary:
+        figure.savefig(temporary, format=form, dpi=theme.DPI, metadata=metadata)
+
+
+def write(
+    run: Run,
+    folder: str | os.PathLike[str],
+    *,
+    formats: Iterable[str] = ("hdf5",),
+    traces: Sequence[MethodTrace] = (),
+    with_figures: bool = True,
+    record: Mapping[str, Any] | None = None,
+) -> list[str]:
+    """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers."""
+    place = File(folder)
+    names = []
+    for form in dict.fromkeys(formats):
+        names.append(SETPOINTS[form])
+        save(run.points, place / names[-1])
+    for name, figure in figures(run, traces) if with_figures else ():
+        for suffix in FIGURE_FORMATS:
+            names.append(f"{name}.{suffix}")
+            save_figure(figure, place / names[-1])
+    names.append(RECORD)
+    page = {**(record or {}), "files": names}
+    with atomic_write(place / RECORD) as temporary:
+        temporary.write_text(json.dumps(page, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    return names

@@ -1,0 +1,194 @@
+"""The other commands: their JSON is the API's, and their text is plain."""
+
+from __future__ import annotations
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.cli.main import COMMANDS
+
+SQUARE = [[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]
+
+
+@pytest.fixture
+def square(folder):
+    """A square of four lines: one path with three corners to stop at."""
+    lines = [
+        {"degree": 1, "knots": [0, 0, 1, 1], "control_points": [start, end]}
+        for start, end in itertools.pairwise(SQUARE)
+    ]
+    (folder / "square.json").write_text(json.dumps({"name": "square", "units": "mm", "curves": lines}))
+    return "square.json"
+
+
+@pytest.fixture
+def apart(folder):
+    """Two lines that do not meet: two paths."""
+    lines = [
+        {"name": name, "degree": 1, "knots": [0, 0, 1, 1], "control_points": points}
+        for name, points in (("low", [[0, 0], [10, 0]]), ("high", [[0, 5], [20, 5]]))
+    ]
+    (folder / "apart.json").write_text(json.dumps({"units": "mm", "curves": lines}))
+    return "apart.json"
+
+
+def answer(result):
+    assert result.exit_code == 0, result.stderr
+    assert result.stderr == ""
+    return json.loads(result.stdout)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_has_examples(splinefeed, command):
+    result = splinefeed(command, "--help")
+    assert result.exit_code == 0
+    assert result.stdout.count(f"\n    splinefeed {command}") >= 2
+    assert "--json" in result.stdout
+    if command in ("run", "plan", "compare", "info"):
+        assert "bare numbers are mm" in result.stdout
+
+
+def test_help_lists_every_command(splinefeed):
+    text = splinefeed("--help").stdout
+    for name, words in COMMANDS.items():
+        assert f"  {name} " in text
+        assert words.split(";")[0][:40] in text
+
+
+def test_no_command_is_a_call_for_help(splinefeed):
+    result = splinefeed()
+    assert result.exit_code == 0
+    assert result.stdout == splinefeed("--help").stdout == splinefeed("-h").stdout
+
+
+def test_plan(splinefeed, folder):
+    page = answer(splinefeed("plan", "smooth.json", "--feed", "20", "--json", "-o", "law.h5"))
+    path = sf.read("smooth.json")
+    law = sf.plan(path, sf.Limits(feed=20, acceleration=50, jerk=2000), period=1e-3)
+    assert page["ok"]
+    assert page["duration_s"] == law.duration
+    assert page["length_mm"] == path.length
+    assert page["period_s"] == 1e-3
+    assert page["strategy"] == "seven-phase"
+    assert [piece["start_s"] for piece in page["pieces"]] == law.breaks[:-1].tolist()
+    assert [piece["jerk_mm_s3"] for piece in page["pieces"]] == law.jerk(law.breaks[:-1]).tolist()
+    assert page["files"] == ["law.h5"]
+    loaded = sf.load(folder / "law.h5")
+    assert np.array_equal(loaded.coefficients, law.coefficients)
+
+
+def test_plan_in_words(splinefeed, square):
+    result = splinefeed("plan", square)
+    assert result.exit_code == 0
+    assert "square: 40 mm in " in result.stdout
+    assert "stops     3, where the direction jumps" in result.stdout
+    assert "... and " not in result.stdout
+    assert [line.split()[0] for line in result.stdout.splitlines() if line[:5].strip().isdigit()] == [
+        str(i) for i in range(24)
+    ]
+
+
+def test_compare(splinefeed):
+    page = answer(splinefeed("compare", "smooth.json", "--methods", "taylor-2, arc-length", "--json"))
+    path = sf.read("smooth.json")
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=50, jerk=2000), period=1e-3)
+    assert [each["method"] for each in page["methods"]] == ["taylor-2", "arc-length"]
+    for each in page["methods"]:
+        points = sf.interpolate(path, law, method=each["method"])
+        ripple = sf.feed_ripple(points, path, law)
+        assert (each["ripple_max"], each["ripple_rms"]) == (ripple.max, ripple.rms)
+        assert each["ns_per_tick"] > 0
+        assert {"drift_mm", "chord_error_mm"} <= set(each)
+    assert page["ticks"] == len(points)
+    assert page["limits"]["acceleration"] == 50
+
+
+def test_compare_in_words(splinefeed):
+    result = splinefeed("compare", "smooth.json")
+    lines = result.stdout.splitlines()
+    head = next(i for i, line in enumerate(lines) if line.startswith("method"))
+    for title in ("ripple max", "ripple rms", "drift at end", "chord error", "ns a tick"):
+        assert title in lines[head]
+    assert [line.split()[0] for line in lines[head + 1 :]] == list(sf.methods())
+
+
+def test_info(splinefeed, square):
+    page = answer(splinefeed("info", square, "--json"))
+    (path,) = page["paths"]
+    assert path["curves"] == 4
+    assert path["degrees"] == [1]
+    assert path["length_mm"] == 40.0
+    assert path["bbox_min"] == [0.0, 0.0]
+    assert path["bbox_max"] == [10.0, 10.0]
+    assert path["closed"] is True
+    assert path["min_radius_mm"] is None
+    assert path["corners"] == 3
+    assert path["gaps"] == 0
+    assert [corner["angle_deg"] for corner in path["corner_places"]] == pytest.approx([90.0] * 3)
+    assert page["curves"][3] == {
+        "path": 1,
+        "degree": 1,
+        "control_points": 2,
+        "spans": 1,
+        "rational": False,
+        "closed": False,
+        "length_mm": 10.0,
+    }
+    assert page["units"] == "mm"
+    assert page["findings"] == []
+    text = splinefeed("info", square).stdout
+    assert "square: closed, 40 mm, axes x y" in text
+    assert "    at 10 mm: turns by 90 deg" in text
+    assert "least radius of curvature none: straight lines" in text
+
+
+def test_info_of_several_paths(splinefeed, refused, apart):
+    page = answer(splinefeed("info", apart, "--json"))
+    assert [path["name"] for path in page["paths"]] == ["low", "high"]
+    assert [curve["path"] for curve in page["curves"]] == [1, 2]
+    assert answer(splinefeed("info", apart, "--path", "high", "--json"))["paths"][0]["length_mm"] == 20.0
+    assert answer(splinefeed("plan", apart, "--path", "2", "--json"))["length_mm"] == 20.0
+    line = refused("plan", apart)
+    assert line.startswith("apart.json: holds 2 paths that do not meet; choose one with path=1 to path=2")
+    text = splinefeed("info", apart).stdout
+    assert "low: open, 10 mm" in text
+    assert "1 (path 2)" in text
+
+
+def test_info_tells_what_the_reader_found(splinefeed, folder):
+    curve = json.loads((folder / "smooth.json").read_text())
+    del curve["units"]
+    (folder / "bare.json").write_text(json.dumps(curve))
+    assert answer(splinefeed("info", "bare.json", "--json"))["findings"] == ["no units are given; read as mm"]
+    assert "note      no units are given; read as mm" in splinefeed("info", "bare.json").stdout
+
+
+def test_methods(splinefeed):
+    page = answer(splinefeed("methods", "--json"))
+    assert [each["name"] for each in page["methods"]] == list(sf.methods())
+    orders = {each["name"]: each["order"] for each in page["methods"]}
+    assert (orders["taylor-1"], orders["taylor-2"], orders["milne-simpson"], orders["arc-length"]) == (1, 2, 4, None)
+    for each in page["methods"]:
+        assert each["title"]
+        assert each["source"]
+        assert "stepping." not in each["source"]
+    assert page["default"] in sf.methods()
+    text = splinefeed("methods").stdout
+    for name in sf.methods():
+        assert f"\n{name} " in text
+        assert f"\n  {name}: " in text
+
+
+def test_version(splinefeed):
+    assert splinefeed("version").stdout == f"splinefeed {sf.__version__}\n"
+    assert splinefeed("--version").stdout == f"splinefeed, version {sf.__version__}\n"
+    assert answer(splinefeed("version", "--json")) == {"splinefeed": sf.__version__}
+    page = answer(splinefeed("version", "--verbose", "--json"))
+    assert page["numpy"] == np.__version__
+    assert page["compiled_kernels"]
+    assert all(page.values())
+    assert f"numpy            {np.__version__}\n" in splinefeed("version", "--verbose").stdout

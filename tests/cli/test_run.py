@@ -1,0 +1,190 @@
+"""`splinefeed run`: its files, its numbers, and its words."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.cli import record
+from splinefeed.report import files
+
+LIMITS = ["--feed", "3600mm/min", "--accel", "0.5m/s^2", "--jerk", "20000"]
+
+
+@pytest.fixture
+def api_run(folder):
+    path = sf.read("smooth.json")
+    return sf.run(path, sf.Limits(feed=60, acceleration=500, jerk=20000))
+
+
+def test_json_is_the_api(splinefeed, folder, api_run):
+    result = splinefeed("run", "smooth.json", *LIMITS, "--json", "--no-figures")
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    page = json.loads(result.stdout)
+    expected = json.loads(json.dumps(api_run.numbers()))
+    assert {key: page[key] for key in expected} == expected
+    assert [each["method"] for each in page["methods"]] == list(sf.methods())
+    assert page["files"] == ["splinefeed-smooth/setpoints.h5", "splinefeed-smooth/run.json"]
+    assert all((folder / name).is_file() for name in page["files"])
+    written = json.loads((folder / "splinefeed-smooth/run.json").read_text())
+    assert {**written, "files": page["files"]} == page
+
+
+def test_setpoints_load_back_with_all_that_repeats_the_run(splinefeed, folder, api_run):
+    words = ["run", "smooth.json", *LIMITS, "-o", "out", "--no-figures", "--no-compare"]
+    assert splinefeed(*words, "--format", "hdf5", "--format", "csv", "--format", "mat").exit_code == 0
+    page = json.loads((folder / "out/run.json").read_text())
+    assert page["files"] == ["setpoints.h5", "setpoints.csv", "setpoints.mat", "run.json"]
+    for name in page["files"][:-1]:
+        points = sf.load(folder / "out" / name)
+        assert np.array_equal(points.position, api_run.points.position)
+        assert points.settings["limits"] == api_run.limits.as_dict()
+        assert points.settings["command"] == page["command"]
+        assert points.settings["source"]["sha256"] == page["source"]["sha256"]
+    assert set(page["versions"]) == {"python", *record.PARTS}
+
+
+def test_the_recorded_command_makes_the_same_setpoints(splinefeed, folder):
+    words = ["run", "smooth.json", "--feed", "1in/s", "--decel", "33.3", "--period", "0.7ms", "--method", "hamming"]
+    splinefeed(*words, "--corrections", "2", "-o", "first", "--no-figures", "--no-compare")
+    page = json.loads((folder / "first/run.json").read_text())
+    again = shlex.split(page["command"])
+    assert again[0] == "splinefeed"
+    splinefeed(*again[1:], "-o", "second", "--no-figures", "--no-compare")
+    first, second = (sf.load(folder / name / "setpoints.h5") for name in ("first", "second"))
+    assert np.array_equal(first.position, second.position)
+    assert first.settings == second.settings
+
+
+def test_what_people_read(splinefeed, folder):
+    result = splinefeed("run", "smooth.json", "-o", "out")
+    text = result.stdout
+    assert result.exit_code == 0
+    assert "\x1b" not in text
+    lines = text.splitlines()
+    assert re.match(r"smooth: \d+\.\d+ mm in \d\.\d+ s, \d+ setpoints, one every 1 ms$", lines[0])
+    assert "the limit of 60 mm/s is never reached" in lines[1] or "feed limit of 60 mm/s reached" in lines[1]
+    for name in ("feed", "acceleration", "deceleration", "jerk", "x", "y", *sf.methods()):
+        assert any(line.split()[:1] == [name] for line in lines)
+    assert "wrote out/setpoints.h5 out/path.svg out/path.png " in text
+    assert sorted(each.name for each in (folder / "out").iterdir()) == sorted(
+        set(files.NAMES) - {"setpoints.csv", "setpoints.mat"}
+    )
+
+
+def test_a_second_run_replaces_the_first(splinefeed, folder):
+    splinefeed("run", "smooth.json", "-o", "out", "--no-figures", "--no-compare", "--format", "csv")
+    result = splinefeed("run", "smooth.json", "-o", "out", "--no-figures", "--no-compare", "--feed", "10")
+    assert result.exit_code == 0
+    assert sorted(each.name for each in (folder / "out").iterdir()) == ["run.json", "setpoints.h5"]
+    assert sf.load(folder / "out/setpoints.h5").feed.max() <= 10
+
+
+def test_a_missed_end_is_said_and_is_exit_code_1(splinefeed, folder):
+    result = splinefeed("run", "smooth.json", "--method", "taylor-1", "--no-figures", "--no-compare")
+    assert result.exit_code == 1
+    assert re.search(r"^NOT KEPT: the end of the path is missed by \d\S+ mm$", result.stdout, re.MULTILINE)
+    assert (folder / "splinefeed-smooth/setpoints.h5").is_file()
+    page = json.loads((folder / "splinefeed-smooth/run.json").read_text())
+    assert not page["ok"]
+
+
+def test_a_folder_that_is_not_ours_is_refused(refused, folder):
+    (folder / "out").mkdir()
+    (folder / "out/run.json").write_text("{}")
+    line = refused("run", "smooth.json", "-o", "out")
+    assert line == "out/run.json: was not written by a run of splinefeed; choose another folder with -o"
+    assert refused("run", "smooth.json", "-o", "smooth.json") == "smooth.json: is a file; give the name of a folder"
+    assert refused("run", "smooth.json", "-o", "no/where").startswith("no/where: the folder no does not exist")
+
+
+def test_ctrl_c_leaves_nothing(splinefeed, folder, monkeypatch):
+    def interrupt(*_args, **_kwargs):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(files, "save_figure", interrupt)
+    result = splinefeed("run", "smooth.json", "--no-compare")
+    assert result.exit_code == 130
+    assert result.stdout == ""
+    assert result.stderr == "splinefeed: interrupted; no half-written file is left\n"
+    assert [each.name for each in folder.iterdir()] == ["smooth.json"]
+
+
+def test_a_fault_of_ours_is_one_line_unless_asked_for(splinefeed, folder, monkeypatch):
+    def fail(*_args, **_kwargs):
+        raise ZeroDivisionError("oh\nno")
+
+    monkeypatch.setattr(files, "write", fail)
+    result = splinefeed("run", "smooth.json", "--no-compare")
+    assert result.exit_code == 70
+    line = "splinefeed: internal fault: ZeroDivisionError: oh no; SPLINEFEED_DEBUG=1 shows where, please report it\n"
+    assert result.stderr == line
+    monkeypatch.setenv("SPLINEFEED_DEBUG", "1")
+    assert isinstance(splinefeed("run", "smooth.json", "--no-compare").exception, ZeroDivisionError)
+
+
+def test_a_full_disk_and_a_full_memory_are_one_line(splinefeed, folder, monkeypatch):
+    def raiser(error):
+        def fail(*_args, **_kwargs):
+            raise error
+
+        return fail
+
+    monkeypatch.setattr(files, "write", raiser(OSError(28, "No space left on device")))
+    result = splinefeed("run", "smooth.json", "--no-compare")
+    assert result.exit_code == 2
+    assert result.stderr == (
+        "splinefeed: splinefeed-smooth: cannot be written: no space is left on the disk; free some or write elsewhere\n"
+    )
+    monkeypatch.setattr(files, "write", raiser(MemoryError()))
+    assert splinefeed("run", "smooth.json", "--no-compare").stderr.startswith("splinefeed: not enough memory")
+    assert [each.name for each in folder.iterdir()] == ["smooth.json"]
+
+
+def test_a_name_from_a_file_cannot_write_to_the_terminal(splinefeed, folder):
+    curve = json.loads((folder / "smooth.json").read_text())
+    (folder / "odd.json").write_text(json.dumps({**curve, "name": "\x1b[31m$\\frac{[/bold]</svg>\n飛"}))
+    result = splinefeed("run", "odd.json", "--no-compare")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("\\x1b[31m$\\frac{[/bold]</svg>\\n飛: ")
+    svg = (folder / "splinefeed-31m-frac-bold-svg/path.svg").read_text()
+    assert "&lt;/svg&gt;" in svg
+
+
+def test_no_source_is_the_experiment_of_the_paper(splinefeed, folder):
+    result = splinefeed("run", "--json", "--no-figures", "--no-compare")
+    page = json.loads(result.stdout)
+    assert page["source"] == {"text": "naca:0025?perimeter=33"}
+    assert page["ticks"] == 1651
+    assert page["duration_s"] == pytest.approx(1.65, abs=1e-9)
+    assert page["length_mm"] == pytest.approx(33, abs=1e-9)
+    assert page["limits"]["feed"]["worst"] == pytest.approx(40, abs=1e-6)
+    assert page["axes"]["x"]["acceleration_share"] > 30
+    text = splinefeed("run", "--no-figures", "--no-compare").stdout
+    assert "top feed 40 mm/s, the limit of 60 mm/s is never reached" in text
+
+
+def test_rotary_axes_are_in_degrees(splinefeed, folder):
+    source = "circle?radius=10&tangential=true"
+    result = splinefeed("run", source, "--json", "--no-figures", "--no-compare", "-o", "out")
+    page = json.loads(result.stdout)
+    theta = page["axes"]["theta"]
+    assert theta["unit"] == "deg"
+    assert theta["velocity"] == pytest.approx(np.degrees(page["feed_max_mm_s"] / 10), rel=1e-6)
+    assert "acceleration_share" not in theta
+    (path,) = json.loads(splinefeed("info", source, "--json").stdout)["paths"]
+    assert path["axis_units"] == ["mm", "mm", "deg"]
+    assert path["bbox_max"][2] - path["bbox_min"][2] == pytest.approx(360)
+    assert "deg/s" in splinefeed("run", source, "--no-figures", "--no-compare", "-o", "out").stdout
+
+
+def test_a_shape_is_not_taken_for_a_file_of_that_name(splinefeed, folder):
+    (folder / "circle").write_text("nothing")
+    page = json.loads(splinefeed("run", "circle", "--json", "--no-figures", "--no-compare").stdout)
+    assert page["source"] == {"text": "circle"}
