@@ -15,7 +15,7 @@ from splinefeed.records import Array
 VANISHING = 1e-12
 #: Where C' would take the curve less than this part of its size over a piece, it is asked whether C' counts as none.
 SUSPECT = 1e-9
-#: A speed below this part of the greatest one: the radius of the turn is its square, a million times less than a rounding.
+#: A speed below this part of the greatest one is a cusp: the radius of its turn, as the square, is 1e-12 of the size.
 CUSP_SPEED = 1e-6
 #: How far from a cusp the tangents before and after it are taken, relative to the span.
 CUSP_ARM = 1e-4
@@ -68,17 +68,19 @@ def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
 def unit_tangents(curve: NurbsCurve, u: ArrayLike, linear: int | None = None, side: str = "right") -> Array:
     """Unit tangents (..., linear) at u (...). Where C' = 0, the limit: by the first derivative that is not 0.
 
-    With side="left", and at the end of the domain, the piece before u counts. Zero only where no piece on that side moves.
+    With side="left", and at the end of the domain, the piece before u counts. Zero where no piece on that side moves.
     """
-    values = curve.check_parameters(u)
-    out = curve.derivatives(values, 1, side=side)[..., 1, :linear].copy()
-    norm = np.linalg.norm(out, axis=-1)
+    given = curve.check_parameters(u)
+    values = given.ravel()
+    out = curve.derivatives(values, 1, side=side)[:, 1, :linear].copy()
+    norm = np.linalg.norm(out, axis=1)
     table, _ = curve.table
     row = np.clip(np.searchsorted(table[:, pieces.LOW], values, side="right") - 1, 0, len(table) - 1)
-    for place in zip(*np.nonzero(norm <= SUSPECT * curve.size * table[row, pieces.SCALE]), strict=True):
-        out[place] = _limit_direction(curve, values[place], linear, side == "left" or values[place] == curve.domain[1])
-        norm[place] = np.linalg.norm(out[place])
-    return np.where(norm[..., None] > 0.0, out / np.where(norm > 0.0, norm, 1.0)[..., None], 0.0)
+    for k in np.flatnonzero(norm <= SUSPECT * curve.size * table[row, pieces.SCALE]):
+        out[k] = _limit_direction(curve, values[k], linear, side == "left" or values[k] == curve.domain[1])
+        norm[k] = np.linalg.norm(out[k])
+    out /= np.where(norm > 0.0, norm, 1.0)[:, None]
+    return out.reshape(*given.shape, out.shape[1])
 
 
 def _limit_direction(curve: NurbsCurve, u: float, linear: int | None, backwards: bool) -> Array:
@@ -112,7 +114,7 @@ def cusps(curve: NurbsCurve, grid: Array, linear: int | None = None) -> Array:
     """Parameters (m,) strictly between knots at which the curve, over the first `linear` axes, turns straight back.
 
     There C' = 0 within rounding: the speed falls below CUSP_SPEED of its greatest value, and the tangents before and
-    after have an obtuse angle. grid (n,), increasing over the domain, has been refined at cusps, as arc-length pieces are.
+    after have an obtuse angle. grid (n,) increases over the domain and is finer at cusps, as arc-length pieces are.
     """
     if curve.degree == 1:
         return np.empty(0)

@@ -37,7 +37,12 @@ def _from_homogeneous(curve: NurbsCurve, degree: int, knots: Array, points: Arra
 def _refined(curve: NurbsCurve, new_knots: Array) -> NurbsCurve:
     points, origin = _homogeneous(curve)
     out = np.empty((len(new_knots) - curve.degree - 1, points.shape[1]))
-    nurbs.refine(curve.knots, points, curve.degree, new_knots, out)
+    # control points next to the ends of an unclamped curve are seen from spans before its first knots: more of those,
+    # with control points that count for nothing
+    p, (start, end) = curve.degree, curve.domain
+    more = (end - start) * np.arange(1.0, p + 2.0)
+    knots = np.concatenate([curve.knots[0] - more[::-1], curve.knots, curve.knots[-1] + more])
+    nurbs.refine(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots, out)
     return _from_homogeneous(curve, curve.degree, new_knots, out, origin)
 
 
@@ -57,6 +62,8 @@ def with_knots(curve: NurbsCurve, parameters: Sequence[float]) -> NurbsCurve:
     Raises InputError for a parameter that is not inside the domain, CurveError for too high a multiplicity.
     """
     added = curve.check_parameters(np.array(parameters, dtype=np.float64))
+    if not added.size:
+        return curve
     start, end = curve.domain
     if np.any((added <= start) | (added >= end)):
         raise InputError(f"knots can be inserted only strictly inside the domain ({start:g}, {end:g})")
@@ -103,6 +110,8 @@ def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
     if not isinstance(times, (int, np.integer)) or times < 0 or curve.degree + times > MAX_DEGREE:
         raise InputError(f"degree {curve.degree} raised {times} times; degrees up to {MAX_DEGREE} are possible")
     whole = clamped(curve)
+    if times == 0:
+        return whole
     points, origin = _homogeneous(whole)
     knots, degree = whole.knots, whole.degree
     for _ in range(times):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +26,8 @@ CORNER_ANGLE = 1e-6
 STOP_ANGLE = 1e-4
 #: A speed below this, relative to size over width of the domain, counts as none: the curvature there is no number.
 STILL = 1e-9
+#: Corners less than this apart, relative to the length of the path, are one.
+SAME_PLACE = 1e-14
 #: A curvature jump below this, relative to the curvature itself and to 1 / size, is rounding.
 CURVATURE_JUMP = 1e-6
 
@@ -70,10 +72,15 @@ class Path:
         findings: Sequence[str] = (),
         tolerance: float = JOIN_TOLERANCE,
     ) -> None:
-        self.curves = tuple(curves)
+        try:
+            self.curves = tuple(curves)
+        except TypeError:
+            raise CurveError(f"curves are a {type(curves).__name__}; a list of NurbsCurve is needed") from None
         self.name = name
         self.findings = tuple(findings)
         self.tolerance = float(tolerance)
+        if not self.tolerance >= 0.0:
+            raise InputError(f"tolerance is {self.tolerance:g} mm; it must be 0 or more")
         if not self.curves:
             raise CurveError("a path needs at least one curve")
         for i, curve in enumerate(self.curves):
@@ -94,9 +101,20 @@ class Path:
         if self.linear == 0:
             raise CurveError(f"axes {self.axes}: at least one linear axis is needed")
         self._check_joints()
+        self._made = True
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if "_made" in self.__dict__:
+            raise AttributeError(f"a Path cannot be changed: tried to set {name!r}; make a new one")
+        super().__setattr__(name, value)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        make = partial(Path, name=self.name, findings=self.findings, tolerance=self.tolerance)
+        return make, (self.curves, self.axes)
 
     def _check_joints(self) -> None:
         ends = np.array([c(np.array(c.domain)) for c in self.curves])
+        ends.setflags(write=False)
         gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
         if np.any(gaps > self.tolerance):
             i = int(np.argmax(gaps > self.tolerance))
@@ -252,7 +270,9 @@ class Path:
                 end, start = np.array([curve.domain[1]]), np.array([after.domain[0]])
                 left, right = self._turn(curve, end, "left"), self._turn(after, start, "right")
                 found += self._jumps(i, end, left, right, np.array([True]))
-        return tuple(found)
+        # a point that is given twice, or a span that stands still, is one corner and not two
+        apart = [k for k in range(len(found)) if k == 0 or found[k].s - found[k - 1].s > SAME_PLACE * self.length]
+        return tuple(found[k] for k in apart)
 
     def _turn(self, curve: NurbsCurve, u: Array, side: str) -> tuple[Array, Array]:
         """Unit tangents and curvature vectors (n, linear) of a curve at u (n,); no numbers (NaN) where C' = 0."""

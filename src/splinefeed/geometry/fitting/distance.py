@@ -50,7 +50,9 @@ def _search(curves: Sequence[NurbsCurve], points: Array) -> tuple[Array, Array]:
     from scipy.spatial import cKDTree
 
     u, owner, low, high, spacing = _samples(curves)
-    places = np.concatenate([curve(u[owner == i]) for i, curve in enumerate(curves)]) if len(curves) > 1 else curves[0](u)
+    places = (
+        np.concatenate([curve(u[owner == i]) for i, curve in enumerate(curves)]) if len(curves) > 1 else curves[0](u)
+    )
     tree = cKDTree(places)
     best, where = np.full(len(points), np.inf), np.zeros(len(points))
     rest = np.arange(len(points))

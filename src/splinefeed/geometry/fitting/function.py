@@ -32,8 +32,8 @@ def fit_function(
     domain      first and last u, which the curve keeps
     breaks      inner u at which the function is only `smoothness` times differentiable (0: a corner): so is the curve
 
-    Spans are halved until the error is within `tolerance`, mm, at points that the fit did not use; the ends, and breaks of
-    smoothness 0, are met exactly. The error in C(u) bounds the distance between the two curves.
+    Spans are halved until the error is within `tolerance`, mm, at points that the fit did not use; the ends, and breaks
+    of smoothness 0, are met exactly. The error in C(u) bounds the distance between the two curves.
     Raises InputError for arguments that cannot be used, CurveError if MAX_SPANS spans do not hold the tolerance.
     """
     degree = check_degree(degree)

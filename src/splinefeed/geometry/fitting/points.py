@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -73,7 +74,7 @@ def fit(
 
     Knots are halved where the error is largest until it is within half the tolerance; then lambda grows, span by span,
     until the error comes near it. Where points are few they are passed exactly: more knots cannot help.
-    Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if the tolerance cannot be held.
+    Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if it cannot be held.
     Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
     penalties", Statistical Science 11(2), 1996, doi 10.1214/ss/1038425655.
     """
@@ -95,9 +96,7 @@ def fit(
         curves = [smooth_curve(local, allowed, degree, power, periodic=True).with_clamped_ends()]
     else:
         cuts = [0, *corners, len(local) - 1]
-        curves = [
-            smooth_curve(local[a : b + 1], allowed, degree, power) for a, b in zip(cuts[:-1], cuts[1:], strict=True)
-        ]
+        curves = [smooth_curve(local[a : b + 1], allowed, degree, power) for a, b in pairwise(cuts)]
     curves = [curve.transformed(1.0, middle) for curve in curves]
     error = float(np.max(distances(curves, data)))
     if error > allowed:

@@ -63,7 +63,9 @@ def solve(matrix: Any, right: Array) -> Array:
         factor = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         return np.asarray(factor.solve(right))
     except (LinAlgError, RuntimeError):
-        raise CurveError("the points lie so unevenly that rounding leaves no curve near them; mend or thin them") from None
+        raise CurveError(
+            "the points lie so unevenly that rounding leaves no curve near them; mend or thin them"
+        ) from None
 
 
 def least_squares(matrix: Any, right: Array) -> Array:
@@ -125,7 +127,7 @@ class SplineSpace:
     def fitted(self, normal: tuple[Any, Any, Array, Array], strength: Array, sharpen: bool = False) -> NurbsCurve:
         """The curve with the least sum of squares plus int lambda |C'''|^2 du; lambda = strength (spans,).
 
-        With `sharpen` one more step on what is left over squares the bias of lambda away; the curve must not be smoothed.
+        With `sharpen` one more step on what is left over squares the bias of lambda away, where nothing is to be smoothed.
         """
         from scipy.sparse import diags_array
 

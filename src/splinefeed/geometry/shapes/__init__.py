@@ -1,0 +1,22 @@
+"""Ready-made paths: lines and conics, airfoils, the butterfly, a figure-eight, a helix; by call or by a line of text."""
+
+from __future__ import annotations
+
+from splinefeed.geometry.shapes.airfoil import naca
+from splinefeed.geometry.shapes.conics import circle, ellipse, figure_eight, line
+from splinefeed.geometry.shapes.freeform import butterfly, helix
+from splinefeed.geometry.shapes.text import describe, from_text, is_shape, names
+
+__all__ = [
+    "butterfly",
+    "circle",
+    "describe",
+    "ellipse",
+    "figure_eight",
+    "from_text",
+    "helix",
+    "is_shape",
+    "line",
+    "naca",
+    "names",
+]
