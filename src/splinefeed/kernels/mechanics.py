@@ -1,0 +1,353 @@
+"""Drive and mechanics of one axis over a servo period: exact where linear, with friction, torque limit and play.
+
+The plant is dz/dt = A z + B u + N n(y), y = C z + D u, with three scalar nonlinear inputs n: friction, the force that a
+torque limit cuts off, and the spring force that play takes away. z+ = Phi z + Gamma u is exact for the linear part; n
+enters by quadratic interpolation over a sub-step (exponential quadrature on start, middle and end; Hochbruck and
+Ostermann, Acta Numerica 19 (2010), doi:10.1017/S0962492910000048, section 2). Where sliding stops, sticking ends, or a
+limit or flank is met, the sub-step is bisected, with matrices kept for each halving, until the event is enclosed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from splinefeed.kernels.jit import kernel
+from splinefeed.records import Array
+
+#: States of the plant: motor position and speed, drive (speed wanted, or force), its integral, load position and speed.
+STATES = 6
+MOTOR, MOTOR_SPEED, DRIVE, DRIVE_INTEGRAL, LOAD, LOAD_SPEED = range(STATES)
+#: Nonlinear inputs.
+CHANNELS = 3
+FRICTION, LIMIT, PLAY = range(CHANNELS)
+#: Nodes of the quadratic interpolation: start, middle and end of a sub-step.
+NODES = 3
+#: Length of the scratch array.
+SCRATCH = STATES + NODES * CHANNELS + 2 * CHANNELS
+#: Halvings of a sub-step when an event is enclosed: at 1 ms and 2 sub-steps it is known to 8 ns.
+LEVELS = 16
+FINEST = 2**LEVELS
+
+#: Places in a row of the step table. Row 0 is a whole period; then LEVELS + 1 rows each for sliding and for sticking.
+PHI = 0  # (6, 6) by columns
+GAMMA = PHI + STATES * STATES  # (6,)
+WEIGHTS = GAMMA + STATES  # (node, channel, 6): what n adds to z at the end
+MIDDLE_PHI = WEIGHTS + NODES * CHANNELS * STATES  # (channel, 6): y in the middle, from z at the start
+MIDDLE_GAMMA = MIDDLE_PHI + CHANNELS * STATES  # (channel,)
+MIDDLE_WEIGHTS = MIDDLE_GAMMA + CHANNELS  # (channel, node, channel)
+END_WEIGHTS = MIDDLE_WEIGHTS + CHANNELS * NODES * CHANNELS  # (channel, node, channel)
+OUTPUTS = END_WEIGHTS + CHANNELS * NODES * CHANNELS  # (channel, 6): C, the same in every row
+FEEDTHROUGH = OUTPUTS + CHANNELS * STATES  # (channel,): D
+TABLE_WIDTH = FEEDTHROUGH + CHANNELS
+TABLE_ROWS = 1 + 2 * (LEVELS + 1)
+
+#: Places in the parameters of an axis.
+(
+    PERIOD,
+    CASCADE,  # 1: P-PI, 0: PID
+    KP,  # PID: V/mm; P-PI: position gain, 1/s
+    KI,  # V/mm/s; P-PI: 0
+    KD,  # V*s/mm; P-PI: 0
+    FILTER,  # derivative or speed filter: a in d = a d + (1 - a) (change / period)
+    VELOCITY_FORWARD,  # V*s/mm; P-PI: 1 for the whole of the reference's speed
+    ACCELERATION_FORWARD,  # V*s^2/mm
+    VELOCITY_KP,  # P-PI only, V*s/mm
+    VELOCITY_KI,  # P-PI only, V/mm
+    OUTPUT_LIMIT,  # V
+    OUTPUT_STEP,  # V a code of the converter, 0: none
+    DRIVE_LIMIT,  # V that the drive heeds
+    DELAY,  # 1: output takes effect a period later
+    ON_LOAD,  # 1: the scale on the load closes the loop, 0: the encoder
+    RESOLUTION,  # mm or rad, 0: none
+    ERROR_LIMIT,  # mm or rad
+    NONLINEAR,  # 0: whole periods by row 0
+    SUB_STEPS,
+    COMPLIANT,  # 1: two masses
+    COULOMB,  # N
+    STICTION,  # static - Coulomb friction, N
+    INVERSE_STRIBECK,  # s/mm
+    FORCE_LIMIT,  # N, infinite: none
+    HALF_PLAY,  # mm
+    STIFFNESS,  # N/mm
+    DAMPING,  # N*s/mm
+) = range(27)
+PARAMETERS = 27
+
+#: Places in what is remembered between ticks, behind the plant's six states.
+(
+    INTEGRAL,  # V
+    LAST_INPUT,  # error, or measured position for P-PI
+    FILTERED,  # derivative or speed
+    LAST_REFERENCE,
+    LAST_SPEED,  # of the reference
+    PENDING,  # output that waits for its period, V
+    SLIDING,  # direction of sliding: -1, 1, or 0 for sticking
+    STARTED,
+) = range(STATES, STATES + 8)
+MEMORY = STATES + 8
+
+#: Halvings at once while the torque limit cuts or play is being crossed, where the inputs feed back on themselves.
+CAREFUL = 2
+#: Halvings at most where friction falls steeply with speed: below STEEP_SPEED times the Stribeck speed a step may
+#: change the speed by STEEP_CHANGE times it.
+STEEP = 5
+STEEP_SPEED = 4.0
+STEEP_CHANGE = 0.1
+#: Rounds of the iteration for the nonlinear inputs in the middle and at the end of a sub-step.
+ROUNDS = 8
+#: ... which ends when an input changes by less than this share of the friction and limit forces' size.
+SETTLED = 1e-9
+#: Halvings allowed in one period. Beyond it events are taken where the sub-step ends: a bound, not met in practice.
+HALVINGS = 400
+#: Steps of one period at most, for the compiler's and the reader's peace of mind.
+MOST_STEPS = 4000
+
+
+@kernel
+def friction(speed: float, parameters: Array) -> float:
+    """Coulomb and Stribeck friction without its sign, N: F_c + (F_s - F_c) / (1 + (v / v_s)^2).
+
+    Viscous friction is in A. The Lorentzian form of the Stribeck curve is one of those that B. Armstrong-Helouvry,
+    P. Dupont and C. Canudas de Wit, Automatica 30 (1994) 1083-1138, doi:10.1016/0005-1098(94)90209-7, collect.
+    """
+    ratio = speed * parameters[INVERSE_STRIBECK]
+    return parameters[COULOMB] + parameters[STICTION] / (1.0 + ratio * ratio)
+
+
+@kernel
+def clamp(value: float, bound: float) -> float:
+    """`value`, but not beyond -bound and bound."""
+    return min(max(value, -bound), bound)
+
+
+@kernel
+def _input(channel: int, y: float, parameters: Array, sliding: float) -> float:
+    """The nonlinear input n of one channel at its argument y."""
+    if channel == FRICTION:
+        return -sliding * friction(y, parameters) if sliding != 0.0 else 0.0
+    if channel == LIMIT:
+        return clamp(y, parameters[FORCE_LIMIT]) - y
+    return parameters[STIFFNESS] * clamp(y, parameters[HALF_PLAY])
+
+
+@kernel
+def _side(y: float, bound: float) -> int:
+    """-1, 0 or 1: below -bound, between, or above bound."""
+    return (1 if y > bound else 0) - (1 if y < -bound else 0)
+
+
+@kernel
+def _output(z: Array, volts: float, line: Array, channel: int) -> float:
+    """y = C z + D u of one channel; any row of the table will do for `line`."""
+    y = line[FEEDTHROUGH + channel] * volts
+    for i in range(STATES):
+        y += line[OUTPUTS + channel * STATES + i] * z[i]
+    return y
+
+
+@kernel
+def holding_force(z: Array, volts: float, line: Array, parameters: Array) -> float:
+    """Force on the mass that friction acts on, without friction, at rest, N: what sticking has to hold."""
+    if parameters[COMPLIANT] == 0.0:
+        return clamp(_output(z, volts, line, LIMIT), parameters[FORCE_LIMIT])
+    stretch = z[MOTOR] - z[LOAD]
+    spring = parameters[STIFFNESS] * (stretch - clamp(stretch, parameters[HALF_PLAY]))
+    return spring + parameters[DAMPING] * (z[MOTOR_SPEED] - z[LOAD_SPEED])
+
+
+@kernel
+def _add_friction(z: Array, volts: float, line: Array, parameters: Array, sliding: float, scratch: Array) -> None:
+    """Add what friction alone does in a sub-step to scratch[:6], which holds Phi z + Gamma u."""
+    speed = LOAD_SPEED if parameters[COMPLIANT] != 0.0 else MOTOR_SPEED
+    start = -sliding * friction(z[speed], parameters)
+    middle = start
+    end = start
+    if parameters[STICTION] != 0.0:
+        middle_speed = line[MIDDLE_GAMMA] * volts + line[MIDDLE_WEIGHTS] * start
+        for i in range(STATES):
+            middle_speed += line[MIDDLE_PHI + i] * z[i]
+        end_speed = scratch[speed] + line[END_WEIGHTS] * start
+        for _ in range(ROUNDS):
+            middle_now = (
+                middle_speed + line[MIDDLE_WEIGHTS + CHANNELS] * middle + line[MIDDLE_WEIGHTS + 2 * CHANNELS] * end
+            )
+            end_now = end_speed + line[END_WEIGHTS + CHANNELS] * middle + line[END_WEIGHTS + 2 * CHANNELS] * end
+            middle_now = -sliding * friction(middle_now, parameters)
+            end_now = -sliding * friction(end_now, parameters)
+            change = max(abs(middle_now - middle), abs(end_now - end))
+            middle = middle_now
+            end = end_now
+            if change <= SETTLED * (parameters[COULOMB] + parameters[STICTION]):
+                break
+    for i in range(STATES):
+        scratch[i] += (
+            line[WEIGHTS + i] * start
+            + line[WEIGHTS + CHANNELS * STATES + i] * middle
+            + line[WEIGHTS + 2 * CHANNELS * STATES + i] * end
+        )
+
+
+@kernel
+def _add_inputs(
+    z: Array, volts: float, line: Array, parameters: Array, sliding: float, limited: int, playing: bool, scratch: Array
+) -> None:
+    """Add what friction, torque limit and play together do in a sub-step to scratch[:6]."""
+    inputs = scratch[STATES : STATES + NODES * CHANNELS]  # (node, channel)
+    linear = scratch[STATES + NODES * CHANNELS :]  # (middle or end, channel): y without the inputs
+    size = parameters[COULOMB] + parameters[STICTION] + parameters[STIFFNESS] * parameters[HALF_PLAY]
+    if limited != 0:
+        size += parameters[FORCE_LIMIT]
+    for channel in range(CHANNELS):
+        if (channel == LIMIT and limited == 0) or (channel == PLAY and not playing):
+            for node in range(NODES):
+                inputs[node * CHANNELS + channel] = 0.0
+            continue
+        start = _input(channel, _output(z, volts, line, channel), parameters, sliding)
+        middle = line[MIDDLE_GAMMA + channel] * volts
+        end = line[FEEDTHROUGH + channel] * volts
+        for i in range(STATES):
+            middle += line[MIDDLE_PHI + channel * STATES + i] * z[i]
+            end += line[OUTPUTS + channel * STATES + i] * scratch[i]
+        linear[channel] = middle
+        linear[CHANNELS + channel] = end
+        for node in range(NODES):
+            inputs[node * CHANNELS + channel] = start
+    for _ in range(ROUNDS):
+        change = 0.0
+        for channel in range(CHANNELS):
+            if (channel == LIMIT and limited == 0) or (channel == PLAY and not playing):
+                continue
+            middle = linear[channel]
+            end = linear[CHANNELS + channel]
+            at = channel * NODES * CHANNELS
+            for i in range(NODES * CHANNELS):
+                middle += line[MIDDLE_WEIGHTS + at + i] * inputs[i]
+                end += line[END_WEIGHTS + at + i] * inputs[i]
+            middle = _input(channel, middle, parameters, sliding)
+            end = _input(channel, end, parameters, sliding)
+            change = max(change, abs(middle - inputs[CHANNELS + channel]), abs(end - inputs[2 * CHANNELS + channel]))
+            inputs[CHANNELS + channel] = middle
+            inputs[2 * CHANNELS + channel] = end
+        if change <= SETTLED * size:
+            break
+    for k in range(NODES * CHANNELS):
+        value = inputs[k]
+        if value != 0.0:
+            for i in range(STATES):
+                scratch[i] += line[WEIGHTS + k * STATES + i] * value
+
+
+@kernel
+def _linear_step(z: Array, volts: float, line: Array, scratch: Array) -> None:
+    """Phi z + Gamma u of one row of the step table into scratch[:6]."""
+    a = z[0]
+    b = z[1]
+    c = z[2]
+    d = z[3]
+    e = z[4]
+    f = z[5]
+    for i in range(STATES):
+        scratch[i] = (
+            (line[GAMMA + i] * volts + line[i] * a)
+            + (line[STATES + i] * b + line[2 * STATES + i] * c)
+            + (line[3 * STATES + i] * d + (line[4 * STATES + i] * e + line[5 * STATES + i] * f))
+        )
+
+
+@kernel
+def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Array) -> None:
+    """The plant one period on under `volts`, in place; z is the memory of an axis, its first six numbers the states."""
+    volts = clamp(volts, parameters[DRIVE_LIMIT])
+    half_play = parameters[HALF_PLAY]
+    if parameters[NONLINEAR] == 0.0:
+        _linear_step(z, volts, table[0], scratch)
+        for i in range(STATES):
+            z[i] = scratch[i]
+        if parameters[COMPLIANT] == 0.0:
+            z[LOAD] = z[MOTOR]
+        return
+    compliant = parameters[COMPLIANT] != 0.0
+    speed = LOAD_SPEED if compliant else MOTOR_SPEED
+    rubbing = parameters[COULOMB] + parameters[STICTION] > 0.0
+    breakaway = parameters[COULOMB] + parameters[STICTION]
+    force_limit = parameters[FORCE_LIMIT]
+    limiting = force_limit < math.inf
+    playing = compliant and half_play > 0.0
+    limited = _side(_output(z, volts, table[0], LIMIT), force_limit) if limiting else 0
+    remaining = int(parameters[SUB_STEPS]) * FINEST
+    until = 0
+    level = 0
+    searching = False
+    halvings = 0
+    if rubbing and z[SLIDING] == 0.0:  # the output has just changed: what was held may not be held any more
+        force = holding_force(z, volts, table[0], parameters)
+        if abs(force) > breakaway:
+            z[SLIDING] = 1.0 if force > 0.0 else -1.0
+    for _ in range(MOST_STEPS):
+        while (FINEST >> level) > remaining:
+            level += 1
+        load = z[LOAD]
+        side = _side(z[MOTOR] - load, half_play) if playing else 0
+        free = playing and side == 0
+        if level < CAREFUL and (limited != 0 or free):
+            level = CAREFUL
+        size = FINEST >> level
+        sliding = z[SLIDING]
+        row = 1 + level + (LEVELS + 1 if rubbing and sliding == 0.0 else 0)
+        line = table[row]
+        shift = side * half_play  # on a flank the spring is linear in a load that stands half the play further on
+        z[LOAD] += shift
+        _linear_step(z, volts, line, scratch)
+        if limited != 0 or free:
+            _add_inputs(z, volts, line, parameters, sliding, limited, free, scratch)
+        elif sliding != 0.0:
+            _add_friction(z, volts, line, parameters, sliding, scratch)
+        z[LOAD] = load
+        scratch[LOAD] -= shift
+        if sliding != 0.0 and level < STEEP:
+            # in the steep part of the Stribeck curve a step must not cross much of it
+            passed = abs(scratch[speed] - z[speed]) * parameters[INVERSE_STRIBECK]
+            slowest = min(abs(scratch[speed]), abs(z[speed])) * parameters[INVERSE_STRIBECK]
+            if passed > STEEP_CHANGE and slowest < STEEP_SPEED and parameters[STICTION] > 0.0:
+                level += 1
+                continue
+        event = False
+        stopping = False
+        limited_then = 0
+        if limiting:
+            limited_then = _side(_output(scratch, volts, line, LIMIT), force_limit)
+            event = limited_then != limited
+        if playing:
+            event = event or _side(scratch[MOTOR] - scratch[LOAD], half_play) != side
+        if rubbing:
+            if sliding == 0.0:
+                stopping = abs(holding_force(scratch, volts, table[0], parameters)) > breakaway
+            else:
+                stopping = sliding * scratch[speed] <= 0.0
+            event = event or stopping
+        if event and level < LEVELS and halvings < HALVINGS:
+            if not searching:
+                searching = True
+                until = remaining - size
+            level += 1
+            halvings += 1
+            continue
+        for i in range(STATES):
+            z[i] = scratch[i]
+        if not compliant:  # play without compliance: the load is dragged along
+            z[LOAD] = min(max(z[LOAD], z[MOTOR] - half_play), z[MOTOR] + half_play)
+        if stopping:
+            z[speed] = 0.0
+            force = holding_force(z, volts, table[0], parameters)
+            z[SLIDING] = 0.0 if abs(force) <= breakaway else (1.0 if force > 0.0 else -1.0)
+            limited_then = _side(_output(z, volts, line, LIMIT), force_limit) if limiting else 0
+        limited = limited_then
+        remaining -= size
+        if remaining <= 0:
+            break
+        if event or remaining <= until:
+            searching = False
+            level = 0
+            until = 0
+        elif searching:
+            level = min(level + 1, LEVELS)

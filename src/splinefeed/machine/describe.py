@@ -1,0 +1,68 @@
+"""A machine in words, for people who ask what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any
+
+from splinefeed.machine.parts import Axis
+from splinefeed.machine.quantities import KINDS, show
+
+#: Sections in the order in which force and signal run.
+_ORDER = ("controller", "drive", "motor", "transmission", "load", "friction", "encoder", "scale")
+
+
+def describe_table(name: str, title: str, axes: Iterable[Axis], notes: Iterable[str]) -> str:
+    """Name, axes and notes of a machine, one line a part, with units."""
+    lines = [f"{name}: {title}" if title else name]
+    for axis in axes:
+        lines += ["", *_describe_axis(axis)]
+    remarks = [f"- {note}" for note in notes]
+    if remarks:
+        lines += ["", "Notes", *remarks]
+    return "\n".join(lines)
+
+
+def _describe_axis(axis: Axis) -> list[str]:
+    lines = [f"Axis {axis.name} ({axis.motion}), closed over the {axis.controller.feedback}"]
+    for section in _ORDER:
+        part = getattr(axis, section)
+        if part is not None:
+            lines.append(f"  {section + ':':<13} {_describe_part(part, axis)}")
+            if part.source:
+                lines.append(f"  {'':<13} ({part.source})")
+    unit = "kg*m^2" if axis.rotary else "kg"
+    factor = 1.0 if axis.rotary else 1000.0
+    lines.append(
+        f"  at the axis:  {factor * axis.motor_inertia:.4g} {unit} of motor and transmission beside "
+        f"{factor * axis.load_inertia:.4g} {unit} of load; "
+        f"peak {show(axis.motor.peak_force * axis.force_per_motor_force, 'force', axis.rotary)}"
+    )
+    if axis.encoder is not None:
+        lines.append(f"  {'':<13} one encoder count is {show(axis.encoder_resolution, 'position', axis.rotary)}")
+    return lines
+
+
+def _describe_part(part: Any, axis: Axis) -> str:
+    """The fields of a part that say something, as `name value unit`."""
+    told = []
+    for one in fields(part):
+        value = getattr(part, one.name)
+        if one.name == "source" or value is None or value == "" or (value == 0.0 and one.default == 0.0):
+            continue
+        name = one.name.replace("_", " ")
+        kind = one.metadata.get("kind")
+        if kind in KINDS:
+            rotary = axis.motor.motion == "rotary" if one.metadata["motor"] else axis.rotary
+            force = "torque" if rotary and kind.startswith("force") else "force"
+            told.append(
+                f"{name.replace('force', force) if kind.startswith('force') else name} {show(value, kind, rotary)}"
+            )
+        elif kind == "number":
+            told.append(f"{name} {value:g}")
+        elif one.name in ("kind", "mode", "model"):
+            told.insert(0, str(value))
+        else:
+            told.append(f"{name} {value}")
+    return ", ".join(told)

@@ -1,0 +1,222 @@
+"""Machine tables: TOML files read strictly, every error at once and each with its place."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from splinefeed.errors import FormatError, InputError, UnitError
+from splinefeed.machine import parts, quantities
+from splinefeed.machine.describe import describe_table
+from splinefeed.records import ROTARY_AXES
+
+#: Sections of an axis and the record that each becomes.
+SECTIONS: dict[str, type[Any]] = {
+    "motor": parts.Motor,
+    "drive": parts.Drive,
+    "transmission": parts.Transmission,
+    "load": parts.Load,
+    "friction": parts.Friction,
+    "encoder": parts.Encoder,
+    "scale": parts.Scale,
+    "controller": parts.Controller,
+}
+#: Sections that an axis may do without.
+OPTIONAL = ("friction", "encoder", "scale")
+#: Keys beside the axes at the top of a file.
+_TOP = ("title", "notes", "axis")
+#: A machine file beyond this many bytes is none.
+_LARGEST_FILE = 1_000_000
+
+
+class MachineError(FormatError):
+    """A machine file with errors: the first line names the file, each of `problems` its place and the mend."""
+
+    def __init__(self, name: str, problems: Iterable[str]) -> None:
+        self.problems = tuple(problems)
+        lines = [f"{name}: {self.problems[0]}"] if len(self.problems) == 1 else [f"{name}: {len(self.problems)} errors"]
+        lines += [f"  {problem}" for problem in self.problems] if len(self.problems) > 1 else []
+        super().__init__("\n".join(lines))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A machine: its axes by name, in order, and what its makers say of it."""
+
+    name: str
+    axes: Mapping[str, parts.Axis]
+    title: str = ""
+    notes: tuple[str, ...] = field(default=())
+
+    @staticmethod
+    def names() -> tuple[str, ...]:
+        """Names of the tables that come with the package."""
+        folder = files("splinefeed").joinpath("machines")
+        return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
+
+    @staticmethod
+    def load(name: str | Path) -> Table:
+        """A table of the package by its name, or any machine file by its path.
+
+        Raises MachineError with everything that is wrong in the file, and FormatError if there is no such table.
+        """
+        if isinstance(name, str) and name in Table.names():
+            return _packaged(name)
+        path = Path(name)
+        if path.suffix != ".toml" and not path.exists():
+            close = difflib.get_close_matches(str(name), Table.names(), n=1)
+            mend = f"did you mean {close[0]}?" if close else "give a name or the path of a .toml file"
+            raise FormatError(f"{name}: no machine of this name; there are {', '.join(Table.names())}; {mend}")
+        try:
+            if path.stat().st_size > _LARGEST_FILE:
+                raise FormatError(f"{name}: {path.stat().st_size} bytes; a machine file has at most {_LARGEST_FILE}")
+            text = path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise FormatError(f"{name}: cannot be read ({error.strerror or error})") from None
+        except UnicodeDecodeError:
+            raise FormatError(f"{name}: is not UTF-8 text") from None
+        return Table.parse(text, path.stem, str(name))
+
+    @staticmethod
+    def parse(text: str, name: str = "machine", source: str | None = None) -> Table:
+        """A table from the text of a machine file; `source` is what error messages call it."""
+        source = name if source is None else source
+        try:
+            content = tomllib.loads(text)
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
+            raise FormatError(f"{source}: is no TOML: {error}") from None
+        problems: list[str] = []
+        _unknown_keys(content, _TOP, "", problems)
+        title = _text(content.get("title", ""), "title", problems)
+        notes = content.get("notes", [])
+        if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
+            problems.append("notes: must be a list of texts")
+        given = content.get("axis", {})
+        if not isinstance(given, dict) or not given:
+            problems.append("axis: missing; a machine needs at least one [axis.NAME]")
+            given = {}
+        axes = {axis: _axis(axis, section, problems) for axis, section in given.items()}
+        if problems:
+            raise MachineError(source, problems)
+        made = {key: axis for key, axis in axes.items() if axis is not None}
+        return Table(name=name, axes=made, title=title, notes=tuple(notes))
+
+    def describe(self) -> str:
+        """The machine in words, a paragraph an axis."""
+        return describe_table(self.name, self.title, self.axes.values(), self.notes)
+
+
+@cache
+def _packaged(name: str) -> Table:
+    return Table.parse(files("splinefeed").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8"), name)
+
+
+def _text(value: object, place: str, problems: list[str]) -> str:
+    if not isinstance(value, str):
+        problems.append(f"{place}: {value!r}; must be text")
+        return ""
+    return value
+
+
+def _unknown_keys(given: Mapping[str, Any], known: Iterable[str], place: str, problems: list[str]) -> None:
+    """Add a problem for every key of `given` that is not `known`, with the nearest that is."""
+    known = tuple(known)
+    for key in given:
+        if key not in known:
+            close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+            mend = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
+            problems.append(f"{place}{key}: unknown key; {mend}")
+
+
+def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:
+    """One axis of the file, or None after adding what is wrong with it to `problems`."""
+    place = f"axis.{name}."
+    if not isinstance(content, dict):
+        problems.append(f"axis.{name}: must be a table")
+        return None
+    before = len(problems)
+    _unknown_keys(content, ("motion", *SECTIONS), place, problems)
+    usual = "rotary" if name in ROTARY_AXES else "linear"
+    motion = content.get("motion", usual)
+    if motion not in ("linear", "rotary"):
+        problems.append(f"{place}motion: {motion!r}; must be one of linear, rotary")
+    elif motion != usual:
+        why = f"{name} is {'a rotary' if usual == 'rotary' else 'no rotary'} axis; rotary are {', '.join(ROTARY_AXES)}"
+        problems.append(f"{place}motion: {motion!r}; {why}")
+    rotary = motion == "rotary"
+    motor = content.get("motor")
+    motor_rotary = not (isinstance(motor, dict) and motor.get("motion") == "linear")
+    made: dict[str, Any] = {}
+    for section, part in SECTIONS.items():
+        if section not in content:
+            if section not in OPTIONAL:
+                problems.append(f"{place}{section}: missing")
+            continue
+        if not isinstance(content[section], dict):
+            problems.append(f"{place}{section}: must be a table")
+            continue
+        values = _section(content[section], part, f"{place}{section}.", rotary, motor_rotary, problems)
+        if values is not None:
+            made[section] = part(**values)
+    if len(problems) > before:
+        return None
+    try:
+        return parts.Axis(name=name, motion=motion, **made)
+    except InputError as error:
+        problems.extend(str(error).splitlines())
+        return None
+
+
+def _section(
+    content: Mapping[str, Any],
+    part: type[Any],
+    place: str,
+    rotary: bool,
+    motor_rotary: bool,
+    problems: list[str],
+) -> dict[str, Any] | None:
+    """The values of one section in base units, or None after adding what is wrong to `problems`."""
+    before = len(problems)
+    described = {f.name: f for f in fields(part)}
+    _unknown_keys(content, described, place, problems)
+    values: dict[str, Any] = {}
+    for key, one in described.items():
+        if key not in content:
+            if one.default is MISSING:
+                problems.append(f"{place}{key}: missing{_expected(one, motor_rotary if _motors(one) else rotary)}")
+            continue
+        value = content[key]
+        kind = one.metadata.get("kind")
+        if kind is not None and kind != "number":
+            try:
+                value = quantities.parse(value, kind, motor_rotary if _motors(one) else rotary)
+            except UnitError as error:
+                problems.append(f"{place}{key}: {error}")
+                continue
+        problem = parts.value_problem(one, value)
+        if problem is not None:
+            shown = f"{content[key]}; {problem.split('; ', 1)[-1]}" if isinstance(content[key], str) else problem
+            problems.append(f"{place}{key}: {shown if kind else problem}")
+            continue
+        values[key] = value
+    return values if len(problems) == before else None
+
+
+def _motors(described: Field[Any]) -> bool:
+    return bool(described.metadata.get("motor"))
+
+
+def _expected(described: Field[Any], rotary: bool) -> str:
+    """What a missing key should hold, for the end of a message."""
+    kind = described.metadata.get("kind")
+    if kind in quantities.KINDS:
+        return f"; expected {quantities.KINDS[kind].title} such as {quantities.KINDS[kind].examples[rotary]}"
+    if "choices" in described.metadata:
+        return f"; must be one of {', '.join(described.metadata['choices'])}"
+    return ""

@@ -1,0 +1,1 @@
+"""The servo loop over setpoints, experiments on an axis, and the rules that tune it."""

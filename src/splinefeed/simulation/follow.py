@@ -1,0 +1,211 @@
+"""Setpoints through the axes of a machine: what was told, where each axis was, what was seen, and the volts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.kernels import mechanics, servo
+from splinefeed.machine.table import Table
+from splinefeed.records import Array, Response, Setpoints, check_finite
+from splinefeed.simulation import plant as plants
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.path import Path
+
+#: Ticks between two calls of `on_progress`.
+CHUNK = 65_536
+#: Most sub-steps of a period; more would only add rounding.
+MOST_SUB_STEPS = 1000
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(eq=False)
+class _AxisState:
+    """One axis on its way: step matrices, parameters and memory of the kernel."""
+
+    name: str
+    table: Array
+    parameters: Array
+    memory: Array
+    scratch: Array = field(default_factory=lambda: np.zeros(mechanics.SCRATCH))
+
+
+class Follower:
+    """A machine that follows setpoints chunk by chunk, in memory that does not grow; the bits are those of one run.
+
+    table, axes  the machine and the names of the axes that move, in the order of the setpoints
+    period       servo period, s
+    sub_steps    steps of the nonlinear model in a period; linear: without friction, play, counts, codes and limits
+    """
+
+    def __init__(
+        self,
+        table: Table,
+        axes: tuple[str, ...],
+        period: float,
+        *,
+        sub_steps: int = plants.SUB_STEPS,
+        linear: bool = False,
+    ) -> None:
+        missing = [axis for axis in axes if axis not in table.axes]
+        if missing:
+            raise InputError(
+                f"machine {table.name!r} has no axis {', '.join(missing)}; its axes are {', '.join(table.axes)}"
+            )
+        if not (np.isfinite(period) and period > 0.0):
+            raise InputError(f"period is {period} s; it must be greater than 0 and finite")
+        if isinstance(sub_steps, bool) or not isinstance(sub_steps, int) or not 1 <= sub_steps <= MOST_SUB_STEPS:
+            raise InputError(f"sub_steps is {sub_steps!r}; it must be a whole number from 1 to {MOST_SUB_STEPS}")
+        self.table = table
+        self.axes = tuple(axes)
+        self.period = float(period)
+        self.sub_steps = sub_steps
+        self.linear = linear
+        self.ticks = 0
+        self.stopped: str | None = None
+        self._states = [
+            _AxisState(
+                name,
+                plants.step_table(plants.plant(table.axes[name]), self.period, sub_steps),
+                plants.parameters(table.axes[name], self.period, sub_steps, linear=linear),
+                np.zeros(mechanics.MEMORY),
+            )
+            for name in self.axes
+        ]
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """What it takes to make the response again."""
+        return {"machine": self.table.name, "sub_steps": self.sub_steps, "linear": self.linear}
+
+    def follow(self, points: Setpoints) -> Response:
+        """The response to the next setpoints; shorter than they are if an axis runs away, and empty from then on."""
+        if points.axes != self.axes:
+            raise InputError(f"setpoints have axes {', '.join(points.axes)}; expected {', '.join(self.axes)}")
+        if points.period != self.period:
+            raise InputError(f"setpoints have a period of {points.period} s; expected {self.period} s")
+        check_finite(points.position, "Setpoints.position")
+        count = 0 if self.stopped is not None else len(points)
+        command = np.ascontiguousarray(points.position.T[:, :count])  # (axes, n), one row an axis for the kernel
+        position, measured, output, saturated = (np.empty_like(command) for _ in range(4))
+        done = count
+        for i, state in enumerate(self._states):
+            if self.ticks == 0 and count > 0:
+                state.memory[[mechanics.MOTOR, mechanics.LOAD]] = command[i, 0]
+            ticks = servo.run_axis(
+                command[i],
+                state.table,
+                state.parameters,
+                state.memory,
+                state.scratch,
+                position[i],
+                measured[i],
+                output[i],
+                saturated[i],
+            )
+            if ticks < done or (ticks == done and self.stopped is None and self._away(i, ticks, command, measured)):
+                done = ticks
+                self.stopped = self._why(i, float(points.t[ticks - 1]), command[i, ticks - 1] - measured[i, ticks - 1])
+        self.ticks += done
+        return Response(
+            t=points.t[:done].copy(),
+            command=points.position[:done].copy(),
+            position=np.ascontiguousarray(position[:, :done].T),
+            measured=np.ascontiguousarray(measured[:, :done].T),
+            output=np.ascontiguousarray(output[:, :done].T),
+            saturated=np.ascontiguousarray(saturated[:, :done].T != 0.0),
+            axes=self.axes,
+            period=self.period,
+            stopped=self.stopped,
+            settings=self.settings,
+        )
+
+    def _away(self, axis: int, ticks: int, command: Array, measured: Array) -> bool:
+        """Whether the last tick of an axis is beyond its error limit: a run-away at the very end of a chunk."""
+        if ticks == 0:
+            return False
+        error = abs(command[axis, ticks - 1] - measured[axis, ticks - 1])
+        return not error <= self._states[axis].parameters[mechanics.ERROR_LIMIT]
+
+    def _why(self, axis: int, time: float, error: float) -> str:
+        """Say which axis ran away, when and by how much."""
+        state = self._states[axis]
+        unit, factor = ("deg", 180.0 / np.pi) if self.table.axes[state.name].rotary else ("mm", 1.0)
+        limit = state.parameters[mechanics.ERROR_LIMIT]
+        return (
+            f"axis {state.name} ran away at {time:.6g} s: an error of {abs(error) * factor:.4g} {unit} is beyond its "
+            f"limit of {limit * factor:.4g} {unit}; its loop may be unstable (splinefeed tune), or the feed too high"
+        )
+
+
+def follow(
+    points: Setpoints,
+    table: Table,
+    path: Path | None = None,
+    on_progress: Progress | None = None,
+    *,
+    sub_steps: int = plants.SUB_STEPS,
+    linear: bool = False,
+) -> Response:
+    """What the axes of `table` do when they are given `points`, from rest at the first one.
+
+    The servo period is that of the points. path: checked for having the same axes; the contour error is measured
+    against it elsewhere. on_progress(done, total) is called now and then. sub_steps, linear: see Follower.
+    If an axis runs away the response ends there and says so in `stopped`.
+    """
+    if path is not None and path.axes != points.axes:
+        raise InputError(f"the path has axes {', '.join(path.axes)}, the setpoints {', '.join(points.axes)}")
+    if len(points) == 0:
+        raise InputError("no setpoints; at least one is needed")
+    check_finite(points.position, "Setpoints.position")
+    follower = Follower(table, points.axes, points.period, sub_steps=sub_steps, linear=linear)
+    parts = []
+    for start in range(0, len(points), CHUNK):
+        parts.append(follower.follow(_slice(points, start, start + CHUNK)))
+        if on_progress is not None:
+            on_progress(min(start + CHUNK, len(points)), len(points))
+        if follower.stopped is not None:
+            break
+    if len(parts) == 1:
+        return parts[0]
+    joined = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("t", "command", "position", "measured", "output", "saturated")
+    }
+    return Response(
+        **joined, axes=points.axes, period=points.period, stopped=follower.stopped, settings=follower.settings
+    )
+
+
+def follow_chunks(
+    chunks: Iterable[Setpoints],
+    table: Table,
+    *,
+    sub_steps: int = plants.SUB_STEPS,
+    linear: bool = False,
+) -> Iterator[Response]:
+    """The response chunk by chunk, for jobs that do not fit in memory; ends at a run-away, in the chunk that has it."""
+    follower: Follower | None = None
+    for points in chunks:
+        if follower is None:
+            follower = Follower(table, points.axes, points.period, sub_steps=sub_steps, linear=linear)
+        yield follower.follow(points)
+        if follower.stopped is not None:
+            return
+
+
+def _slice(points: Setpoints, start: int, stop: int) -> Setpoints:
+    """Setpoints start ... stop - 1."""
+    return Setpoints(
+        **{name: getattr(points, name)[start:stop] for name in ("t", "curve", "u", "s", "feed", "position")},
+        axes=points.axes,
+        period=points.period,
+        method=points.method,
+        settings=points.settings,
+    )

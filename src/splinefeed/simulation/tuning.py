@@ -1,0 +1,144 @@
+"""Tuning rules: the gains of an axis from its ultimate point, with the margins and the bandwidth they give."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.machine.parts import Axis, Controller
+from splinefeed.records import Array
+from splinefeed.simulation.experiments import FrequencyResponse, UltimatePoint, relay
+from splinefeed.simulation.linear import GRID, LOWEST_SHARE, Margins, discrete_plant, margins
+
+#: K_p / K_u, T_i / P_u and T_d / P_u of each rule and sort of controller.
+#: Ziegler and Nichols, Trans. ASME 64 (1942) 759-768; Tyreus and Luyben, Ind. Eng. Chem. Res. 31 (1992) 2625-2628,
+#: doi:10.1021/ie00011a029, the PID row after M. L. Luyben and W. L. Luyben, Essentials of Process Control (1997).
+RULES: dict[str, dict[str, tuple[float, float, float]]] = {
+    "ziegler-nichols": {
+        "p": (0.5, math.inf, 0.0),
+        "pi": (0.45, 1.0 / 1.2, 0.0),
+        "pid": (0.6, 0.5, 0.125),
+    },
+    "tyreus-luyben": {
+        "pi": (1.0 / 3.2, 2.2, 0.0),
+        "pid": (1.0 / 2.2, 2.2, 1.0 / 6.3),
+    },
+}
+#: Volts of the relay unless the caller says otherwise: enough to overcome friction, far from the limit.
+RELAY_VOLTS = 1.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tuning:
+    """Gains that a rule gives, and where they come from.
+
+    axis      the axis with the new controller; before: margins of the controller that it had
+    ultimate  gain and period; response: the frequency response of the plant that they were read from
+    """
+
+    rule: str
+    axis: Axis
+    period: float
+    ultimate: UltimatePoint
+    response: FrequencyResponse
+    margins: Margins
+    before: Margins
+
+    @property
+    def controller(self) -> Controller:
+        """The controller with the new gains."""
+        return self.axis.controller
+
+    def describe(self) -> str:
+        """Gains, margins and bandwidth in words, with those of the old gains beside them."""
+        unit = "V/rad" if self.axis.rotary else "V/mm"
+        slope = "V*s/rad" if self.axis.rotary else "V*s/mm"
+        new = self.controller
+        return "\n".join(
+            [
+                f"axis {self.axis.name}, {self.rule}, servo period {self.period * 1e3:g} ms",
+                f"  ultimate gain {self.ultimate.gain:.6g} {unit}, ultimate period {self.ultimate.period * 1e3:.4g} ms "
+                f"({self.ultimate.source})",
+                f"  kp {new.kp:.6g} {unit}, ki {new.ki:.6g} {unit}/s, kd {new.kd:.6g} {slope}",
+                f"  new gains {self.margins.verdict}; bandwidth {self.margins.bandwidth:.4g} Hz",
+                f"  old gains {self.before.verdict}; bandwidth {self.before.bandwidth:.4g} Hz",
+            ]
+        )
+
+
+def rules() -> tuple[str, ...]:
+    """Names of the tuning rules."""
+    return tuple(RULES)
+
+
+def model_response(axis: Axis, period: float, frequency: Array | None = None) -> FrequencyResponse:
+    """The frequency response of the linear plant, converter and delay included, at `frequency`, Hz, or over a grid."""
+    if frequency is None:
+        nyquist = 0.5 / period
+        frequency = np.geomspace(LOWEST_SHARE * nyquist, nyquist * (1.0 - 1e-9), GRID)
+    return FrequencyResponse(frequency, discrete_plant(axis, period).response(2.0 * np.pi * frequency), "linear model")
+
+
+def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
+    """Ultimate gain, V/mm or V/rad, and period, s, of the linear plant: where proportional control is at its limit."""
+    gains: dict[str, Any] = {
+        "kp": 1.0,
+        "ki": 0.0,
+        "kd": 0.0,
+        "position_gain": 0.0,
+        "velocity_kp": 0.0,
+        "velocity_ki": 0.0,
+    }
+    plain = replace(axis.controller, kind="pid", filter=0.0, **gains)
+    found = margins(replace(axis, controller=plain), period)
+    unstable = found.spectral_radius >= 1.0 and found.gain_margin == math.inf
+    if not math.isfinite(found.gain_margin) or unstable or found.gain_reduction > 0.0:
+        raise InputError(
+            f"axis {axis.name}: no ultimate gain: proportional control alone is unstable, or stable, at any gain; "
+            f"rules that start from it need a drive in velocity mode"
+        )
+    return UltimatePoint(found.gain_margin, 1.0 / found.gain_frequency, "linear model")
+
+
+def tune(
+    axis: Axis,
+    rule: str = "ziegler-nichols",
+    *,
+    period: float = 1e-3,
+    kind: str = "pid",
+    experiment: str = "model",
+    relay_volts: float = RELAY_VOLTS,
+) -> Tuning:
+    """Gains of an axis by a rule, from its linear model or a relay experiment on the full one.
+
+    rule        one of `rules()`; kind "p", "pi" or "pid"; period  servo period, s
+    experiment  "model": the ultimate point of the linear plant; "relay": from a simulated swing of +-relay_volts
+    K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule.
+    """
+    if rule not in RULES:
+        raise InputError(f"no tuning rule is called {rule!r}; there are {', '.join(RULES)}")
+    if kind not in RULES[rule]:
+        raise InputError(f"rule {rule!r} has no controller {kind!r}; it has {', '.join(RULES[rule])}")
+    if experiment not in ("model", "relay"):
+        raise InputError(f"no experiment is called {experiment!r}; there are model, relay")
+    before = margins(axis, period)
+    point = ultimate_point(axis, period) if experiment == "model" else relay(axis, period, relay_volts)
+    share, integral, derivative = RULES[rule][kind]
+    kp = share * point.gain
+    gains: dict[str, Any] = {"kp": kp, "ki": kp / (integral * point.period), "kd": kp * derivative * point.period}
+    cascade: dict[str, Any] = {"position_gain": 0.0, "velocity_kp": 0.0, "velocity_ki": 0.0}
+    source = f"{rule} ({kind}) from the ultimate point by {point.source}"
+    tuned = replace(axis, controller=replace(axis.controller, kind="pid", source=source, **gains, **cascade))
+    return Tuning(
+        rule=rule,
+        axis=tuned,
+        period=period,
+        ultimate=point,
+        response=model_response(axis, period),
+        margins=margins(tuned, period),
+        before=before,
+    )

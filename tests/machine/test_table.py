@@ -1,0 +1,308 @@
+"""Machine files: the ones of the package, units, and everything that is refused, with its place and exact words."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from splinefeed.errors import FormatError, InputError, UnitError
+from splinefeed.machine import Encoder, MachineError, Table
+from splinefeed.machine.quantities import KINDS, parse, show
+
+pytestmark = pytest.mark.nojit
+
+GOOD = """
+title = "one axis"
+
+[axis.x.motor]
+rated_force = "1.27N*m"
+peak_force = "3.82N*m"
+rated_speed = "3000rpm"
+inertia = "1.73e-5kg*m^2"
+
+[axis.x.drive]
+mode = "velocity"
+speed_per_volt = "25mm/s/V"
+lag = "10ms"
+bandwidth = "60Hz"
+
+[axis.x.transmission]
+kind = "screw"
+lead = "5mm/rev"
+
+[axis.x.load]
+inertia = "25kg"
+
+[axis.x.encoder]
+pulses = 5000
+
+[axis.x.controller]
+kp = "20V/mm"
+feedback = "encoder"
+error_limit = "5mm"
+"""
+
+
+def problems(*changes: tuple[str, str]) -> tuple[str, ...]:
+    """What is wrong with GOOD after these replacements."""
+    text = GOOD
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    with pytest.raises(MachineError) as caught:
+        Table.parse(text, "test", "test.toml")
+    return caught.value.problems
+
+
+def test_the_package_has_its_three_machines() -> None:
+    assert Table.names() == ("lintable", "router", "xytheta")
+    for name in Table.names():
+        table = Table.load(name)
+        assert table.name == name
+        assert table.title
+        assert table.notes
+
+
+def test_xytheta_is_the_paper_s_table() -> None:
+    """Table 2, 5000 pulses, 1 um, +-10 V with 16 bit, and the digest's reading of 25 mm/s a volt."""
+    axes = Table.load("xytheta").axes
+    assert list(axes) == ["x", "y", "theta"]
+    gains = {name: (axis.controller.kp, axis.controller.ki, axis.controller.kd) for name, axis in axes.items()}
+    assert gains["x"] == (22.3833, 266.8899, 0.1862)
+    assert gains["y"] == (38.3322, 266.8, 0.2975)
+    assert gains["theta"] == (3.3322, 26.8, 0.5083)
+    for name, axis in axes.items():
+        assert axis.encoder is not None
+        assert axis.encoder.pulses == 5000
+        assert (axis.controller.output_limit, axis.controller.output_bits) == (10.0, 16)
+        assert axis.rotary is (name == "theta")
+    for name in ("x", "y"):
+        assert axes[name].drive.speed_per_volt == 25.0
+        assert axes[name].travel_per_motor == pytest.approx(5.0 / (2.0 * math.pi), rel=1e-15)
+        assert axes[name].scale is not None
+        assert axes[name].scale.resolution == 1e-3  # type: ignore[union-attr]
+        assert pytest.approx(axes[name].motor.rated_speed * axes[name].travel_per_motor, rel=1e-12) == 10.0 * 25.0
+
+
+def test_every_assumption_of_xytheta_has_its_reason() -> None:
+    for axis in Table.load("xytheta").axes.values():
+        for section in ("motor", "drive", "transmission", "load", "friction", "encoder", "controller"):
+            assert re.search(r"assumed|paper|as on X|class", getattr(axis, section).source), (axis.name, section)
+
+
+def test_values_come_in_base_units() -> None:
+    axis = Table.parse(GOOD).axes["x"]
+    assert axis.motor.rated_speed == pytest.approx(100.0 * math.pi, rel=1e-15)
+    assert axis.drive.lag == pytest.approx(0.01, rel=1e-15)
+    assert axis.drive.bandwidth == pytest.approx(120.0 * math.pi, rel=1e-15)
+    assert axis.load.inertia == 25.0
+    assert axis.controller.output_limit == 10.0
+
+
+def test_inertia_and_force_at_the_axis_are_those_of_energy() -> None:
+    """One N*m over one rad is one J; J w^2 / 2 of the motor is m v^2 / 2 of the mass that stands for it."""
+    axis = Table.parse(GOOD).axes["x"]
+    mm_per_rad = 5.0 / (2.0 * math.pi)
+    assert axis.force_per_motor_force == pytest.approx(1000.0 / mm_per_rad, rel=1e-14)
+    kilograms = 1.73e-5 / (mm_per_rad / 1000.0) ** 2
+    assert axis.motor_inertia == pytest.approx(kilograms / 1000.0, rel=1e-14)
+    assert axis.load_inertia == 0.025
+    theta = Table.load("xytheta").axes["theta"]
+    assert theta.force_per_motor_force == pytest.approx(5.0)
+    assert theta.motor_inertia == pytest.approx(25.0 * 6.72e-5)
+
+
+def test_a_machine_is_told_in_words() -> None:
+    text = Table.load("xytheta").describe()
+    for words in (
+        "Axis x (linear), closed over the scale",
+        "kp 22.3833 V/mm, ki 266.89 V/mm/s, kd 0.1862 V*s/mm",
+        "velocity, lag 10 ms, speed per volt 25 mm/s/V, bandwidth 60 Hz",
+        "rated torque 1.27 N*m, peak torque 3.82 N*m, rated speed 3000 rpm",
+        "one encoder count is 0.25 um",
+        "Axis theta (rotary), closed over the encoder",
+        "one encoder count is 0.0036 deg",
+        "The paper does not tell its plant",
+    ):
+        assert words in text, words
+    assert "rated force 200 N" in Table.load("lintable").describe()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("pulses = 5000", "pulses = 0", "axis.x.encoder.pulses: 0; must be greater than 0"),
+        ("pulses = 5000", "pulses = 1.5", "axis.x.encoder.pulses: 1.5; must be a whole number"),
+        ("pulses = 5000", "pulse = 5000", "axis.x.encoder.pulse: unknown key; did you mean pulses?"),
+        ('"25kg"', '"0kg"', "axis.x.load.inertia: 0kg; must be greater than 0"),
+        ('"25kg"', "25", "axis.x.load.inertia: 25 has no unit; expected a mass or inertia such as 20kg"),
+        ('"25kg"', '"25"', "axis.x.load.inertia: '25' has no unit; expected a mass or inertia such as 20kg"),
+        ('"25kg"', '"25N"', "axis.x.load.inertia: '25N' is of another kind; expected a mass or inertia such as 20kg"),
+        (
+            '"25kg"',
+            '"25stone"',
+            "axis.x.load.inertia: '25stone' has an unknown unit: stone; expected a mass or inertia such as 20kg",
+        ),
+        ('"25kg"', "true", "axis.x.load.inertia: True cannot be read; expected a mass or inertia such as 20kg"),
+        ('"20V/mm"', '"-20V/mm"', "axis.x.controller.kp: -20V/mm; must not be negative"),
+        ('"20V/mm"', '"0V/mm"', "axis.x.controller.kp: 0; must be greater than 0"),
+        ('"velocity"', '"speed"', "axis.x.drive.mode: 'speed'; must be one of velocity, torque"),
+        ('lag = "10ms"', "", "axis.x.drive.lag: missing; expected a time such as 1ms"),
+        ('lead = "5mm/rev"', "", "axis.x.transmission.lead: missing; needed by transmission.kind 'screw'"),
+        (
+            'lead = "5mm/rev"',
+            'lead = "5mm/rev"\nratio = 3',
+            "axis.x.transmission.ratio: not used by transmission.kind 'screw'",
+        ),
+        ('"encoder"', '"scale"', "axis.x.controller.feedback: 'scale'; the axis has no scale"),
+        ('"3.82N*m"', '"1N*m"', "axis.x.motor.peak_force: 1; must not be below rated_force"),
+        (
+            "[axis.x.encoder]",
+            '[axis.x.friction]\ncoulomb = "5N"\nstatic = "3N"\n[axis.x.encoder]',
+            "axis.x.friction.static: 3; must not be below friction.coulomb",
+        ),
+        (
+            "[axis.x.encoder]",
+            '[axis.x.friction]\ncoulomb = "5N"\nstatic = "8N"\n[axis.x.encoder]',
+            "axis.x.friction.stribeck_speed: missing; needed when static differs from coulomb",
+        ),
+        (
+            'kp = "20V/mm"',
+            'kind = "p-pi"\nposition_gain = "30/s"\nvelocity_kp = "1V*s/mm"\nkp = "20V/mm"',
+            "axis.x.controller.kp: not used by controller.kind 'p-pi'",
+        ),
+        ("title = ", "titel = ", "titel: unknown key; did you mean title?"),
+        ('title = "one axis"', "title = 3", "title: 3; must be text"),
+        ('title = "one axis"', "notes = 3", "notes: must be a list of texts"),
+        (
+            'title = "one axis"',
+            '[axis.x]\nmotion = "rotary"',
+            "axis.x.motion: 'rotary'; x is no rotary axis; rotary are a, b, c, theta",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_place(old: str, new: str, message: str) -> None:
+    assert message in problems((old, new))
+
+
+def test_every_error_is_said_at_once() -> None:
+    found = problems(
+        ("pulses = 5000", "pulses = 0"), ('"25kg"', '"-1kg"'), ("bandwidth", "bandwith"), ('"10ms"', '"10mm"')
+    )
+    assert found == (
+        "axis.x.drive.bandwith: unknown key; did you mean bandwidth?",
+        "axis.x.drive.lag: '10mm' is of another kind; expected a time such as 1ms",
+        "axis.x.load.inertia: -1kg; must be greater than 0",
+        "axis.x.encoder.pulses: 0; must be greater than 0",
+    )
+    with pytest.raises(MachineError) as caught:
+        Table.parse(GOOD.replace("5000", "0").replace("25kg", "0kg"), "test", "test.toml")
+    assert str(caught.value) == (
+        "test.toml: 2 errors\n  axis.x.load.inertia: 0kg; must be greater than 0\n"
+        "  axis.x.encoder.pulses: 0; must be greater than 0"
+    )
+
+
+def test_a_single_error_is_one_line() -> None:
+    with pytest.raises(FormatError) as caught:
+        Table.parse(GOOD.replace("5000", "0"), "test", "test.toml")
+    assert str(caught.value) == "test.toml: axis.x.encoder.pulses: 0; must be greater than 0"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "m.toml: axis: missing; a machine needs at least one [axis.NAME]"),
+        ("axis = 3", "m.toml: axis: missing; a machine needs at least one [axis.NAME]"),
+        ("[axis]\nx = 3", "m.toml: axis.x: must be a table"),
+    ],
+)
+def test_files_without_axes_are_refused(text: str, message: str) -> None:
+    with pytest.raises(FormatError) as caught:
+        Table.parse(text, "m", "m.toml")
+    assert str(caught.value) == message
+
+
+def test_files_that_are_no_machines_are_refused(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.toml"
+    broken.write_text("[axis.x\n", encoding="utf-8")
+    with pytest.raises(FormatError, match=r"broken\.toml: is no TOML: "):
+        Table.load(broken)
+    broken.write_bytes(b"\xff\xfe")
+    with pytest.raises(FormatError, match=r"broken\.toml: is not UTF-8 text"):
+        Table.load(str(broken))
+    broken.write_text("#" * 1_000_001, encoding="utf-8")
+    with pytest.raises(FormatError, match=r"broken\.toml: 1000001 bytes; a machine file has at most 1000000"):
+        Table.load(broken)
+    with pytest.raises(FormatError, match=r"absent\.toml: cannot be read \(No such file or directory\)"):
+        Table.load(tmp_path / "absent.toml")
+    with pytest.raises(FormatError) as caught:
+        Table.load("xyteta")
+    assert str(caught.value) == (
+        "xyteta: no machine of this name; there are lintable, router, xytheta; did you mean xytheta?"
+    )
+
+
+def test_a_file_of_one_s_own_is_read(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.toml"
+    mine.write_text(GOOD, encoding="utf-8")
+    assert Table.load(mine).name == "mine"
+    assert Table.load(str(mine)).axes == Table.parse(GOOD).axes
+
+
+def test_parts_made_in_python_are_checked_too() -> None:
+    with pytest.raises(InputError) as caught:
+        Encoder(pulses=0)
+    assert str(caught.value) == "encoder.pulses: 0; must be greater than 0"
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "rotary", "value"),
+    [
+        ("1.27 N*m", "force", True, 1.27),
+        ("1.27Nm", "force", True, 1.27),
+        ("0.5kN", "force", False, 500.0),
+        ("5mm/rev", "lead", False, 5.0 / (2.0 * math.pi)),
+        ("3000rpm", "speed", True, 100.0 * math.pi),
+        ("3.6m/min", "speed", False, 60.0),
+        ("30/s", "position loop gain", False, 30.0),
+        ("60Hz", "frequency", False, 120.0 * math.pi),
+        ("0.173kg*cm^2", "inertia", True, 1.73e-5),
+        ("1V/deg", "gain", True, 180.0 / math.pi),
+        ("100nm", "position", False, 1e-4),
+        ("2e2 N/um", "stiffness", False, 2e5),
+        ("0.36arcsec", "position", True, 0.36 * math.pi / 648000.0),
+        ("250 V/mm/s", "integral gain", False, 250.0),
+        ("10v", "voltage", False, 10.0),
+    ],
+)
+def test_quantities_are_read(text: str, kind: str, rotary: bool, value: float) -> None:
+    assert parse(text, kind, rotary) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("5mm/", "'5mm/' has a unit that cannot be read"),
+        ("mm", "'mm' cannot be read"),
+        ("1e999mm", "'1e999mm' is not finite"),
+        ("5mm^^2", "'5mm^^2' has a unit that cannot be read"),
+        ("nan mm", "'nan mm' cannot be read"),
+        (None, "None cannot be read"),
+    ],
+)
+def test_what_is_no_quantity_is_refused(text: object, what: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        parse(text, "position", False)
+    assert str(caught.value) == f"{what}; expected a position such as 0.01mm"
+
+
+def test_every_example_is_a_quantity_of_its_kind() -> None:
+    for name, kind in KINDS.items():
+        for rotary in (False, True):
+            value = parse(kind.examples[rotary], name, rotary)
+            assert value > 0.0
+            assert show(value, name, rotary)
