@@ -7,6 +7,8 @@ import os
 
 import pytest
 
+from splinefeed.cli.main import COMMANDS
+
 FEED_EXAMPLES = "expected a feed such as 60mm/s or 3600mm/min"
 
 
@@ -14,7 +16,7 @@ FEED_EXAMPLES = "expected a feed such as 60mm/s or 3600mm/min"
     ("words", "line"),
     [
         (["rnu"], "no such command 'rnu'; did you mean 'run'?"),
-        (["wings"], "no such command 'wings'; there are run, plan, compare, info, methods, version"),
+        (["wings"], f"no such command 'wings'; there are {', '.join(COMMANDS)}"),
         (["run", "--feed", "60s"], f"--feed: '60s' is a time; {FEED_EXAMPLES}"),
         (["run", "--feed", "60mm/sec2"], f"--feed: '60mm/sec2' is an acceleration; {FEED_EXAMPLES}"),
         (["run", "--feed", "60furlong/s"], f"--feed: '60furlong/s' has an unknown unit: furlong; {FEED_EXAMPLES}"),

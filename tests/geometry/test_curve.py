@@ -53,7 +53,9 @@ def some_parameters(curve: NurbsCurve, seed: int, count: int) -> np.ndarray:
     """Inner parameters (count,), a knot among them, and the start of the domain."""
     random = np.random.default_rng(seed)
     start, end = curve.domain
-    return np.concatenate([[start, curve.breaks[random.integers(len(curve.breaks) - 1)]], random.uniform(start, end, count)])
+    return np.concatenate(
+        [[start, curve.breaks[random.integers(len(curve.breaks) - 1)]], random.uniform(start, end, count)]
+    )
 
 
 # --- where it is ------------------------------------------------------------------------------------------------------
@@ -226,7 +228,9 @@ def test_bounding_box_holds_the_curve_and_touches_it(seed):
     curve = random_curve(seed)
     low, high = curve.bounding_box()
     breaks = curve.breaks
-    u = np.unique((breaks[:-1, None] + np.diff(breaks)[:, None] * np.linspace(0.0, 1.0, 300)).ravel().clip(*curve.domain))
+    u = np.unique(
+        (breaks[:-1, None] + np.diff(breaks)[:, None] * np.linspace(0.0, 1.0, 300)).ravel().clip(*curve.domain)
+    )
     points = curve(u)
     assert np.all(points >= low - 1e-12 * curve.size) and np.all(points <= high + 1e-12 * curve.size)
     for axis in range(curve.axes):

@@ -31,8 +31,7 @@ REFUSED = {
     + ("inner knot 1 stands 3 times; at most 2 (the degree) are possible",),
     "knots too close": (1, [0, 0, 1, 1 + 1e-15, 2, 2], [[0], [1], [2], [3]], None)
     + ("knots[2] and knots[3] differ by 1.11022e-15 only; make them equal or move them apart",),
-    "knot not a number": (2, [0, 0, np.nan, 1, 1, 1], POINTS, None)
-    + ("knots[2] is nan; every value must be finite",),
+    "knot not a number": (2, [0, 0, np.nan, 1, 1, 1], POINTS, None) + ("knots[2] is nan; every value must be finite",),
     "knot infinite": (2, [0, 0, 0, 1, 1, np.inf], POINTS, None) + ("knots[5] is inf; every value must be finite",),
     "knot huge": (2, [0, 0, 0, 1, 1, 1e200], POINTS, None) + (f"knots[5] is 1e+200; {HUGE}",),
     "knots of two dimensions": (2, [[0, 0, 0, 1, 1, 1]], POINTS, None)
@@ -41,8 +40,7 @@ REFUSED = {
     "negative weight": (2, KNOTS, POINTS, [1, 1, -2]) + ("weights[2] is -2; weights must be greater than 0",),
     "weight not a number": (2, KNOTS, POINTS, [1, np.nan, 1]) + ("weights[1] is nan; every value must be finite",),
     "weight huge": (2, KNOTS, POINTS, [1, 1e200, 1]) + (f"weights[1] is 1e+200; {HUGE}",),
-    "weights tiny": (2, KNOTS, POINTS, [1e-200, 2e-200, 1e-200])
-    + ("weights[0] is 1e-200; at least 1e-30 is needed",),
+    "weights tiny": (2, KNOTS, POINTS, [1e-200, 2e-200, 1e-200]) + ("weights[0] is 1e-200; at least 1e-30 is needed",),
     "weights too far apart": (2, KNOTS, POINTS, [1e-4, 1e3, 1])
     + ("weights[0] = 0.0001 and weights[1] = 1000 differ by more than 1e+06 times; ",)
     + ("the curve would lose the digits of its points",),

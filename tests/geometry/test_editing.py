@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -72,13 +74,13 @@ def test_split(seed):
     cuts = np.unique(np.concatenate([inner_parameters(curve, seed, 3), curve.breaks[1:-1][:2]]))
     pieces = curve.split(*cuts[::-1])
     bounds = np.concatenate([curve.domain[:1], cuts, curve.domain[1:]])
-    assert [piece.domain for piece in pieces] == list(zip(bounds[:-1], bounds[1:], strict=True))
+    assert [piece.domain for piece in pieces] == list(itertools.pairwise(bounds))
     for piece in pieces:
         assert piece.clamped and piece.degree == curve.degree
         u = np.linspace(*piece.domain, 25)
         assert np.abs(piece(u[1:-1]) - curve(u[1:-1])).max() <= SAME * curve.size
         assert np.abs(piece(u[[0, -1]]) - curve(u[[0, -1]])).max() <= SAME * curve.size
-    for before, after in zip(pieces[:-1], pieces[1:], strict=True):
+    for before, after in itertools.pairwise(pieces):
         assert np.array_equal(before.control_points[-1], after.control_points[0])
     if curve.clamped:
         assert np.array_equal(pieces[0].control_points[0], curve.control_points[0])
@@ -135,7 +137,10 @@ def test_far_from_the_origin():
         curve = random_curve(seed, axes=2, far=True)
         u = parameters(curve, seed)
         allowed = SAME + 4.0 * EPSILON * np.abs(curve.control_points).max() / curve.size
-        for other in (curve.elevated(1) if curve.degree < 12 else curve, curve.with_knots(*inner_parameters(curve, 1, 3))):
+        for other in (
+            curve.elevated(1) if curve.degree < 12 else curve,
+            curve.with_knots(*inner_parameters(curve, 1, 3)),
+        ):
             assert moved(curve, other, u) <= allowed
         if curve.clamped:
             piece = curve.split(*inner_parameters(curve, 2, 2))[0]

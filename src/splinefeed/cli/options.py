@@ -49,6 +49,34 @@ class Names(click.ParamType):  # type: ignore[type-arg]
         return names
 
 
+class AxisQuantities(click.ParamType):  # type: ignore[type-arg]
+    """A limit of every linear axis, `2000`, or of single axes, `x=2000,theta=90deg/s^3`."""
+
+    def __init__(self, limit: str) -> None:
+        self.limit = limit
+        self.name = limit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, float]:
+        """Limit by name as `Limits.as_dict` writes it."""
+        from splinefeed.errors import InputError
+        from splinefeed.formats import limits_toml
+
+        try:
+            if "=" not in value:
+                return {self.limit: limits_toml.axis_value(self.limit, "x", value)}
+            pairs = [each.partition("=") for each in value.split(",")]
+            return {
+                f"{self.limit}.{axis.strip()}": limits_toml.axis_value(self.limit, axis.strip(), text)
+                for axis, _, text in pairs
+            }
+        except InputError as error:
+            raise click.BadParameter(str(error), ctx, param) from None
+
+
+def _axis_limit(name: str, limit: str, text: str) -> Callable[[F], F]:
+    return click.option(name, limit, type=AxisQuantities(limit), metavar="LIMIT", help=text)
+
+
 def _all(*decorators: Callable[[F], F]) -> Callable[[F], F]:
     """Apply `decorators` so that the help lists them in this order."""
 
@@ -87,9 +115,30 @@ limits = _all(
     _quantity("--decel-jerk", "--deceleration-jerk", kind="jerk", text="While slowing down.  [default: as --jerk]"),
     _quantity("--start-feed", kind="feed", text="Feed at the start of the path.  [default: 0]"),
     _quantity("--end-feed", kind="feed", text="Feed at its end.  [default: 0]"),
+    _quantity("--chord-error", kind="length", text="Between the curve and the chord from setpoint to setpoint."),
+    _quantity("--centripetal", kind="acceleration", text="Highest centripetal acceleration."),
+    _axis_limit("--axis-velocity", "axis_velocity", "Highest velocity of each linear axis, or x=60,theta=90deg/s."),
+    _axis_limit("--axis-accel", "axis_acceleration", "Highest acceleration of each axis, as above."),
+    _axis_limit("--axis-jerk", "axis_jerk", "Highest jerk of each axis, as above."),
     _quantity("--period", kind="time", text="Servo period: one setpoint each.  [default: 1 ms]"),
-    click.option("--strategy", metavar="NAME", help="How the time law is planned.  [default: seven-phase]"),
+    click.option(
+        "--strategy",
+        metavar="NAME",
+        help="seven-phase or time-optimal.  [default: time-optimal if an axis, chord or centripetal limit is given, "
+        "else seven-phase]",
+    ),
 )
+
+#: Limits along the path, and the options that give them.
+_ALONG_PATH = {
+    "feed": "feed",
+    "acceleration": "accel",
+    "deceleration": "decel",
+    "jerk": "jerk",
+    "deceleration_jerk": "decel_jerk",
+    "start_feed": "start_feed",
+    "end_feed": "end_feed",
+}
 
 corrections = click.option(
     "--corrections", type=int, default=1, show_default=True, help="Passes of a method's corrector, 0 to 100."
@@ -98,22 +147,22 @@ corrections = click.option(
 
 def limits_from(given: dict[str, Any]) -> tuple[Limits, float, str]:
     """Limits, period and strategy from what the options of `limits` were `given`."""
-    from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, PAPER_PERIOD
-    from splinefeed.records import Limits
+    from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, PAPER_PERIOD, TIME_OPTIMAL
+    from splinefeed.records import AXIS_LIMITS, Limits
 
     def said(name: str, otherwise: Any) -> Any:
         return otherwise if given[name] is None else given[name]
 
-    limits = Limits(
-        feed=said("feed", PAPER_LIMITS.feed),
-        acceleration=said("accel", PAPER_LIMITS.acceleration),
-        deceleration=said("decel", None),
-        jerk=said("jerk", PAPER_LIMITS.jerk),
-        deceleration_jerk=said("decel_jerk", None),
-        start_feed=said("start_feed", 0.0),
-        end_feed=said("end_feed", 0.0),
-    )
-    return limits, said("period", PAPER_PERIOD), said("strategy", DEFAULT_STRATEGY)
+    beyond = {name: given[name] for name in ("chord_error", "centripetal") if given[name] is not None}
+    for name in AXIS_LIMITS:
+        beyond |= given[name] or {}
+    own = {name: given[option] for name, option in _ALONG_PATH.items() if given[option] is not None}
+    # the paper's limits stand in for what is not said; where axes are limited, nothing need be along the path
+    assumed = {"feed": PAPER_LIMITS.feed}
+    if not any(name in ("axis_acceleration", "axis_jerk") for name in (key.partition(".")[0] for key in beyond)):
+        assumed |= {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk}
+    limits = Limits.from_dict({**assumed, **own, **beyond})
+    return limits, said("period", PAPER_PERIOD), said("strategy", TIME_OPTIMAL if beyond else DEFAULT_STRATEGY)
 
 
 def reading_from(given: dict[str, Any]) -> dict[str, Any]:

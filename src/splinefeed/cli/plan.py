@@ -81,6 +81,7 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
         "ok": all(share.kept for share in shares.values()),
         "name": path.name,
         "duration_s": law.duration,
+        "lower_bound_s": law.settings.get("lower_bound_s"),
         "length_mm": path.length,
         "period_s": law.period,
         "strategy": law.strategy,
@@ -95,14 +96,14 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
 def _print(page: dict[str, Any]) -> None:
     from splinefeed import units
     from splinefeed.cli.output import number, print_table, print_text
-    from splinefeed.cli.summary import feed_sentence, print_limits, print_notes
+    from splinefeed.cli.summary import law_sentence, print_limits, print_notes
 
     period = units.format_quantity(page["period_s"], "time")
     print_text(
         f"{page['name']}: {number(page['length_mm'], 7)} mm in {number(page['duration_s'], 6)} s, "
         f"planned for a period of {period}"
     )
-    print_text(f"law       {page['strategy']}; {feed_sentence(page['limits']['feed'])}")
+    print_text(f"law       {page['strategy']}; {law_sentence(page)}")
     if page["stops_mm"]:
         print_text(f"stops     {len(page['stops_mm'])}, where the direction jumps")
     print_notes(page["notes"])

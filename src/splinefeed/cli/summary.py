@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from splinefeed import units
 from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.records import ROTARY_AXES
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodResult
@@ -24,7 +25,7 @@ def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
         f"{page['name']}: {number(page['length_mm'], 7)} mm in {number(page['duration_s'], 6)} s, "
         f"{page['ticks']} setpoints, one every {period}"
     )
-    print_text(f"law       {page['strategy']}; {feed_sentence(page['limits']['feed'])}")
+    print_text(f"law       {page['strategy']}; {law_sentence(page)}")
     print_text(
         f"method    {page['method']}; feed ripple at most {page['ripple_max']:.1e} (rounding alone: "
         f"{page['ripple_floor']:.1e}), chord error at most {number(page['chord_error_max_mm'], 3)} mm"
@@ -40,6 +41,15 @@ def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
     if not page["ok"]:
         print_text()
         print_text(f"NOT KEPT: {', '.join(_not_kept(page))}")
+
+
+def law_sentence(page: dict[str, Any]) -> str:
+    """What the law came to: the top feed, and the time that no plan can be faster than where it is known."""
+    feed = page["limits"].get("feed")
+    sentence = "no feed limit" if feed is None else feed_sentence(feed)
+    if page.get("lower_bound_s") is None:
+        return sentence
+    return f"{sentence}; no plan under these limits can be faster than {number(page['lower_bound_s'], 5)} s"
 
 
 def feed_sentence(feed: dict[str, float]) -> str:
@@ -61,29 +71,38 @@ def print_limits(limits: dict[str, dict[str, float]]) -> None:
     rows = [
         [
             name,
-            f"{number(each['worst'])} {_LIMIT_UNITS.get(name, '')}",
-            f"{number(each['limit'])} {_LIMIT_UNITS.get(name, '')}",
+            f"{number(each['worst'])} {_unit(name)}",
+            f"{number(each['limit'])} {_unit(name)}",
             f"{each['share']:.1%}",
             f"{number(each['at_s'])} mm",
         ]
         for name, each in limits.items()
     ]
-    print_table(["along the path", "worst", "limit", "share", "at"], rows)
+    print_table(["limit", "worst", "allowed", "share", "at"], rows)
+
+
+def _unit(name: str) -> str:
+    """Unit of a limit by its name; rotary axes in rad, as the numbers are."""
+    kind, _, axis = name.removeprefix("axis_").partition(".")
+    unit = {"velocity": "mm/s", **_LIMIT_UNITS}.get(kind, "")
+    return unit.replace("mm", "rad") if axis in ROTARY_AXES else unit
 
 
 def print_axes(page: dict[str, Any]) -> None:
     """Peaks of each axis beside the path's own acceleration and jerk, which do not bind the axes."""
     rows = []
+    shared = any("acceleration_share" in peaks or "jerk_share" in peaks for peaks in page["axes"].values())
     for axis, peaks in page["axes"].items():
         row = [axis]
         for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
             power = "" if order == 1 else f"^{order}"
             row.append(f"{number(peaks[name])} {peaks['unit']}/s{power}")
-            if order > 1:
+            if order > 1 and shared:
                 share = peaks.get(f"{name}_share")
                 row.append("" if share is None else number(share, 3))
         rows.append(row)
-    print_table(["axis, peak", "velocity", "acceleration", "of path's A", "jerk", "of path's J"], rows)
+    heads = ["axis, peak", "velocity", "acceleration", "of path's A", "jerk", "of path's J"]
+    print_table(heads if shared else heads[:3] + heads[4:5], rows)
 
 
 def print_methods(results: Sequence[MethodResult]) -> None:

@@ -208,6 +208,7 @@ class Path:
         table = self.table
         out = np.empty(flat.size)
         arc_kernels.parameters_at(table, 0, len(table) - 1, flat, out)
+        out[flat == self.length] = self.curves[-1].domain[1]  # not a rounding may keep a path from its end
         curve = np.clip(np.searchsorted(self.curve_starts, flat, side="right") - 1, 0, len(self.curves) - 1)
         return curve.reshape(values.shape).astype(np.int64), out.reshape(values.shape)
 
@@ -221,25 +222,46 @@ class Path:
 
         At a knot the piece on its right is taken, or with side="left" the one on its left.
         """
-        index, values = np.broadcast_arrays(np.asarray(curve, dtype=np.int64), np.asarray(u, dtype=np.float64))
+        index, values = self._places(curve, u)
         if len(self.curves) == 1:
             return self.curves[0].derivatives(values, order, side=side)
         out = np.empty((*values.shape, order + 1, len(self.axes)))
         flat = out.reshape(values.size, order + 1, len(self.axes))
         by_curve = np.argsort(index, axis=None, kind="stable")
         which, first = np.unique(index.ravel()[by_curve], return_index=True)
-        for i, at in zip(which, np.split(by_curve, first[1:]), strict=True):
+        for i, at in zip(which, np.split(by_curve, first)[1:], strict=True):
             flat[at] = self.curves[i].derivatives(values.ravel()[at], order, side=side)
         return out
 
     def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
         """Arc length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
-        index = np.asarray(curve, dtype=np.int64)
-        values = np.asarray(u, dtype=np.float64)
+        index, values = self._places(curve, u)
         out = np.empty(values.size)
         rows = self.curve_rows[index.ravel()]
         arc_kernels.lengths_on(self.table, rows, values.ravel(), out)
         return out.reshape(values.shape)
+
+    def _places(self, curve: ArrayLike, u: ArrayLike) -> tuple[IntArray, Array]:
+        """Curve indices and parameters in one shape; InputError for a curve that is not there or a u outside of it."""
+        index, values = np.broadcast_arrays(np.asarray(curve, dtype=np.int64), np.asarray(u, dtype=np.float64))
+        missing = (index < 0) | (index >= len(self.curves))
+        if np.any(missing):
+            raise InputError(
+                f"curve {index[missing].flat[0]} is not there; the path has curves 0 to {len(self.curves) - 1}"
+            )
+        start, end = np.moveaxis(self._domains[index], -1, 0)
+        slack = 4.0 * np.finfo(float).eps * np.maximum(np.abs(start), np.abs(end))
+        outside = ~((values >= start - slack) & (values <= end + slack))
+        if np.any(outside):
+            k = int(np.flatnonzero(outside)[0])
+            low, high = self.curves[int(index.flat[k])].domain
+            raise InputError(f"parameter {values.flat[k]:g} is outside the curve's domain [{low:g}, {high:g}]")
+        return index, np.clip(values, start, end)
+
+    @cached_property
+    def _domains(self) -> Array:
+        """First and last parameter of each curve, (curves, 2)."""
+        return np.array([c.domain for c in self.curves])
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Least and greatest coordinates (axes,), mm, rotary axes rad."""

@@ -1,4 +1,4 @@
-"""A rotary axis theta that follows the tangent of a planar path, as a knife or the table of an X-Y-theta machine does."""
+"""A rotary axis theta that follows the tangent of a planar path, as on an X-Y-theta table."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ STILL = 1e-4
 #: Where neighbouring pieces differ by less than this share of the tolerance in a derivative, the knot is that smooth.
 MATCH = 1e-3
 #: Samples on a piece, off its ends: those that decide whether it is halved, and those of the proof.
-_SAMPLES = (np.arange(15) + 0.5) / 15.0
-_PROOF = (np.arange(24) + 0.3) / 24.0
+_SAMPLES: Array = np.asarray((np.arange(15) + 0.5) / 15.0, dtype=np.float64)
+_PROOF: Array = np.asarray((np.arange(24) + 0.3) / 24.0, dtype=np.float64)
 
 
 class _Pieces(NamedTuple):
-    """Pieces of one curve that theta is told on: ends (m,), start angle (m,), and Theta = theta w as Bernstein (m, q + 1)."""
+    """Pieces of a curve: ends (m,), its weight and Theta = theta w, from 0, as Bernstein coefficients (m, q + 1)."""
 
     low: Array
     high: Array
@@ -53,8 +53,8 @@ def tangential(path: Path, tolerance: float = 1e-6) -> Path:
     the error is within the tolerance; this is proved on other points of the finished curve. So theta' is continuous
     wherever the curvature is. Curves of a degree below 5 are elevated to it.
 
-    Raises CurveError for a path that is not planar, and for one with corners, where theta would have to turn while x and
-    y rest; InputError for a tolerance that cannot be held.
+    Raises CurveError for a path that is not planar, and for one with corners, where theta would have to turn while x
+    and y rest; InputError for a tolerance that cannot be held.
     """
     allowed = float(tolerance)
     if not (math.isfinite(allowed) and allowed >= LEAST_TOLERANCE):
@@ -64,8 +64,9 @@ def tangential(path: Path, tolerance: float = 1e-6) -> Path:
     for corner in path.corners:
         if corner.angle > CORNER_ANGLE:
             raise CurveError(
-                f"the path turns by {math.degrees(corner.angle):.4g} deg on the spot, at s = {corner.s:.6g} mm (curve "
-                f"{corner.curve}, u = {corner.u:.6g}), where theta would jump; round the corner, or split the path there"
+                f"the path turns by {math.degrees(corner.angle):.4g} deg on the spot at s = {corner.s:.6g} mm "
+                f"(curve {corner.curve}, u = {corner.u:.6g}), where theta would jump; round the corner, or make two "
+                f"paths that end and begin there"
             )
     curves: list[NurbsCurve] = []
     angle = 0.0
@@ -84,7 +85,7 @@ def tangential(path: Path, tolerance: float = 1e-6) -> Path:
     return Path(
         curves,
         (*path.axes, "theta"),
-        name=f"{path.name} with theta",
+        name=f"{path.name}-tangential",
         findings=(*path.findings, finding),
         tolerance=room,
     )
@@ -136,11 +137,16 @@ def _bezier_weights(base: NurbsCurve) -> Array:
     q, spans = base.degree, len(base.breaks) - 1
     if base.weights is None:
         return np.ones((spans, q + 1))
-    times = [q - int(np.count_nonzero(base.knots == u)) for u in base.breaks[1:-1]]
-    missing = np.repeat(base.breaks[1:-1], times)
-    weights = base.with_knots(*missing).weights if len(missing) else base.weights
-    assert weights is not None
-    return weights[np.arange(spans)[:, None] * q + np.arange(q + 1)]
+    missing = np.repeat(base.breaks[1:-1], q - _multiplicity(base, base.breaks[1:-1]))
+    weights = (base.with_knots(*missing) if len(missing) else base).kernel_weights
+    # weights that come out equal are dropped by the curve: any of them will do
+    weights = weights if len(weights) else np.ones(spans * q + 1)
+    return np.asarray(weights[np.arange(spans)[:, None] * q + np.arange(q + 1)])
+
+
+def _multiplicity(base: NurbsCurve, u: Array) -> IntArray:
+    """How often each u (n,) stands among the knots."""
+    return np.searchsorted(base.knots, u, side="right") - np.searchsorted(base.knots, u, side="left")
 
 
 def _refined(base: NurbsCurve, spans: Array, grid: Array, tolerance: float) -> _Pieces:
@@ -183,9 +189,8 @@ def _interpolated(base: NurbsCurve, weights: Array, low: Array, high: Array) -> 
     angles = _unwrapped(base, low, high, np.concatenate([[0.0], _SAMPLES, [1.0]]))
     # orders 0 to 2 at both ends, where C' says them
     ends = [_turning(base, low, "right"), _turning(base, high, "left")]
-    speed = np.linalg.norm(base.derivatives(low[:, None] + width[:, None] * _SAMPLES, 1)[..., 1, :2], axis=-1).max(
-        axis=1
-    )
+    between = base.derivatives(low[:, None] + width[:, None] * _SAMPLES, 1)[..., 1, :2]
+    speed = np.linalg.norm(between, axis=-1).max(axis=1)
     regular = np.column_stack([end[2] > STILL * speed for end in ends])
     values = np.empty((count, q + 1))
     for kind in ((True, True), (True, False), (False, True), (False, False)):
@@ -207,9 +212,9 @@ def _interpolated(base: NurbsCurve, weights: Array, low: Array, high: Array) -> 
             # zeros of a Chebyshev polynomial
             places = 0.5 - 0.5 * np.cos((np.arange(inner) + 0.5) * np.pi / inner)
             basis = _bernstein(q, places)
-            between = _unwrapped(base, low[rows], high[rows], np.concatenate([[0.0], places]))[:, 1:]
+            turned = _unwrapped(base, low[rows], high[rows], np.concatenate([[0.0], places]))[:, 1:]
             conditions += list(basis.T)
-            right += list((between * (weights[rows] @ basis)).T)
+            right += list((turned * (weights[rows] @ basis)).T)
         values[rows] = np.linalg.solve(np.array(conditions), np.array(right)).T
     return values, angles
 
@@ -240,7 +245,7 @@ def _assembled(base: NurbsCurve, pieces: _Pieces, tolerance: float, before: floa
     q = base.degree
     starts = _angles(base, pieces.low, "right")
     turned = pieces.values[:, -1] / pieces.weights[:, -1]
-    # full turns: each piece begins where the last one ended, and the angle itself comes from the tangent, not from a sum
+    # each piece begins where the last one ended by full turns; the angle itself comes from the tangent, not from a sum
     starts = _next_to(
         starts, before + np.concatenate([[starts[0] - before], starts[0] - before + np.cumsum(turned[:-1])])
     )
@@ -251,10 +256,10 @@ def _assembled(base: NurbsCurve, pieces: _Pieces, tolerance: float, before: floa
     values[1:, 0] -= 0.5 * jump
     values[:-1, -1] = values[1:, 0]
     inner = pieces.low[1:]
-    times = np.array([np.count_nonzero(base.knots == u) for u in inner], dtype=np.int64)
-    times = np.maximum(times, q - _smoothness(values, pieces, tolerance))
+    given = _multiplicity(base, inner)
+    times = np.maximum(given, q - _smoothness(values, pieces, tolerance))
     knots = np.concatenate([np.full(q + 1, pieces.low[0]), np.repeat(inner, times), np.full(q + 1, pieces.high[-1])])
-    missing = np.repeat(inner, times - np.array([np.count_nonzero(base.knots == u) for u in inner], dtype=np.int64))
+    missing = np.repeat(inner, times - given)
     plane = base.with_knots(*missing) if len(missing) else base
     weights = np.ones(len(plane.control_points)) if plane.weights is None else plane.weights
     theta = _coefficients(values, pieces, knots, q) / weights
@@ -275,7 +280,7 @@ def _smoothness(values: Array, pieces: _Pieces, tolerance: float) -> IntArray:
 
 
 def _coefficients(values: Array, pieces: _Pieces, knots: Array, q: int) -> Array:
-    """B-spline coefficients (n,) over `knots` of the spline with Bernstein coefficients `values` (m, q + 1) on its pieces.
+    """B-spline coefficients (n,) over `knots` of the spline with Bernstein coefficients `values` (m, q + 1) on pieces.
 
     Each is the polar form F(tau_i+1, ..., tau_i+q) of any piece where its basis function lives; the widest is the
     steadiest. Source: Ramshaw, Computer Aided Geometric Design 6(4), 1989, doi 10.1016/0167-8396(89)90032-0.
@@ -313,7 +318,7 @@ def _bernstein(q: int, t: Array) -> Array:
 
 
 def _end_condition(q: int, end: int, order: int) -> Array:
-    """Coefficients (q + 1,) of the derivative of some order at t = 0 (end 0) or t = 1 (end 1): q! / (q - k)! Delta^k b."""
+    """Coefficients (q + 1,) of the k-th derivative at t = 0 (end 0) or t = 1 (end 1): q! / (q - k)! Delta^k b."""
     row = np.zeros(q + 1)
     for j in range(order + 1):
         row[q - order + j if end else j] = math.perm(q, order) * math.comb(order, j) * (-1.0) ** (order - j)
@@ -321,6 +326,6 @@ def _end_condition(q: int, end: int, order: int) -> Array:
 
 
 def _end_derivatives(values: Array, end: int) -> list[Array]:
-    """Derivatives of order 0 to 2, each (m,), at t = 0 or t = 1 of polynomials with Bernstein coefficients (m, q + 1)."""
+    """Derivatives of order 0 to 2, each (m,), at t = 0 or 1 of polynomials with Bernstein coefficients (m, q + 1)."""
     q = values.shape[1] - 1
     return [values @ _end_condition(q, end, k) for k in range(3)]

@@ -231,6 +231,9 @@ def parameters_at(table: Array, first: int, last: int, s: Array, out: Array) -> 
     for i in range(s.shape[0]):
         row = find_row(table, first, last, START, s[i])
         ahead = s[i] - table[row, START]
-        length = arc_length(table, row, 1.0) - table[row, START]
-        t = parameter_in_row(table, row, s[i], 2.0 * ahead / length - 1.0 if length > 0.0 else 0.0)
+        length = arc_length(table, row, (table[row, HIGH] - table[row, MIDDLE]) * table[row, SCALE]) - table[row, START]
+        if ahead <= 0.0 or ahead >= length:  # ends are met exactly
+            out[i] = table[row, LOW] if ahead <= 0.0 and length > 0.0 else table[row, HIGH]
+            continue
+        t = parameter_in_row(table, row, s[i], 2.0 * ahead / length - 1.0)
         out[i] = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])

@@ -230,12 +230,22 @@ def cell_bound(cells: Array, index: int, linear: int, query: Array) -> float:
 
 @kernel
 def descend(
-    table: Array, row: int, shape: Shape, query: Array, low: float, high: float, start: float, best: float, at: float
-) -> tuple[float, float]:
+    table: Array,
+    row: int,
+    shape: Shape,
+    query: Array,
+    low: float,
+    high: float,
+    start: float,
+    best: float,
+    at: float,
+    own: bool,
+) -> tuple[float, float, bool]:
     """The better of (best, at) and a minimum of |C - Q|^2 over t in [low, high]: Newton's method on its slope.
 
     t <- t - (C - Q).C' / (C'.C' + (C - Q).C''), kept between a falling and a rising place; from `start`.
-    The last step is so small that the parabola tells the minimum to rounding.
+    The last step is so small that the parabola tells the minimum to rounding. About it the distance is flat: if the
+    best place is this cell's `own`, the root of the slope is the better one of two as near.
     """
     left = low
     right = high
@@ -248,6 +258,7 @@ def descend(
         if square < best:
             best = square
             at = t
+            own = True
         if slope > 0.0:
             if t <= left:
                 break
@@ -263,9 +274,10 @@ def descend(
         after = t - slope / bend if bend > 0.0 else (low - 1.0 if slope > 0.0 else high + 1.0)
         if abs(after - t) < SMALL_STEP and low <= after <= high:
             square = max(square - slope * slope / bend, 0.0)
-            if square < best:
-                best = square
+            if square < best or (own and square <= best * (1.0 + 4.0 * ROUNDING)):
+                best = min(best, square)
                 at = after
+                own = True
             break
         if (after <= left and left_seen) or (after >= right and right_seen) or abs(after - t) > longest:
             after = 0.5 * (left + right)
@@ -274,7 +286,7 @@ def descend(
             break
         longest = 0.5 * abs(after - t)
         t = after
-    return best, at
+    return best, at, own
 
 
 @kernel
@@ -307,6 +319,7 @@ def search_cell(
     high_of[0] = cells[index, T_HIGH]
     shortest = (high_of[0] - low_of[0]) * 0.5**MAX_BISECTIONS
     place = min(max(start, low_of[0]), high_of[0])
+    own = False
     waiting = 1
     while waiting > 0:
         waiting -= 1
@@ -316,6 +329,7 @@ def search_cell(
         if square < best:
             best = square
             at = place
+            own = True
         h = max(high - place, place - low) * speed
         d = math.sqrt(square)
         b = (d + h) * curvature
@@ -355,10 +369,11 @@ def search_cell(
                 if square < best:
                     best = square
                     at = end
+                    own = True
                 if (k == 0 and slope >= 0.0) or (k == 1 and slope <= 0.0):
                     continue
                 first = min(max(end - slope / bend, low), high) if bend > 0.0 else 0.5 * (low + high)
-            best, at = descend(table, row, shape, query, low, high, first, best, at)
+            best, at, own = descend(table, row, shape, query, low, high, first, best, at, own)
         if waiting > 0:
             place = 0.5 * (low_of[waiting - 1] + high_of[waiting - 1])
     return best, at

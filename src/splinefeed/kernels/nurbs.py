@@ -67,35 +67,31 @@ def power_form(knots: Array, points: Array, degree: int, middle: float, half: fl
 
 
 @kernel
-def widest_interval(knots: Array, degree: int, new_knots: Array, first: int, last: int) -> int:
-    """Span of `knots` that holds the widest interval among new_knots[first ... last] inside the domain.
-
-    A control point may be read off any piece on which its basis function lives; the widest is the steadiest.
-    """
-    start = knots[degree]
-    end = knots[knots.shape[0] - degree - 1]
-    best = first
-    widest = 0.0
-    for k in range(first, last):
-        gap = new_knots[k + 1] - new_knots[k]
-        if gap > widest and new_knots[k] >= start and new_knots[k + 1] <= end:
-            widest = gap
-            best = k
-    span = int(np.searchsorted(knots, new_knots[best], side="right")) - 1
-    return span
+def descending(knots: Array, first: int, without: int, arguments: Array) -> None:
+    """Fill arguments (p,) with knots[first], knots[first + 1], ... but knots[without], the last of them first."""
+    k = first
+    for i in range(arguments.shape[0] - 1, -1, -1):
+        if k == without:
+            k += 1
+        arguments[i] = knots[k]
+        k += 1
 
 
 @kernel
 def refine(knots: Array, points: Array, degree: int, new_knots: Array, out: Array) -> None:
     """Control points of the same spline over a finer knot vector: Q_i = F(tau_{i+1}, ..., tau_{i+p}).
 
-    Inside the domain new_knots contains `knots`; out (len(new_knots) - p - 1, columns). Source: Cohen, Lyche,
-    Riesenfeld, "Discrete B-splines and subdivision techniques", CGIP 14(2), 1980, doi 10.1016/0146-664X(80)90040-4.
+    Inside the domain new_knots contains `knots`; before the first and behind the last of new_knots there are p more
+    `knots`; out (len(new_knots) - p - 1, columns). On the span of tau_i, with the last argument first, all that counts
+    is a mean with positive weights, so that no digits are lost. Source: Cohen, Lyche, Riesenfeld, "Discrete B-splines
+    and subdivision techniques", CGIP 14(2), 1980, doi 10.1016/0146-664X(80)90040-4.
     """
     work = np.empty((degree + 1, points.shape[1]))
+    arguments = np.empty(degree)
     for i in range(out.shape[0]):
-        span = widest_interval(knots, degree, new_knots, i, i + degree + 1)
-        blossom(knots, points, degree, span, new_knots[i + 1 : i + degree + 1], work)
+        span = int(np.searchsorted(knots, new_knots[i], side="right")) - 1
+        descending(new_knots, i + 1, -1, arguments)
+        blossom(knots, points, degree, span, arguments, work)
         out[i] = work[degree]
 
 
@@ -106,15 +102,15 @@ def elevate(knots: Array, points: Array, degree: int, new_knots: Array, out: Arr
     Q_i = 1/(p+1) sum_j F(tau_{i+1}, ..., without tau_{i+j}, ..., tau_{i+p+1})
 
     new_knots is `knots` with one more of each distinct knot; out (len(new_knots) - p - 2, columns). The symmetric
-    multi-affine form of degree p + 1 that agrees with F on the diagonal is unique: Ramshaw 1989, see `blossom`.
+    multi-affine form of degree p + 1 that agrees with F on the diagonal is unique: Ramshaw 1989, see `blossom`. Span
+    and order of the arguments as in `refine`.
     """
     work = np.empty((degree + 1, points.shape[1]))
     arguments = np.empty(degree)
     for i in range(out.shape[0]):
-        span = widest_interval(knots, degree, new_knots, i, i + degree + 2)
+        span = int(np.searchsorted(knots, new_knots[i], side="right")) - 1
         out[i] = 0.0
         for j in range(degree + 1):
-            for k in range(degree):
-                arguments[k] = new_knots[i + 1 + k] if k < j else new_knots[i + 2 + k]
+            descending(new_knots, i + 1, i + 1 + j, arguments)
             blossom(knots, points, degree, span, arguments, work)
             out[i] += work[degree] / (degree + 1)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.motion import AxisMotion, Share, axis_motion, tangential_shares
+from splinefeed.analysis.motion import AxisMotion, Share, axis_motion, axis_shares, tangential_shares
 from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
 from splinefeed.errors import LimitsError
 from splinefeed.feed.planning import plan
@@ -22,6 +22,8 @@ PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
 PAPER_PERIOD = 1e-3
 PAPER_SHAPE = "naca:0025?perimeter=33"
 DEFAULT_STRATEGY = "seven-phase"
+#: The strategy that knows the limits of the axes.
+TIME_OPTIMAL = "time-optimal"
 #: The last setpoint is the end of the path within this, relative to the path's size: rounding.
 END_TOLERANCE = 1e-9
 #: Most ticks of a run that is kept in memory, above an hour at 1 ms; `interpolate(chunk=)` knows no such bound.
@@ -64,6 +66,7 @@ class Run:
         return {
             "ok": self.ok,
             "duration_s": law.duration,
+            "lower_bound_s": law.settings.get("lower_bound_s"),
             "length_mm": self.path.length,
             "ticks": len(points),
             "period_s": points.period,
@@ -127,14 +130,15 @@ def run(
     law = plan(path, limits, strategy=strategy, period=period)
     check_ticks(law, period)
     points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
+    motion = axis_motion(points, path, law)
     return Run(
         path=path,
         limits=limits,
         law=law,
         points=points,
         ripple=feed_ripple(points, path, law),
-        motion=axis_motion(points, path, law),
-        shares=tangential_shares(law, limits),
+        motion=motion,
+        shares={**tangential_shares(law, limits), **axis_shares(motion, points, limits)},
         chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
     )
 

@@ -20,7 +20,7 @@ def corner_indices(points: Array, angle: float, arm: float, closed: bool = False
     """Indices (k,) of the corners among points (n, axes): inner points, or any of them if `closed`.
 
     A corner turns by more than `angle`, rad, both between its two chords and between arms of at least `arm`, mm, so
-    that noise makes none; and SHARPER times as much as the points at the ends of these arms, or by more than SURE_CORNER.
+    that noise makes none; and SHARPER times as much as the points at the ends of these arms, or more than SURE_CORNER.
     """
     count = len(points)
     line = np.concatenate([points, points, points]) if closed else points

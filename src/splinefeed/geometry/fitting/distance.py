@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,11 +50,9 @@ def _search(curves: Sequence[NurbsCurve], points: Array) -> tuple[Array, Array]:
     """Distances (n,) and parameters (n,) on whichever curve is nearest."""
     from scipy.spatial import cKDTree
 
-    u, owner, low, high, spacing = _samples(curves)
-    places = (
-        np.concatenate([curve(u[owner == i]) for i, curve in enumerate(curves)]) if len(curves) > 1 else curves[0](u)
-    )
-    tree = cKDTree(places)
+    samples = _samples(curves)
+    u, owner = samples.u, samples.curve
+    tree = cKDTree(samples.places)
     best, where = np.full(len(points), np.inf), np.zeros(len(points))
     rest = np.arange(len(points))
     wanted = CANDIDATES
@@ -66,15 +65,15 @@ def _search(curves: Sequence[NurbsCurve], points: Array) -> tuple[Array, Array]:
             distance, parameter = np.empty(len(at)), np.empty(len(at))
             order = np.argsort(owner[at], kind="stable")
             bounds = np.searchsorted(owner[at][order], np.arange(len(curves) + 1))
-            for i in np.flatnonzero(np.diff(bounds)):
+            for i in np.flatnonzero(np.diff(bounds)).tolist():
                 rows = order[bounds[i] : bounds[i + 1]]
                 there = at[rows]
                 parameter[rows], distance[rows] = _newton(
-                    curves[i], u[there], query[rows], low[there], high[there], False, STEPS
+                    curves[i], u[there], query[rows], samples.low[there], samples.high[there], False, STEPS
                 )
             rows = np.arange(len(chunk)) * wanted + np.argmin(distance.reshape(-1, wanted), axis=1)
             best[chunk], where[chunk] = distance[rows], parameter[rows]
-            open_.append(chunk[far[:, -1] < best[chunk] + 0.5 * spacing])
+            open_.append(chunk[far[:, -1] < best[chunk] + 0.5 * samples.spacing])
         rest = np.concatenate(open_)
         if wanted == len(u) or wanted >= MOST_CANDIDATES:
             break
@@ -82,41 +81,50 @@ def _search(curves: Sequence[NurbsCurve], points: Array) -> tuple[Array, Array]:
     return best, where
 
 
-def _samples(curves: Sequence[NurbsCurve]) -> tuple[Array, IntArray, Array, Array, float]:
-    """Parameters of samples, their curves, the parameters beside them, and the widest spacing, mm."""
+class _Samples(NamedTuple):
+    """Parameters (n,), their curves, the parameters beside them, the points (n, axes), and the widest spacing, mm."""
+
+    u: Array
+    curve: IntArray
+    low: Array
+    high: Array
+    places: Array
+    spacing: float
+
+
+def _samples(curves: Sequence[NurbsCurve]) -> _Samples:
+    """SAMPLES points spread over the length of all curves, at least two on every span."""
     rough = np.linspace(0.0, 1.0, 9)
     lengths = []
     for curve in curves:
         there = curve(curve.breaks[:-1, None] + rough * np.diff(curve.breaks)[:, None])
         lengths.append(np.sum(np.linalg.norm(np.diff(there, axis=1), axis=-1), axis=1))
     spacing = float(sum(np.sum(length) for length in lengths)) / SAMPLES
-    parameters, low, high, owner = [], [], [], []
+    rows: list[tuple[Array, IntArray, Array, Array, Array]] = []
     for i, (curve, length) in enumerate(zip(curves, lengths, strict=True)):
         counts = np.maximum(2, np.ceil(length / spacing)).astype(np.int64)
         first = np.cumsum(counts) - counts
         fraction = (np.arange(np.sum(counts)) - np.repeat(first, counts)) / np.repeat(counts, counts)
         u = np.repeat(curve.breaks[:-1], counts) + fraction * np.repeat(np.diff(curve.breaks), counts)
         u = np.append(u, curve.breaks[-1])
-        parameters.append(u)
-        low.append(np.concatenate([u[:1], u[:-1]]))
-        high.append(np.concatenate([u[1:], u[-1:]]))
-        owner.append(np.full(len(u), i))
+        low, high = np.concatenate([u[:1], u[:-1]]), np.concatenate([u[1:], u[-1:]])
+        rows.append((u, np.full(len(u), i), low, high, curve(u)))
+    u, owner, low, high, places = (np.concatenate(column) for column in zip(*rows, strict=True))
     # along a span the speed varies: a factor covers what its mean does not tell
-    return np.concatenate(parameters), np.concatenate(owner), np.concatenate(low), np.concatenate(high), 2.0 * spacing
+    return _Samples(u, owner, low, high, places, 2.0 * spacing)
 
 
 def _newton(
     curve: NurbsCurve, u: Array, points: Array, low: Array, high: Array, periodic: bool, steps: int
 ) -> tuple[Array, Array]:
     """Best parameters (n,) and distances (n,) met on Newton's way from u within [low, high]."""
-    best = where = None
+    best, where = np.full(len(u), np.inf), u
     for step in range(steps + 1):
         there = curve.derivatives(u, 2)
         off = there[:, 0] - points
         distance = np.linalg.norm(off, axis=1)
-        better = np.full(len(u), True) if best is None else distance < best
-        best = distance if best is None else np.where(better, distance, best)
-        where = u if where is None else np.where(better, u, where)
+        where = np.where(distance < best, u, where)
+        best = np.minimum(best, distance)
         if step == steps:
             break
         slope = np.sum(off * there[:, 1], axis=1)
@@ -125,5 +133,4 @@ def _newton(
         bend = np.where(bend > 0.25 * speed, bend, speed)  # far off, a Gauss-Newton step still goes downhill
         u = u - np.divide(slope, bend, out=np.zeros_like(slope), where=bend > 0.0)
         u = u - np.floor(u) if periodic else np.clip(u, low, high)
-    assert best is not None and where is not None
     return where, best

@@ -15,6 +15,9 @@ from splinefeed.records import Array
 
 #: Samples that tell how large the function's image is, before anything is fitted.
 FIRST_SAMPLES = 257
+#: Spans whose error is above this share of the tolerance are halved with those above it: beside a finer span the error
+#: grows a little, and would else come over the tolerance one span at a time.
+SHARE = 0.7
 
 
 def fit_function(
@@ -57,7 +60,7 @@ def fit_function(
         error = float(errors.max())
         if error <= allowed:
             return curve, error
-        finer = graded(halved(grid, errors.max(axis=1) > allowed))
+        finer = graded(halved(grid, errors.max(axis=1) > SHARE * allowed))
         if len(finer) > MAX_SPANS:
             break
         grid = finer

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting.distance import foot_points
 from splinefeed.geometry.fitting.grid import MAX_SPANS, ROUNDS, graded, halved, in_spans, span_of
@@ -111,7 +112,10 @@ def _faired(space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, tole
     top = np.log(space.even(MOST_STRENGTH))
     strength = uniform_filter1d(np.log(space.even(FIRST_STRENGTH)), FAIR_WIDTH, mode=mode)
     for _ in range(FAIRINGS):
-        fairer = space.fitted(normal, np.exp(strength))
+        try:
+            fairer = space.fitted(normal, np.exp(strength))
+        except CurveError:
+            break  # lambda outweighs the points by more digits than there are
         errors = foot_points(fairer, u, points, space.periodic)
         if errors.max() <= tolerance:
             curve = fairer

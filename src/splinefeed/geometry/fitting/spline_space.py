@@ -12,7 +12,6 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting.grid import in_spans
 from splinefeed.records import Array, IntArray
 
-
 #: Matrices with fewer elements are kept dense: sparse ones would cost more to handle, larger ones wake BLAS threads.
 DENSE = 3_000
 
@@ -127,7 +126,7 @@ class SplineSpace:
     def fitted(self, normal: tuple[Any, Any, Array, Array], strength: Array, sharpen: bool = False) -> NurbsCurve:
         """The curve with the least sum of squares plus int lambda |C'''|^2 du; lambda = strength (spans,).
 
-        With `sharpen` one more step on what is left over squares the bias of lambda away, where nothing is to be smoothed.
+        With `sharpen` one more step on what is left over squares the bias of lambda away: not for smoothing.
         """
         from scipy.sparse import diags_array
 

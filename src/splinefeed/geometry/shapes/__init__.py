@@ -1,4 +1,4 @@
-"""Ready-made paths: lines and conics, airfoils, the butterfly, a figure-eight, a helix; by call or by a line of text."""
+"""Ready-made paths: lines and conics, airfoils, the butterfly, a figure-eight, a helix; by call or by text."""
 
 from __future__ import annotations
 

@@ -59,8 +59,8 @@ def figure_eight(width: float = 60.0, height: float | None = None, center: Seque
 
     With cos t = c/w and sin t = s/w on a quarter circle of degree 2, (x, y) = ((width/2) c w, height s c) / w^2 is
     rational of degree 4 and exact: four spans. The curve is smooth everywhere. By its parameter it is C1 at the joints,
-    because t'(u) is even about the middle of each quarter, and t'' changes sign there: C'' jumps along the tangent only,
-    so that the curvature is continuous. Source: Lawrence, A Catalog of Special Plane Curves, 1972, p. 124.
+    because t'(u) is even about the middle of each quarter; t'' is odd, so that C'' jumps there, but along the tangent
+    only, and the curvature is continuous. Source: Lawrence, A Catalog of Special Plane Curves, 1972, p. 124.
     """
     w = positive(width, "width")
     h = 0.5 * w if height is None else positive(height, "height")

@@ -22,9 +22,9 @@ MAX_TURNS = 1000
 def butterfly(scale: float = 1.0) -> Path:
     """The butterfly: 51 control points, degree 3, rational, 382.86 mm long at scale 1, least radius 0.023 mm.
 
-    |C'| runs from 40 to 802 mm: the hardest of the well-known tests of an interpolator. As its source gives it, the curve
-    is open by 0.001 mm at the head. Source: Hu, Jiang, Huo et al., Int. J. Adv. Manuf. Technol. 129, 2843-2860, 2023,
-    doi 10.1007/s00170-023-12427-5.
+    |C'| runs from 40 to 802 mm: the hardest of the well-known tests of an interpolator. As its source gives it, the
+    curve is open by 0.001 mm at the head. Source: Hu, Jiang, Huo et al., Int. J. Adv. Manuf. Technol. 129, 2843-2860,
+    2023, doi 10.1007/s00170-023-12427-5.
     """
     factor = positive(scale, "scale", "")
     text = files("splinefeed").joinpath("data", "butterfly.json").read_text(encoding="utf-8")

@@ -108,7 +108,7 @@ def from_text(text: str) -> Path:
 
     Values may carry units ("circle?radius=0.5in"); bare numbers are mm, and rad for angles; points are x,y. Every shape
     has `tangential=true`, for a third axis theta that follows the tangent.
-    Raises InputError for an unknown shape or option, naming the nearest and the known ones, and for a value that cannot be.
+    Raises InputError for an unknown shape or option, naming the nearest and the known ones, and for a bad value.
     """
     if not isinstance(text, str) or not text.strip():
         raise InputError(f"shape is {text!r}; a text such as {_SHAPES['naca'].example!r} is needed")
