@@ -17,7 +17,7 @@ from splinefeed.interpolation.stepping import (
     NEXT_FEED,
     NEXT_S,
     anchored,
-    rate_at,
+    rate_in_row,
     runge_kutta,
 )
 from splinefeed.kernels.arc_length import arc_length
@@ -30,10 +30,10 @@ from splinefeed.records import Array, IntArray
 #: piece, steps taken on this curve, and how many steps had to be replaced because the method gave no finite number.
 ROW, FIRST_ROW, LAST_ROW, CURVE, PIECE, STEPS, REPLACED = range(7)
 STATE_INTEGERS = 7
-#: Places in the float state: the last four u, the last four rates, the method's memory, s, feed, acceleration and time
+#: Places in the float state: the last four u, the last four rates, the method's memory, time, feed and acceleration
 #: now, and how far steps would have gone beyond the end of the path, mm.
-RATES, MEMORY, NOW, OVERRUN = 4, 8, 12, 16
-STATE_FLOATS = 17
+RATES, MEMORY, NOW, OVERRUN = 4, 8, 12, 15
+STATE_FLOATS = 16
 
 #: Steps that Runge-Kutta takes before a multistep method has the history it needs.
 STARTING_STEPS = 3
@@ -88,43 +88,41 @@ def _loop(
     u = floats[:RATES]
     rate = floats[RATES:MEMORY]
     memory = floats[MEMORY:NOW]
-    now = floats[NOW:OVERRUN]  # s, feed, acceleration, time
     law = np.empty(5)
-    at = np.empty(3)
+    # in variables of their own, not in the arrays: the compiler then keeps them out of memory from tick to tick
+    before, feed_before, acceleration = floats[NOW], floats[NOW + 1], floats[NOW + 2]
+    piece, current, steps = integers[PIECE], integers[CURVE], integers[STEPS]
     end = breaks[breaks.shape[0] - 1]
     last_curve = curve_rows.shape[0] - 1
     for i in range(u_out.shape[0]):
         tick = first_tick + i
         time = min(tick * period, end)
-        passed = time - now[3]
-        law[FEED] = now[1]
-        law[ACCELERATION] = now[2]
-        starting = integers[STEPS] < history
+        passed = time - before
+        law[FEED] = feed_before
+        law[ACCELERATION] = acceleration
+        starting = steps < history
         uneven = abs(passed - period) > 1e-6 * period  # a short last period: only a one-step method can take it
         if half or starting or uneven:
-            integers[PIECE] = law_at(breaks, coefficients, integers[PIECE], now[3] + 0.5 * passed, at)
-            law[HALF_FEED] = at[1]
-        integers[PIECE] = law_at(breaks, coefficients, integers[PIECE], time, at)
-        s = min(max(at[0], 0.0), length)
-        feed = max(at[1], 0.0)
+            piece, _, law[HALF_FEED], _ = law_at(breaks, coefficients, piece, before + 0.5 * passed)
+        piece, s, feed, acceleration = law_at(breaks, coefficients, piece, time)
+        s = min(max(s, 0.0), length)
+        feed = max(feed, 0.0)
         law[NEXT_S] = s
         law[NEXT_FEED] = feed
-        now[0] = s
-        now[1] = feed
-        now[2] = at[2]
-        now[3] = time
+        feed_before = feed
+        before = time
 
         moved_on = tick == 0
-        while integers[CURVE] < last_curve and s >= table[curve_rows[integers[CURVE] + 1, 0], START]:
-            integers[CURVE] += 1
+        while current < last_curve and s >= table[curve_rows[current + 1, 0], START]:
+            current += 1
             moved_on = True
-        first_row = curve_rows[integers[CURVE], 0]
-        last_row = curve_rows[integers[CURVE], 1]
+        first_row = curve_rows[current, 0]
+        last_row = curve_rows[current, 1]
         if moved_on:
             cursor[0] = first_row
             cursor[1] = first_row
             cursor[2] = last_row
-            integers[STEPS] = 0
+            steps = 0
             memory[:] = 0.0
             after = anchored(table[first_row, LOW], s, table, cursor)
         else:
@@ -134,14 +132,14 @@ def _loop(
                     after = anchored(after, s, table, cursor)
             else:
                 after = step(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory)
-            integers[STEPS] += 1
+            steps += 1
             if not math.isfinite(after):
                 after = anchored(u[0], s, table, cursor)
                 integers[REPLACED] += 1
         if anchor and s >= length:
             after = table[last_row, HIGH]  # the end of the path is the end, not a rounding beside it
         beyond = after - table[last_row, HIGH]
-        if beyond > 0.0 and integers[CURVE] == last_curve:
+        if beyond > 0.0 and current == last_curve:
             floats[OVERRUN] += beyond * speed(table, last_row, shape, 1.0)
         after = min(max(after, table[first_row, LOW]), table[last_row, HIGH])
 
@@ -152,14 +150,16 @@ def _loop(
         rate[3] = rate[2]
         rate[2] = rate[1]
         rate[1] = rate[0]
-        rate[0] = rate_at(after, feed, table, cursor, shape)
         row = walk_to(table, cursor, after)
         t = (after - table[row, MIDDLE]) * table[row, SCALE]
+        rate[0] = rate_in_row(t, feed, table, row, shape)
         point(table, row, shape, t, position[i])
-        curve[i] = integers[CURVE]
+        curve[i] = current
         u_out[i] = after
         s_out[i] = arc_length(table, row, t)
         feed_out[i] = feed
+    floats[NOW], floats[NOW + 1], floats[NOW + 2] = before, feed_before, acceleration
+    integers[PIECE], integers[CURVE], integers[STEPS] = piece, current, steps
 
 
 def loop_for(method_step: Callable[..., float], name: str, shape: Shape, *, cached: bool) -> Callable[..., None]:

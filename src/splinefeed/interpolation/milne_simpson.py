@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from splinefeed.interpolation import stepping
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel
 from splinefeed.kernels.pieces import Shape
 from splinefeed.records import Array, IntArray
 
 
-@kernel
+@hot_kernel
 def step(
     u: Array,
     rate: Array,

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 from splinefeed.kernels.arc_length import parameter_in_row
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel
 from splinefeed.kernels.pieces import MIDDLE, SCALE, START, Shape, speed, walk_to
 from splinefeed.records import Array, IntArray
 
@@ -25,17 +25,23 @@ from splinefeed.records import Array, IntArray
 NEXT_S, FEED, HALF_FEED, NEXT_FEED, ACCELERATION = 0, 1, 2, 3, 4
 
 
-@kernel
-def rate_at(u: float, feed: float, table: Array, cursor: IntArray, shape: Shape) -> float:
-    """du/dt = V / |C'(u)| at feed V, mm/s: the f of eq. (23) and (24). At rest it is 0, whatever C' is."""
+@hot_kernel
+def rate_in_row(t: float, feed: float, table: Array, row: int, shape: Shape) -> float:
+    """du/dt = V / |C'(u)| at feed V, mm/s, at t of one row: the f of eq. (23) and (24). At rest it is 0."""
     if feed == 0.0:
         return 0.0
-    row = walk_to(table, cursor, u)
-    size = speed(table, row, shape, (u - table[row, MIDDLE]) * table[row, SCALE])
+    size = speed(table, row, shape, t)
     return feed / size if size > 0.0 else math.inf
 
 
-@kernel
+@hot_kernel
+def rate_at(u: float, feed: float, table: Array, cursor: IntArray, shape: Shape) -> float:
+    """du/dt at parameter u: `rate_in_row` in the row that holds it."""
+    row = walk_to(table, cursor, u)
+    return rate_in_row((u - table[row, MIDDLE]) * table[row, SCALE], feed, table, row, shape)
+
+
+@hot_kernel
 def anchored(u: float, s: float, table: Array, cursor: IntArray) -> float:
     """The parameter whose arc length is s, mm: Newton on S(u) = s from the guess u. Leaves its row in cursor[0]."""
     row = cursor[0]
@@ -48,7 +54,7 @@ def anchored(u: float, s: float, table: Array, cursor: IntArray) -> float:
     return table[row, MIDDLE] + parameter_in_row(table, row, s, guess) / table[row, SCALE]
 
 
-@kernel
+@hot_kernel
 def milne_simpson(
     u: Array,
     rate: Array,
@@ -78,7 +84,7 @@ def milne_simpson(
     return after
 
 
-@kernel
+@hot_kernel
 def runge_kutta(
     u: Array, rate: Array, law: Array, period: float, table: Array, cursor: IntArray, shape: Shape
 ) -> float:

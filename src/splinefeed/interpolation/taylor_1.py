@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel
 from splinefeed.kernels.pieces import Shape
 from splinefeed.records import Array, IntArray
 
 
-@kernel
+@hot_kernel
 def step(
     u: Array,
     rate: Array,

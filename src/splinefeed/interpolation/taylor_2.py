@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.interpolation.stepping import ACCELERATION, FEED
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel
 from splinefeed.kernels.pieces import MIDDLE, SCALE, Shape, first_two, walk_to
 from splinefeed.records import Array, IntArray
 
 
-@kernel
+@hot_kernel
 def step(
     u: Array,
     rate: Array,

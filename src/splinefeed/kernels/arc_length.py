@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.kernels.pieces import (
     ARC,
     ARC_TERMS,
@@ -29,8 +29,12 @@ NODES = 16
 TAIL = 1e-14
 #: ... or, as an arc length, relative to that of the whole curve: below the rounding of s nothing is gained.
 NEGLIGIBLE = 2e-16
-#: How much a misfit of the speed at an end counts, against a coefficient: values carry more rounding than they.
+#: How much a misfit of the speed at one place counts, against a coefficient: values carry more rounding than they.
 END_SHARE = 0.1
+#: Samples of the fitted speed among which its least values are looked for, Newton steps from there, and most of them.
+PROBES = 33
+PROBE_STEPS = 6
+SLOW_PLACES = PROBES + 2
 #: Bisections of a knot span; a cusp inside a span is closed in on until it is NEGLIGIBLE, well before this.
 MAX_DEPTH = 60
 #: Newton steps of one inversion; each halves the bracket at least.
@@ -69,6 +73,43 @@ def rough_length(table: Array, shape: Shape) -> float:
 
 
 @kernel
+def fitted_speed(table: Array, row: int, t: float) -> tuple[float, float, float]:
+    """dS/dt at t of one row, from its polynomial, with its first and second derivative; mm."""
+    value = 0.0
+    slope = 0.0
+    bend = 0.0
+    for k in range(ARC_TERMS - 1, 0, -1):
+        bend = bend * t + slope
+        slope = slope * t + value
+        value = value * t + k * table[row, ARC + k]
+    return value, slope, 2.0 * bend
+
+
+@kernel
+def slow_places(table: Array, row: int, out: Array) -> int:
+    """Both ends of one row and the places, in t, where dS/dt is least, into out (SLOW_PLACES,); how many there are.
+
+    From each of PROBES samples Newton's method goes downhill to where the slope vanishes, if that is short of the next.
+    """
+    out[0] = -1.0
+    out[1] = 1.0
+    count = 2
+    step = 2.0 / (PROBES - 1)
+    for i in range(PROBES):
+        start = -1.0 + i * step
+        t = start
+        _, slope, bend = fitted_speed(table, row, t)
+        for _ in range(PROBE_STEPS):
+            if bend > 0.0 and abs(t - slope / bend - start) <= step:
+                t -= slope / bend
+                _, slope, bend = fitted_speed(table, row, t)
+        if t != start and abs(t) < 1.0 and count < SLOW_PLACES:
+            out[count] = t
+            count += 1
+    return count
+
+
+@kernel
 def arc_pieces(
     knots: Array, points: Array, weights: Array, spans: IntArray, shape: Shape, total: float, table: Array
 ) -> int:
@@ -85,6 +126,7 @@ def arc_pieces(
     one = scratch.reshape((1, scratch.shape[0]))
     values = np.empty(NODES)
     coefficients = np.empty(NODES)
+    slow = np.empty(SLOW_PLACES)
     start = 0.0
     lost = 0.0
     for j in range(spans.shape[0]):
@@ -113,13 +155,16 @@ def arc_pieces(
                     tail = max(tail, abs(total_k))
             half = 0.5 * (high - low)
             middle = 0.5 * (low + high)
-            # no node lies within 0.0024 of the width from an end: a cusp there is seen only by asking at the ends
-            for i in range(2):
-                end = 2.0 * i - 1.0
+            for k in range(ARC_TERMS):
                 total_k = 0.0
-                for k in range(ARC_TERMS - 2, -1, -1):
-                    total_k = total_k * end + coefficients[k]
-                tail = max(tail, END_SHARE * abs(speed(one, 0, shape, end) - total_k))
+                for i in range(ARC_TERMS - 1):
+                    total_k += CHEBYSHEV_INTEGRAL[k, i] * coefficients[i]
+                scratch[ARC + k] = total_k * half
+            # a cusp between an end and its node, or two cusps between two nodes, are not seen by the nodes: all lie on
+            # one smooth line, which falls below zero where the speed turns back up
+            for i in range(slow_places(one, 0, slow)):
+                misfit = abs(speed(one, 0, shape, slow[i]) - fitted_speed(one, 0, slow[i])[0] / half)
+                tail = max(tail, END_SHARE * misfit)
             fine = tail <= TAIL * top or tail * half <= NEGLIGIBLE * total
             fine = fine and keeps_digits(scratch, shape, (high - low) / (knots[span + 1] - knots[span]))
             if not fine and depth < MAX_DEPTH and low < middle < high:
@@ -134,11 +179,6 @@ def arc_pieces(
                 continue
             if rows < table.shape[0]:
                 scratch[START] = start
-                for k in range(ARC_TERMS):
-                    total_k = 0.0
-                    for i in range(ARC_TERMS - 1):
-                        total_k += CHEBYSHEV_INTEGRAL[k, i] * coefficients[i]
-                    scratch[ARC + k] = total_k * half
                 # t at the ends is not quite -1 and 1 if the middle had to be rounded
                 scratch[ARC] -= arc_length(one, 0, (low - scratch[MIDDLE]) * scratch[SCALE]) - start
                 length = arc_length(one, 0, (high - scratch[MIDDLE]) * scratch[SCALE]) - start
@@ -153,7 +193,7 @@ def arc_pieces(
     return rows
 
 
-@kernel
+@hot_kernel
 def arc_length(table: Array, row: int, t: float) -> float:
     """S at t of one row, mm: START + sum_k arc_k t^k, even and odd terms apart so that they run side by side."""
     x = t * t
@@ -165,7 +205,7 @@ def arc_length(table: Array, row: int, t: float) -> float:
     return table[row, START] + ((even * x + table[row, ARC]) + t * odd)
 
 
-@kernel
+@hot_kernel
 def parameter_in_row(table: Array, row: int, s: float, guess: float) -> float:
     """t in [-1, 1] of one row with S(t) = s, by Newton's method kept inside a bracket; from `guess`, in t.
 

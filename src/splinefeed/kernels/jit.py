@@ -51,10 +51,22 @@ def _user_cache() -> str | None:
 
 def kernel(function: F) -> F:
     """Compile `function` in nopython mode on first call, cached on disk; no fastmath, so streams repeat bit for bit."""
+    return _compiled(function)
+
+
+def hot_kernel(function: F) -> F:
+    """A `kernel` that the compiler must copy into its callers: for what runs several times a tick.
+
+    A call that is not inlined costs more than its arithmetic, as arrays are counted in and out of it.
+    """
+    return _compiled(function, forceinline=True)
+
+
+def _compiled(function: F, **options: bool) -> F:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_directory())
     try:
-        compiled: F = numba.njit(cache=True, error_model="numpy")(function)
+        compiled: F = numba.njit(cache=True, error_model="numpy", **options)(function)
     finally:
         numba.config.CACHE_DIR = before
     return compiled

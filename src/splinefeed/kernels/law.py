@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel
 from splinefeed.records import Array
 
 
-@kernel
-def law_at(breaks: Array, coefficients: Array, piece: int, time: float, out: Array) -> int:
-    """s, feed and acceleration at `time`, s, into out (3,); returns the piece, found by walking on from `piece`.
+@hot_kernel
+def law_at(breaks: Array, coefficients: Array, piece: int, time: float) -> tuple[int, float, float, float]:
+    """Piece, s, feed and acceleration at `time`, s; the piece is found by walking on from `piece`.
 
     s = sum_k c_k tau^k,  tau = time - breaks[piece], coefficients (m, 6) in mm/s^k. Beyond the ends the end holds.
     """
@@ -25,7 +25,4 @@ def law_at(breaks: Array, coefficients: Array, piece: int, time: float, out: Arr
         acceleration = acceleration * tau + feed
         feed = feed * tau + s
         s = s * tau + coefficients[piece, k]
-    out[0] = s
-    out[1] = feed
-    out[2] = 2.0 * acceleration
-    return piece
+    return piece, s, feed, 2.0 * acceleration

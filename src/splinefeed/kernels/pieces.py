@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.kernels.nurbs import power_form
 from splinefeed.records import Array, IntArray
 
@@ -90,7 +90,7 @@ def find_row(table: Array, first: int, last: int, column: int, value: float) -> 
     return low
 
 
-@kernel
+@hot_kernel
 def walk_to(table: Array, cursor: IntArray, u: float) -> int:
     """Row that holds parameter u, walking from cursor[0] within [cursor[1], cursor[2]]; leaves the row in cursor[0]."""
     row = cursor[0]
@@ -102,7 +102,7 @@ def walk_to(table: Array, cursor: IntArray, u: float) -> int:
     return row
 
 
-@kernel
+@hot_kernel
 def point(table: Array, row: int, shape: Shape, t: float, out: Array) -> None:
     """Point of the curve at t of one row: C = origin + A(t) / w(t), into out (axes,). Eq. (1)."""
     degree, axes, _, rational = shape
@@ -122,7 +122,7 @@ def point(table: Array, row: int, shape: Shape, t: float, out: Array) -> None:
         out[a] = table[row, ORIGIN + a] + value * inverse
 
 
-@kernel
+@hot_kernel
 def speed(table: Array, row: int, shape: Shape, t: float) -> float:
     """|C'(u)| over the linear axes at t of one row, mm per unit of u: C' = (A' - w' A / w) / w."""
     degree, axes, linear, rational = shape
@@ -151,7 +151,7 @@ def speed(table: Array, row: int, shape: Shape, t: float) -> float:
     return math.sqrt(total) * table[row, SCALE]
 
 
-@kernel
+@hot_kernel
 def first_two(table: Array, row: int, shape: Shape, t: float) -> tuple[float, float]:
     """C'.C' and C'.C'' over the linear axes at t of one row: what the second Taylor term of eq. (3) needs."""
     degree, axes, linear, rational = shape
