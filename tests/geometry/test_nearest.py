@@ -47,7 +47,7 @@ def hard_points(curve: NurbsCurve, seed: int, count: int = 32) -> np.ndarray:
     on, first, second = np.moveaxis(derivatives, 1, 0)
     low, high = curve.bounding_box()
     quarter = count // 4
-    square = np.maximum(np.sum(first * first, axis=1, keepdims=True), 1e-300)
+    square = np.maximum(np.sum(first * first, axis=1, keepdims=True), 1e-20 * curve.size**2)
     bend = (second - np.sum(first * second, axis=1, keepdims=True) / square * first) / square
     strength = np.sum(bend * bend, axis=1, keepdims=True)
     off = 1.0 + random.choice([0.0, 1e-9, -1e-9, 1e-5, -1e-5, 1e-2, -1e-2], count)[:, None]

@@ -172,7 +172,8 @@ REFUSED = {
         lambda: Path([NurbsCurve.bezier([[0, 0], [1, 1], [0, 1], [1, 0]])]),
         1e-6,
         CurveError,
-        f"the path turns by 180 deg on the spot at s = 0.914214 mm (curve 0, u = 0.5), where theta would jump; {CORNER}",
+        "the path turns by 180 deg on the spot at s = 0.914214 mm (curve 0, u = 0.5), where theta would jump; "
+        + CORNER,
     ),
     "no tolerance": (
         shapes.circle,

@@ -15,6 +15,8 @@ SAMPLES = 10_000
 #: Samples that are tried first for each point, and at most where curves lie close together.
 CANDIDATES = 4
 MOST_CANDIDATES = 256
+#: A point no further from a sample than this, relative to the coordinates, lies on it: corners and ends do.
+SAME_POINT = 1e-15
 #: Newton steps from each of them; from a sample this near, fewer reach rounding.
 STEPS = 8
 #: Candidates that are refined at once, so that memory stays small.
@@ -53,8 +55,9 @@ def _search(curves: Sequence[NurbsCurve], points: Array) -> tuple[Array, Array]:
     samples = _samples(curves)
     u, owner = samples.u, samples.curve
     tree = cKDTree(samples.places)
-    best, where = np.full(len(points), np.inf), np.zeros(len(points))
-    rest = np.arange(len(points))
+    best, nearest = tree.query(points)
+    where = u[nearest]
+    rest = np.flatnonzero(best > SAME_POINT * (np.max(np.abs(points)) if len(points) else 0.0))
     wanted = CANDIDATES
     while len(rest):
         wanted = min(wanted, len(u))
