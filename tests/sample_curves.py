@@ -72,6 +72,16 @@ def with_cusp(at: float, degree: int = 4, axes: int = 2, seed: int = 0) -> Nurbs
     return NurbsCurve.bezier(np.column_stack(columns))
 
 
+def with_loop(at: float, width: float) -> NurbsCurve:
+    """A Bezier curve on [0, 1] with x' + i y' = (u - at + i width)^2: within `width` of `at` it turns by 2 pi.
+
+    Its speed is a polynomial, and its tangent is as good as the same on both sides of the loop: both hide it.
+    """
+    around = np.polynomial.Polynomial([-at + 1j * width, 1.0]) ** 2
+    place = around.integ().coef
+    return NurbsCurve.bezier(np.column_stack([bernstein(place.real, 3), bernstein(place.imag, 3)]))
+
+
 def bernstein(power: np.ndarray, degree: int) -> np.ndarray:
     """Bezier coefficients (degree + 1,) on [0, 1] of sum_k power_k u^k."""
     out = np.zeros(degree + 1)

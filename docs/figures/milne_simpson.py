@@ -38,9 +38,8 @@ def main() -> None:
         speed = np.linalg.norm(curve.derivatives(points.u[1:-1], 1)[:, 1], axis=1)
         after = slice(kick + 30, len(alternating) - 5)
         ratio = alternating[after] / speed[after] ** (1 / 3)
-        print(
-            f"size / |C'|^(1/3) after the kick: {ratio.min() / ratio.mean():.3f} to {ratio.max() / ratio.mean():.3f} of its mean"
-        )
+        low, high = ratio.min() / ratio.mean(), ratio.max() / ratio.mean()
+        print(f"size / |C'|^(1/3) after the kick: {low:.3f} to {high:.3f} of its mean")
         print(f"while |C'| itself varies by a factor of {speed[after].max() / speed[after].min():.1f}")
         time = 1e3 * points.t[1:-1]
         below.plot(time[after], 1e6 * alternating[after], lw=2.4, alpha=0.5, label="alternating part of u, measured")

@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from splinefeed.analysis.check import check as check
     from splinefeed.analysis.ripple import feed_ripple as feed_ripple
     from splinefeed.errors import SplinefeedError as SplinefeedError
     from splinefeed.feed.planning import plan as plan
@@ -22,11 +23,16 @@ if TYPE_CHECKING:
     from splinefeed.interpolation.interpolator import interpolate as interpolate
     from splinefeed.interpolation.registry import methods as methods
     from splinefeed.interpolation.registry import register as register
+    from splinefeed.machine.table import Table as Table
     from splinefeed.pipeline.compare import compare as compare
     from splinefeed.pipeline.run import run as run
     from splinefeed.records import Limits as Limits
+    from splinefeed.records import Response as Response
     from splinefeed.records import Setpoints as Setpoints
     from splinefeed.records import TimeLaw as TimeLaw
+    from splinefeed.records import Verdict as Verdict
+    from splinefeed.simulation.follow import follow as follow
+    from splinefeed.simulation.tuning import tune as tune
 
 from splinefeed import errors as errors
 
@@ -40,10 +46,15 @@ _PUBLIC = {
     "Path": "geometry.path",
     "Setpoints": "records",
     "SplinefeedError": "errors",
+    "Response": "records",
+    "Table": "machine.table",
     "TimeLaw": "records",
+    "Verdict": "records",
+    "check": "analysis.check",
     "compare": "pipeline.compare",
     "feed_ripple": "analysis.ripple",
     "fit": "geometry.fitting",
+    "follow": "simulation.follow",
     "interpolate": "interpolation.interpolator",
     "load": "formats.setpoints",
     "methods": "interpolation.registry",
@@ -54,6 +65,7 @@ _PUBLIC = {
     "save": "formats.setpoints",
     "shapes": "geometry",
     "tangential": "geometry.tangential",
+    "tune": "simulation.tuning",
     "write": "formats.registry",
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import IntegrationWarning, quad
 
-from sample_curves import KNOWN, STILL, butterfly, ellipse, random_curve, with_cusp
+from sample_curves import KNOWN, STILL, bernstein, butterfly, ellipse, random_curve, with_cusp
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.arc_length import ArcLength
 from splinefeed.geometry.curve import NurbsCurve
@@ -170,6 +170,30 @@ def test_a_cusp_between_an_end_and_the_first_node_is_seen(gap, axes):
     assert abs(curve.length - wanted) <= PROMISE * wanted
     assert abs(curve.arc_length(gap) - 0.5 * slope * gap**2) <= PROMISE * wanted
     assert abs(curve.reversed().length - wanted) <= PROMISE * wanted
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_two_cusps_between_two_nodes_are_seen(seed):
+    # there, back and on again along a line: all nodes may lie on one side, on one smooth polynomial
+    random = np.random.default_rng(seed)
+    first, others = random.uniform(0.0, 1.0), random.normal(size=3)
+    gap = 10.0 ** random.uniform(-4.0, -1.5)
+    speed = np.polynomial.Polynomial.fromroots([first, first + gap]) * np.polynomial.Polynomial(others)
+    place = speed.integ()
+    curve = NurbsCurve.bezier(np.outer(bernstein(place.coef, 5), [3.0, 4.0]))
+    roots = speed.roots()
+    turns = np.sort([0.0, 1.0, *(r.real for r in roots if abs(r.imag) < 1e-9 and 0.0 < r.real < 1.0)])
+    wanted = 5.0 * np.abs(np.diff(place(turns))).sum()
+    assert abs(curve.length - wanted) <= PROMISE * wanted
+
+
+def test_three_turns_in_a_row_are_seen():
+    # the dip of the speed lies between the last sample of its search and a third turn beyond the end
+    speed = np.polynomial.Polynomial.fromroots([-1.39535051, 0.48230946, 0.48616594, 0.52201984])
+    place = speed.integ()
+    curve = NurbsCurve.bezier(bernstein(place.coef, 5)[:, None])
+    wanted = np.abs(np.diff(place(np.array([0.0, 0.48230946, 0.48616594, 0.52201984, 1.0])))).sum()
+    assert abs(curve.length - wanted) <= PROMISE * wanted
 
 
 @pytest.mark.nojit

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from sample_curves import KNOWN, STILL, butterfly, ellipse, random_curve, with_cusp
+from sample_curves import KNOWN, STILL, butterfly, ellipse, random_curve, with_cusp, with_loop
 from splinefeed.errors import InputError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.nearest import Nearest
@@ -143,6 +143,21 @@ def test_self_crossing_is_near_whichever_branch_is_nearer():
     # samples in order do not hold on to the branch that they were on
     _, backwards = eight.nearest(queries[::-1])
     assert np.abs(backwards[::-1] - distance).max() <= PROMISE * eight.size
+
+
+@pytest.mark.parametrize("width", [0.3, 0.1, 3e-2, 1e-2, 1e-3, 1e-4])
+def test_a_loop_that_samples_do_not_see(width):
+    curve = with_loop(0.37, width)
+    random = np.random.default_rng(1)
+    fine = (0.37 + width * np.linspace(-20.0, 20.0, 8001)).clip(0.0, 1.0)
+    loop = curve(fine)
+    within = loop[random.integers(3500, 4500, 60)] + width**3 * random.normal(size=(60, 2))
+    queries = np.concatenate([within, 0.37 + within[::-1], hard_points(curve, 2)])
+    assert worst_error(curve, queries) <= PROMISE
+    _, distance = curve.nearest(within)
+    sampled = np.linalg.norm(loop[:, None] - within, axis=2).min(axis=0)
+    assert np.all(distance <= sampled + 1e-16)
+    assert np.all(distance >= sampled - 1e-3 * width**3)  # which a local search would miss by more
 
 
 @pytest.mark.parametrize("name", ["butterfly", "figure eight", "near cusp, 1e-4", "polyline"])

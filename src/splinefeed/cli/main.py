@@ -20,6 +20,7 @@ COMMANDS = {
     "run": "Read, plan, interpolate and measure; write setpoints and figures.",
     "plan": "Only the time law: how far along the path by when.",
     "compare": "Every interpolation method on the same motion, in one table.",
+    "check": "Whether setpoints lie on their path and hold every limit, judged independently.",
     "info": "What a file or shape holds, and what its reader had to say.",
     "methods": "The interpolation methods.",
     "version": "The version, with --verbose those of its parts too.",

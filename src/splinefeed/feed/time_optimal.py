@@ -342,7 +342,7 @@ def _excess(
     peaked = (here >= below) & (here >= above) & (bend > 0.0)
     rise = np.where(peaked, (above - below) ** 2 / (8.0 * np.where(peaked, bend, 1.0)), 0.0)
     worst = np.maximum(worst, np.max(here + PEAK_MARGIN * rise, axis=0))
-    over = worst[1:-1]
+    over: Array = worst[1:-1]
     over[0] = max(over[0], worst[0])
     over[-1] = max(over[-1], worst[-1])
     return over

@@ -19,17 +19,19 @@ import math
 
 import numpy as np
 
-from splinefeed.kernels.arc_length import SMALL_STEP, arc_length
+from splinefeed.kernels.arc_length import SLOW_PLACES, SMALL_STEP, arc_length, slow_places
 from splinefeed.kernels.jit import kernel
 from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, ORIGIN, SCALE, Shape, derivatives, point
 from splinefeed.records import Array, IntArray
 
 ROW, T_LOW, T_HIGH, REACH, SPEED, BEND, ENDS = 0, 1, 2, 3, 4, 5, 6
 
-#: Turn of the tangent over one cell, rad, as the samples tell it.
-CELL_TURN = 0.5
-#: Cells of one row at most; next to a cusp the rows themselves are short.
-MAX_CELLS = 64
+#: Length of a cell times its greatest curvature: its tangent turns by no more, rad.
+CELL_TURN = 0.6
+#: A cell shorter than this, relative to the whole length, is not cut: a cusp is closed in on no further ...
+NO_LENGTH = 1e-14
+#: ... nor by more bisections than this.
+MAX_HALVINGS = 50
 #: Places in a row or a cell at which speed and curvature are looked at, and what is allowed for between them.
 SAMPLES = 9
 MARGIN = 1.2
@@ -89,51 +91,50 @@ def squared_distance(table: Array, row: int, shape: Shape, t: float, query: Arra
 
 
 @kernel
-def speed_bend_turn(
-    table: Array, row: int, shape: Shape, low: float, high: float, work: Array
-) -> tuple[float, float, float]:
-    """Greatest |dC/dt|, mm, and curvature, 1/mm, and the turn, rad, from low to high in t; work (3, axes).
+def speed_and_bend(
+    table: Array, row: int, shape: Shape, low: float, high: float, slow: Array, slow_count: int, work: Array
+) -> tuple[float, float]:
+    """Greatest |dC/dt|, mm, and curvature, 1/mm, from low to high in t: of samples and the slow places, with MARGIN.
 
-    Greatest of SAMPLES values, times MARGIN; turn = integral of curvature * |dC/dt|, by a sum. Curvature is infinite
-    if C' = 0 at a sample or the tangent turns suddenly between two.
+    Curvature is greatest where the curve is slow; it is infinite if C' = 0 at a place, or if the tangent turns suddenly
+    from one sample to the next. slow (slow_count,) in t, work (3, axes).
     """
     linear = shape[2]
     scale = table[row, SCALE]
     speed = 0.0
     bend = 0.0
-    turn = 0.0
     last = np.zeros(linear)
-    for i in range(SAMPLES):
-        derivatives(table, row, shape, low + (high - low) * i / (SAMPLES - 1), 2, work)
+    for i in range(SAMPLES + slow_count):
+        t = low + (high - low) * i / (SAMPLES - 1) if i < SAMPLES else slow[i - SAMPLES]
+        if t < low or t > high:
+            continue
+        derivatives(table, row, shape, t, 2, work)
         square = 0.0
         product = 0.0
         for a in range(linear):
             square += work[1, a] * work[1, a]
             product += work[1, a] * work[2, a]
-        if square > 0.0:
-            across = 0.0
-            for a in range(linear):
-                part = work[2, a] - product / square * work[1, a]
-                across += part * part
-            curvature = math.sqrt(across) / square
-            velocity = math.sqrt(square) / scale
-            speed = max(speed, velocity)
-            bend = max(bend, curvature)
-            turn += curvature * velocity * (high - low) / (SAMPLES - 1)
-            onward = 0.0
-            for a in range(linear):
-                onward += last[a] * work[1, a] / math.sqrt(square)
-                last[a] = work[1, a] / math.sqrt(square)
-            if i > 0 and onward < SUDDEN:
-                bend = math.inf
-        else:
+        if square == 0.0:
             bend = math.inf
-    return MARGIN * speed, MARGIN * bend, turn
+            continue
+        across = 0.0
+        onward = 0.0
+        for a in range(linear):
+            part = work[2, a] - product / square * work[1, a]
+            across += part * part
+            onward += last[a] * work[1, a]
+        speed = max(speed, math.sqrt(square) / scale)
+        bend = max(bend, math.sqrt(across) / square)
+        if 0 < i < SAMPLES and onward < SUDDEN * math.sqrt(square):
+            bend = math.inf
+        for a in range(linear):
+            last[a] = work[1, a] / math.sqrt(square)
+    return MARGIN * speed, MARGIN * bend
 
 
 @kernel
 def make_cells(table: Array, shape: Shape, cells: Array) -> int:
-    """Cut every row of an arc-length table into parts of CELL_TURN, write them into `cells`; return how many there are.
+    """Bisect every row of an arc-length table until it turns by CELL_TURN; fill `cells`, return how many are needed.
 
     All points of an arc of length l between two ends c apart lie in the ellipsoid with the ends as foci, and so no
     further than sqrt(l^2 - c^2) / 2 from the chord. If `cells` has too few rows it is filled as far as it goes.
@@ -143,18 +144,32 @@ def make_cells(table: Array, shape: Shape, cells: Array) -> int:
     work = np.empty((3, shape[1]))
     first = np.empty(shape[1])
     last = np.empty(shape[1])
+    slow = np.empty(SLOW_PLACES)
+    low_of = np.empty(MAX_HALVINGS + 2)
+    high_of = np.empty(MAX_HALVINGS + 2)
     total = arc_length(table, table.shape[0] - 1, 1.0)
     for row in range(table.shape[0]):
         # not quite -1 and 1, if the middle of the row had to be rounded
-        start = (table[row, LOW] - table[row, MIDDLE]) * table[row, SCALE]
-        end = (table[row, HIGH] - table[row, MIDDLE]) * table[row, SCALE]
-        _, _, turn = speed_bend_turn(table, row, shape, start, end, work)
-        parts = int(min(max(math.ceil(turn / CELL_TURN), 1.0), float(MAX_CELLS)))
-        for part in range(parts):
+        low_of[0] = (table[row, LOW] - table[row, MIDDLE]) * table[row, SCALE]
+        high_of[0] = (table[row, HIGH] - table[row, MIDDLE]) * table[row, SCALE]
+        shortest = (high_of[0] - low_of[0]) * 0.5**MAX_HALVINGS
+        slow_count = slow_places(table, row, slow)
+        waiting = 1
+        while waiting > 0:
+            waiting -= 1
+            low = low_of[waiting]
+            high = high_of[waiting]
+            length = arc_length(table, row, high) - arc_length(table, row, low)
+            speed, bend = speed_and_bend(table, row, shape, low, high, slow, slow_count, work)
+            if bend * length > CELL_TURN and length > NO_LENGTH * total and high - low > 1.5 * shortest:
+                # the second half waits below the first, so that cells come out in order
+                low_of[waiting] = 0.5 * (low + high)
+                high_of[waiting] = high
+                low_of[waiting + 1] = low
+                high_of[waiting + 1] = 0.5 * (low + high)
+                waiting += 2
+                continue
             if count < cells.shape[0]:
-                low = start + (end - start) * part / parts
-                high = start + (end - start) * (part + 1) / parts if part + 1 < parts else end
-                length = arc_length(table, row, high) - arc_length(table, row, low) + ROUNDING * total
                 point(table, row, shape, low, first)
                 point(table, row, shape, high, last)
                 chord = 0.0
@@ -164,8 +179,8 @@ def make_cells(table: Array, shape: Shape, cells: Array) -> int:
                     away = max(away, abs(first[a]), abs(last[a]))
                     cells[count, ENDS + a] = first[a]
                     cells[count, ENDS + linear + a] = last[a]
+                length += ROUNDING * total
                 bulge = max(length * length - chord, 0.0) + 8.0 * ROUNDING * length * length
-                speed, bend, _ = speed_bend_turn(table, row, shape, low, high, work)
                 cells[count, ROW] = row
                 cells[count, T_LOW] = low
                 cells[count, T_HIGH] = high

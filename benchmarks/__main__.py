@@ -1,0 +1,73 @@
+"""Run benchmarks by name, print their tables, and write them down."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import platform
+import sys
+from importlib import import_module, metadata
+from pathlib import Path
+
+from benchmarks.tables import Headline, read_results, summary, write_into, write_results
+
+NAMES = ("ticks", "points", "arc", "online", "start", "stream", "methods")
+RESULTS = Path(__file__).with_name("results.json")
+README = Path(__file__).parents[1] / "README.md"
+PACKAGES = ("splinefeed", "numpy", "scipy", "numba", "llvmlite", "h5py", "geomdl", "splipy", "nurbspy")
+
+
+def main() -> int:
+    """Measure what was asked for, all by default; 2 for a name that is none."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"one or more of {', '.join(NAMES)}; all by default")
+    names = parser.parse_args().names or NAMES
+    unknown = [name for name in names if name not in NAMES]
+    if unknown:
+        parser.error(f"no benchmark is called {unknown[0]!r}; there are {', '.join(NAMES)}")
+    for name in names:
+        print(f"measuring {name} ...", file=sys.stderr, flush=True)
+        report = import_module(f"benchmarks.{name}").measure()
+        print(f"## {name}\n\n{report.markdown()}\n", flush=True)
+        write_results(RESULTS, name, {**surroundings(), **report.as_dict()})
+        write_into(README, name, report.markdown())
+    found = headlines()
+    print(f"## speed\n\n{found}", flush=True)
+    write_into(README, "speed", found)
+    return 0
+
+
+def headlines() -> str:
+    """The summary of all benchmarks in results.json, in their order, as Markdown, and where and when they ran."""
+    results = read_results(RESULTS)
+    entries = [results[name] for name in NAMES if name in results]
+    table = summary(Headline(**line) for entry in entries for line in entry["headlines"])
+    where = sorted({f"{entry['processor']}, Python {entry['versions']['python']}" for entry in entries})
+    dates = sorted(entry["date"][:10] for entry in entries)
+    when = dates[0] if dates[0] == dates[-1] else f"{dates[0]} to {dates[-1]}"
+    return f"{table.markdown()}\n\nMeasured {when} on {'; '.join(where)}."
+
+
+def surroundings() -> dict[str, object]:
+    """When and on what a benchmark ran."""
+    versions = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            versions[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    return {"date": now, "processor": _processor(), "system": platform.system(), "versions": versions}
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,152 @@
+"""Tables of results: as Markdown, as JSON, and between their markers in the README."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+Cell = float | int | str | None
+
+
+@dataclass(frozen=True)
+class Column:
+    """A heading, and how its numbers are written: a format of Python's, such as '.1f'."""
+
+    title: str
+    form: str = ""
+
+    def text(self, cell: Cell) -> str:
+        """One cell as it is printed; a word stays as it is, and nothing becomes a dash."""
+        if cell is None:
+            return "-"
+        return cell.replace("|", "\\|") if isinstance(cell, str) else format(cell, self.form)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells under columns, with a sentence above and sentences below."""
+
+    caption: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    notes: tuple[str, ...] = ()
+
+    def markdown(self) -> str:
+        """The table as GitHub shows it: words to the left, numbers to the right, also when read as plain text."""
+        blocks = []
+        for i, column in enumerate(self.columns):
+            cells = [column.title, *(column.text(row[i]) for row in self.rows)]
+            width = max(len(cell) for cell in cells)
+            padded = [cell.rjust(width) if column.form else cell.ljust(width) for cell in cells]
+            rule = "-" * (width - 1) + (":" if column.form else "-")
+            blocks.append([padded[0], rule, *padded[1:]])
+        lines = ["| " + " | ".join(line) + " |" for line in zip(*blocks, strict=True)]
+        return "\n".join([self.caption, "", *lines, *(("", *self.notes) if self.notes else ())])
+
+    def as_dict(self) -> dict[str, Any]:
+        """The table for results.json: numbers as they were measured, one object a row."""
+        titles = [column.title for column in self.columns]
+        rows = [dict(zip(titles, row, strict=True)) for row in self.rows]
+        return {"caption": self.caption, "rows": rows, "notes": list(self.notes)}
+
+
+def _pairs(widths: list[int], numeric: list[bool]) -> Iterable[tuple[int, bool]]:
+    return zip(widths, numeric, strict=True)
+
+
+def _aligned(line: list[str], widths: list[int], numeric: list[bool]) -> list[str]:
+    return [
+        text.rjust(width) if right else text.ljust(width)
+        for text, (width, right) in zip(line, _pairs(widths, numeric), strict=True)
+    ]
+
+
+@dataclass(frozen=True)
+class Headline:
+    """One line of the README's summary: what was measured, the outcome in words, the target, and whether it is met.
+
+    target, met  None where nothing was promised, or nothing could be measured
+    """
+
+    what: str
+    outcome: str
+    target: str | None = None
+    met: bool | None = None
+
+
+@dataclass(frozen=True)
+class Report:
+    """What one benchmark found."""
+
+    tables: tuple[Table, ...]
+    headlines: tuple[Headline, ...] = ()
+
+    def markdown(self) -> str:
+        """All tables, one below the other."""
+        return "\n\n".join(table.markdown() for table in self.tables)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Tables and headlines for results.json."""
+        return {
+            "tables": [table.as_dict() for table in self.tables],
+            "headlines": [asdict(headline) for headline in self.headlines],
+        }
+
+
+def summary(headlines: Iterable[Headline]) -> Table:
+    """One table of all headlines."""
+    words = {None: "", True: "met", False: "**missed**"}
+    rows = tuple((line.what, line.outcome, line.target, words[line.met]) for line in headlines)
+    return Table("What was promised, and what came out.", tuple(map(Column, ("what", "measured", "target", ""))), rows)
+
+
+def between_markers(text: str, name: str, replacement: str) -> str | None:
+    """`text` with what stands between the markers of `name` replaced, every other character kept; None without both."""
+    opening, closing = f"<!-- benchmarks:{name} -->", f"<!-- /benchmarks:{name} -->"
+    before, first, rest = text.partition(opening)
+    _, second, after = rest.partition(closing)
+    return f"{before}{opening}\n{replacement}\n{closing}{after}" if first and second else None
+
+
+def write_into(file: Path, name: str, replacement: str) -> bool:
+    """Put `replacement` between the markers of `name` in `file`; False, and nothing done, without file or markers."""
+    text = file.read_bytes().decode() if file.exists() else ""
+    after = between_markers(text, name, replacement)
+    if after is None:
+        return False
+    if after != text:
+        write_whole(file, after)
+    return True
+
+
+def read_results(file: Path) -> dict[str, Any]:
+    """All entries of results.json, by the name of the benchmark; none if there is no such file yet."""
+    if not file.exists():
+        return {}
+    results: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return results
+
+
+def write_results(file: Path, name: str, entry: dict[str, Any]) -> None:
+    """Set the entry of one benchmark in results.json; the others stay as they were last measured."""
+    results = {**read_results(file), name: entry}
+    write_whole(file, json.dumps(dict(sorted(results.items())), indent=1, allow_nan=False) + "\n")
+
+
+def write_whole(file: Path, text: str) -> None:
+    """Write a file whole or not at all: beside its place first, then moved there, with the old one's permissions."""
+    mode = file.stat().st_mode & 0o777 if file.exists() else 0o644
+    handle, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}-")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(text.encode())
+        os.chmod(temporary, mode)
+        os.replace(temporary, file)
+    except BaseException:
+        os.unlink(temporary)
+        raise

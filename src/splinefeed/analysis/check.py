@@ -1,0 +1,186 @@
+"""Check: whether setpoints lie on their path, cover it and hold every limit, judged by the definitions alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from splinefeed.analysis.check_bounds import Bounds, Fault
+from splinefeed.analysis.check_law import check_law, worse
+from splinefeed.analysis.check_setpoints import Judge
+from splinefeed.errors import InputError
+from splinefeed.geometry.path import Path
+from splinefeed.records import ROTARY_AXES, LimitResult, Limits, Setpoints, TimeLaw, Verdict, number
+
+#: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), if nobody says else.
+TOLERANCE = 1e-9
+#: Ticks that are looked at together: what bounds the memory.
+BLOCK = 32768
+#: Sentence of each kind of fault of single setpoints, before its place.
+_SENTENCES = {
+    "off the curve": "off the curve by {amount:.6g} mm",
+    "turned off": "a rotary axis is {degrees:.6g} deg from where the curve has it",
+    "misplaced": "on the curve, but {amount:.6g} mm from where its own u says",
+    "period": "comes {amount:.6g} s early or late: the period is not kept",
+    "back": "goes back by {amount:.6g} mm along the path",
+    "skipped": "a part of the path is skipped: one step of {amount:.6g} mm",
+    "twice": "the same point twice in the middle of the motion",
+    "start": "the first setpoint is {detail} from the start of the path",
+    "end": "the last setpoint is {detail} from the end of the path: it is not reached",
+}
+
+
+def check(
+    points: Setpoints | Iterable[Setpoints],
+    path: Path,
+    limits: Limits,
+    law: TimeLaw | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+    resolution: float = 0.0,
+    travel: Mapping[str, tuple[float, float]] | None = None,
+) -> Verdict:
+    """Whether setpoints, whole or in chunks, lie on `path`, cover it, keep their period, and hold every limit.
+
+    A limit holds if worst <= limit (1 + 1e-9) + floor. Of a difference of order k the floor is
+
+        2^k (eps X + resolution / 2) / T^k,   X = max(length of the path, |u| |C'(u)|), for an axis besides + max |x|
+
+    What the limits bound is measured as k! times the divided difference of the setpoints: a mean of the derivative
+    over k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
+    setpoints are taken to stand still. With `law` the exact derivatives of r(s(t)) are held to the limits besides.
+
+    tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's
+    resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits
+    travel      least and greatest position of axes by name, mm or rad (soft limits); their limit and worst value are
+                distances from the middle
+
+    Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
+    A fault in the setpoints is no error but a problem of the verdict. Raises InputError for setpoints of other axes
+    than the path's, for none at all, and for a tolerance or travel that cannot be.
+    """
+    slack = number(tolerance, "tolerance"), number(resolution, "resolution")
+    if min(slack) < 0.0:
+        raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
+    bounds = Bounds(path, limits, *slack, _checked_travel(travel or {}, path))
+    judge: Judge | None = None
+    first: Setpoints | None = None
+    for block, last in _blocks(points, path):
+        if judge is None:
+            first = block
+            judge = Judge(bounds, block, law)
+        judge.see(block, last)
+    if judge is None or first is None:
+        raise InputError("there are no setpoints to check")
+    return _verdict(judge, first, law)
+
+
+def _checked_travel(travel: Mapping[str, tuple[float, float]], path: Path) -> dict[str, tuple[float, float]]:
+    found = {}
+    for axis, (low, high) in travel.items():
+        if axis not in path.axes:
+            raise InputError(f"travel.{axis}: the path has no axis {axis!r}; its axes are {', '.join(path.axes)}")
+        low, high = number(low, f"travel.{axis}"), number(high, f"travel.{axis}")
+        if not low < high:
+            raise InputError(f"travel.{axis} runs from {low:g} to {high:g}; the first must be the smaller one")
+        found[axis] = (low, high)
+    return found
+
+
+def _blocks(points: Setpoints | Iterable[Setpoints], path: Path) -> Iterator[tuple[Setpoints, bool]]:
+    """Blocks of at most BLOCK ticks, and whether each is the last; the last one is the last tick alone."""
+    held: Setpoints | None = None
+    first: Setpoints | None = None
+    for chunk in [points] if isinstance(points, Setpoints) else points:
+        if not isinstance(chunk, Setpoints):
+            raise InputError(f"setpoints are needed, got {type(chunk).__name__}")
+        first = first or chunk
+        if chunk.axes != path.axes:
+            raise InputError(f"the setpoints have axes {chunk.axes}, the path {path.axes}; they must be the same")
+        if chunk.period != number(first.period, "period") or not chunk.period > 0.0:
+            raise InputError(f"a chunk has a period of {chunk.period:g} s, the first one {first.period:g} s")
+        for start in range(0, len(chunk), BLOCK):
+            if held is not None:
+                yield held, False
+            held = _part(chunk, slice(start, start + BLOCK))
+    if held is not None:
+        if len(held) > 1:
+            yield _part(held, slice(0, -1)), False
+        yield _part(held, slice(-1, None)), True
+
+
+def _part(points: Setpoints, part: slice) -> Setpoints:
+    columns: dict[str, Any] = {
+        name: getattr(points, name)[part] for name in ("t", "curve", "u", "s", "feed", "position")
+    }
+    return replace(points, **columns)
+
+
+def _verdict(judge: Judge, first: Setpoints, law: TimeLaw | None) -> Verdict:
+    path = judge.bounds.path
+    results = judge.results()
+    problems = [_fault_sentence(kind, fault) for kind, fault in judge.faults.items()]
+    notes: list[str] = []
+    if law is not None:
+        findings = check_law(law, judge.bounds, judge.period)
+        results = {name: worse(result, findings.results.get(name)) for name, result in results.items()}
+        problems += findings.problems
+        notes += findings.notes
+        if abs(law.duration - judge.duration) > judge.period:
+            problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
+    if "deceleration_jerk" in results:  # one name for both: what counts is the one that is nearer to its own limit
+        results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
+    if judge.short is not None:
+        notes.append(f"the last period is a short one of {judge.short:.9g} s; differences over it have a higher floor")
+    if not judge.placed:
+        notes.append("the setpoints say no u: they were placed on the path by nearest points, one after the other")
+    problems += [_limit_sentence(name, result) for name, result in results.items() if not result.holds]
+    numbers = {
+        "duration_s": judge.duration,
+        "length_mm": path.length,
+        "ticks": judge.ticks,
+        "period_s": judge.period,
+        "method": first.method,
+        "strategy": first.settings.get("strategy") if law is None else law.strategy,
+        "start_error_mm": judge.start_error,
+        "end_error_mm": judge.end_error,
+        "off_curve_max_mm": judge.off_path,
+        "tolerance_mm": judge.allowed,
+        "rounding_scale_mm": float(judge.scale[0]),
+    }
+    if law is not None:
+        numbers |= {"ripple_max": judge.ripple, "law_drift_max_mm": judge.drift}
+    order = {name: results[name] for name in judge.bounds.report_order() if name in results}
+    return Verdict(limits=order, problems=tuple(problems), notes=tuple(notes), numbers=numbers)
+
+
+def _fault_sentence(kind: str, fault: Fault) -> str:
+    """What is wrong, at how many ticks, and where it is worst."""
+    if kind.startswith("finite "):
+        text = fault.detail
+    else:
+        text = _SENTENCES[kind].format(amount=fault.amount, degrees=math.degrees(fault.amount), detail=fault.detail)
+    more = f"; {fault.count} ticks in all, this is the worst" if fault.count > 1 else ""
+    where = "" if math.isnan(fault.s) else f", s = {fault.s:.9g} mm"
+    return f"tick {fault.tick} (t = {fault.t:.9g} s{where}): {text}{more}"
+
+
+def _limit_sentence(name: str, result: LimitResult) -> str:
+    """By how much a limit is exceeded, and where."""
+    unit, factor = _unit(name, result.axis)
+    worst, limit = factor * result.worst, factor * result.limit
+    source = "exact derivative of the law" if result.by == "law" else f"setpoints, floor {factor * result.floor:.3g}"
+    return (
+        f"{name}: {worst:.9g} {unit} is {result.share - 1.0:.3g} of it over the limit of {limit:.9g} {unit} "
+        f"at s = {result.at_s:.9g} mm, t = {result.at_t:.9g} s ({source}; {result.over} in all)"
+    )
+
+
+def _unit(name: str, axis: str | None) -> tuple[str, float]:
+    """Unit of a limit for people, and what one base unit is in it."""
+    base, factor = ("deg", 180.0 / math.pi) if axis in ROTARY_AXES else ("mm", 1.0)
+    kind = name.partition(".")[0].removeprefix("axis_")
+    power = {"chord_error": "", "travel": "", "feed": "/s", "velocity": "/s", "jerk": "/s^3"}.get(kind, "/s^2")
+    return base + power, factor

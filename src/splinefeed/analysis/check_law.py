@@ -1,0 +1,149 @@
+"""The part of the check that looks at a time law: exact derivatives of r(s(t)), and what they cannot decide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinefeed.analysis.check_bounds import Bounds, Worst
+from splinefeed.geometry.path import Path
+from splinefeed.kernels import check as kernels
+from splinefeed.records import AXIS_LIMITS, KEPT, Array, LimitResult, TimeLaw
+
+EPSILON = float(np.finfo(np.float64).eps)
+#: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
+ROUNDINGS = 64.0
+#: A jump of the feed or the acceleration below this share of the largest one is rounding.
+NO_JUMP = 1e-9
+#: Corners that a note names one by one.
+LISTED = 3
+#: Bisections that find when a law is at a corner.
+BISECTIONS = 60
+
+
+@dataclass(frozen=True)
+class LawFindings:
+    """Results by limit, and sentences on what is wrong and on what was left to the setpoints."""
+
+    results: dict[str, LimitResult]
+    problems: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
+    """Hold a law's exact derivatives to the limits, at many instants of each of its pieces; period in s."""
+    path = bounds.path
+    axes = len(path.axes)
+    worst = np.zeros((kernels.AXES + 3 * axes, 3))
+    jumps = np.zeros((3, 3))
+    rounding = 4.0 * EPSILON * path.length
+    irregular = kernels.law_extremes(law.breaks, law.coefficients, path.table, path.shape, rounding, worst, jumps)
+    rows = {
+        "feed": kernels.FEED,
+        "acceleration": kernels.SPEED_UP,
+        "deceleration": kernels.SLOW_DOWN,
+        "jerk": kernels.JERK_UP,
+        "deceleration_jerk": kernels.JERK_DOWN,
+        "centripetal": kernels.CENTRIPETAL,
+    }
+    for order, name in enumerate(AXIS_LIMITS):
+        rows |= {f"{name}.{axis}": kernels.AXES + order * axes + k for k, axis in enumerate(path.axes)}
+    results = {}
+    for name, wanted in bounds.worsts().items():
+        if name in rows:
+            value, t, s = (float(x) for x in worst[rows[name]])
+            results[name] = _result(wanted, path, value, t, s)
+    problems: list[str] = []
+    notes: list[str] = []
+    _ends(law, bounds, worst, problems)
+    _jumps(bounds, worst, jumps, period, problems, notes)
+    if irregular:
+        notes.append(
+            f"at {irregular} instants of the law C' = 0, where exact derivatives of the axes are 0/0; "
+            "there the differences of the setpoints decide"
+        )
+    notes += _corner_notes(law, bounds)
+    return LawFindings(results, tuple(problems), tuple(notes))
+
+
+def _result(wanted: Worst, path: Path, value: float, t: float, s: float) -> LimitResult:
+    axis = path.axes[wanted.column - 1] if wanted.column else None
+    over = int(value > wanted.limit * (1.0 + KEPT))
+    return LimitResult(limit=wanted.limit, worst=value, at_s=s, at_t=t, axis=axis, by="law", over=over)
+
+
+def _ends(law: TimeLaw, bounds: Bounds, worst: Array, problems: list[str]) -> None:
+    """The law runs from 0 to the end of the path, forwards, with the feeds at its ends that the limits say."""
+    length, limits = bounds.path.length, bounds.limits
+    if abs(law.length - length) > bounds.tolerance + ROUNDINGS * EPSILON * length:
+        problems.append(f"law: ends at s = {law.length:.12g} mm; the path is {length:.12g} mm long")
+    start = float(law(0.0))
+    if abs(start) > bounds.tolerance + ROUNDINGS * EPSILON * length:
+        problems.append(f"law: begins at s = {start:.6g} mm instead of 0")
+    top = worst[kernels.FEED, 0]
+    value, t, s = worst[kernels.BACKWARDS]
+    if value > NO_JUMP * top:
+        problems.append(f"law: goes back at {value:.6g} mm/s at t = {t:.6g} s, s = {s:.6g} mm")
+    for name, time in (("start_feed", 0.0), ("end_feed", law.duration)):
+        feed, wanted = float(law.feed(time)), getattr(limits, name)
+        if abs(feed - wanted) > NO_JUMP * max(top, wanted):
+            problems.append(f"law: its feed at t = {time:.6g} s is {feed:.9g} mm/s; {name} is {wanted:.9g} mm/s")
+
+
+def _jumps(bounds: Bounds, worst: Array, jumps: Array, period: float, problems: list[str], notes: list[str]) -> None:
+    """Jumps of s and of the feed between pieces are faults; of the acceleration, an infinite jerk."""
+    length, limits = bounds.path.length, bounds.limits
+    top = worst[kernels.FEED, 0]
+    steepest = max(worst[kernels.SPEED_UP, 0], worst[kernels.SLOW_DOWN, 0])
+    kinds = (
+        ("s", "mm", ROUNDINGS * EPSILON * length + NO_JUMP * top * period),
+        ("its feed", "mm/s", NO_JUMP * top),
+        ("its acceleration", "mm/s^2", NO_JUMP * steepest),
+    )
+    for k, ((what, unit, rounding), (value, t, s)) in enumerate(zip(kinds, jumps, strict=True)):
+        if not value > rounding:
+            continue
+        text = f"law: {what} jumps by {value:.6g} {unit} at t = {t:.9g} s, s = {s:.9g} mm"
+        if k < 2:
+            problems.append(text)
+        elif limits.jerk < np.inf or float(limits.deceleration_jerk or np.inf) < np.inf:
+            problems.append(f"{text}: its jerk is infinite there")
+        elif limits.axis_jerk is not None:
+            notes.append(f"{text}: the exact axis jerk is infinite there, and the third difference decides")
+
+
+def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
+    """Where tangent or curvature jumps and the law does not rest, derivatives of the axes are infinite: say so."""
+    corners = bounds.path.corners
+    limits = bounds.limits
+    if not corners or (limits.axis_jerk is None and limits.axis_acceleration is None):
+        return []
+    s = np.array([corner.s for corner in corners])
+    low, high = np.zeros(len(s)), np.full(len(s), law.duration)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        ahead = law(middle) < s
+        low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
+    moving = law.feed(high) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
+    notes = []
+    for stop, what, which in (
+        (False, "the curvature jumps and the exact axis jerk is infinite", "third"),
+        (True, "the direction jumps and the exact axis acceleration is infinite", "second and third"),
+    ):
+        places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.stop == stop]
+        if places:
+            listed = ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
+            notes.append(
+                f"at {len(places)} place(s), s = {listed} mm, {what}: there the {which} difference of the setpoints "
+                "over the period decides, as what the drive sees"
+            )
+    return notes
+
+
+def worse(one: LimitResult, other: LimitResult | None) -> LimitResult:
+    """Of two findings on one limit the one that is further over it, or nearer to it; counted together."""
+    if other is None:
+        return one
+    pairs = sorted((one, other), key=lambda result: (result.worst - result.floor) / result.limit)
+    return replace(pairs[1], over=one.over + other.over)

@@ -1,0 +1,262 @@
+"""`splinefeed check`: whether setpoints lie on their path and hold every limit."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from splinefeed.cli import options
+from splinefeed.cli.failures import DONE, NOT_KEPT
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.path import Path
+    from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict
+
+EXAMPLES = """\b
+Examples:
+  splinefeed check splinefeed-butterfly/setpoints.h5
+  splinefeed check wing.h5 --path wing.json --limits machine.toml --certificate wing-check.json
+  splinefeed check recorded.csv --path butterfly --feed 60 --axis-jerk x=20000,y=15000 --resolution 1um
+
+"""
+
+#: Options of single limits: the field of Limits, and the kind of quantity.
+_SINGLE = {
+    "--feed": ("feed", "feed"),
+    "--accel": ("acceleration", "acceleration"),
+    "--decel": ("deceleration", "acceleration"),
+    "--jerk": ("jerk", "jerk"),
+    "--decel-jerk": ("deceleration_jerk", "jerk"),
+    "--start-feed": ("start_feed", "feed"),
+    "--end-feed": ("end_feed", "feed"),
+    "--chord-error": ("chord_error", "length"),
+    "--centripetal": ("centripetal", "acceleration"),
+}
+#: Words in the command line of a run that say how its source was read, and what the reader calls them.
+_READING = {"--path": "which", "--chord": "chord", "--tolerance": "tolerance"}
+
+
+class Travels(click.ParamType):  # type: ignore[type-arg]
+    """Soft limits of axes, `x=0:500,theta=-90:90`."""
+
+    name = "x=low:high"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Least and greatest position by axis, mm or rad."""
+        from splinefeed import units
+        from splinefeed.errors import InputError
+        from splinefeed.formats.limits_toml import turning
+        from splinefeed.records import ROTARY_AXES
+
+        found = {}
+        try:
+            for each in value.split(","):
+                axis, _, ends = each.partition("=")
+                low, _, high = ends.partition(":")
+                axis = axis.strip()
+                found[axis] = tuple(
+                    turning(end, 0) if axis in ROTARY_AXES else units.parse(end, "length") for end in (low, high)
+                )
+        except InputError as error:
+            raise click.BadParameter(f"{error}; write for example x=0:500", ctx, param) from None
+        return found
+
+
+def _limit_options(function: Any) -> Any:
+    for name in ("axis_jerk", "axis_acceleration", "axis_velocity"):
+        flag = f"--{name.replace('_', '-')}"
+        text = f"Highest {name.removeprefix('axis_')} of every linear axis, or of single ones: x=...,y=..."
+        function = click.option(flag, type=options.AxisQuantities(name), metavar="LIMIT", help=text)(function)
+    for flag, (name, kind) in reversed(_SINGLE.items()):
+        text = f"Limit: {name.replace('_', ' ')}."
+        function = click.option(flag, name, type=options.Quantity(kind), metavar=kind.upper(), help=text)(function)
+    return function
+
+
+@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.argument("setpoints")
+@click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: as the setpoints say]")
+@click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
+@click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
+@click.option("--limits", "limits_file", metavar="FILE", help="Limits, TOML.  [default: as the setpoints say]")
+@_limit_options
+@click.option("--travel", type=Travels(), metavar="AXIS=LOW:HIGH", help="Soft limits of axes.")
+@click.option("--law", "law_file", metavar="FILE", help="The time law (.h5): exact derivatives are checked too.")
+@click.option(
+    "--tolerance", type=options.Quantity("length"), metavar="LENGTH", help="Off the curve.  [default: 1e-9 mm]"
+)
+@click.option("--resolution", type=options.Quantity("length"), metavar="LENGTH", help="Last digit of the positions.")
+@click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
+@click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
+@click.option("--certificate", "certificate_file", metavar="FILE", help="Write a certificate, JSON.")
+@options.as_json
+@click.pass_context
+def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) -> None:
+    """Check SETPOINTS against their path and limits, independently of whatever planned them.
+
+    SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), which says by itself what its path and limits are if a
+    run wrote it, or a CSV of another program with columns t and axes. Options replace single limits of the file. The
+    exit code is 1 where a limit or a check does not hold.
+    """
+    from splinefeed.cli import output
+    from splinefeed.cli.progress import busy
+
+    with busy("check") as say:
+        verdict, page = _check(setpoints, given, say)
+    if as_json:
+        output.print_json(page)
+    else:
+        _print(verdict, page)
+    ctx.exit(DONE if verdict.ok else NOT_KEPT)
+
+
+def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict[str, Any]]:
+    from splinefeed.analysis.certificate import certificate, write_certificate
+    from splinefeed.analysis.check import TOLERANCE, check
+
+    say(f"reading {file}")
+    points, notes = _read_setpoints(file, given)
+    limits, travel = _limits(points, given, file)
+    path, source = _path(points, given, file)
+    law = _law(given["law_file"])
+    say("checking")
+    verdict = check(
+        points,
+        path,
+        limits,
+        law,
+        tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
+        resolution=given["resolution"] or 0.0,
+        travel=travel,
+    )
+    page = {"file": file, "path": source, **verdict.as_dict()}
+    page["notes"] = [*notes, *page["notes"]]
+    page["files"] = []
+    if given["certificate_file"]:
+        write_certificate(certificate(points, path, limits, verdict, law), given["certificate_file"])
+        page["files"] = [given["certificate_file"]]
+    return verdict, page
+
+
+def _read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list[str]]:
+    """The setpoints, and what had to be guessed to read them."""
+    from splinefeed.errors import FormatError, InputError
+    from splinefeed.formats import positions_csv
+    from splinefeed.formats.setpoints import load
+    from splinefeed.records import Setpoints
+
+    if positions_csv.is_foreign(file):
+        foreign, notes = positions_csv.read(file, columns=given["columns"], period=given["period"])
+        return foreign, [note for note in notes if "--resolution" not in note or not given["resolution"]]
+    for name in ("columns", "period"):
+        if given[name] is not None:
+            raise InputError(f"--{name}: is for CSV files of other programs; {file} says its own")
+    points = load(file)
+    if not isinstance(points, Setpoints):
+        raise FormatError(f"{file}: holds {type(points).__name__}, not setpoints")
+    return points, []
+
+
+def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> tuple[Limits, Any]:
+    """Limits of the file of limits, or else of the settings, with those of the options in their place; and travel."""
+    from splinefeed.errors import LimitsError
+    from splinefeed.formats import limits_toml
+    from splinefeed.records import Limits
+
+    flat: dict[str, float] = {}
+    travel: dict[str, tuple[float, float]] = {}
+    if given["limits_file"]:
+        limits, travel = limits_toml.read_all(given["limits_file"])
+        flat = limits.as_dict()
+    elif isinstance(settings := points.settings.get("limits"), Mapping):
+        flat = dict(settings)
+    for name, _ in _SINGLE.values():
+        if given[name] is not None:
+            flat[name] = given[name]
+    for name in ("axis_velocity", "axis_acceleration", "axis_jerk"):
+        if given[name] is not None:
+            flat = {key: value for key, value in flat.items() if key.partition(".")[0] != name} | given[name]
+    if not flat:
+        raise LimitsError(f"{file}: says no limits; give --limits FILE or --feed, --axis-jerk and the like")
+    return Limits.from_dict(flat), {**travel, **(given["travel"] or {})}
+
+
+def _path(points: Setpoints, given: Mapping[str, Any], file: str) -> tuple[Path, str]:
+    """The path that --path says, or that the run wrote into the settings; and its source."""
+    import shlex
+    from itertools import pairwise
+
+    from splinefeed.cli.source import read_path
+    from splinefeed.errors import InputError
+
+    if given["source"]:
+        chosen = {name: given[name] for name in ("which", "chord") if given[name] is not None}
+        return read_path(given["source"], chosen), given["source"]
+    source = points.settings.get("source")
+    if not isinstance(source, Mapping) or not isinstance(source.get("text"), str):
+        raise InputError(f"{file}: does not say where its path came from; give --path FILE or --path SHAPE")
+    text: str = source["text"]
+    _check_unchanged(text, source.get("sha256"), file)
+    words = shlex.split(str(points.settings.get("command", "")))
+    reading: dict[str, Any] = {_READING[word]: after for word, after in pairwise(words) if word in _READING}
+    for name in ("chord", "tolerance"):
+        if name in reading:
+            reading[name] = float(reading[name])
+    return read_path(text, reading), text
+
+
+def _check_unchanged(source: str, digest: object, file: str) -> None:
+    """Raise InputError if the file that a run read is gone or another one by now."""
+    import hashlib
+
+    from splinefeed.errors import InputError
+
+    if digest is None:
+        return
+    if not os.path.isfile(source):
+        raise InputError(f"{file}: its path was read from {source}, which is not there now; give --path")
+    with open(source, "rb") as stream:
+        if hashlib.file_digest(stream, "sha256").hexdigest() != digest:
+            raise InputError(f"{file}: its path was read from {source}, which has changed since; give --path")
+
+
+def _law(file: str | None) -> TimeLaw | None:
+    from splinefeed.errors import FormatError
+    from splinefeed.formats.setpoints import load
+    from splinefeed.records import TimeLaw
+
+    if file is None:
+        return None
+    law = load(file)
+    if not isinstance(law, TimeLaw):
+        raise FormatError(f"{file}: holds {type(law).__name__}, not a time law")
+    return law
+
+
+def _print(verdict: Verdict, page: Mapping[str, Any]) -> None:
+    from splinefeed.cli.output import number, print_table, print_text
+    from splinefeed.cli.summary import print_notes
+
+    print_text(
+        f"{page['file']}: {page['ticks']} setpoints, one every {number(page['period_s'], 6)} s, along "
+        f"{number(page['length_mm'], 7)} mm of {page['path']}"
+    )
+    print_text(f"off the curve by at most {number(page['off_curve_max_mm'], 3)} mm; of its start and end by "
+               f"{number(page['start_error_mm'], 3)} and {number(page['end_error_mm'], 3)} mm")  # fmt: skip
+    print_notes(page["notes"])
+    print_text()
+    rows = []
+    for name, each in page["limits"].items():
+        values = [number(each["worst"], 6), number(each["limit"], 6), f"{each['share']:.6%}", f"{each['floor']:.1e}"]
+        place = [f"{number(each['at_s'])} mm", f"{number(each['at_t_s'])} s", each["by"]]
+        rows.append([name, *values, *place, "holds" if each["ok"] else "OVER"])
+    print_table(["limit", "worst", "limit", "share", "floor", "at", "at", "by", ""], rows)
+    print_text()
+    for problem in verdict.problems:
+        print_text(f"problem   {problem}")
+    print_text("all limits and checks hold" if verdict.ok else f"NOT KEPT: {len(verdict.problems)} problem(s)")
+    for name in page["files"]:
+        print_text(f"wrote {name}")

@@ -1,0 +1,214 @@
+"""Limits to and from TOML: the fields of Limits by name, quantities with or without units, rotary axes in degrees."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from typing import Any
+
+from splinefeed import units
+from splinefeed.errors import FormatError, LimitsError, UnitError
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.source import read_text
+from splinefeed.records import AXIS_LIMITS, ROTARY_AXES, Limits
+
+#: Least and greatest position of axes by name, mm or rad.
+Travel = dict[str, tuple[float, float]]
+
+#: Kind of quantity of each limit, as `units` names them.
+KINDS = {
+    "feed": "feed",
+    "acceleration": "acceleration",
+    "jerk": "jerk",
+    "deceleration": "acceleration",
+    "deceleration_jerk": "jerk",
+    "start_feed": "feed",
+    "end_feed": "feed",
+    "chord_error": "length",
+    "centripetal": "acceleration",
+    "axis_velocity": "feed",
+    "axis_acceleration": "acceleration",
+    "axis_jerk": "jerk",
+}
+#: Order of the derivative of each limit of an axis; the travel of an axis is a position.
+ORDERS = {"travel": 0, **{name: order for order, name in enumerate(AXIS_LIMITS, start=1)}}
+#: Limits that may be 0.
+_MAY_BE_ZERO = ("start_feed", "end_feed")
+_UNITS = {"length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
+_TURNING = re.compile(r"\s*(.*?(?:deg|degrees?|rad|rev|turns?|°))\s*/\s*(s|sec|ms|min)(?:\s*\^?\s*([23]))?\s*", re.I)
+_SPEED_OF_ROTATION = re.compile(r"\s*(\S+?)\s*rpm\s*", re.I)
+
+
+class LimitsFileError(FormatError):
+    """A limits file with errors: the first line names the file, each of `problems` its place and the mend."""
+
+    def __init__(self, name: object, problems: Iterable[str]) -> None:
+        self.problems = tuple(problems)
+        head = self.problems[0] if len(self.problems) == 1 else f"{len(self.problems)} errors"
+        rest = [f"  {problem}" for problem in self.problems] if len(self.problems) > 1 else []
+        super().__init__("\n".join([f"{name}: {head}", *rest]))
+
+
+def read(source: str | os.PathLike[str]) -> Limits:
+    """The limits in a TOML file; LimitsFileError with everything that is wrong, each with its line and key."""
+    return read_all(source)[0]
+
+
+def read_all(source: str | os.PathLike[str]) -> tuple[Limits, Travel]:
+    """The limits in a TOML file, and the travel of axes in its table [travel], mm or rad; see `read`."""
+    return parse(read_text(source), str(source))
+
+
+def parse(text: str, source: str = "limits") -> tuple[Limits, Travel]:
+    """Limits and travel from the text of a file; `source` is what messages call it."""
+    try:
+        content = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FormatError(f"{source}: is no TOML: {error}") from None
+    lines = _lines(text)
+    problems: list[tuple[int, str]] = []
+    values: dict[str, Any] = {}
+    travel: Travel = {}
+
+    def problem(key: str, what: object) -> None:
+        line = lines.get(key) or lines.get(key.partition(".")[0])
+        problems.append((line or 0, f"line {line}: {key}: {what}" if line else f"{key}: {what}"))
+
+    for key, given in content.items():
+        if key not in KINDS and key != "travel":
+            close = difflib.get_close_matches(key, [*KINDS, "travel"], n=1)
+            problem(key, f"unknown limit; {f'did you mean {close[0]}?' if close else 'known are ' + ', '.join(KINDS)}")
+        elif isinstance(given, dict) and (key in AXIS_LIMITS or key == "travel"):
+            for axis, value in given.items():
+                try:
+                    if key == "travel":
+                        travel[axis] = _range(axis, value)
+                    else:
+                        values.setdefault(key, {})[axis] = axis_value(key, axis, value)
+                except (UnitError, LimitsError) as error:
+                    problem(f"{key}.{axis}", error)
+        elif key == "travel":
+            problem(key, "write a table: [travel], then x = [0, 500]")
+        else:
+            try:
+                values[key] = _number(key, given)
+            except (UnitError, LimitsError) as error:
+                problem(key, error)
+    if not problems:
+        try:
+            return Limits(**values), travel
+        except LimitsError as error:
+            first, _, rest = str(error).partition(" ")
+            problem(first, rest) if first in KINDS else problems.append((0, str(error)))
+    raise LimitsFileError(source, (text for _, text in sorted(problems, key=lambda each: each[0])))
+
+
+def axis_value(name: str, axis: str, value: Any) -> float:
+    """A limit of one axis in mm, s and rad; of a rotary one a bare number is in degrees.
+
+    Raises UnitError for what is no such quantity, LimitsError for one that is not positive.
+    """
+    if axis not in ROTARY_AXES:
+        return _number(name, value)
+    return _positive(turning(value, ORDERS[name]), value)
+
+
+def turning(value: Any, order: int) -> float:
+    """An angle (order 0) or its derivative by time of an order up to 3, rad/s^order; a bare number is in degrees."""
+    if not isinstance(value, str):
+        return math.radians(units.parse(value, "angle"))
+    if order == 1 and (match := _SPEED_OF_ROTATION.fullmatch(value)):
+        return units.parse(match[1], "angle") * 2.0 * math.pi / 60.0
+    power = "" if order <= 1 else f"^{order}"
+    example = "15deg" if order == 0 else f"90deg/s{power}"
+    match = _TURNING.fullmatch(value) if order else None
+    try:
+        if match is None and re.fullmatch(r"\s*[-+0-9.eE]+\s*", value):
+            return math.radians(units.parse(value.strip(), "angle"))
+        if order == 0:
+            return units.parse(value, "angle")
+        if match is not None and int(match[3] or 1) == order:
+            return units.parse(match[1], "angle") / units.parse(f"1{match[2]}", "time") ** order
+    except UnitError:
+        pass
+    raise UnitError(f"{value[:64]!r} is no such quantity of a rotary axis; expected one such as {example}")
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, list | dict):
+        what = "a number, or a table with one number an axis" if name in AXIS_LIMITS else "one number"
+        raise LimitsError(f"must be {what}, such as {units.KINDS[KINDS[name]].example.split(' or ')[0]}")
+    number = units.parse(value, KINDS[name])
+    return number if name in _MAY_BE_ZERO and number == 0.0 else _positive(number, value)
+
+
+def _positive(number: float, given: Any) -> float:
+    if not number > 0.0:
+        raise LimitsError(f"{given!r} must be greater than 0")
+    return number
+
+
+def _range(axis: str, value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise LimitsError(f"{value!r}; write least and greatest position, such as [0, 500]")
+    low, high = (turning(each, 0) if axis in ROTARY_AXES else units.parse(each, "length") for each in value)
+    if not low < high:
+        raise LimitsError(f"runs from {value[0]} to {value[1]}; the first must be the smaller one")
+    return low, high
+
+
+def _lines(text: str) -> dict[str, int]:
+    """Number of the line (from 1) at which each key stands, those of a table behind its name and a dot."""
+    found: dict[str, int] = {}
+    table = ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if head := re.match(r"\s*\[\s*([\w-]+)\s*\]", line):
+            table = f"{head[1]}."
+            found.setdefault(head[1], number)
+        elif key := re.match(r"\s*[\"']?([\w.-]+)[\"']?\s*=", line):
+            found.setdefault(f"{table}{key[1]}", number)
+    return found
+
+
+def write(
+    limits: Limits, target: str | os.PathLike[str], travel: Mapping[str, tuple[float, float]] | None = None
+) -> None:
+    """Write limits, and travel if given, as TOML, whole or not at all; `read` gives the same numbers back."""
+    with atomic_write(target) as temporary:
+        temporary.write_text(to_text(limits, travel), encoding="utf-8")
+
+
+def to_text(limits: Limits, travel: Mapping[str, tuple[float, float]] | None = None) -> str:
+    """The limits as the text of a TOML file, numbers to their last digit, the unit beside each."""
+    top = ["# limits of a motion for splinefeed"]
+    tables: list[str] = []
+    for name in (f.name for f in fields(limits)):
+        value = getattr(limits, name)
+        unit = _UNITS[KINDS[name]]
+        if isinstance(value, Mapping):
+            tables += ["", f"[{name}]"]
+            for axis, limit in value.items():
+                turns = axis in ROTARY_AXES
+                shown = _degrees(limit) if turns else float(limit)
+                tables.append(f"{axis} = {shown!r}  # {unit.replace('mm', 'deg') if turns else unit}")
+        elif value is not None and value != math.inf:
+            top.append(f"{name} = {float(value)!r}  # {unit}")
+    for i, (axis, (low, high)) in enumerate((travel or {}).items()):
+        turns = axis in ROTARY_AXES
+        ends = [_degrees(low), _degrees(high)] if turns else [float(low), float(high)]
+        tables += ["", "[travel]"] * (i == 0) + [f"{axis} = {ends!r}  # {'deg' if turns else 'mm'}"]
+    return "\n".join([*top, *tables]) + "\n"
+
+
+def _degrees(angle: float) -> float:
+    """Degrees that `math.radians` turns into `angle` again, if there are such."""
+    degrees = math.degrees(angle)
+    for each in (degrees, math.nextafter(degrees, math.inf), math.nextafter(degrees, -math.inf)):
+        if math.radians(each) == angle:
+            return each
+    return degrees

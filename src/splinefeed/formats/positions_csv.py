@@ -1,0 +1,195 @@
+"""Setpoints of other programs: a CSV with a column of times and one an axis, positions only."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from splinefeed import units
+from splinefeed.errors import FormatError, UnitError
+from splinefeed.formats.sizes import MAX_TICKS
+from splinefeed.formats.source import check_file
+from splinefeed.records import ROTARY_AXES, Array, Setpoints
+
+#: How a file of ours begins.
+_OURS = "# splinefeed setpoints"
+#: Axes in the order in which a path has them, and what a column of times is called.
+AXES = ("x", "y", "z", "a", "b", "c", "theta")
+_TIMES = ("t", "time", "zeit")
+#: Lines at most that are no numbers, before the first that are.
+_LONGEST_HEAD = 100
+#: Data lines that are looked at for how many digits they have.
+_SAMPLED = 2000
+#: From this many decimals on a number has all its digits.
+_FULL = 12
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.I)
+_NAME = re.compile(r"([a-z]+?)(?:_cmd|_pos)?\s*(?:[_ ]\s*([a-z°]+)|[\[(]\s*([^\])]+)\s*[\])])?", re.I)
+
+
+def is_foreign(path: str | os.PathLike[str]) -> bool:
+    """Whether the file at `path` is named .csv or .txt and was not written by splinefeed."""
+    if os.path.splitext(path)[1].lower() not in (".csv", ".txt", ".tsv"):
+        return False
+    with check_file(path).open("rb") as stream:
+        return not stream.read(len(_OURS)).startswith(_OURS.encode())
+
+
+def read(
+    path: str | os.PathLike[str], *, columns: Sequence[str] | None = None, period: float | None = None
+) -> tuple[Setpoints, list[str]]:
+    """Setpoints with NaN for u, s and feed, and what had to be guessed, one sentence each.
+
+    The line above the numbers names the columns, or one above a line of units does: t, x, y, ... with a unit behind
+    (t_ms, x [in], theta_deg) or in the line of units; mm, s and degrees otherwise. columns  these names, for a file
+    without; period  s, otherwise the one that the times say. Numbers may be between commas, semicolons, tabs or
+    blanks, and NaN. Raises FormatError, which names the line.
+    """
+    file = check_file(path)
+    with file.open(encoding="utf-8-sig", errors="replace") as stream:
+        head: list[str] = []
+        sample: list[list[str]] = []
+        for line in stream:
+            if len(sample) == _SAMPLED:
+                break
+            if line.startswith("#") and not sample:
+                head.append(line.lstrip("# "))
+            elif line.strip():
+                words = _split(line)
+                if all(_NUMBER.fullmatch(word) for word in words):
+                    sample.append(words)
+                elif sample:
+                    raise FormatError(
+                        f"{path}: line {len(head) + len(sample) + 1}: {line.strip()[:60]!r} is no numbers"
+                    )
+                else:
+                    head.append(line)
+            else:
+                head.append("")
+            if len(head) > _LONGEST_HEAD:
+                raise FormatError(f"{path}: the first {_LONGEST_HEAD} lines hold no numbers")
+    if not sample:
+        raise FormatError(f"{path}: holds no numbers")
+    names = _names([line for line in head if line.strip()], columns, len(sample[0]), path)
+    delimiter = next((each for each in ",;\t" if each in _first_numbers(file, len(head))), None)
+    try:
+        rows = np.loadtxt(
+            file, delimiter=delimiter, skiprows=len(head), ndmin=2, encoding="utf-8-sig", max_rows=MAX_TICKS
+        )
+    except ValueError as error:
+        raise FormatError(f"{path}: is no sound table of numbers: {str(error).split(';')[0]}") from None
+    return _setpoints(rows, names, sample, period, path)
+
+
+def _first_numbers(file: os.PathLike[str], skipped: int) -> str:
+    with open(file, encoding="utf-8-sig", errors="replace") as stream:
+        for _ in range(skipped):
+            stream.readline()
+        return stream.readline()
+
+
+def _split(line: str) -> list[str]:
+    return [word.strip() for word in re.split(r"[,;\t]" if re.search(r"[,;\t]", line) else r"\s+", line.strip())]
+
+
+def _names(head: list[str], columns: Sequence[str] | None, count: int, path: object) -> dict[str, tuple[int, float]]:
+    """Column and factor to mm, s or rad of t and of each axis."""
+    texts = list(columns) if columns else []
+    below: list[str] = []
+    for k in range(len(head) - 1, -1, -1) if not texts else []:
+        words = _split(head[k])
+        if len(words) == count and any(_parsed(word)[0] in _TIMES for word in words):
+            texts = words
+            below = _split(head[k + 1]) if k + 1 < len(head) else []
+            break
+    if not texts:
+        raise FormatError(
+            f"{path}: no line above the numbers names {count} columns, t among them; give --columns t,x,y"
+        )
+    if len(texts) != count:
+        raise FormatError(f"{path}: {len(texts)} names for {count} columns: {', '.join(texts)[:80]}")
+    found: dict[str, tuple[int, float]] = {}
+    for k, text in enumerate(texts):
+        name, unit = _parsed(text)
+        if len(below) == count and not unit:
+            unit = below[k].strip("[]() ")
+        name = "t" if name in _TIMES else name
+        if name not in ("t", *AXES):
+            continue
+        if name in found:
+            raise FormatError(f"{path}: two columns are called {name}: {', '.join(texts)[:80]}")
+        kind, usual = ("time", "s") if name == "t" else ("angle", "deg") if name in ROTARY_AXES else ("length", "mm")
+        try:
+            found[name] = k, units.parse(f"1{unit or usual}", kind)
+        except UnitError as error:
+            raise FormatError(f"{path}: column {name}: {error}") from None
+    if "t" not in found or len(found) < 2:
+        raise FormatError(f"{path}: needs columns t and at least one of {', '.join(AXES)}; has {', '.join(texts)[:80]}")
+    return found
+
+
+def _parsed(text: str) -> tuple[str, str]:
+    """Name and unit of a column, both in small letters."""
+    match = _NAME.fullmatch(text.strip().strip("\"'").lower())
+    return (match[1], match[2] or match[3] or "") if match else (text.lower(), "")
+
+
+def _decimals(sample: list[list[str]], column: int) -> int:
+    """Digits behind the point in a column, at most _FULL; _FULL if numbers have an exponent."""
+    most = 0
+    for row in sample:
+        if "e" in row[column].lower() and "." in row[column]:
+            return _FULL
+        most = max(most, len(row[column].partition(".")[2]))
+    return min(most, _FULL)
+
+
+def _setpoints(
+    rows: Array, names: dict[str, tuple[int, float]], sample: list[list[str]], period: float | None, path: object
+) -> tuple[Setpoints, list[str]]:
+    notes = []
+    n = len(rows)
+    if n < 2 and period is None:
+        raise FormatError(f"{path}: one setpoint alone says no period; give --period")
+    column, factor = names.pop("t")
+    t = rows[:, column] * factor
+    digit = factor * 10.0 ** -_decimals(sample, column)
+    if period is None:
+        period = _period(t, digit, path)
+        notes.append(f"the times say a period of {period:.9g} s")
+    even = t[0] + period * np.arange(n)
+    if digit > factor * 10.0**-_FULL and bool(np.all(np.abs(t - even) <= 0.5001 * digit + 1e-9 * period)):
+        t = even  # each time is the even one, rounded to the digits of the file
+    axes = tuple(axis for axis in AXES if axis in names)
+    position = np.column_stack([rows[:, names[axis][0]] * names[axis][1] for axis in axes])
+    decimals = min(_decimals(sample, names[axis][0]) for axis in axes)
+    if decimals < _FULL:
+        notes.append(
+            f"the positions have {decimals} decimals; the differences carry their rounding, and --resolution "
+            f"{10.0**-decimals:g} (in the unit of the file) would allow for it"
+        )
+    nothing = np.full(n, math.nan)
+    points = Setpoints(
+        t=t, curve=np.full(n, -1), u=nothing, s=nothing, feed=nothing, position=position, axes=axes, period=period,
+        method="another program", settings={"file": os.fspath(str(path))},
+    )  # fmt: skip
+    return points, notes
+
+
+def _period(t: Array, digit: float, path: object) -> float:
+    """The period that times with that last digit say: their mean step, or the middle one where some are astray."""
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(t)
+    steps = steps[np.isfinite(steps)]
+    if not len(steps):
+        raise FormatError(f"{path}: column t: says no period; give --period")
+    mean = float(np.mean(steps))
+    even = t[0] + mean * np.arange(len(t))
+    middle = mean if bool(np.all(np.abs(t - even) <= digit + 1e-9 * abs(mean))) else float(np.median(steps))
+    if not middle > 0.0:
+        raise FormatError(f"{path}: column t: does not increase; give --period if it counts something else")
+    rounded = float(f"{middle:.9g}")
+    return rounded

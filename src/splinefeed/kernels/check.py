@@ -1,0 +1,404 @@
+"""Arithmetic of the check: where setpoints lie on the path, what lies between two of them, and a law's extremes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from splinefeed.kernels.arc_length import arc_length, parameter_in_row
+from splinefeed.kernels.contour import DISTANCE, PLACE, ROW, STACK, WHOLE, nearest_in_window, search_row
+from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.measure import _from_chord, _within_row
+from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape, derivatives, find_row, point, speed
+from splinefeed.records import Array, IntArray
+
+#: Columns of what `locate` finds: parameter, arc length mm, distance over the linear axes mm, largest deviation of a
+#: rotary axis rad, and how far the setpoint is from where its own u says, mm (0 if it has none, or if that is right).
+U, S, APART, TURNED, ASTRAY = 0, 1, 2, 3, 4
+FOUND = 5
+#: Intervals in which the curve between two setpoints, within one row, is looked at for its distance from their chord.
+CHORD_INTERVALS = 8
+#: Steps of the golden section that then finds the largest distance: 0.618^30 of two intervals.
+CHORD_STEPS = 30
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+#: What is sampled below this share of the largest so far is not looked at more closely.
+WORTH_A_LOOK = 0.9
+
+#: What `law_extremes` keeps the largest value of; velocity, acceleration and jerk of each axis stand behind these.
+FEED, SPEED_UP, SLOW_DOWN, JERK_UP, JERK_DOWN, CENTRIPETAL, BACKWARDS, AXES = 0, 1, 2, 3, 4, 5, 6, 7
+#: Instants looked at in every stretch of a law that lies on one piece of the path, at Chebyshev-Lobatto places.
+INSTANTS = 17
+#: Bisections that find when a law reaches the end of a row: 2^-60 of a piece.
+BISECTIONS = 60
+#: An acceleration below this share of the largest one in its stretch has no sign of its own.
+NO_SIGN = 1e-9
+
+
+@kernel
+def _apart(at: Array, position: Array, linear: int) -> tuple[float, float]:
+    """Distance over the linear axes, mm, and largest deviation of a rotary axis, rad."""
+    total = 0.0
+    turned = 0.0
+    for a in range(at.shape[0]):
+        if a < linear:
+            total += (at[a] - position[a]) ** 2
+        else:
+            turned = max(turned, abs(at[a] - position[a]))
+    return math.sqrt(total), turned
+
+
+@kernel
+def locate(
+    table: Array,
+    curve_rows: IntArray,
+    shape: Shape,
+    bounds: Array,
+    search_tolerance: float,
+    allowed: float,
+    curve: IntArray,
+    u: Array,
+    position: Array,
+    state: Array,
+    rows: IntArray,
+    found: Array,
+) -> float:
+    """Row of the table (n,) and FOUND columns (n, 5) of every setpoint; returns the largest |u| |C'(u)|, mm.
+
+    Where the position (n, axes) is within `allowed`, mm and rad, of the point that curve (n,) and u (n,) name, that
+    point counts. Elsewhere, and where u is NaN, it is the nearest point near the arc length that is named, or else
+    near the one that the last two setpoints let expect. A position that is not finite has NaN in all columns.
+    state (3,): expected arc length, last one, row; carried on.
+    """
+    axes = shape[1]
+    linear = shape[2]
+    last_row = table.shape[0] - 1
+    length = arc_length(table, last_row, 1.0)
+    at = np.empty(axes)
+    query = np.empty((1, linear))
+    hint = np.empty(1)
+    result = np.empty((1, 3))
+    stack = np.empty((STACK, 2))
+    row = int(state[2])
+    along = 0.0
+    for i in range(u.shape[0]):
+        finite = True
+        for a in range(axes):
+            finite = finite and math.isfinite(position[i, a])
+        if not finite:
+            rows[i] = row
+            found[i, :] = math.nan
+            state[0], state[1] = 2.0 * state[0] - state[1], state[0]
+            continue
+        index = curve[i]
+        named = 0 <= index < curve_rows.shape[0] and math.isfinite(u[i])
+        good = False
+        astray = 0.0
+        hint[0] = min(max(state[0], 0.0), length)
+        if named:
+            first = curve_rows[index, 0]
+            last = curve_rows[index, 1]
+            value = min(max(u[i], table[first, LOW]), table[last, HIGH])
+            if row < first or row > last or value < table[row, LOW] or value >= table[row, HIGH]:
+                row = find_row(table, first, last, LOW, value)
+            t = (value - table[row, MIDDLE]) * table[row, SCALE]
+            point(table, row, shape, t, at)
+            distance, turned = _apart(at, position[i], linear)
+            hint[0] = min(max(arc_length(table, row, t), 0.0), length)
+            good = distance <= allowed and turned <= allowed
+            astray = 0.0 if good else distance
+        if not good:
+            for a in range(linear):
+                query[0, a] = position[i, a]
+            nearest_in_window(table, shape, bounds, search_tolerance, False, 0.0, query, hint, result)
+            if result[0, ROW] == WHOLE:
+                result[0, DISTANCE] = math.inf
+                for each in range(last_row + 1):
+                    search_row(table, each, shape, bounds, query[0], -1.0, 1.0, search_tolerance, result[0], stack)
+            row = int(result[0, ROW])
+            t = result[0, PLACE]
+            value = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])
+            point(table, row, shape, t, at)
+            distance, turned = _apart(at, position[i], linear)
+        s = arc_length(table, row, t)
+        rows[i] = row
+        found[i, U] = value
+        found[i, S] = s
+        found[i, APART] = distance
+        found[i, TURNED] = turned
+        found[i, ASTRAY] = astray
+        along = max(along, abs(value) * speed(table, row, shape, t))
+        state[0] = 2.0 * s - state[1] if i > 0 or state[1] > 0.0 else s
+        state[1] = s
+    state[2] = row
+    return along
+
+
+@kernel
+def steps(table: Array, shape: Shape, rows: IntArray, u: Array, out: Array) -> None:
+    """Arc length from each located setpoint to the next, (n - 1,), mm, negative where one goes back.
+
+    By adaptive quadrature of |C'(u)| over every row between; NaN where a setpoint has no place.
+    """
+    for i in range(u.shape[0] - 1):
+        row = rows[i]
+        end_row = rows[i + 1]
+        low = u[i]
+        high = u[i + 1]
+        sign = 1.0
+        if end_row < row or (end_row == row and high < low):
+            row, end_row = end_row, row
+            low, high = high, low
+            sign = -1.0
+        total = math.nan
+        if math.isfinite(low) and math.isfinite(high):
+            total = 0.0
+            for k in range(row, end_row + 1):
+                start = low if k == row else table[k, LOW]
+                end = high if k == end_row else table[k, HIGH]
+                if end > start:
+                    total += _within_row(table, k, shape, start, end)
+        out[i] = sign * total
+
+
+@kernel
+def chords(table: Array, shape: Shape, rows: IntArray, u: Array, position: Array, worst: float, out: Array) -> None:
+    """Largest distance of the curve from the line between neighbouring setpoints, (n - 1,), mm.
+
+    Every row of a step is looked at by itself, ends included: a corner at a knot is never between two samples. Steps
+    below WORTH_A_LOOK of the largest so far (`worst` to begin with) keep their sampled value.
+    """
+    at = np.empty(shape[1])
+    for i in range(u.shape[0] - 1):
+        row = rows[i]
+        end_row = rows[i + 1]
+        low = u[i]
+        high = u[i + 1]
+        if end_row < row or (end_row == row and high < low):
+            row, end_row = end_row, row
+            low, high = high, low
+        out[i] = math.nan
+        if not (math.isfinite(low) and math.isfinite(high)):
+            continue
+        top = 0.0
+        for k in range(row, end_row + 1):
+            begin = low if k == row else table[k, LOW]
+            width = (high if k == end_row else table[k, HIGH]) - begin
+            best = 0
+            largest = 0.0
+            for j in range(CHORD_INTERVALS + 1):
+                place = begin + width * j / CHORD_INTERVALS
+                distance = _from_chord(table, k, k, shape, place, position[i], position[i + 1], at)
+                if distance > largest:
+                    largest = distance
+                    best = j
+            top = max(top, largest)
+            if largest < WORTH_A_LOOK * max(worst, top):
+                continue
+            left = begin + width * max(best - 1, 0) / CHORD_INTERVALS
+            right = begin + width * min(best + 1, CHORD_INTERVALS) / CHORD_INTERVALS
+            inner = right - GOLDEN * (right - left)
+            outer = left + GOLDEN * (right - left)
+            at_inner = _from_chord(table, k, k, shape, inner, position[i], position[i + 1], at)
+            at_outer = _from_chord(table, k, k, shape, outer, position[i], position[i + 1], at)
+            for _ in range(CHORD_STEPS):
+                if at_inner > at_outer:
+                    right = outer
+                    outer = inner
+                    at_outer = at_inner
+                    inner = right - GOLDEN * (right - left)
+                    at_inner = _from_chord(table, k, k, shape, inner, position[i], position[i + 1], at)
+                else:
+                    left = inner
+                    inner = outer
+                    at_inner = at_outer
+                    outer = left + GOLDEN * (right - left)
+                    at_outer = _from_chord(table, k, k, shape, outer, position[i], position[i + 1], at)
+            top = max(top, at_inner, at_outer)
+        worst = max(worst, top)
+        out[i] = top
+
+
+@kernel
+def _curvature(table: Array, row: int, shape: Shape, u: float, work: Array) -> float:
+    """Curvature over the linear axes at u of one row, 1/mm, infinite where C' = 0; work (4, axes)."""
+    derivatives(table, row, shape, (u - table[row, MIDDLE]) * table[row, SCALE], 2, work)
+    square = 0.0
+    product = 0.0
+    for a in range(shape[2]):
+        square += work[1, a] * work[1, a]
+        product += work[1, a] * work[2, a]
+    if square == 0.0:
+        return math.inf
+    across = 0.0
+    for a in range(shape[2]):
+        across += (work[2, a] - product / square * work[1, a]) ** 2
+    return math.sqrt(across) / square
+
+
+@kernel
+def least_curvatures(table: Array, shape: Shape, rows: IntArray, u: Array, out: Array) -> None:
+    """Least curvature between neighbouring setpoints, (n - 1,), 1/mm: ends and middle of each row's part."""
+    work = np.empty((4, shape[1]))
+    for i in range(u.shape[0] - 1):
+        row = min(rows[i], rows[i + 1])
+        end_row = max(rows[i], rows[i + 1])
+        least = math.inf
+        for k in range(row, end_row + 1):
+            begin = table[k, LOW] if k > row else (u[i] if rows[i] == row else u[i + 1])
+            end = table[k, HIGH] if k < end_row else (u[i + 1] if rows[i + 1] == end_row else u[i])
+            for j in range(3):
+                least = min(least, _curvature(table, k, shape, begin + 0.5 * j * (end - begin), work))
+        out[i] = least
+
+
+@kernel
+def _law(coefficients: Array, piece: int, tau: float) -> tuple[float, float, float, float]:
+    """s, ds/dt, d2s/dt2, d3s/dt3 at tau, s, behind the start of one piece: Horner's rule on c0 ... c5."""
+    s = coefficients[piece, 5]
+    v = 0.0
+    a = 0.0
+    j = 0.0
+    for k in range(4, -1, -1):
+        j = j * tau + a
+        a = a * tau + v
+        v = v * tau + s
+        s = s * tau + coefficients[piece, k]
+    return s, v, 2.0 * a, 6.0 * j
+
+
+@kernel
+def _motion(
+    table: Array, row: int, shape: Shape, s: float, v: float, a: float, j: float, growing: bool, work: Array, out: Array
+) -> bool:
+    """Every value that `law_extremes` keeps, at arc length s of one row, into out; False where the curve has C' = 0.
+
+    q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j,  with r_s, r_ss, r_sss by the chain
+    rule: u_s = 1/c, u_ss = -(C'.C'')/c^4, u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5, c = |C'|.
+    """
+    axes = shape[1]
+    linear = shape[2]
+    whole = arc_length(table, row, 1.0) - table[row, START]
+    ahead = min(max(s - table[row, START], 0.0), whole)
+    guess = 2.0 * ahead / whole - 1.0 if whole > 0.0 else 0.0
+    t = parameter_in_row(table, row, table[row, START] + ahead, guess)
+    derivatives(table, row, shape, t, 3, work)
+    out[FEED] = v
+    out[SPEED_UP] = a
+    out[SLOW_DOWN] = -a
+    out[JERK_UP] = abs(j) if growing else 0.0
+    out[JERK_DOWN] = 0.0 if growing else abs(j)
+    out[BACKWARDS] = -v
+    square = 0.0
+    product = 0.0
+    third = 0.0
+    for k in range(linear):
+        square += work[1, k] * work[1, k]
+        product += work[1, k] * work[2, k]
+        third += work[2, k] * work[2, k] + work[1, k] * work[3, k]
+    c = math.sqrt(square)
+    us = 1.0 / c
+    uss = -product / (square * square)
+    usss = 4.0 * product * product / (square * square * square * c) - third / (square * square * c)
+    bend = 0.0
+    regular = True
+    for k in range(axes):
+        r1 = work[1, k] * us
+        r2 = work[2, k] * us * us + work[1, k] * uss
+        r3 = work[3, k] * us * us * us + 3.0 * work[2, k] * us * uss + work[1, k] * usss
+        if k < linear:
+            bend += r2 * r2
+        out[AXES + k] = abs(r1 * v)
+        out[AXES + axes + k] = abs(r2 * v * v + r1 * a)
+        out[AXES + 2 * axes + k] = abs(r3 * v * v * v + 3.0 * r2 * v * a + r1 * j)
+        regular = regular and math.isfinite(out[AXES + k] + out[AXES + axes + k] + out[AXES + 2 * axes + k])
+    out[CENTRIPETAL] = math.sqrt(bend) * v * v
+    for k in range(0 if regular else out.shape[0]):
+        out[k] = out[k] if k < CENTRIPETAL or k == BACKWARDS else 0.0
+    return regular
+
+
+@kernel
+def _time_at(coefficients: Array, piece: int, s: float, low: float, high: float) -> float:
+    """tau in [low, high] of one piece at which its s, growing, is reached, by bisection."""
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if _law(coefficients, piece, middle)[0] < s:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@kernel
+def _place(low: float, high: float, index: float) -> float:
+    """Chebyshev-Lobatto place 0 ... INSTANTS - 1 of [low, high], or between two of them."""
+    return low + (high - low) * 0.5 * (1.0 - math.cos(math.pi * index / (INSTANTS - 1)))
+
+
+@kernel
+def law_extremes(
+    breaks: Array, coefficients: Array, table: Array, shape: Shape, rounding: float, worst: Array, jumps: Array
+) -> int:
+    """Largest value of everything from FEED to the axes' jerks over a whole law, into worst (7 + 3 axes, 3).
+
+    A row of `worst` is value, time s and arc length mm; jumps (3, 3) are the same for the largest jumps of s, feed and
+    acceleration between pieces. Every stretch in one piece of the law and one row of the path is looked at alone, ends
+    included, on that row's own polynomials: values at knots and breaks are one-sided by construction. Returns how many
+    instants had C' = 0. rounding: of s, mm.
+    """
+    last_row = table.shape[0] - 1
+    values = np.empty((INSTANTS + 1, worst.shape[0]))
+    work = np.empty((4, shape[1]))
+    accelerations = np.empty(INSTANTS)
+    row = 0
+    irregular = 0
+    for i in range(coefficients.shape[0]):
+        span = breaks[i + 1] - breaks[i]
+        end = _law(coefficients, i, span)
+        while row < last_row and coefficients[i, 0] >= table[row + 1, START] - rounding:
+            row += 1
+        low = 0.0
+        for _ in range(last_row + 1):
+            cut = row < last_row and end[0] > table[row + 1, START] + rounding
+            high = _time_at(coefficients, i, table[row + 1, START], low, span) if cut else span
+            for k in range(INSTANTS):
+                accelerations[k] = _law(coefficients, i, _place(low, high, k))[2]
+            no_sign = NO_SIGN * np.max(np.abs(accelerations))
+            middle_grows = accelerations[INSTANTS // 2] >= 0.0
+            for k in range(INSTANTS):
+                s, v, a, j = _law(coefficients, i, _place(low, high, k))
+                grows = a > 0.0 if abs(a) > no_sign else middle_grows
+                irregular += not _motion(table, row, shape, s, v, a, j, grows, work, values[k])
+            for q in range(worst.shape[0]):
+                best = int(np.argmax(values[:INSTANTS, q]))
+                top = values[best, q]
+                tau = _place(low, high, best)
+                if 0 < best < INSTANTS - 1 and top > WORTH_A_LOOK * worst[q, 0]:
+                    # the top of the parabola through three samples, which are even in the angle
+                    before = values[best - 1, q]
+                    after = values[best + 1, q]
+                    bend = before - 2.0 * top + after
+                    if bend < 0.0:
+                        between = _place(low, high, best + 0.5 * (before - after) / bend)
+                        s, v, a, j = _law(coefficients, i, between)
+                        grows = a > 0.0 if abs(a) > no_sign else middle_grows
+                        regular = _motion(table, row, shape, s, v, a, j, grows, work, values[INSTANTS])
+                        if regular and values[INSTANTS, q] > top:
+                            top = values[INSTANTS, q]
+                            tau = between
+                if top > worst[q, 0]:
+                    worst[q, 0] = top
+                    worst[q, 1] = breaks[i] + tau
+                    worst[q, 2] = _law(coefficients, i, tau)[0]
+            if not cut:
+                break
+            low = high
+            row += 1
+        for k in range(3 if i + 1 < coefficients.shape[0] else 0):
+            gap = abs(coefficients[i + 1, k] * (2.0 if k == 2 else 1.0) - end[k])
+            if gap > jumps[k, 0]:
+                jumps[k, 0] = gap
+                jumps[k, 1] = breaks[i + 1]
+                jumps[k, 2] = end[0]
+    return irregular
