@@ -1,0 +1,29 @@
+"""Draw the pictures of the README: the paper's airfoil, and the butterfly planned to the limits of its axes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import splinefeed as sf
+from splinefeed.report.files import save_figure
+from splinefeed.report.path_figure import path_figure
+
+HERE = Path(__file__).parent
+
+
+def main() -> None:
+    """Write both pictures beside this script."""
+    airfoil = sf.run(sf.shapes.naca("0025", perimeter=33))
+    save_figure(path_figure(airfoil.path, airfoil.points), HERE / "airfoil-path.svg")
+    limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
+    butterfly = sf.run(sf.shapes.butterfly(), limits, strategy="time-optimal")
+    save_figure(path_figure(butterfly.path, butterfly.points), HERE / "butterfly-path.svg")
+    law = butterfly.law
+    print(f"butterfly: {law.duration:.3f} s, lower bound {law.settings['lower_bound_s']:.3f} s")
+    classic = sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, acceleration=500, jerk=20000))
+    peaks = classic.axis_peaks()["x"]
+    print(f"seven phases: {classic.law.duration:.3f} s, and {peaks['acceleration']:.3g} mm/s^2 on x")
+
+
+if __name__ == "__main__":
+    main()
