@@ -1,7 +1,8 @@
 /* The shared loop of splinefeed.interpolation for one planar rational cubic, in C: the yardstick of benchmarks/ticks.py.
 
    Same table, same law, same order of every sum and product as the Numba kernels, so that all bits should agree; what
-   the Numba loop learns when it is called (degree, axes, method) is fixed here when the file is compiled. */
+   the Numba loop learns when it is called (degree, axes, method) is fixed here when the file is compiled. A motion is
+   run from its first tick to its last, so that no state is handed in or out. */
 
 #include <math.h>
 #include <stdint.h>
@@ -9,8 +10,7 @@
 enum { DEGREE = 3, AXES = 2, TERMS = DEGREE + 1 };
 enum { LOW, HIGH, MIDDLE, SCALE, START, ARC, ARC_TERMS = 11, ORIGIN = ARC + ARC_TERMS, BASE = ORIGIN + AXES };
 enum { WEIGHT = BASE + AXES * TERMS, WIDTH = WEIGHT + TERMS };
-enum { ROW, FIRST_ROW, LAST_ROW, CURVE, PIECE, STEPS, REPLACED };
-enum { HISTORY = 4, NOW = 12, OVERRUN = 16, LAW_TERMS = 6, STARTING_STEPS = 3, MAX_STEPS = 80 };
+enum { HISTORY = 4, LAW_TERMS = 6, STARTING_STEPS = 3, MAX_STEPS = 80 };
 
 /* One for each function that this file exports. */
 enum method { MILNE_SIMPSON, MILNE_SIMPSON_ANCHORED, ARC_LENGTH };
@@ -32,6 +32,11 @@ struct cursor {
 
 struct instant {
     double s, feed, acceleration;
+};
+
+struct result { /* what a call leaves beside the setpoints */
+    int64_t replaced;
+    double overrun, acceleration;
 };
 
 static inline double least(double a, double b) { return a < b ? a : b; }
@@ -209,27 +214,20 @@ static inline double next(enum method method, const struct motion *motion, const
 }
 
 static inline __attribute__((always_inline)) void
-run(enum method method, const struct motion *given, int64_t first_tick, int64_t ticks, int64_t *restrict integers,
-    double *restrict floats, int64_t *restrict curve_out, double *restrict u_out, double *restrict s_out,
-    double *restrict feed_out, double *restrict position)
+run(enum method method, const struct motion *given, int64_t ticks, struct result *result, int64_t *restrict curve_out,
+    double *restrict u_out, double *restrict s_out, double *restrict feed_out, double *restrict position)
 {
-    /* the state lives in local variables, which the compiler may keep in registers, and is written back at the end */
     const struct motion motion = *given;
     const double *table = motion.table, length = motion.length, period = motion.period;
     const double end = motion.breaks[motion.pieces];
     const int64_t last_curve = motion.curves - 1, history = method == ARC_LENGTH ? 0 : STARTING_STEPS;
     const int anchor = method != MILNE_SIMPSON;
-    struct cursor cursor = {integers[ROW], integers[FIRST_ROW], integers[LAST_ROW]};
-    int64_t curve = integers[CURVE], piece = integers[PIECE], steps = integers[STEPS], replaced = integers[REPLACED];
-    double u[HISTORY], rate[HISTORY], overrun = floats[OVERRUN], now = floats[NOW + 3];
-    struct instant at = {floats[NOW], floats[NOW + 1], floats[NOW + 2]};
-    for (int k = 0; k < HISTORY; k++) {
-        u[k] = floats[k];
-        rate[k] = floats[HISTORY + k];
-    }
+    struct cursor cursor = {0, 0, 0};
+    int64_t curve = 0, piece = 0, steps = 0, replaced = 0;
+    double u[HISTORY] = {0.0}, rate[HISTORY] = {0.0}, overrun = 0.0, now = 0.0;
+    struct instant at = {0.0, 0.0, 0.0};
 
-    for (int64_t i = 0; i < ticks; i++) {
-        const int64_t tick = first_tick + i;
+    for (int64_t tick = 0; tick < ticks; tick++) {
         const double time = least((double)tick * period, end), passed = time - now;
         const int starting = steps < history, uneven = fabs(passed - period) > 1e-6 * period;
         double half_feed = 0.0;
@@ -282,38 +280,20 @@ run(enum method method, const struct motion *given, int64_t first_tick, int64_t 
         rate[0] = rate_at(after, feed, table, &cursor);
         const double *row = walk_to(table, &cursor, after);
         const double t = (after - row[MIDDLE]) * row[SCALE];
-        point(row, t, position + AXES * i);
-        curve_out[i] = curve;
-        u_out[i] = after;
-        s_out[i] = arc_length(row, t);
-        feed_out[i] = feed;
-        at.s = s;
-        at.feed = feed;
+        point(row, t, position + AXES * tick);
+        curve_out[tick] = curve;
+        u_out[tick] = after;
+        s_out[tick] = arc_length(row, t);
+        feed_out[tick] = feed;
     }
-
-    integers[ROW] = cursor.row;
-    integers[FIRST_ROW] = cursor.first;
-    integers[LAST_ROW] = cursor.last;
-    integers[CURVE] = curve;
-    integers[PIECE] = piece;
-    integers[STEPS] = steps;
-    integers[REPLACED] = replaced;
-    for (int k = 0; k < HISTORY; k++) {
-        floats[k] = u[k];
-        floats[HISTORY + k] = rate[k];
-    }
-    floats[NOW] = at.s;
-    floats[NOW + 1] = at.feed;
-    floats[NOW + 2] = at.acceleration;
-    floats[NOW + 3] = now;
-    floats[OVERRUN] = overrun;
+    *result = (struct result){replaced, overrun, at.acceleration};
 }
 
 #define EXPORT(name, method)                                                                                           \
-    void name(const struct motion *motion, int64_t first_tick, int64_t ticks, int64_t *integers, double *floats,       \
-              int64_t *curve, double *u, double *s, double *feed, double *position)                                    \
+    void name(const struct motion *motion, int64_t ticks, struct result *result, int64_t *curve, double *u, double *s, \
+              double *feed, double *position)                                                                          \
     {                                                                                                                  \
-        run(method, motion, first_tick, ticks, integers, floats, curve, u, s, feed, position);                         \
+        run(method, motion, ticks, result, curve, u, s, feed, position);                                               \
     }
 
 EXPORT(milne_simpson_ticks, MILNE_SIMPSON)

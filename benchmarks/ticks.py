@@ -63,6 +63,12 @@ def compile_kernel(folder: str, flags: Iterable[str] = ()) -> ctypes.CDLL | None
     return ctypes.CDLL(str(target)) if made.returncode == 0 else None
 
 
+class _Result(ctypes.Structure):
+    """The fields of `struct result` in ticks.c."""
+
+    _fields_ = (("replaced", ctypes.c_int64), ("overrun", ctypes.c_double), ("acceleration", ctypes.c_double))
+
+
 class Lap:
     """One motion over a path, from rest to rest, run by either kernel into arrays of the same kind."""
 
@@ -77,14 +83,11 @@ class Lap:
         """Arrays for curve, u, s, feed and position, in memory already."""
         return tuple(np.zeros_like(array) for array in self.source._room(self.ticks))
 
-    def state(self) -> Room:
-        """Integers and floats of a motion that has not begun."""
-        return np.zeros_like(self.source._integers), np.zeros_like(self.source._floats)
-
     def by_numba(self, room: Room) -> None:
         """Fill `room` by the loop that `Interpolator` runs."""
         source = self.source
-        source._loop(*source._given, 0, *self.state(), *source._asked, *room)
+        state = np.zeros_like(source._integers), np.zeros_like(source._floats)
+        source._loop(*source._given, 0, *state, *source._asked, *room)
 
     def by_c(self, library: ctypes.CDLL, room: Room) -> None:
         """Fill `room` by the kernel of ticks.c."""
@@ -104,11 +107,11 @@ class Lap:
             corrections=self.source.settings["corrections"],
             tolerance=self.source.settings["tolerance"],
         )
-        arrays = (*self.state(), *room)
+        result = _Result()
+        places = [ctypes.c_void_p(array.ctypes.data) for array in room]
         function = getattr(library, self.method.replace("-", "_") + "_ticks")
         function.restype = None
-        places = [ctypes.c_void_p(array.ctypes.data) for array in arrays]
-        function(ctypes.byref(motion), ctypes.c_int64(0), ctypes.c_int64(self.ticks), *places)
+        function(ctypes.byref(motion), ctypes.c_int64(self.ticks), ctypes.byref(result), *places)
 
     def by_user(self) -> None:
         """The same as a user gets it, arrays and record made anew."""

@@ -290,7 +290,8 @@ def test_equality_tells_curves_apart():
         "a curve",
     ]
     assert all(curve != other for other in others)
-    zero, minus = NurbsCurve.bezier([[0.0], [1.0]]), NurbsCurve.bezier([[-0.0], [1.0]])
+    zero = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[0.0], [1.0]])
+    minus = NurbsCurve(1, [-0.0, -0.0, 1.0, 1.0], [[-0.0], [1.0]])
     assert zero == minus and hash(zero) == hash(minus)
 
 

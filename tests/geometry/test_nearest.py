@@ -133,6 +133,20 @@ def test_evolute_of_the_ellipse():
     assert np.abs(distance - wanted).max() <= 1e-14
 
 
+@pytest.mark.nojit
+@pytest.mark.parametrize("above", [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1])
+def test_two_valleys_close_together(above):
+    # y = x^2 from (aside, 1/2 + above): 2 x^3 - 2 above x - aside = 0, two minima while aside is small enough
+    parabola = NurbsCurve.bezier([[-0.7, 0.49], [0.05, -0.56], [0.8, 0.64]])
+    most = (2.0 * above / 3.0) ** 1.5 * np.sqrt(0.5)
+    aside = most * np.array([0.5, -0.5, 0.05, -0.05, 1e-3, -1e-3, 0.9, -0.9, 1.1, -1.1])
+    queries = np.column_stack([aside, np.full(len(aside), 0.5 + above)])
+    _, distance = parabola.nearest(queries)
+    valleys = [np.roots([2.0, 0.0, -2.0 * above, -x]).real for x in aside]
+    wanted = [np.hypot(v - x, v * v - y).min() for v, (x, y) in zip(valleys, queries, strict=True)]
+    assert np.abs(distance - wanted).max() <= 4.0 * EPSILON
+
+
 def test_self_crossing_is_near_whichever_branch_is_nearer():
     eight = KNOWN["figure eight"]
     u = np.linspace(0.0, 1.0, 2001)
@@ -145,14 +159,15 @@ def test_self_crossing_is_near_whichever_branch_is_nearer():
     assert np.abs(backwards[::-1] - distance).max() <= PROMISE * eight.size
 
 
-@pytest.mark.parametrize("width", [0.3, 0.1, 3e-2, 1e-2, 1e-3, 1e-4])
-def test_a_loop_that_samples_do_not_see(width):
-    curve = with_loop(0.37, width)
+@pytest.mark.parametrize("at", [0.37, 0.4396119650664308])
+@pytest.mark.parametrize("width", [0.3, 0.1, 3e-2, 1e-2, 1e-3, 1e-4, 3.290305403958895e-05])
+def test_a_loop_that_samples_do_not_see(at, width):
+    curve = with_loop(at, width)
     random = np.random.default_rng(1)
-    fine = (0.37 + width * np.linspace(-20.0, 20.0, 8001)).clip(0.0, 1.0)
+    fine = (at + width * np.linspace(-20.0, 20.0, 8001)).clip(0.0, 1.0)
     loop = curve(fine)
     within = loop[random.integers(3500, 4500, 60)] + width**3 * random.normal(size=(60, 2))
-    queries = np.concatenate([within, 0.37 + within[::-1], hard_points(curve, 2)])
+    queries = np.concatenate([within, at + within[::-1], hard_points(curve, 2)])
     assert worst_error(curve, queries) <= PROMISE
     _, distance = curve.nearest(within)
     sampled = np.linalg.norm(loop[:, None] - within, axis=2).min(axis=0)

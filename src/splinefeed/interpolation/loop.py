@@ -16,7 +16,7 @@ from splinefeed.interpolation.stepping import (
     HALF_FEED,
     NEXT_FEED,
     NEXT_S,
-    anchored,
+    placed,
     rate_in_row,
     runge_kutta,
 )
@@ -124,17 +124,17 @@ def _loop(
             cursor[2] = last_row
             steps = 0
             memory[:] = 0.0
-            after = anchored(table[first_row, LOW], s, table, cursor)
+            after = placed(table[first_row, LOW], s, table, cursor)
         else:
             if starting or uneven:
                 after = runge_kutta(u, rate, law, passed, table, cursor, shape)
                 if anchor and math.isfinite(after):
-                    after = anchored(after, s, table, cursor)
+                    after = placed(after, s, table, cursor)
             else:
                 after = step(u, rate, law, period, table, cursor, shape, corrections, tolerance, memory)
             steps += 1
             if not math.isfinite(after):
-                after = anchored(u[0], s, table, cursor)
+                after = placed(u[0], s, table, cursor)
                 integers[REPLACED] += 1
         if anchor and s >= length:
             after = table[last_row, HIGH]  # the end of the path is the end, not a rounding beside it

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 from splinefeed.kernels.arc_length import parameter_in_row
-from splinefeed.kernels.jit import hot_kernel
+from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.kernels.pieces import MIDDLE, SCALE, START, Shape, speed, walk_to
 from splinefeed.records import Array, IntArray
 
@@ -54,6 +54,12 @@ def anchored(u: float, s: float, table: Array, cursor: IntArray) -> float:
     return table[row, MIDDLE] + parameter_in_row(table, row, s, guess) / table[row, SCALE]
 
 
+@kernel
+def placed(u: float, s: float, table: Array, cursor: IntArray) -> float:
+    """`anchored` as a call of its own, for what happens once a curve: copies everywhere would take long to compile."""
+    return anchored(u, s, table, cursor)
+
+
 @hot_kernel
 def milne_simpson(
     u: Array,
@@ -84,7 +90,7 @@ def milne_simpson(
     return after
 
 
-@hot_kernel
+@kernel
 def runge_kutta(
     u: Array, rate: Array, law: Array, period: float, table: Array, cursor: IntArray, shape: Shape
 ) -> float:

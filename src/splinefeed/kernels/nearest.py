@@ -35,8 +35,6 @@ MAX_HALVINGS = 50
 #: Places in a row or a cell at which speed and curvature are looked at, and what is allowed for between them.
 SAMPLES = 9
 MARGIN = 1.2
-#: Cosine of the turn between two samples from which on there is a cusp, or a turn too sharp to be seen, between them.
-SUDDEN = 0.8
 #: Bisections of a cell before minima are looked for without proof that there is one at most.
 MAX_BISECTIONS = 4
 #: Newton steps inside one interval; a step that does not halve the one before is a bisection.
@@ -96,14 +94,11 @@ def speed_and_bend(
 ) -> tuple[float, float]:
     """Greatest |dC/dt|, mm, and curvature, 1/mm, from low to high in t: of samples and the slow places, with MARGIN.
 
-    Curvature is greatest where the curve is slow; it is infinite if C' = 0 at a place, or if the tangent turns suddenly
-    from one sample to the next. slow (slow_count,) in t, work (3, axes).
+    Curvature peaks where the curve is slow, and is infinite where C' = 0; slow (slow_count,) in t, work (3, axes).
     """
     linear = shape[2]
-    scale = table[row, SCALE]
     speed = 0.0
     bend = 0.0
-    last = np.zeros(linear)
     for i in range(SAMPLES + slow_count):
         t = low + (high - low) * i / (SAMPLES - 1) if i < SAMPLES else slow[i - SAMPLES]
         if t < low or t > high:
@@ -118,17 +113,11 @@ def speed_and_bend(
             bend = math.inf
             continue
         across = 0.0
-        onward = 0.0
         for a in range(linear):
             part = work[2, a] - product / square * work[1, a]
             across += part * part
-            onward += last[a] * work[1, a]
-        speed = max(speed, math.sqrt(square) / scale)
+        speed = max(speed, math.sqrt(square) / table[row, SCALE])
         bend = max(bend, math.sqrt(across) / square)
-        if 0 < i < SAMPLES and onward < SUDDEN * math.sqrt(square):
-            bend = math.inf
-        for a in range(linear):
-            last[a] = work[1, a] / math.sqrt(square)
     return MARGIN * speed, MARGIN * bend
 
 
