@@ -47,7 +47,7 @@ def step(*_: Any) -> float:
 #: Shapes of path that get a loop of their own, in which the compiler knows degree and axes and unrolls what depends on
 #: them: about a third faster, for a second more of compiling. The bits of the result are the same.
 UNROLLED_SHAPES: frozenset[Shape] = frozenset(
-    (degree, axes, axes, rational) for degree in (3,) for axes in (2, 3) for rational in (0, 1)
+    (degree, axes, axes, rational) for degree in (3, 8) for axes in (2, 3) for rational in (0, 1)
 )
 #: The shape of such a loop, put in its place by `loop_for`; degree 0: the shape is what the caller says.
 FIXED_SHAPE: Shape = (0, 0, 0, 0)

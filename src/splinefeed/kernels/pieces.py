@@ -304,7 +304,8 @@ def fill_rows(table: Array, knots: Array, points: Array, weights: Array, spans: 
                 high = middle
                 continue
             if rows < table.shape[0]:
-                table[rows] = scratch
+                for c in range(table.shape[1]):  # table[rows] = scratch is slow to compile
+                    table[rows, c] = scratch[c]
             rows += 1
             low = high
             high = knots[span + 1]
