@@ -77,7 +77,12 @@ def _path(path: Path) -> dict[str, Any]:
         "corners": len(path.corners),
         "stops": len(path.stops),
         "corner_places": [
-            {"s_mm": c.s, "angle_deg": math.degrees(c.angle), "curvature_jump_per_mm": c.curvature_jump, "stop": c.stop}
+            {
+                "s_mm": c.s,
+                "angle_deg": math.degrees(c.angle),
+                "curvature_jump_per_mm": c.curvature_jump if math.isfinite(c.curvature_jump) else None,
+                "stop": c.stop,
+            }
             for c in path.corners
         ],
         "gaps": sum(gap > JOIN_TOLERANCE for gap in path.gaps),
