@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from splinefeed.geometry import shapes as shapes
     from splinefeed.geometry.curve import NurbsCurve as NurbsCurve
     from splinefeed.geometry.fitting import fit as fit
+    from splinefeed.geometry.path import Marker as Marker
     from splinefeed.geometry.path import Path as Path
     from splinefeed.geometry.tangential import tangential as tangential
     from splinefeed.interpolation.interpolator import Interpolator as Interpolator
@@ -42,6 +43,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Interpolator": "interpolation.interpolator",
     "Limits": "records",
+    "Marker": "geometry.path",
     "NurbsCurve": "geometry.curve",
     "Path": "geometry.path",
     "Setpoints": "records",

@@ -20,8 +20,12 @@ BoolArray = NDArray[np.bool_]
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
 
-#: Fields of Limits that may differ from axis to axis.
+#: Fields of Limits that bound the derivatives of each axis by time, of order 1, 2 and 3.
 AXIS_LIMITS = ("axis_velocity", "axis_acceleration", "axis_jerk")
+#: Fields of Limits that may differ from axis to axis: those, and the step of velocity at a corner.
+BY_AXIS = (*AXIS_LIMITS, "axis_velocity_step")
+#: Fields of Limits that say how far each axis may travel.
+TRAVEL_ENDS = ("axis_minimum", "axis_maximum")
 
 #: Number of coefficients of a time-law piece: quintic in t, the highest degree that a strategy makes.
 LAW_COEFFICIENTS = 6
@@ -63,9 +67,12 @@ class Limits:
     chord_error   mm between the curve and the line from one setpoint to the next; centripetal  mm/s^2
     axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3 for every linear axis, or a mapping from axis
                   names (rotary ones in rad)
+    axis_velocity_step  how much the velocity of each axis may jump at a corner, mm/s, given likewise; without it the
+                  tool stops at every corner (exact stop)
+    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad: mappings from axis names
 
-    Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], and if neither
-    feed nor axis_velocity is given.
+    Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for travel that is
+    none, and if neither feed nor axis_velocity is given.
     """
 
     feed: float = math.inf
@@ -80,6 +87,9 @@ class Limits:
     axis_velocity: float | Mapping[str, float] | None = None
     axis_acceleration: float | Mapping[str, float] | None = None
     axis_jerk: float | Mapping[str, float] | None = None
+    axis_velocity_step: float | Mapping[str, float] | None = None
+    axis_minimum: Mapping[str, float] | None = None
+    axis_maximum: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
         for name in ("feed", "acceleration", "jerk"):
@@ -94,13 +104,30 @@ class Limits:
             object.__setattr__(self, "deceleration", self.acceleration)
         if self.deceleration_jerk is None:
             object.__setattr__(self, "deceleration_jerk", self.jerk)
-        for name in AXIS_LIMITS:
+        for name in BY_AXIS:
             value = getattr(self, name)
             if isinstance(value, Mapping):
                 checked = {str(axis): positive(limit, f"{name}.{axis}") for axis, limit in value.items()}
                 object.__setattr__(self, name, MappingProxyType(checked) if checked else None)
             elif value is not None:
                 object.__setattr__(self, name, positive(value, name))
+        for name in TRAVEL_ENDS:
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, Mapping):
+                raise LimitsError(f"{name} is {value!r}; give one position an axis, such as {{'x': 0.0}}")
+            ends = {str(axis): number(end, f"{name}.{axis}") for axis, end in (value or {}).items()}
+            object.__setattr__(self, name, MappingProxyType(ends) if ends else None)
+        low_ends, high_ends = self.axis_minimum or {}, self.axis_maximum or {}
+        for axis in {**low_ends, **high_ends}:
+            if axis not in low_ends or axis not in high_ends:
+                raise LimitsError(
+                    f"axis_minimum and axis_maximum of {axis}: one is missing; give both ends of its travel"
+                )
+        for axis, (low, high) in self.travel.items():
+            if not low < high:
+                raise LimitsError(
+                    f"axis_minimum.{axis} is {low:g} and axis_maximum.{axis} is {high:g}; no travel is left"
+                )
         if self.feed == math.inf and self.axis_velocity is None:
             raise LimitsError("neither feed nor axis_velocity is given; one of them is needed")
         for name in ("start_feed", "end_feed"):
@@ -111,8 +138,20 @@ class Limits:
                 )
             object.__setattr__(self, name, value)
 
+    @property
+    def travel(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest position of each axis that has soft limits, mm or rad."""
+        return {axis: (low, (self.axis_maximum or {})[axis]) for axis, low in (self.axis_minimum or {}).items()}
+
+    def travel_of(self, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
+        """`travel`; LimitsError for the travel of an axis that is not among `axes`."""
+        for axis in self.travel:
+            if axis not in axes:
+                raise LimitsError(f"travel.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        return self.travel
+
     def of_axes(self, name: str, axes: Sequence[str]) -> Array:
-        """One of AXIS_LIMITS for each of `axes`, (axes,), infinite where there is none.
+        """One of BY_AXIS for each of `axes`, (axes,), infinite where there is none.
 
         Raises LimitsError for a limit on an axis that is not there.
         """
@@ -147,7 +186,7 @@ class Limits:
         values: dict[str, Any] = {}
         for key, value in flat.items():
             name, _, axis = key.partition(".")
-            if name not in known or (axis and name not in AXIS_LIMITS):
+            if name not in known or (axis and name not in (*BY_AXIS, *TRAVEL_ENDS)):
                 raise LimitsError(f"{key!r} is no limit; known are {', '.join(sorted(known))}")
             if axis:
                 values.setdefault(name, {})[axis] = value

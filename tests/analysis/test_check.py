@@ -223,8 +223,10 @@ def test_jerk_has_a_limit_each_for_speeding_up_and_slowing_down(good):
 def test_travel(good):
     path, points, _ = good
     low, high = float(points.position[:, 1].min()), float(points.position[:, 1].max())
-    assert check(points, path, LIMITS, travel={"y": (low, high)}).ok
-    verdict = check(points, path, LIMITS, travel={"x": (-1.0, 71.0), "y": (low, high - 1e-6)})
+    held = dataclasses.replace(LIMITS, axis_minimum={"y": low}, axis_maximum={"y": high})
+    assert check(points, path, held).ok
+    over = dataclasses.replace(LIMITS, axis_minimum={"x": -1.0, "y": low}, axis_maximum={"x": 71.0, "y": high - 1e-6})
+    verdict = check(points, path, over)
     assert failing(verdict) == {"travel.y"}
     assert verdict.limits["travel.y"].at_t == points.t[np.argmax(points.position[:, 1])]
 

@@ -39,7 +39,7 @@ theta = [-90, 90]
 
 
 def test_a_whole_file():
-    limits, travel = limits_toml.parse(WHOLE)
+    limits = limits_toml.parse(WHOLE)
     assert limits == sf.Limits(
         feed=60,
         acceleration=500,
@@ -50,12 +50,14 @@ def test_a_whole_file():
         axis_velocity=80,
         axis_acceleration={"x": 500.0, "theta": math.pi / 2},
         axis_jerk={"x": 20000.0, "theta": 2.0},
+        axis_minimum={"x": -1.0, "theta": -math.pi / 2},
+        axis_maximum={"x": 500.0, "theta": math.pi / 2},
     )
-    assert travel == {"x": (-1.0, 500.0), "theta": (-math.pi / 2, math.pi / 2)}
+    assert limits.travel == {"x": (-1.0, 500.0), "theta": (-math.pi / 2, math.pi / 2)}
 
 
 def test_every_field_of_limits_has_a_kind():
-    assert set(limits_toml.KINDS) == {f.name for f in dataclasses.fields(sf.Limits)}
+    assert {*limits_toml.KINDS, "axis_minimum", "axis_maximum"} == {f.name for f in dataclasses.fields(sf.Limits)}
 
 
 @pytest.mark.parametrize(
@@ -145,7 +147,7 @@ positive = st.floats(1e-12, 1e12)
 )  # fmt: skip
 def test_what_is_written_comes_back(flat):
     limits = sf.Limits.from_dict(flat)
-    back, _ = limits_toml.parse(limits_toml.to_text(limits))
+    back = limits_toml.parse(limits_toml.to_text(limits))
     for name, value in limits.as_dict().items():
         if name.endswith(".theta"):
             assert back.as_dict()[name] == pytest.approx(value, rel=1e-15)
@@ -155,11 +157,10 @@ def test_what_is_written_comes_back(flat):
 
 
 def test_files(tmp_path):
-    limits, travel = limits_toml.parse(WHOLE)
+    limits = limits_toml.parse(WHOLE)
     file = tmp_path / "limits.toml"
-    limits_toml.write(limits, file, travel)
+    limits_toml.write(limits, file)
     assert limits_toml.read(file) == limits
-    assert limits_toml.read_all(file) == (limits, travel)
     assert "theta = 90.0  # deg/s^2" in file.read_text()
     with pytest.raises(FormatError, match="there is no such file"):
         limits_toml.read(tmp_path / "no.toml")

@@ -113,7 +113,19 @@ def test_a_law_and_limits_come_back_bit_for_bit(tmp_path: Path) -> None:
         assert np.array_equal(back.coefficients, law.coefficients)
         for name in ("strategy", "period", "notes", "settings"):
             assert getattr(back, name) == getattr(law, name)
-    limits = Limits(feed=60, acceleration=50, jerk=2000, deceleration=40, start_feed=1 / 3)
+    limits = Limits(
+        feed=60,
+        acceleration=50,
+        jerk=2000,
+        deceleration=40,
+        start_feed=1 / 3,
+        chord_error=1e-3,
+        axis_velocity=70,
+        axis_jerk={"x": 2e4, "theta": 1 / 7},
+        axis_velocity_step={"y": 1.5},
+        axis_minimum={"x": -1.0},
+        axis_maximum={"x": 71.0},
+    )
     save(limits, tmp_path / "limits.hdf5")
     assert load(tmp_path / "limits.hdf5") == limits
 

@@ -11,7 +11,7 @@ import pytest
 from sample_curves import KNOWN, ROOT_HALF, STILL, butterfly, ellipse, random_curve, with_cusp
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import Path
+from splinefeed.geometry.path import Marker, Path
 
 EPSILON = np.finfo(float).eps
 
@@ -360,3 +360,55 @@ def test_refused_with_these_words(make, said):
     with pytest.raises(InputError) as caught:
         make(line([0, 0], [1, 0]), line([0, 0, 0], [1, 0, 0]))
     assert str(caught.value) == said
+
+
+def program():
+    """Three lines in one direction, a stop of 2 s and one of 0.5 s at one place, and a word in motion."""
+    lines = [NurbsCurve(1, [0, 0, 1, 1], [[x, 0.0], [x + 1.0, 0.0]]) for x in (0.0, 1.0, 2.0)]
+    markers = [
+        Marker(1, "G4 P2", dwell=2.0),
+        Marker(0, "M3 S9000"),
+        Marker(1, "M8", dwell=0.5),
+        Marker(2, "S8000", stop=False),
+    ]
+    return Path(lines, feeds=[10.0, np.inf, 20.0], tolerances=[0.0, 0.01, 0.01], markers=markers)
+
+
+def test_what_a_program_says_is_kept():
+    path = program()
+    assert path.feeds.tolist() == [10.0, np.inf, 20.0]
+    assert [marker.text for marker in path.markers] == ["M3 S9000", "G4 P2", "M8", "S8000"]
+    assert path.stops == (1.0,)
+    assert path.dwells == ((1.0, 2.5),)
+    turned = path.reversed()
+    assert turned.feeds.tolist() == [20.0, np.inf, 10.0]
+    assert turned.tolerances.tolist() == [0.01, 0.01, 0.0]
+    assert [(marker.before, marker.text) for marker in turned.markers] == [
+        (1, "S8000"),
+        (2, "M8"),
+        (2, "G4 P2"),
+        (3, "M3 S9000"),
+    ]
+    again = pickle.loads(pickle.dumps(path.transformed(2.0 * np.eye(2))))
+    assert again.feeds.tolist() == path.feeds.tolist()
+    assert again.markers == path.markers
+    assert again.dwells == ((2.0, 2.5),)
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        ({"feeds": [1.0]}, "feeds has 1 numbers for 3 curves"),
+        ({"feeds": [1.0, 0.0, 1.0]}, "feeds\\[1\\] is 0; it must be greater than 0"),
+        ({"feeds": [1.0, float("nan"), 1.0]}, "feeds\\[1\\] is nan"),
+        ({"tolerances": [0.0, 0.0, -1.0]}, "tolerances\\[2\\] is -1; it must be 0 or more"),
+        ({"markers": [Marker(4, "M2")]}, "marker 'M2' stands before curve 4 of 3"),
+    ],
+)
+def test_what_a_program_says_must_fit(said, message):
+    with pytest.raises(InputError, match=message):
+        Path(program().curves, **said)
+    with pytest.raises(InputError, match="the tool can only wait at rest"):
+        Marker(0, "G4", dwell=1.0, stop=False)
+    with pytest.raises(InputError, match="it must be 0 or more and finite"):
+        Marker(0, "G4", dwell=float("inf"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -40,7 +40,6 @@ def check(
     *,
     tolerance: float = TOLERANCE,
     resolution: float = 0.0,
-    travel: Mapping[str, tuple[float, float]] | None = None,
 ) -> Verdict:
     """Whether setpoints, whole or in chunks, lie on `path`, cover it, keep their period, and hold every limit.
 
@@ -54,17 +53,16 @@ def check(
 
     tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's
     resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits
-    travel      least and greatest position of axes by name, mm or rad (soft limits); their limit and worst value are
-                distances from the middle
+    Of soft limits (travel) limit and worst value are distances from the middle of the travel.
 
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
     A fault in the setpoints is no error but a problem of the verdict. Raises InputError for setpoints of other axes
-    than the path's, for none at all, and for a tolerance or travel that cannot be.
+    than the path's, for none at all, and for a tolerance that cannot be; LimitsError for limits of axes that it lacks.
     """
     slack = number(tolerance, "tolerance"), number(resolution, "resolution")
     if min(slack) < 0.0:
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
-    bounds = Bounds(path, limits, *slack, _checked_travel(travel or {}, path))
+    bounds = Bounds(path, limits, *slack)
     judge: Judge | None = None
     first: Setpoints | None = None
     for block, last in _blocks(points, path):
@@ -75,18 +73,6 @@ def check(
     if judge is None or first is None:
         raise InputError("there are no setpoints to check")
     return _verdict(judge, first, law)
-
-
-def _checked_travel(travel: Mapping[str, tuple[float, float]], path: Path) -> dict[str, tuple[float, float]]:
-    found = {}
-    for axis, (low, high) in travel.items():
-        if axis not in path.axes:
-            raise InputError(f"travel.{axis}: the path has no axis {axis!r}; its axes are {', '.join(path.axes)}")
-        low, high = number(low, f"travel.{axis}"), number(high, f"travel.{axis}")
-        if not low < high:
-            raise InputError(f"travel.{axis} runs from {low:g} to {high:g}; the first must be the smaller one")
-        found[axis] = (low, high)
-    return found
 
 
 def _blocks(points: Setpoints | Iterable[Setpoints], path: Path) -> Iterator[tuple[Setpoints, bool]]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -56,7 +55,6 @@ class Bounds:
     limits: Limits
     tolerance: float
     resolution: float
-    travel: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def worsts(self) -> dict[str, Worst]:
         """One empty Worst a limit that is given, in the order of the report."""
@@ -75,7 +73,7 @@ class Bounds:
             for k, value in enumerate(limits.of_axes(name, axes)):
                 if value < np.inf:
                     found[f"{name}.{axes[k]}"] = Worst(float(value), order, k + 1)
-        for axis, (low, high) in self.travel.items():
+        for axis, (low, high) in limits.travel_of(axes).items():
             found[f"travel.{axis}"] = Worst(0.5 * (high - low), 0, axes.index(axis) + 1)
         return found
 

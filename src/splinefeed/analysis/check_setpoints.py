@@ -110,7 +110,7 @@ class Judge:
         self._follow_law(t, s, travelled)
         for name, worst in self.worst.items():
             if name.startswith("travel."):
-                low, high = self.bounds.travel[name.removeprefix("travel.")]
+                low, high = self.bounds.limits.travel[name.removeprefix("travel.")]
                 away = np.abs(position[:, worst.column - 1] - 0.5 * (low + high))
                 worst.see(away, t, s, self.floor(0, worst.column))
         skip = 0 if rest or self.ticks else 1  # before a start in motion nothing is known

@@ -66,9 +66,10 @@ class Travels(click.ParamType):  # type: ignore[type-arg]
 
 
 def _limit_options(function: Any) -> Any:
-    for name in ("axis_jerk", "axis_acceleration", "axis_velocity"):
+    for name in ("axis_velocity_step", "axis_jerk", "axis_acceleration", "axis_velocity"):
         flag = f"--{name.replace('_', '-')}"
-        text = f"Highest {name.removeprefix('axis_')} of every linear axis, or of single ones: x=...,y=..."
+        what = name.removeprefix("axis_").replace("_", " ")
+        text = f"Highest {what} of every linear axis, or of single ones: x=...,y=..."
         function = click.option(flag, type=options.AxisQuantities(name), metavar="LIMIT", help=text)(function)
     for flag, (name, kind) in reversed(_SINGLE.items()):
         text = f"Limit: {name.replace('_', ' ')}."
@@ -119,7 +120,7 @@ def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict
 
     say(f"reading {file}")
     points, notes = _read_setpoints(file, given)
-    limits, travel = _limits(points, given, file)
+    limits = _limits(points, given, file)
     path, source = _path(points, given, file)
     law = _law(given["law_file"])
     say("checking")
@@ -130,7 +131,6 @@ def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict
         law,
         tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
         resolution=given["resolution"] or 0.0,
-        travel=travel,
     )
     page = {"file": file, "path": source, **verdict.as_dict()}
     page["notes"] = [*notes, *page["notes"]]
@@ -160,28 +160,28 @@ def _read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, lis
     return points, []
 
 
-def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> tuple[Limits, Any]:
-    """Limits of the file of limits, or else of the settings, with those of the options in their place; and travel."""
+def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
+    """Limits of the file of limits, or else of the settings, with those of the options in their place."""
     from splinefeed.errors import LimitsError
     from splinefeed.formats import limits_toml
-    from splinefeed.records import Limits
+    from splinefeed.records import BY_AXIS, TRAVEL_ENDS, Limits
 
     flat: dict[str, float] = {}
-    travel: dict[str, tuple[float, float]] = {}
     if given["limits_file"]:
-        limits, travel = limits_toml.read_all(given["limits_file"])
-        flat = limits.as_dict()
+        flat = limits_toml.read(given["limits_file"]).as_dict()
     elif isinstance(settings := points.settings.get("limits"), Mapping):
         flat = dict(settings)
     for name, _ in _SINGLE.values():
         if given[name] is not None:
             flat[name] = given[name]
-    for name in ("axis_velocity", "axis_acceleration", "axis_jerk"):
+    for name in BY_AXIS:
         if given[name] is not None:
             flat = {key: value for key, value in flat.items() if key.partition(".")[0] != name} | given[name]
     if not flat:
         raise LimitsError(f"{file}: says no limits; give --limits FILE or --feed, --axis-jerk and the like")
-    return Limits.from_dict(flat), {**travel, **(given["travel"] or {})}
+    for axis, ends in (given["travel"] or {}).items():
+        flat |= {f"{name}.{axis}": end for name, end in zip(TRAVEL_ENDS, ends, strict=True)}
+    return Limits.from_dict(flat)
 
 
 def _path(points: Setpoints, given: Mapping[str, Any], file: str) -> tuple[Path, str]:

@@ -8,17 +8,13 @@ import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
 from typing import Any
 
 from splinefeed import units
 from splinefeed.errors import FormatError, LimitsError, UnitError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.source import read_text
-from splinefeed.records import AXIS_LIMITS, ROTARY_AXES, Limits
-
-#: Least and greatest position of axes by name, mm or rad.
-Travel = dict[str, tuple[float, float]]
+from splinefeed.records import AXIS_LIMITS, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits
 
 #: Kind of quantity of each limit, as `units` names them.
 KINDS = {
@@ -34,9 +30,10 @@ KINDS = {
     "axis_velocity": "feed",
     "axis_acceleration": "acceleration",
     "axis_jerk": "jerk",
+    "axis_velocity_step": "feed",
 }
 #: Order of the derivative of each limit of an axis; the travel of an axis is a position.
-ORDERS = {"travel": 0, **{name: order for order, name in enumerate(AXIS_LIMITS, start=1)}}
+ORDERS = {"travel": 0, **{name: order for order, name in enumerate(AXIS_LIMITS, start=1)}, "axis_velocity_step": 1}
 #: Limits that may be 0.
 _MAY_BE_ZERO = ("start_feed", "end_feed")
 _UNITS = {"length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
@@ -56,16 +53,11 @@ class LimitsFileError(FormatError):
 
 def read(source: str | os.PathLike[str]) -> Limits:
     """The limits in a TOML file; LimitsFileError with everything that is wrong, each with its line and key."""
-    return read_all(source)[0]
-
-
-def read_all(source: str | os.PathLike[str]) -> tuple[Limits, Travel]:
-    """The limits in a TOML file, and the travel of axes in its table [travel], mm or rad; see `read`."""
     return parse(read_text(source), str(source))
 
 
-def parse(text: str, source: str = "limits") -> tuple[Limits, Travel]:
-    """Limits and travel from the text of a file; `source` is what messages call it."""
+def parse(text: str, source: str = "limits") -> Limits:
+    """Limits from the text of a file, soft limits from its table [travel]; `source` is what messages call it."""
     try:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
@@ -73,7 +65,6 @@ def parse(text: str, source: str = "limits") -> tuple[Limits, Travel]:
     lines = _lines(text)
     problems: list[tuple[int, str]] = []
     values: dict[str, Any] = {}
-    travel: Travel = {}
 
     def problem(key: str, what: object) -> None:
         line = lines.get(key) or lines.get(key.partition(".")[0])
@@ -83,11 +74,12 @@ def parse(text: str, source: str = "limits") -> tuple[Limits, Travel]:
         if key not in KINDS and key != "travel":
             close = difflib.get_close_matches(key, [*KINDS, "travel"], n=1)
             problem(key, f"unknown limit; {f'did you mean {close[0]}?' if close else 'known are ' + ', '.join(KINDS)}")
-        elif isinstance(given, dict) and (key in AXIS_LIMITS or key == "travel"):
+        elif isinstance(given, dict) and (key in BY_AXIS or key == "travel"):
             for axis, value in given.items():
                 try:
                     if key == "travel":
-                        travel[axis] = _range(axis, value)
+                        for end, position in zip(TRAVEL_ENDS, travel_of(axis, value), strict=True):
+                            values.setdefault(end, {})[axis] = position
                     else:
                         values.setdefault(key, {})[axis] = axis_value(key, axis, value)
                 except (UnitError, LimitsError) as error:
@@ -101,7 +93,7 @@ def parse(text: str, source: str = "limits") -> tuple[Limits, Travel]:
                 problem(key, error)
     if not problems:
         try:
-            return Limits(**values), travel
+            return Limits(**values)
         except LimitsError as error:
             first, _, rest = str(error).partition(" ")
             problem(first, rest) if first in KINDS else problems.append((0, str(error)))
@@ -141,7 +133,7 @@ def turning(value: Any, order: int) -> float:
 
 def _number(name: str, value: Any) -> float:
     if isinstance(value, list | dict):
-        what = "a number, or a table with one number an axis" if name in AXIS_LIMITS else "one number"
+        what = "a number, or a table with one number an axis" if name in BY_AXIS else "one number"
         raise LimitsError(f"must be {what}, such as {units.KINDS[KINDS[name]].example.split(' or ')[0]}")
     number = units.parse(value, KINDS[name])
     return number if name in _MAY_BE_ZERO and number == 0.0 else _positive(number, value)
@@ -153,7 +145,8 @@ def _positive(number: float, given: Any) -> float:
     return number
 
 
-def _range(axis: str, value: Any) -> tuple[float, float]:
+def travel_of(axis: str, value: Any) -> tuple[float, float]:
+    """Least and greatest position of an axis from a list of two, mm or rad; LimitsError for what is none."""
     if not isinstance(value, list) or len(value) != 2:
         raise LimitsError(f"{value!r}; write least and greatest position, such as [0, 500]")
     low, high = (turning(each, 0) if axis in ROTARY_AXES else units.parse(each, "length") for each in value)
@@ -175,21 +168,19 @@ def _lines(text: str) -> dict[str, int]:
     return found
 
 
-def write(
-    limits: Limits, target: str | os.PathLike[str], travel: Mapping[str, tuple[float, float]] | None = None
-) -> None:
-    """Write limits, and travel if given, as TOML, whole or not at all; `read` gives the same numbers back."""
+def write(limits: Limits, target: str | os.PathLike[str]) -> None:
+    """Write limits as TOML, whole or not at all; `read` gives the same numbers back."""
     with atomic_write(target) as temporary:
-        temporary.write_text(to_text(limits, travel), encoding="utf-8")
+        temporary.write_text(to_text(limits), encoding="utf-8")
 
 
-def to_text(limits: Limits, travel: Mapping[str, tuple[float, float]] | None = None) -> str:
+def to_text(limits: Limits) -> str:
     """The limits as the text of a TOML file, numbers to their last digit, the unit beside each."""
     top = ["# limits of a motion for splinefeed"]
     tables: list[str] = []
-    for name in (f.name for f in fields(limits)):
+    for name, kind in KINDS.items():
         value = getattr(limits, name)
-        unit = _UNITS[KINDS[name]]
+        unit = _UNITS[kind]
         if isinstance(value, Mapping):
             tables += ["", f"[{name}]"]
             for axis, limit in value.items():
@@ -198,7 +189,7 @@ def to_text(limits: Limits, travel: Mapping[str, tuple[float, float]] | None = N
                 tables.append(f"{axis} = {shown!r}  # {unit.replace('mm', 'deg') if turns else unit}")
         elif value is not None and value != math.inf:
             top.append(f"{name} = {float(value)!r}  # {unit}")
-    for i, (axis, (low, high)) in enumerate((travel or {}).items()):
+    for i, (axis, (low, high)) in enumerate(limits.travel.items()):
         turns = axis in ROTARY_AXES
         ends = [_degrees(low), _degrees(high)] if turns else [float(low), float(high)]
         tables += ["", "[travel]"] * (i == 0) + [f"{axis} = {ends!r}  # {'deg' if turns else 'mm'}"]

@@ -9,18 +9,18 @@ from typing import Any
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import hdf5
+from splinefeed.formats.limits_toml import KINDS
 from splinefeed.formats.metadata import settings_from_json, settings_to_json
-from splinefeed.records import Limits, TimeLaw, positive
+from splinefeed.records import ROTARY_AXES, TRAVEL_ENDS, Limits, TimeLaw, positive
 
-_LIMIT_UNITS = {
-    "feed": "mm/s",
-    "start_feed": "mm/s",
-    "end_feed": "mm/s",
-    "acceleration": "mm/s^2",
-    "deceleration": "mm/s^2",
-    "jerk": "mm/s^3",
-    "deceleration_jerk": "mm/s^3",
-}
+_UNITS = {"length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
+
+
+def _unit_of(limit: str) -> str | None:
+    """The unit of a limit as `Limits.as_dict` names it; None for what is no limit."""
+    name, _, axis = limit.partition(".")
+    unit = "mm" if name in TRAVEL_ENDS else _UNITS.get(KINDS.get(name, ""))
+    return unit if unit is None or axis not in ROTARY_AXES else unit.replace("mm", "rad")
 
 
 def save_law(law: TimeLaw, path: str | os.PathLike[str]) -> None:
@@ -56,12 +56,12 @@ def save_limits(limits: Limits, path: str | os.PathLike[str]) -> None:
     """Write limits, each as a number with its unit."""
     with hdf5.create(path, "Limits") as (file, _):
         for name, value in limits.as_dict().items():
-            file.create_dataset(name, data=value).attrs["units"] = _LIMIT_UNITS[name]
+            file.create_dataset(name, data=value).attrs["units"] = _unit_of(name)
 
 
 def read_limits(file: Any, path: Path) -> Limits:
     """The limits in an open HDF5 file."""
-    unknown = sorted(set(file) - set(_LIMIT_UNITS))
+    unknown = sorted(name for name in file if _unit_of(name) is None)
     if unknown:
-        raise FormatError(f"{path}: dataset {unknown[0]}: is no limit known here; known are {', '.join(_LIMIT_UNITS)}")
-    return Limits(**{name: float(hdf5.array(file, name, path, 0)) for name in file})
+        raise FormatError(f"{path}: dataset {unknown[0]}: is no limit known here; known are {', '.join(KINDS)}")
+    return Limits.from_dict({name: float(hdf5.array(file, name, path, 0)) for name in file})

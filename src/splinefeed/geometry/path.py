@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +18,7 @@ from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.differential import curvatures, cusps, unit_tangents
 from splinefeed.kernels import arc_length as arc_kernels
 from splinefeed.kernels import pieces
-from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray
+from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_array
 
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
@@ -52,15 +55,39 @@ class Corner:
         return self.angle > STOP_ANGLE
 
 
+@dataclass(frozen=True)
+class Marker:
+    """What a program says between two moves, such as M3 S12000 or a dwell.
+
+    before  index of the curve that it stands before; the number of curves for what stands at the end
+    text    the words as they are written again; dwell  time at rest, s; stop  whether the tool rests here at all
+    """
+
+    before: int
+    text: str = ""
+    dwell: float = 0.0
+    stop: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.dwell < math.inf:
+            raise InputError(f"a dwell of {self.dwell!r} s; it must be 0 or more and finite")
+        if self.dwell > 0.0 and not self.stop:
+            raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can only wait at rest")
+
+
 class Path:
     """Curves joined end to end.
 
-    curves     one or more NurbsCurve of the same number of axes, each beginning where the last one ends
-    axes       one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
-    name       what files and figures call it; findings  what a reader had to say of it, one sentence each
-    tolerance  the gap that is still no gap, mm (rotary axes rad)
+    curves      one or more NurbsCurve of the same number of axes, each beginning where the last one ends
+    axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
+    name        what files and figures call it; findings  what a reader had to say of it, one sentence each
+    tolerance   the gap that is still no gap, mm (rotary axes rad)
+    feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
+    tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
+    markers     what is no motion, at its place; kept in the order of the places
 
-    Raises CurveError that names the curve, for a gap or for axes that do not fit.
+    Raises CurveError that names the curve, for a gap or for axes that do not fit; InputError for feeds, tolerances or
+    markers that do not fit the curves.
     """
 
     def __init__(
@@ -71,6 +98,9 @@ class Path:
         name: str = "path",
         findings: Sequence[str] = (),
         tolerance: float = JOIN_TOLERANCE,
+        feeds: ArrayLike | None = None,
+        tolerances: ArrayLike | None = None,
+        markers: Iterable[Marker] = (),
     ) -> None:
         try:
             self.curves = tuple(curves)
@@ -101,6 +131,12 @@ class Path:
         if self.linear == 0:
             raise CurveError(f"axes {self.axes}: at least one linear axis is needed")
         self._check_joints()
+        self.feeds = self._of_curves(feeds, "feeds", "greater than 0", lambda values: values > 0.0)
+        self.tolerances = self._of_curves(tolerances, "tolerances", "0 or more", lambda values: values >= 0.0)
+        self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
+        for marker in self.markers:
+            if not 0 <= marker.before <= len(self.curves):
+                raise InputError(f"marker {marker.text!r} stands before curve {marker.before} of {len(self.curves)}")
         self._made = True
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -109,8 +145,32 @@ class Path:
         super().__setattr__(name, value)
 
     def __reduce__(self) -> tuple[object, ...]:
-        make = partial(Path, name=self.name, findings=self.findings, tolerance=self.tolerance)
-        return make, (self.curves, self.axes)
+        return partial(Path, **self._said(), tolerance=self.tolerance), (self.curves, self.axes)
+
+    def _said(self) -> dict[str, Any]:
+        """What a path is made with besides its curves and axes."""
+        return {
+            "name": self.name,
+            "findings": self.findings,
+            "feeds": self.feeds,
+            "tolerances": self.tolerances,
+            "markers": self.markers,
+        }
+
+    def _of_curves(
+        self, given: ArrayLike | None, name: str, wanted: str, fits: Callable[[Array], BoolArray]
+    ) -> Array | None:
+        """One number a curve, (curves,), read-only; InputError for a number that does not fit."""
+        if given is None:
+            return None
+        values = frozen_array(given, name, 1)
+        if len(values) != len(self.curves):
+            raise InputError(f"{name} has {len(values)} numbers for {len(self.curves)} curves; give one each")
+        wrong = ~fits(values)
+        if np.any(wrong):
+            i = int(np.argmax(wrong))
+            raise InputError(f"{name}[{i}] is {values[i]:g}; it must be {wanted}")
+        return values
 
     def _check_joints(self) -> None:
         ends = np.array([c(np.array(c.domain)) for c in self.curves])
@@ -326,8 +386,23 @@ class Path:
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
-        """Arc lengths strictly inside the path, mm, increasing, at which the tool must rest: corners of the tangent."""
-        return tuple(sorted({c.s for c in self.corners if c.stop and 0.0 < c.s < self.length}))
+        """Arc lengths strictly inside the path, mm, increasing, at which the tool must rest.
+
+        Corners of the tangent, and markers that ask for rest.
+        """
+        corners = {c.s for c in self.corners if c.stop}
+        markers = {float(self.curve_starts[marker.before]) for marker in self.markers if marker.stop}
+        return tuple(sorted(s for s in corners | markers if 0.0 < s < self.length))
+
+    @cached_property
+    def dwells(self) -> tuple[tuple[float, float], ...]:
+        """Where the tool waits and how long, (mm, s), in order; all that is said of one place in one sum."""
+        waits: dict[float, float] = {}
+        for marker in self.markers:
+            if marker.dwell > 0.0:
+                s = float(self.curve_starts[marker.before])
+                waits[s] = waits.get(s, 0.0) + marker.dwell
+        return tuple(sorted(waits.items()))
 
     def minimum_radius(self) -> float:
         """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
@@ -346,19 +421,18 @@ class Path:
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
         """The affine image of every curve; see `NurbsCurve.transformed`."""
-        return Path(
-            [c.transformed(matrix, offset) for c in self.curves], self.axes, name=self.name, findings=self.findings
-        )
+        return Path([c.transformed(matrix, offset) for c in self.curves], self.axes, **self._said())
 
     def reversed(self) -> Path:
-        """The same path run through from its end to its start."""
-        return Path(
-            [c.reversed() for c in reversed(self.curves)],
-            self.axes,
-            name=self.name,
-            findings=self.findings,
-            tolerance=self.tolerance,
-        )
+        """The same path run through from its end to its start, feeds and markers turned with it."""
+        count = len(self.curves)
+        turned = {
+            "feeds": None if self.feeds is None else self.feeds[::-1],
+            "tolerances": None if self.tolerances is None else self.tolerances[::-1],
+            "markers": [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)],
+        }
+        curves = [c.reversed() for c in reversed(self.curves)]
+        return Path(curves, self.axes, **{**self._said(), **turned}, tolerance=self.tolerance)
 
     def __repr__(self) -> str:
         return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"
