@@ -90,7 +90,7 @@ LINE = {"degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0], [1, 1]]}
     ("content", "line"),
     [
         ("", "x.json: is empty; was its writing interrupted?"),
-        ("\0\1\2", "x.json: byte 0: is binary; expected text, a JSON curve or an airfoil .dat"),
+        ("\0\1\2", "x.json: byte 0: is binary; expected the text of a JSON curve"),
         (
             '{"degree": 1, "knots": [0, 0,',
             "x.json: line 1, column 30: Expecting value; is the file complete, and is it JSON?",

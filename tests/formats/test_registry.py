@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import subprocess
+import sys
 from importlib.resources import files
 from pathlib import Path
 
@@ -14,6 +16,8 @@ import splinefeed
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import source
 from splinefeed.formats.registry import FORMATS, read, read_all, write
+
+EXPECTED = ", ".join(f"{each.title} ({' '.join(each.suffixes)})" for each in FORMATS)
 
 
 def test_the_content_counts_more_than_the_name(tmp_path: Path, data_dir: Path) -> None:
@@ -32,10 +36,10 @@ def test_the_butterfly_of_the_package_is_the_one_of_the_tests(data_dir: Path) ->
     [
         (b"", "is empty; was its writing interrupted?"),
         (b" \n\t\n", "holds nothing but blanks"),
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "byte 8: is binary; expected text, a JSON curve or an airfoil .dat"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", f"is binary and none of {EXPECTED}"),
         (b"version https://git-lfs.x/v1\n", "is a pointer of Git LFS, not the file itself; run: git lfs pull"),
         (b"\xff\xfe{\0}\0", "is UTF-16 text; save it as UTF-8"),
-        (b"solid of a kind\nfacet normal 0 0 1\n", "is neither JSON curve (.json) nor airfoil (.dat, .txt)"),
+        (b"solid of a kind\nfacet normal 0 0 1\n", f"is none of {EXPECTED}"),
     ],
 )
 def test_what_is_no_curve_is_refused_in_one_line(tmp_path: Path, content: bytes, reason: str) -> None:
@@ -100,10 +104,42 @@ def test_of_several_paths_one_is_chosen(data_dir: Path) -> None:
             read(file, path=wrong)
 
 
-def test_a_path_is_written_as_json_alone(tmp_path: Path, data_dir: Path) -> None:
+def test_a_suffix_that_nothing_writes_names_those_that_are(tmp_path: Path, data_dir: Path) -> None:
     path = read(data_dir / "curves" / "butterfly.json")
-    with pytest.raises(FormatError, match=r"wing\.dxf: paths are written as JSON curves; name the file \.json"):
-        write(path, tmp_path / "wing.dxf")
+    with pytest.raises(FormatError) as caught:
+        write(path, tmp_path / "wing.docx")
+    assert str(caught.value).startswith(f"{tmp_path}/wing.docx: no path can be written so; name the file as one of ")
+    assert "JSON curve (.json)" in str(caught.value)
+    assert "airfoil" not in str(caught.value)
+    with pytest.raises(InputError, match="there is no path to write"):
+        write([], tmp_path / "wing.json")
+    with pytest.raises(InputError, match="option 'colour' is not one of a JSON curve file"):
+        write(path, tmp_path / "wing.json", colour="red")
+
+
+def test_several_paths_go_into_one_file_and_keep_their_names(tmp_path: Path, data_dir: Path) -> None:
+    paths = read_all(data_dir / "json" / "tigl_wing3_guides.json")
+    assert write(paths, tmp_path / "guides.json") == ()
+    back = read_all(tmp_path / "guides.json")
+    assert [path.name for path in back] == ["edge1", "edge2", "edge3"]
+    assert [path.curves for path in back] == [path.curves for path in paths]
+
+
+def test_a_binary_file_of_a_promised_format_is_refused_by_its_reader(tmp_path: Path) -> None:
+    file = tmp_path / "part.json"
+    file.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    with pytest.raises(FormatError) as caught:
+        read(file)
+    assert str(caught.value) == f"{file}: byte 8: is binary; expected the text of a JSON curve"
+
+
+def test_formats_that_a_file_does_not_need_are_not_imported(data_dir: Path) -> None:
+    code = f"import sys, splinefeed; splinefeed.read({str(data_dir / 'curves' / 'butterfly.json')!r})\n"
+    code += "print(*(m for m in sys.modules if m.startswith('splinefeed.formats.')), 'ezdxf' in sys.modules)"
+    names = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    titles = {each.module for each in FORMATS}
+    assert {name.rpartition(".")[2] for name in names[:-1]} & titles == {"json_curve"}
+    assert names[-1] == "False"
 
 
 def test_every_format_has_a_suffix_of_its_own() -> None:

@@ -104,6 +104,7 @@ reading = _all(
         text="Airfoil .dat: largest distance of the fit from the points.  [default: 0.001 mm]  "
         "JSON: gap between curves that is still none.  [default: 1e-6 mm]",
     ),
+    click.option("--repair", is_flag=True, help="Mend what is safe to mend in a faulty file, and say so as findings."),
 )
 
 #: What the motion along the path must never exceed; the paper's values stand in for what is not said.
@@ -167,4 +168,5 @@ def limits_from(given: dict[str, Any]) -> tuple[Limits, float, str]:
 
 def reading_from(given: dict[str, Any]) -> dict[str, Any]:
     """How to read a SOURCE, from what the options of `reading` were `given`."""
-    return {name: given[name] for name in ("which", "chord", "tolerance") if given[name] is not None}
+    said = {name: given[name] for name in ("which", "chord", "tolerance") if given[name] is not None}
+    return said | ({"repair": True} if given["repair"] else {})

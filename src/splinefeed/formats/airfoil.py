@@ -15,6 +15,7 @@ import numpy as np
 from splinefeed import units
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.sizes import MAX_COORDINATE
+from splinefeed.formats.source import head_text
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array
 
@@ -34,9 +35,9 @@ MAX_AIRFOIL_POINTS = 20_000
 _NAMED_REPEATS = 3
 
 
-def holds(text: str) -> bool:
-    """Whether `text` looks like this format: two numbers in the first or second line that is not blank."""
-    lines = [line for line in text[:4096].splitlines() if line.strip()]
+def holds(head: bytes) -> bool:
+    """Whether `head` looks like this format: two numbers in the first or second line that is not blank."""
+    lines = [line for line in head_text(head[:4096]).splitlines() if line.strip()]
     return any(_pair(line) is not None for line in lines[:2])
 
 

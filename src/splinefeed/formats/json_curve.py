@@ -11,6 +11,7 @@ import json
 import math
 import os
 import pathlib
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import to_degrees, to_radians
 from splinefeed.formats.sizes import MAX_AXES, MAX_COORDINATE, MAX_CURVES, MAX_POINTS
+from splinefeed.formats.source import head_text
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import DEFAULT_AXES, JOIN_TOLERANCE, Path
 from splinefeed.records import ROTARY_AXES, Array
@@ -36,9 +38,9 @@ class _Entry(NamedTuple):
     axes: tuple[str, ...]
 
 
-def holds(text: str) -> bool:
-    """Whether `text` looks like this format."""
-    return text.lstrip()[:1] in ("{", "[")
+def holds(head: bytes) -> bool:
+    """Whether `head` looks like this format."""
+    return head_text(head).lstrip()[:1] in ("{", "[")
 
 
 def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | str = JOIN_TOLERANCE) -> list[Path]:
@@ -64,21 +66,25 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
     return _joined(entries, name or pathlib.Path(source).stem, tuple(findings), allowed)
 
 
-def write(path: Path, target: str | os.PathLike[str]) -> None:
-    """Write the curves of `path` to the file `target`; coordinates of linear axes come back bit for bit."""
+def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
+    """Write the curves of `paths` to the file `target`; coordinates of linear axes come back bit for bit."""
+    several = len(paths) > 1
     curves = [
         {
+            **({"name": path.name, "axes": path.axes} if several else {}),
             "degree": curve.degree,
             "knots": curve.knots.tolist(),
             **({} if curve.weights is None else {"weights": curve.weights.tolist()}),
             "control_points": to_degrees(curve.control_points, path.axes).tolist(),
         }
+        for path in paths
         for curve in path.curves
     ]
-    shared = {"name": path.name, "units": "mm", "axes": path.axes}
+    shared = {"units": "mm"} if several else {"name": paths[0].name, "units": "mm", "axes": paths[0].axes}
     document = {**shared, **curves[0]} if len(curves) == 1 else {**shared, "curves": curves}
     with atomic_write(target) as temporary:
         temporary.write_text(json.dumps(document, allow_nan=False) + "\n", encoding="utf-8")
+    return []
 
 
 def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:

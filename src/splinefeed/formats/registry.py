@@ -1,47 +1,97 @@
-"""Read and write paths: which format a file is, by its content and its name."""
+"""Read and write paths: which format a file is, by its content and its name; formats are imported when first used.
+
+A format is a module in this folder with some of these functions, named in `FORMATS`:
+
+    holds(head: bytes) -> bool                                  whether the first HEAD_BYTES of a file look like it
+    from_text(text, source, *, option=...) -> list[Path]        reader that wants the file's text, or
+    from_file(file: pathlib.Path, *, option=...) -> list[Path]  reader that wants the file (binary, or a library's own)
+    write(paths, target, *, option=...) -> list[str]            writer; it returns what it approximated and what is lost
+
+Readers raise FormatError with file, place and mend. One that can mend takes `repair`: False is strict, True makes of
+what is safe to mend a finding with its numbers. Keyword-only arguments are the options that users may give. A reader
+whose file is not in mm returns `Contents` with its units. Modules import heavy libraries inside functions only.
+"""
 
 from __future__ import annotations
 
 import inspect
 import os
 import pathlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 from splinefeed.errors import CurveError, FormatError, InputError
-from splinefeed.formats import airfoil, json_curve
-from splinefeed.formats.source import read_text
+from splinefeed.formats import source as source_files
+from splinefeed.formats.contents import Contents
 from splinefeed.geometry.path import Path
 
-
-@dataclass(frozen=True)
-class Format:
-    """A kind of file that holds paths: its title, its suffixes, how it looks, and what reads it."""
-
-    title: str
-    suffixes: tuple[str, ...]
-    holds: Callable[[str], bool]
-    from_text: Callable[..., list[Path]]
-
-
-FORMATS = (
-    Format("JSON curve", (".json",), json_curve.holds, json_curve.from_text),
-    Format("airfoil", (".dat", ".txt"), airfoil.holds, airfoil.from_text),
-)
+#: How much of a file is looked at to tell its format.
+HEAD_BYTES = 2**16
 #: How many names of paths a message lists.
 _LISTED = 4
 
 
-def read(source: str | os.PathLike[str], *, path: str | int | None = None, **options: Any) -> Path:
+@dataclass(frozen=True)
+class Format:
+    """A kind of file that holds paths: its title, its module in this folder, its suffixes and its largest size."""
+
+    title: str
+    module: str
+    suffixes: tuple[str, ...]
+    max_bytes: int | None = None  # None: source.MAX_FILE_BYTES
+
+    def load(self) -> ModuleType:
+        """The module, imported when first asked for."""
+        return import_module(f"splinefeed.formats.{self.module}")
+
+    def holds(self, head: bytes) -> bool:
+        """Whether `head`, the first bytes of a file, look like this format."""
+        holds = getattr(self.load(), "holds", None)
+        return bool(holds is not None and holds(head))
+
+    @property
+    def reader(self) -> Callable[..., list[Path]] | None:
+        """`from_text` or `from_file` of the module; None if this format is only written."""
+        module = self.load()
+        found: Callable[..., list[Path]] | None = getattr(module, "from_text", None) or getattr(
+            module, "from_file", None
+        )
+        return found
+
+    @property
+    def writer(self) -> Callable[..., list[str]] | None:
+        """`write` of the module; None if this format is only read."""
+        found: Callable[..., list[str]] | None = getattr(self.load(), "write", None)
+        return found
+
+
+#: Where two formats look alike the first one that holds a file is taken, unless the name says the other.
+FORMATS = (
+    Format("JSON curve", "json_curve", (".json",)),
+    Format("airfoil", "airfoil", (".dat", ".txt")),
+)
+
+
+def read(
+    source: str | os.PathLike[str], *, path: str | int | None = None, repair: bool = False, **options: Any
+) -> Path:
     """The path in the file `source`; where there are several, the one whose name or number (from 1) is `path`.
 
-    `options` are those of the format: `tolerance` for JSON curves; `chord`, `tolerance`, `degree` for airfoils.
+    `repair` makes findings of faults that are safe to mend; `options` are those of the format: `tolerance` for JSON
+    curves; `chord`, `tolerance`, `degree` for airfoils; docs/formats.md has all.
     Raises FormatError, which names the file and the place, for what cannot be read.
     """
-    paths = read_all(source, **options)
+    paths = read_all(source, repair=repair, **options)
     if path is None and len(paths) == 1:
         return paths[0]
+    return choose(paths, path, source)
+
+
+def choose(paths: Sequence[Path], path: str | int | None, source: str | os.PathLike[str]) -> Path:
+    """The one of `paths`, read from `source`, whose name or number (from 1) is `path`; FormatError without one."""
     names = [each.name for each in paths]
     listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
     if path is None:
@@ -57,41 +107,81 @@ def read(source: str | os.PathLike[str], *, path: str | int | None = None, **opt
     raise FormatError(f"{source}: has no path {number[:40]!r}; there are 1 to {len(paths)}, named {listed}")
 
 
-def read_all(source: str | os.PathLike[str], **options: Any) -> list[Path]:
-    """Every path in the file `source`, in the order of the file; see `read`."""
-    text = read_text(source)
-    found = _format_of(text, pathlib.Path(source))
-    if found is None:
-        titles = " nor ".join(f"{each.title} ({', '.join(each.suffixes)})" for each in FORMATS)
-        raise FormatError(f"{source}: is neither {titles}")
-    _check_options(found, options)
+def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options: Any) -> Contents:
+    """Every path in the file `source`, in the order of the file, and the units of the file; see `read`."""
+    found = format_of(source)
+    reader = found.reader
+    if reader is None:
+        raise FormatError(f"{source}: {found.title} files can be written but not read")
+    known = _options(reader)
+    _check_options(found, known - {"repair"}, options)
+    if "repair" in known:
+        options = {**options, "repair": repair}
     try:
-        paths = found.from_text(text, source, **options)
+        if reader.__name__ == "from_text":
+            paths = reader(
+                source_files.read_text(source, f"the text of a {found.title}", found.max_bytes), source, **options
+            )
+        else:
+            paths = reader(pathlib.Path(source), **options)
         for each in paths:
             _ = each.length  # a path without length is refused here, where its file can be named
     except CurveError as error:
         raise FormatError(f"{source}: {error}") from None
-    return paths
+    return paths if isinstance(paths, Contents) else Contents(paths)
 
 
-def write(path: Path, target: str | os.PathLike[str]) -> None:
-    """Write `path` to the file `target`, whole or not at all; the suffix says the format (.json)."""
-    if pathlib.Path(target).suffix.lower() != ".json":
-        raise FormatError(f"{target}: paths are written as JSON curves; name the file .json")
-    json_curve.write(path, target)
+def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **options: Any) -> tuple[str, ...]:
+    """Write one path or several to the file `target`, whole or not at all; the suffix says the format.
+
+    Returns what had to be approximated and what the format cannot hold, one sentence each; empty if nothing is lost.
+    Raises FormatError for a suffix that no format writes, InputError for an option that is not one of the format.
+    """
+    suffix = pathlib.Path(target).suffix.lower()
+    found = next((each for each in FORMATS if suffix in each.suffixes), None)
+    writer = None if found is None else found.writer
+    if found is None or writer is None:
+        can = [each for each in FORMATS if each.writer is not None]
+        raise FormatError(f"{target}: no path can be written so; name the file as one of {_listed(can)}")
+    _check_options(found, _options(writer), options)
+    chosen = (paths,) if isinstance(paths, Path) else tuple(paths)
+    if not chosen:
+        raise InputError(f"{target}: there is no path to write")
+    return tuple(writer(chosen, target, **options))
 
 
-def _format_of(text: str, file: pathlib.Path) -> Format | None:
-    """The format that `text` looks like, or else the one that the name promises: its reader will say what is wrong."""
-    for each in FORMATS:
-        if each.holds(text):
-            return each
-    return next((each for each in FORMATS if file.suffix.lower() in each.suffixes), None)
+def format_of(source: str | os.PathLike[str]) -> Format:
+    """The format of the file `source`: the one its name promises if it holds it, else one that its content shows.
+
+    Where the content shows none, the one that the name promises: its reader will say what is wrong.
+    Raises FormatError for no plain file, an empty one, a pointer of Git LFS, and what no format knows.
+    """
+    file = source_files.check_file(source)
+    head = source_files.read_head(source, HEAD_BYTES)
+    promised = [each for each in FORMATS if file.suffix.lower() in each.suffixes]
+    found = next((each for each in promised if each.holds(head)), None)
+    found = found or next((each for each in FORMATS if each not in promised and each.holds(head)), None)
+    found = found or (promised[0] if promised else None)
+    if found is None:
+        if b"\0" in head:
+            raise FormatError(f"{source}: is binary and none of {_listed(FORMATS)}")
+        raise FormatError(f"{source}: is none of {_listed(FORMATS)}")
+    source_files.check_size(file, found.max_bytes)
+    return found
 
 
-def _check_options(found: Format, options: dict[str, Any]) -> None:
-    parameters = inspect.signature(found.from_text).parameters.values()
-    known = [parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY]
+def _listed(formats: Iterable[Format]) -> str:
+    return ", ".join(f"{each.title} ({' '.join(each.suffixes)})" for each in formats)
+
+
+def _options(function: Callable[..., Any]) -> set[str]:
+    """Names of the keyword-only arguments of a reader or writer."""
+    parameters = inspect.signature(function).parameters.values()
+    return {parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY}
+
+
+def _check_options(found: Format, known: set[str], options: dict[str, Any]) -> None:
     for name in options:
         if name not in known:
-            raise InputError(f"option {name!r} is not one of a {found.title} file; there are path, {', '.join(known)}")
+            there = ", ".join(["path", *sorted(known)])
+            raise InputError(f"option {name!r} is not one of a {found.title} file; there are {there}")

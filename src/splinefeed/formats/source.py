@@ -31,22 +31,39 @@ def check_file(path: str | os.PathLike[str]) -> Path:
     return file
 
 
-def read_text(path: str | os.PathLike[str]) -> str:
-    """The text of `path`, without a byte order mark; FormatError for what is no text file of a sensible size."""
-    file = check_file(path)
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(MAX_FILE_BYTES + 1)
-    except OSError as error:
-        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from None
-    if len(content) > MAX_FILE_BYTES:
-        raise FormatError(f"{path}: is larger than {MAX_FILE_BYTES // 2**20} MB; that is no curve but a point cloud")
-    if content.startswith(_LFS_POINTER):
+def check_size(path: str | os.PathLike[str], max_bytes: int | None = None) -> None:
+    """FormatError if the file is larger than `max_bytes`, MAX_FILE_BYTES unless given."""
+    most = MAX_FILE_BYTES if max_bytes is None else max_bytes
+    if Path(path).stat().st_size > most:
+        raise FormatError(f"{path}: is larger than {most // 2**20} MB; that is no curve but a point cloud")
+
+
+def read_head(path: str | os.PathLike[str], size: int) -> bytes:
+    """The first `size` bytes; FormatError for a pointer of Git LFS, UTF-16 text and nothing but blanks."""
+    head = _read_bytes(path, size)
+    if head.startswith(_LFS_POINTER):
         raise FormatError(f"{path}: is a pointer of Git LFS, not the file itself; run: git lfs pull")
-    if content.startswith(_UTF_16_MARKS):
+    if head.startswith(_UTF_16_MARKS):
         raise FormatError(f"{path}: is UTF-16 text; save it as UTF-8")
+    if not head.strip() and len(head) < size:
+        raise FormatError(f"{path}: holds nothing but blanks")
+    return head
+
+
+def head_text(head: bytes) -> str:
+    """The text at the beginning of a file, without a byte order mark; its last letter may be cut."""
+    return head.decode("utf-8-sig", errors="replace")
+
+
+def read_text(path: str | os.PathLike[str], expected: str = "text", max_bytes: int | None = None) -> str:
+    """The text of `path`, without a byte order mark; FormatError for what is no text file of a sensible size.
+
+    `expected` is what the file should have been, for the message.
+    """
+    check_size(check_file(path), max_bytes)
+    content = _read_bytes(path, -1)
     if b"\0" in content:
-        raise FormatError(f"{path}: byte {content.index(0)}: is binary; expected text, a JSON curve or an airfoil .dat")
+        raise FormatError(f"{path}: byte {content.index(0)}: is binary; expected {expected}")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -54,3 +71,11 @@ def read_text(path: str | os.PathLike[str]) -> str:
     if not text.strip():
         raise FormatError(f"{path}: holds nothing but blanks")
     return text
+
+
+def _read_bytes(path: str | os.PathLike[str], size: int) -> bytes:
+    try:
+        with Path(path).open("rb") as stream:
+            return stream.read(size)
+    except OSError as error:
+        raise FormatError(f"{path}: cannot be read: {error.strerror or error}") from None

@@ -1,0 +1,15 @@
+"""What a reader found in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from splinefeed.geometry.path import Path
+
+
+class Contents(list[Path]):
+    """The paths of a file in its order, in mm, and the `units` that the file's lengths have ("mm", "in", ...)."""
+
+    def __init__(self, paths: Iterable[Path] = (), units: str = "mm") -> None:
+        super().__init__(paths)
+        self.units = units
