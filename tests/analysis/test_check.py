@@ -515,10 +515,12 @@ def test_what_cannot_be_checked(good):
         check([1], path, LIMITS)
     with pytest.raises(InputError, match="must not be negative"):
         check(points, path, LIMITS, tolerance=-1.0)
-    with pytest.raises(InputError, match=r"travel\.z: the path has no axis"):
-        check(points, path, LIMITS, travel={"z": (0, 1)})
-    with pytest.raises(InputError, match="first must be the smaller"):
-        check(points, path, LIMITS, travel={"x": (1, 0)})
+    with pytest.raises(LimitsError, match=r"travel\.z: the path has no axis"):
+        check(points, path, dataclasses.replace(LIMITS, axis_minimum={"z": 0.0}, axis_maximum={"z": 1.0}))
+    with pytest.raises(LimitsError, match="no travel is left"):
+        dataclasses.replace(LIMITS, axis_minimum={"x": 1.0}, axis_maximum={"x": 0.0})
+    with pytest.raises(LimitsError, match="give both ends of its travel"):
+        dataclasses.replace(LIMITS, axis_minimum={"x": 1.0})
     with pytest.raises(LimitsError, match=r"axis_jerk\.z"):
         check(points, path, sf.Limits(feed=60, axis_jerk={"z": 1.0}))
     with pytest.raises(InputError, match="a chunk has a period"):
