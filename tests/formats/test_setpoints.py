@@ -22,7 +22,10 @@ from splinefeed.formats import setpoints_mat
 from splinefeed.formats.setpoints import load, save
 from splinefeed.records import Limits, Setpoints, TimeLaw
 
-SUFFIXES = [".h5", ".hdf5", ".csv", ".mat"]
+SUFFIXES = [".h5", ".hdf5", ".csv", ".mat", ".npz", ".parquet"]
+#: One suffix a format that can be loaded.
+LOADED = [".h5", ".csv", ".mat", ".npz", ".parquet"]
+NEWER = "is newer than the 1 known here; update splinefeed"
 UNSOUND = "is no sound file of setpoints"
 SETTINGS = {"source": "naca:0025", "feed": 60.0, "corrections": None, "nested": {"list": [1, 2.5, "µ"], "flag": True}}
 
@@ -173,7 +176,7 @@ def test_matlab_gets_one_struct_with_units(tmp_path: Path) -> None:
 def test_settings_of_any_length_and_numpy_kind_are_kept(tmp_path: Path) -> None:
     settings = {"path": Path("a") / "b", "array": np.arange(3), "number": np.float64(0.1), "long": "x" * 200_000}
     points = Setpoints(**{**vars(some_points(2)), "settings": settings})
-    for suffix in (".h5", ".csv", ".mat"):
+    for suffix in LOADED:
         save(points, tmp_path / f"wing{suffix}")
         back = loaded(tmp_path / f"wing{suffix}").settings
         assert back == {"path": os.path.join("a", "b"), "array": [0, 1, 2], "number": 0.1, "long": "x" * 200_000}
@@ -182,7 +185,7 @@ def test_settings_of_any_length_and_numpy_kind_are_kept(tmp_path: Path) -> None:
 # --- what is refused -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".csv", ".mat"])
+@pytest.mark.parametrize("suffix", LOADED)
 def test_what_cannot_be_saved_leaves_no_file(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"wing{suffix}"
     good = some_points(10)
@@ -214,7 +217,7 @@ def test_what_cannot_be_saved_leaves_no_file(tmp_path: Path, suffix: str) -> Non
 
 def test_a_name_that_says_no_format_is_refused(tmp_path: Path) -> None:
     law = TimeLaw(breaks=np.array([0.0, 1.0]), coefficients=np.zeros((1, 6)), strategy="seven-phase")
-    with pytest.raises(FormatError, match=r"wing: a record's file is named \.h5, \.hdf5, \.csv or \.mat"):
+    with pytest.raises(FormatError, match=r"wing: a record's file is named \.h5, .*, \.halstream or \.pvt$"):
         save(some_points(1), tmp_path / "wing")
     with pytest.raises(FormatError, match=r"law\.csv: TimeLaw is saved as HDF5 alone; name the file \.h5"):
         save(law, tmp_path / "law.csv")
@@ -231,7 +234,7 @@ def test_more_ticks_than_matlab_takes_are_refused(tmp_path: Path, monkeypatch: p
     )
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".csv", ".mat"])
+@pytest.mark.parametrize("suffix", LOADED)
 def test_a_disk_that_runs_full_leaves_no_file(tmp_path: Path, suffix: str) -> None:
     program = (
         "import resource, signal, sys\n"
@@ -254,7 +257,7 @@ def test_a_disk_that_runs_full_leaves_no_file(tmp_path: Path, suffix: str) -> No
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".csv", ".mat"])
+@pytest.mark.parametrize("suffix", LOADED)
 def test_a_file_cut_off_anywhere_is_refused(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"wing{suffix}"
     save(some_points(3), path)
@@ -265,7 +268,7 @@ def test_a_file_cut_off_anywhere_is_refused(tmp_path: Path, suffix: str) -> None
             load(path)
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".csv", ".mat"])
+@pytest.mark.parametrize("suffix", LOADED)
 @pytest.mark.parametrize("content", [b"", b"\0" * 100, b"\xff" * 5000, b"# splinefeed setpoints\n", b"x,y\n1,2\n" * 9])
 def test_a_foreign_file_is_refused(tmp_path: Path, suffix: str, content: bytes) -> None:
     path = tmp_path / f"wing{suffix}"
@@ -276,7 +279,7 @@ def test_a_foreign_file_is_refused(tmp_path: Path, suffix: str, content: bytes) 
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".csv", ".mat"])
+@pytest.mark.parametrize("suffix", LOADED)
 def test_a_missing_file_is_named(tmp_path: Path, suffix: str) -> None:
     with pytest.raises(FormatError) as caught:
         load(tmp_path / f"none{suffix}")
@@ -294,8 +297,8 @@ def test_changed_csv_files_are_told_what_is_wrong(tmp_path: Path) -> None:
         ("".join(lines[:4] + lines[5:]), "has (2, 7) rows and columns; expected (3, 7)"),
         ("".join(lines[:-1]), "the last line does not say where the setpoints end; the file looks cut off"),
         (text.replace("x_mm", "x"), "line 3: expected the column names t_s,curve,u,s_mm,feed_mm_s,x_mm,y_mm"),
-        (text.replace('"schema": 1', '"schema": 2'), "schema: 2 is newer than the 1 known here; update splinefeed"),
-        (text.replace('"schema": 1', '"schema": "1"'), "schema: '1' is no schema of splinefeed"),
+        (text.replace('"schema": 1', '"schema": 2'), f"line 2: schema: 2 {NEWER}"),
+        (text.replace('"schema": 1', '"schema": "1"'), "line 2: schema: '1' is no schema of splinefeed"),
         (text.replace('"record": "Setpoints"', '"record": "Table"'), "line 2: does not describe setpoints"),
         (text.replace('"period_s": 0.001', '"period_s": 0'), "period is 0; it must be greater than 0"),
         (text.replace(",2,", ",0.5,", 1), "column curve: holds something else than whole numbers"),
@@ -384,7 +387,7 @@ def test_a_limit_that_is_not_known_is_not_passed_over(tmp_path: Path) -> None:
         load(path)
 
 
-@given(st.binary(max_size=300), st.sampled_from([".csv", ".mat", ".h5"]))
+@given(st.binary(max_size=300), st.sampled_from(LOADED))
 def test_any_bytes_give_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, content: bytes, suffix: str) -> None:
     path = tmp_path_factory.mktemp("any") / f"any{suffix}"
     path.write_bytes(content)

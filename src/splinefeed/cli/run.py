@@ -33,7 +33,7 @@ Examples:
 @click.option(
     "--format",
     "formats",
-    type=click.Choice(["hdf5", "csv", "mat"]),
+    type=click.Choice(["hdf5", "csv", "mat", "npz", "parquet", "halstreamer", "pvt"]),
     multiple=True,
     help="Format of the setpoints; may be repeated.  [default: hdf5]",
 )

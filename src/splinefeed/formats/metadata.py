@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+import splinefeed
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.sizes import MAX_TICKS
-from splinefeed.records import ROTARY_AXES, Array, Setpoints, check_finite
+from splinefeed.records import ROTARY_AXES, Array, Setpoints, check_finite, positive
 
 #: Raised by one when a file written by this version could no longer be read by the one before.
 SCHEMA = 1
@@ -78,6 +79,44 @@ def check_schema(schema: object, path: object) -> None:
         raise FormatError(f"{path}: schema: {schema!r} is no schema of splinefeed")
     if schema > SCHEMA:
         raise FormatError(f"{path}: schema: {schema} is newer than the {SCHEMA} known here; update splinefeed")
+
+
+def description(first: Setpoints, rotary: str) -> dict[str, Any]:
+    """All that a file says beside its columns, ready for JSON; `rotary` is the unit of the axes that turn."""
+    return {
+        "record": "Setpoints",
+        "schema": SCHEMA,
+        "program": f"splinefeed {splinefeed.__version__}",
+        "method": first.method,
+        "period_s": first.period,
+        "axes": first.axes,
+        "units": {**COLUMNS, "position": axis_units(first.axes, rotary)},
+        "settings": json.loads(settings_to_json(first.settings)),
+    }
+
+
+def read_description(text: str | bytes, place: str) -> dict[str, Any]:
+    """What `description` gave, as the arguments of Setpoints that are no columns; FormatError names the `place`."""
+    try:
+        said = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{place}: is no JSON: {error}") from None
+    if not isinstance(said, dict) or said.get("record") != "Setpoints":
+        raise FormatError(f"{place}: does not describe setpoints")
+    check_schema(said.get("schema"), place)
+    axes, method, settings = said.get("axes"), said.get("method"), said.get("settings")
+    if not isinstance(settings, dict) or not isinstance(method, str):
+        raise FormatError(f"{place}: method or settings are not what they should be")
+    if not isinstance(axes, list) or not all(isinstance(axis, str) for axis in axes):
+        raise FormatError(f"{place}: axes is no list of names")
+    period = positive(said.get("period_s"), "period")
+    return {"axes": tuple(axes), "period": period, "method": method, "settings": settings}
+
+
+def column_names(axes: tuple[str, ...], rotary: str) -> list[str]:
+    """Names of the columns of a table, each with its unit."""
+    positions = [f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary), strict=True)]
+    return ["t_s", "curve", "u", "s_mm", "feed_mm_s", *positions]
 
 
 def checked_chunks(record: Setpoints | Iterable[Setpoints], path: object, most: int = MAX_TICKS) -> Iterator[Setpoints]:

@@ -4,55 +4,80 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import hdf5, plans_hdf5, setpoints_csv, setpoints_hdf5, setpoints_mat
+from splinefeed.formats import hdf5, plans_hdf5, setpoints_hdf5
 from splinefeed.records import Limits, Setpoints, TimeLaw
 
 Record = Setpoints | TimeLaw | Limits
 
+
+@dataclass(frozen=True)
+class SetpointFormat:
+    """A kind of file for setpoints: its suffixes, the module that writes it, and whether it can be loaded again."""
+
+    suffixes: tuple[str, ...]
+    module: str
+    loads: bool = True
+
+
+#: Every format of setpoints by the name that `--format` takes; the first suffix is the one that files get.
+FORMATS = {
+    "hdf5": SetpointFormat((".h5", ".hdf5"), "setpoints_hdf5"),
+    "csv": SetpointFormat((".csv",), "setpoints_csv"),
+    "mat": SetpointFormat((".mat",), "setpoints_mat"),
+    "npz": SetpointFormat((".npz",), "setpoints_npz"),
+    "parquet": SetpointFormat((".parquet",), "setpoints_parquet"),
+    "halstreamer": SetpointFormat((".halstream",), "setpoints_halstreamer", loads=False),
+    "pvt": SetpointFormat((".pvt",), "setpoints_pvt", loads=False),
+}
 _HDF5_READERS: dict[str, Callable[[Any, Path], Record]] = {
     "Setpoints": setpoints_hdf5.read,
     "TimeLaw": plans_hdf5.read_law,
     "Limits": plans_hdf5.read_limits,
 }
-_HDF5 = (".h5", ".hdf5")
 
 
 def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> None:
-    """Save a record: any as HDF5 (.h5, .hdf5), setpoints as .csv and .mat too; whole or not at all.
+    """Save a record: any as HDF5 (.h5, .hdf5), setpoints in every one of FORMATS; whole or not at all.
 
-    Setpoints may come as an iterable of chunks, of which HDF5 and CSV hold one at a time in memory.
+    Setpoints may come as an iterable of chunks, of which all formats but .mat hold one at a time in memory.
     """
-    suffix = _suffix(path)
-    if isinstance(record, TimeLaw | Limits) and suffix not in _HDF5:
+    name = _format_of(path)
+    if isinstance(record, TimeLaw | Limits) and name != "hdf5":
         raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 alone; name the file .h5")
     if isinstance(record, TimeLaw):
         plans_hdf5.save_law(record, path)
     elif isinstance(record, Limits):
         plans_hdf5.save_limits(record, path)
-    elif suffix == ".csv":
-        setpoints_csv.save(record, path)
-    elif suffix == ".mat":
-        setpoints_mat.save(record, path)
     else:
-        setpoints_hdf5.save(record, path)
+        _module(name).save(record, path)
 
 
 def load(path: str | os.PathLike[str]) -> Record:
     """Load a record that `save` wrote; a tuple in its settings comes back as a list, for JSON knows no other."""
-    suffix = _suffix(path)
-    if suffix == ".csv":
-        return setpoints_csv.load(path)
-    if suffix == ".mat":
-        return setpoints_mat.load(path)
-    return hdf5.read(path, _HDF5_READERS)
+    name = _format_of(path)
+    if name == "hdf5":
+        return hdf5.read(path, _HDF5_READERS)
+    if not FORMATS[name].loads:
+        raise FormatError(f"{path}: {name} files are for controllers and cannot be loaded; keep an .h5 beside")
+    points: Setpoints = _module(name).load(path)
+    return points
 
 
-def _suffix(path: str | os.PathLike[str]) -> str:
+def _module(name: str) -> ModuleType:
+    return import_module(f"splinefeed.formats.{FORMATS[name].module}")
+
+
+def _format_of(path: str | os.PathLike[str]) -> str:
     suffix = Path(path).suffix.lower()
-    if suffix not in (*_HDF5, ".csv", ".mat"):
-        raise FormatError(f"{path}: a record's file is named .h5, .hdf5, .csv or .mat")
-    return suffix
+    for name, each in FORMATS.items():
+        if suffix in each.suffixes:
+            return name
+    *known, last = (suffix for each in FORMATS.values() for suffix in each.suffixes)
+    raise FormatError(f"{path}: a record's file is named {', '.join(known)} or {last}")

@@ -11,23 +11,21 @@ from typing import Any, TextIO
 
 import numpy as np
 
-import splinefeed
 from splinefeed.errors import FormatError, SplinefeedError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import (
     COLUMNS,
-    SCHEMA,
-    axis_units,
     check_all_finite,
-    check_schema,
     checked_chunks,
-    settings_to_json,
+    column_names,
+    description,
+    read_description,
     to_degrees,
     to_radians,
 )
 from splinefeed.formats.sizes import MAX_TICKS
 from splinefeed.formats.source import check_file
-from splinefeed.records import Array, Setpoints, positive
+from splinefeed.records import Array, Setpoints
 
 _TITLE = "# splinefeed setpoints"
 _METADATA = "# metadata: "
@@ -58,11 +56,11 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
         with file.open(encoding="ascii") as stream:
             ticks = _ticks_at_end(stream, path)
             metadata = _read_metadata(stream, path)
-            axes = tuple(metadata["axes"])
-            if stream.readline().rstrip("\n") != _column_names(axes):
-                raise FormatError(f"{path}: line 3: expected the column names {_column_names(axes)}")
+            names = _column_names(metadata["axes"])
+            if stream.readline().rstrip("\n") != names:
+                raise FormatError(f"{path}: line 3: expected the column names {names}")
             rows = np.loadtxt(stream, delimiter=",", ndmin=2)
-            points = _points(rows, axes, metadata, ticks, path)
+            points = _points(rows, metadata, ticks, path)
             check_all_finite(points)
     except FormatError:
         raise
@@ -77,22 +75,11 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
 
 
 def _head(first: Setpoints) -> str:
-    metadata = {
-        "record": "Setpoints",
-        "schema": SCHEMA,
-        "program": f"splinefeed {splinefeed.__version__}",
-        "method": first.method,
-        "period_s": first.period,
-        "axes": first.axes,
-        "units": {**COLUMNS, "position": axis_units(first.axes, rotary="deg")},
-        "settings": json.loads(settings_to_json(first.settings)),
-    }
-    return f"{_TITLE}\n{_METADATA}{json.dumps(metadata)}\n{_column_names(first.axes)}\n"
+    return f"{_TITLE}\n{_METADATA}{json.dumps(description(first, 'deg'))}\n{_column_names(first.axes)}\n"
 
 
 def _column_names(axes: tuple[str, ...]) -> str:
-    positions = (f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary="deg"), strict=True))
-    return ",".join(("t_s", "curve", "u", "s_mm", "feed_mm_s", *positions))
+    return ",".join(column_names(axes, "deg"))
 
 
 def _write_rows(stream: TextIOWrapper, chunk: Setpoints) -> None:
@@ -124,18 +111,11 @@ def _read_metadata(stream: TextIO, path: object) -> dict[str, Any]:
     line = stream.readline()
     if not line.startswith(_METADATA):
         raise FormatError(f"{path}: line 2: expected {_METADATA!r}")
-    metadata = json.loads(line[len(_METADATA) :])
-    if not isinstance(metadata, dict) or metadata.get("record") != "Setpoints":
-        raise FormatError(f"{path}: line 2: does not describe setpoints")
-    check_schema(metadata.get("schema"), path)
-    if not isinstance(metadata["settings"], dict) or not isinstance(metadata["method"], str):
-        raise FormatError(f"{path}: line 2: method or settings are not what they should be")
-    if not all(isinstance(axis, str) for axis in metadata["axes"]):
-        raise FormatError(f"{path}: line 2: axes is no list of names")
-    return metadata
+    return read_description(line[len(_METADATA) :], f"{path}: line 2")
 
 
-def _points(rows: Array, axes: tuple[str, ...], metadata: dict[str, Any], ticks: int, path: object) -> Setpoints:
+def _points(rows: Array, metadata: dict[str, Any], ticks: int, path: object) -> Setpoints:
+    axes = metadata["axes"]
     expected = (ticks, len(COLUMNS) + len(axes))
     if rows.shape != expected:
         raise FormatError(f"{path}: has {rows.shape} rows and columns; expected {expected}")
@@ -149,8 +129,5 @@ def _points(rows: Array, axes: tuple[str, ...], metadata: dict[str, Any], ticks:
         s=s,
         feed=feed,
         position=to_radians(np.ascontiguousarray(rows[:, len(COLUMNS) :]), axes),
-        axes=axes,
-        period=positive(metadata["period_s"], "period"),
-        method=metadata["method"],
-        settings=metadata["settings"],
+        **metadata,
     )

@@ -10,7 +10,7 @@ from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.setpoints import save
+from splinefeed.formats.setpoints import FORMATS, save
 from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.run import Run
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 #: The page of numbers; a folder that has one written by us is ours.
 RECORD = "run.json"
 #: Names of setpoint files by format.
-SETPOINTS = {"hdf5": "setpoints.h5", "csv": "setpoints.csv", "mat": "setpoints.mat"}
+SETPOINTS = {name: f"setpoints{each.suffixes[0]}" for name, each in FORMATS.items()}
 FIGURES = ("path", "feed", "axes", "ripple")
 FIGURE_FORMATS = ("svg", "png")
 #: Everything that a run may leave.
