@@ -61,6 +61,10 @@ class ReferenceAxis:
         """What friction has to hold at rest."""
         return self.spring(z) if self.two else self.drive_force(z, volts)[0]
 
+    def drag(self, motor: float) -> None:
+        """Play without compliance: the load is never farther than half the play from the motor."""
+        self.state[4] = min(max(self.state[4], motor - 0.5 * self.play), motor + 0.5 * self.play)
+
     def rhs(self, _: float, z: Vector, volts: float) -> Vector:
         force, rate, integral = self.drive_force(z, volts)
         held = self.sliding == 0.0 and self.static > 0.0
@@ -81,6 +85,9 @@ class ReferenceAxis:
         def stops(_: float, z: Vector, __: float) -> float:
             return float(z[speed])
 
+        def turns(_: float, z: Vector, __: float) -> float:
+            return float(z[1])
+
         def breaks(_: float, z: Vector, __: float) -> float:
             return abs(self.pull(z, volts)) - self.static
 
@@ -90,24 +97,28 @@ class ReferenceAxis:
                 event = breaks if self.sliding == 0.0 else stops
                 event.terminal = True  # type: ignore[attr-defined]
                 event.direction = 1.0 if self.sliding == 0.0 else -self.sliding  # type: ignore[attr-defined]
+            dragged = not self.two and self.play > 0.0
             found = solve_ivp(
                 self.rhs,
                 (t, self.period),
                 self.state,
                 "DOP853",
                 args=(volts,),
-                events=event,
+                events=[each for each in (event, turns if dragged else None) if each is not None] or None,
                 rtol=1e-10,
                 atol=1e-12,
                 max_step=self.period / 4,
             )
             self.state = found.y[:, -1].copy()
             t = found.t[-1]
+            if dragged:  # the load goes as far as the motor took it, on the way and at the end
+                for z in found.y_events[-1]:
+                    self.drag(z[0])
+                self.drag(self.state[0])
             if found.status == 1:
                 self.state[speed] = 0.0
                 pull = self.pull(self.state, volts)
                 self.sliding = 0.0 if abs(pull) < self.static * (1.0 - 1e-9) else math.copysign(1.0, pull)
-        if not self.two:
-            half = 0.5 * self.play
-            self.state[4] = min(max(self.state[4], self.state[0] - half), self.state[0] + half)
+        if not self.two and self.play == 0.0:
+            self.state[4] = self.state[0]
         return self.state.copy()

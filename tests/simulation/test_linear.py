@@ -1,8 +1,7 @@
-"""The linear loop against SciPy and python-control, and what the paper's gains do on a plain drive."""
+"""The linear loop against SciPy, and what the paper's gains do on a plain drive."""
 
 from __future__ import annotations
 
-import contextlib
 import math
 from dataclasses import replace
 from typing import Any
@@ -15,11 +14,6 @@ from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.machine import Axis, Friction
 from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import closed_loop, loop_response, margins, spectral_radius
-
-control: Any = None
-with contextlib.suppress(ImportError):
-    import control
-needs_control = pytest.mark.skipif(control is None, reason="python-control is not installed (pip install control)")
 
 TIME = np.arange(700) * PERIOD
 COMMAND = 10.0 * (1.0 - np.cos(2.0 * np.pi * 3.0 * TIME)) + 0.5 * (TIME > 0.3)
@@ -143,49 +137,6 @@ def test_the_closed_loop_equations_are_what_follow_does(axis: Axis) -> None:
         x = F @ x + g * r
     response = follow(setpoints(SMOOTH), table(axis), linear=True)
     np.testing.assert_allclose(response.position[:, 0], out, rtol=0, atol=1e-10)
-
-
-@needs_control
-@pytest.mark.parametrize("delay", [0, 1])
-def test_the_response_is_that_of_python_control(delay: int) -> None:
-    axis = velocity_axis(lag=0.012, delay=delay, error_limit=1e9)
-    drive = control.ss([[0.0, 1.0], [0.0, -1.0 / 0.012]], [[0.0], [25.0 / 0.012]], [[1.0, 0.0]], 0.0)
-    sampled = control.sample_system(drive, PERIOD, method="zoh")
-    k = PID
-    # K_p + K_i T z / (z - 1) + K_d (1 - 1/z) / T with the states (sum of errors, last error)
-    regulator = control.ss(
-        [[1.0, 0.0], [0.0, 0.0]],
-        [[1.0], [1.0]],
-        [[k["ki"] * PERIOD, -k["kd"] / PERIOD]],
-        [[k["kp"] + k["ki"] * PERIOD + k["kd"] / PERIOD]],
-        PERIOD,
-    )
-    late = control.ss([[0.0]], [[1.0]], [[1.0]], [[0.0]], PERIOD) if delay else control.ss([], [], [], [[1.0]], PERIOD)
-    loop = control.feedback(sampled * late * regulator, 1)
-    expected = control.forced_response(loop, TIME, SMOOTH).outputs
-    response = follow(setpoints(SMOOTH), table(axis), linear=True)
-    np.testing.assert_allclose(response.position[:, 0], expected, rtol=0, atol=1e-11)
-
-
-@needs_control
-@pytest.mark.parametrize(
-    ("axis", "delay"), [(velocity_axis(), 0), (velocity_axis(lag=0.015, delay=1), 1), (velocity_axis(lag=0.004), 0)]
-)
-def test_margins_are_those_of_python_control(axis: Axis, delay: int) -> None:
-    numerator, denominator = polynomial_controller(0.0, **PID)
-    plant_numerator, plant_denominator = drive_plant(axis.drive.lag)
-    loop = control.tf(plant_numerator, plant_denominator, PERIOD) * control.tf(numerator, denominator, PERIOD)
-    loop = loop * control.tf([1.0], [1.0] + [0.0] * delay, PERIOD)
-    gains, phases, _, _, at_phase, _ = control.stability_margins(loop, returnall=True)
-    mine = margins(axis, PERIOD)
-    assert mine.gain_margin == pytest.approx(min(g for g in gains if g > 1.0), rel=1e-3)
-    i = int(np.argmin(np.abs(phases)))
-    assert mine.phase_margin == pytest.approx(phases[i], rel=1e-3)
-    assert 2.0 * math.pi * mine.phase_frequency == pytest.approx(at_phase[i], rel=1e-3)
-    closed = control.feedback(loop, 1)
-    assert mine.spectral_radius == pytest.approx(np.max(np.abs(control.poles(closed))), rel=1e-6)
-    w = 2.0 * math.pi * mine.bandwidth
-    assert abs(control.frequency_response(closed, [w]).magnitude.squeeze()) == pytest.approx(math.sqrt(0.5), rel=1e-3)
 
 
 def test_gain_margin_is_where_a_pole_reaches_the_unit_circle() -> None:

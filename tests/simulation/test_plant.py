@@ -48,6 +48,11 @@ CASES = {
     "force-limit": (force_axis(friction=Friction(coulomb=6.0)), 20.0 * REVERSE),
     "two-masses": (velocity_axis(stiffness=4000.0, damping=1.0, friction=STRIBECK), REVERSE),
     "spring-with-play": (velocity_axis(stiffness=4000.0, damping=1.0, backlash=0.02, friction=STRIBECK), REVERSE),
+    "play-without-compliance": (velocity_axis(backlash=0.05), REVERSE),
+    "play-and-friction": (velocity_axis(backlash=0.05, friction=STRIBECK), REVERSE),
+    "play-in-force-mode": (force_axis(backlash=0.05, friction=Friction(viscous=0.5)), 0.5 * REVERSE),
+    "torque-limit-two-masses": (velocity_axis(peak=0.8, stiffness=4000.0, damping=1.0), 8.0 * REVERSE),
+    "drive-lag": (velocity_axis(lag=0.004), REVERSE),
     "play-without-friction": (force_axis(stiffness=4000.0, damping=0.3, backlash=0.05), 0.5 * REVERSE),
 }
 

@@ -3,8 +3,9 @@
 The plant is dz/dt = A z + B u + N n(y), y = C z + D u, with three scalar nonlinear inputs n: friction, the force that a
 torque limit cuts off, and the spring force that play takes away. z+ = Phi z + Gamma u is exact for the linear part; n
 enters by quadratic interpolation over a sub-step (exponential quadrature on start, middle and end; Hochbruck and
-Ostermann, Acta Numerica 19 (2010), doi:10.1017/S0962492910000048, section 2). Where sliding stops, sticking ends, or a
-limit or flank is met, the sub-step is bisected, with matrices kept for each halving, until the event is enclosed.
+Ostermann, Acta Numerica 19 (2010), doi:10.1017/S0962492910000048, section 2). Where sliding stops, sticking ends, a
+motor with play turns round, or a limit or flank is met, the sub-step is bisected, with matrices kept for each halving,
+until the event is enclosed.
 """
 
 from __future__ import annotations
@@ -273,6 +274,7 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
     force_limit = parameters[FORCE_LIMIT]
     limiting = force_limit < math.inf
     playing = compliant and half_play > 0.0
+    dragging = not compliant and half_play > 0.0
     limited = _side(_output(z, volts, table[0], LIMIT), force_limit) if limiting else 0
     remaining = int(parameters[SUB_STEPS]) * FINEST
     until = 0
@@ -319,6 +321,8 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
             event = limited_then != limited
         if playing:
             event = event or _side(scratch[MOTOR] - scratch[LOAD], half_play) != side
+        if dragging:  # where the motor turns round the load stands still: its farthest point must not be stepped over
+            event = event or z[MOTOR_SPEED] * scratch[MOTOR_SPEED] < 0.0
         if rubbing:
             if sliding == 0.0:
                 stopping = abs(holding_force(scratch, volts, table[0], parameters)) > breakaway

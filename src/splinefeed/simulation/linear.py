@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics
@@ -52,8 +54,11 @@ class Margins:
     gain_margin         factor by which the gain may rise (infinite if no crossing); at gain_frequency, Hz
     gain_reduction      factor < 1 by which it may fall before the loop is unstable, 0 if it may fall to nothing
     phase_margin        deg, at phase_frequency, Hz (infinite if the loop gain never passes 1)
+    delay_margin        dead time that the loop bears beside what it has, s (infinite if the loop gain never passes 1)
+    sensitivity         largest |1 / (1 + L)|, M_s: 1 / M_s is the distance of L from -1
     bandwidth           of the closed loop from reference to position: where it is first 3 dB down, Hz
     spectral_radius     largest modulus of the closed loop's poles: stable below 1
+    stable_below, stable_above  of an unstable loop: factor on the gain at which it becomes stable, or None
     """
 
     gain_margin: float
@@ -61,8 +66,12 @@ class Margins:
     gain_reduction: float
     phase_margin: float
     phase_frequency: float
+    delay_margin: float
+    sensitivity: float
     bandwidth: float
     spectral_radius: float
+    stable_below: float | None = None
+    stable_above: float | None = None
 
     @property
     def stable(self) -> bool:
@@ -70,16 +79,51 @@ class Margins:
         return self.spectral_radius < 1.0
 
     @property
+    def gain_margin_db(self) -> float:
+        """The gain margin in decibels."""
+        return 20.0 * math.log10(self.gain_margin)
+
+    @property
+    def close(self) -> bool:
+        """Whether the loop is stable, but within SMALL_GAIN_MARGIN or SMALL_PHASE_MARGIN of not being so."""
+        return self.stable and (
+            self.gain_margin < SMALL_GAIN_MARGIN
+            or self.phase_margin < SMALL_PHASE_MARGIN
+            or self.gain_reduction > 1.0 / SMALL_GAIN_MARGIN
+        )
+
+    @property
     def verdict(self) -> str:
         """Stable, close to unstable, or unstable, with the margins, in a sentence."""
         if not self.stable:
-            return f"unstable: a closed-loop pole has modulus {self.spectral_radius:.4f}"
+            text = f"unstable: a closed-loop pole has modulus {self.spectral_radius:.4f}"
+            if self.stable_below is not None:
+                decibels = 20.0 * math.log10(self.stable_below)
+                return f"{text}; stable only below {self.stable_below:.3g} of these gains ({decibels:.1f} dB)"
+            if self.stable_above is not None:
+                return f"{text}; stable only above {self.stable_above:.3g} times these gains"
+            return f"{text}; no common factor on the gains makes it stable"
         numbers = f"gain margin {self.gain_margin:.3g}, phase margin {self.phase_margin:.3g} deg"
+        if not self.close:
+            return f"stable: {numbers}"
         if self.gain_margin < SMALL_GAIN_MARGIN or self.phase_margin < SMALL_PHASE_MARGIN:
             return f"stable, but close to unstable: {numbers}"
-        if self.gain_reduction > 1.0 / SMALL_GAIN_MARGIN:
-            return f"stable, but close to unstable: the gain may fall to {self.gain_reduction:.3g} only; {numbers}"
-        return f"stable: {numbers}"
+        return f"stable, but close to unstable: the gain may fall to {self.gain_reduction:.3g} only; {numbers}"
+
+    @property
+    def sentence(self) -> str:
+        """The verdict, with the frequencies of the margins, the delay margin and the bandwidth of a stable loop."""
+        if not self.stable:
+            return self.verdict
+        passing = (
+            f"; gain margin at {self.gain_frequency:.4g} Hz, phase margin at {self.phase_frequency:.4g} Hz, "
+            f"delay margin {self.delay_margin * 1e3:.3g} ms, bandwidth {self.bandwidth:.4g} Hz"
+        )
+        return self.verdict + passing
+
+    def as_dict(self) -> dict[str, float | bool | str | None]:
+        """Names and values, as `tune --json` prints them; what is infinite or is not there becomes null there."""
+        return {**asdict(self), "stable": self.stable, "close": self.close, "verdict": self.verdict}
 
 
 def discrete_plant(axis: Axis, period: float) -> Discrete:
@@ -182,7 +226,9 @@ def margins(axis: Axis, period: float) -> Margins:
 
     top = math.pi / period
     grid = np.geomspace(LOWEST_SHARE * top, top * (1.0 - 1e-9), GRID)
-    values = controller_response(control, period, grid)[1] * part.response(grid)
+    reference, feedback = controller_response(control, period, grid)
+    plant_values = part.response(grid)
+    values = feedback * plant_values
     crossings = [w for w in _roots(lambda w: loop(w).imag, grid, values.imag) if loop(w).real < 0.0]
     gains = [(1.0 / abs(loop(w)), w) for w in crossings]
     at_nyquist = loop(top).real  # L is real at the Nyquist frequency: it counts when negative
@@ -192,26 +238,60 @@ def margins(axis: Axis, period: float) -> Margins:
     lower = max((pair for pair in gains if pair[0] < 1.0), default=(0.0, math.nan))
     passing = _roots(lambda w: abs(loop(w)) - 1.0, grid, np.abs(values) - 1.0)
     phases = [(math.degrees(math.atan2(loop(w).imag, loop(w).real)) + 180.0, w) for w in passing]
+    delays = [math.radians(phase % 360.0) / w for phase, w in phases]
     phases = [(phase if phase <= 180.0 else phase - 360.0, w) for phase, w in phases]
     phase = min(phases, key=lambda pair: abs(pair[0]), default=(math.inf, math.nan))
-    reference, feedback = controller_response(control, period, grid)
-    closed = np.abs(reference * part.response(grid) / (1.0 + feedback * part.response(grid)))
-    level = math.sqrt(0.5)
-    below = np.flatnonzero(closed < level)
-    bandwidth = math.inf
-    if below.size and below[0] > 0:
-        i = int(below[0])
-        share = (level - closed[i - 1]) / (closed[i] - closed[i - 1])
-        bandwidth = float(grid[i - 1] + share * (grid[i] - grid[i - 1])) / (2.0 * math.pi)
+    radius = spectral_radius(axis, period)
+    below = above = None
+    if radius >= 1.0:
+        below = next((g for g, _ in sorted(gains, reverse=True) if g < 1.0 and _is_stable(axis, period, g, -1)), None)
+        above = next((g for g, _ in sorted(gains) if g > 1.0 and _is_stable(axis, period, g, 1)), None)
     return Margins(
         gain_margin=upper[0],
         gain_frequency=upper[1] / (2.0 * math.pi),
         gain_reduction=lower[0],
         phase_margin=phase[0],
         phase_frequency=phase[1] / (2.0 * math.pi),
-        bandwidth=bandwidth,
-        spectral_radius=spectral_radius(axis, period),
+        delay_margin=min(delays, default=math.inf),
+        sensitivity=_sensitivity(loop, grid, values),
+        bandwidth=_bandwidth(grid, np.abs(reference * plant_values / (1.0 + values))),
+        spectral_radius=radius,
+        stable_below=below,
+        stable_above=above,
     )
+
+
+def _is_stable(axis: Axis, period: float, factor: float, side: int) -> bool:
+    """Whether the loop is stable with its gains times a little more (side 1) or less (-1) than `factor`."""
+    return spectral_radius(scaled(axis, factor * (1.0 + 1e-3 * side)), period) < 1.0
+
+
+def scaled(axis: Axis, factor: float) -> Axis:
+    """The axis with the gain of its loop times `factor`: all gains of a PID, those of the speed loop of a P-PI."""
+    names = ("kp", "ki", "kd") if axis.controller.kind == "pid" else ("velocity_kp", "velocity_ki")
+    gains: dict[str, Any] = {name: factor * getattr(axis.controller, name) for name in names}
+    return replace(axis, controller=replace(axis.controller, **gains))
+
+
+def _sensitivity(loop: Callable[[float], complex], grid: Array, values: ComplexArray) -> float:
+    """Largest |1 / (1 + L)| of the loop with `values` over the grid, rad/s, sought between its neighbours."""
+    at = int(np.argmin(np.abs(1.0 + values)))
+    ends = (float(grid[max(at - 1, 0)]), float(grid[min(at + 1, len(grid) - 1)]))
+    least = minimize_scalar(
+        lambda w: abs(1.0 + loop(w)), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]}
+    )
+    return float(1.0 / min(least.fun, abs(1.0 + values[at])))
+
+
+def _bandwidth(grid: Array, closed: Array) -> float:
+    """Where |closed loop| over the grid, rad/s, first falls below 3 dB, Hz; infinite if it never does."""
+    level = math.sqrt(0.5)
+    below = np.flatnonzero(closed < level)
+    if not below.size or below[0] == 0:
+        return math.inf
+    i = int(below[0])
+    share = (level - closed[i - 1]) / (closed[i] - closed[i - 1])
+    return float(grid[i - 1] + share * (grid[i] - grid[i - 1])) / (2.0 * math.pi)
 
 
 def _roots(function: object, grid: Array, values: Array) -> list[float]:

@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.machine.parts import Axis, Controller
 from splinefeed.records import Array
-from splinefeed.simulation.experiments import FrequencyResponse, UltimatePoint, relay
+from splinefeed.simulation.experiments import FrequencyResponse, UltimatePoint, gentle, relay, swept_sine
 from splinefeed.simulation.linear import GRID, LOWEST_SHARE, Margins, discrete_plant, margins
 
 #: K_p / K_u, T_i / P_u and T_d / P_u of each rule and sort of controller.
@@ -28,19 +28,25 @@ RULES: dict[str, dict[str, tuple[float, float, float]]] = {
         "pid": (1.0 / 2.2, 2.2, 1.0 / 6.3),
     },
 }
-#: Volts of the relay unless the caller says otherwise: enough to overcome friction, far from the limit.
-RELAY_VOLTS = 1.0
+#: Where the ultimate point comes from.
+EXPERIMENTS = ("model", "sine", "relay")
+#: Volts of relay and sines unless the caller says otherwise: many counts, far from the limits.
+VOLTS = 1.0
+#: A swept sine goes through this many frequencies, from the first of these shares of half the servo rate to the second.
+SINES = 40
+SWEPT_SHARES = (0.005, 0.9)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tuning:
     """Gains that a rule gives, and where they come from.
 
-    axis      the axis with the new controller; before: margins of the controller that it had
+    old, axis  the axis as it was and with the new controller; before, margins: those of the two controllers
     ultimate  gain and period; response: the frequency response of the plant that they were read from
     """
 
     rule: str
+    old: Axis
     axis: Axis
     period: float
     ultimate: UltimatePoint
@@ -64,8 +70,8 @@ class Tuning:
                 f"  ultimate gain {self.ultimate.gain:.6g} {unit}, ultimate period {self.ultimate.period * 1e3:.4g} ms "
                 f"({self.ultimate.source})",
                 f"  kp {new.kp:.6g} {unit}, ki {new.ki:.6g} {unit}/s, kd {new.kd:.6g} {slope}",
-                f"  new gains {self.margins.verdict}; bandwidth {self.margins.bandwidth:.4g} Hz",
-                f"  old gains {self.before.verdict}; bandwidth {self.before.bandwidth:.4g} Hz",
+                f"  new gains {self.margins.sentence}",
+                f"  old gains {self.before.sentence}",
             ]
         )
 
@@ -86,22 +92,43 @@ def model_response(axis: Axis, period: float, frequency: Array | None = None) ->
 def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
     """Ultimate gain, V/mm or V/rad, and period, s, of the linear plant: where proportional control is at its limit."""
     gains: dict[str, Any] = {
-        "kp": 1.0,
         "ki": 0.0,
         "kd": 0.0,
         "position_gain": 0.0,
         "velocity_kp": 0.0,
         "velocity_ki": 0.0,
     }
-    plain = replace(axis.controller, kind="pid", filter=0.0, **gains)
-    found = margins(replace(axis, controller=plain), period)
-    unstable = found.spectral_radius >= 1.0 and found.gain_margin == math.inf
-    if not math.isfinite(found.gain_margin) or unstable or found.gain_reduction > 0.0:
+    kp = 1.0
+    for _ in range(2):
+        plain = replace(axis.controller, kind="pid", filter=0.0, **gains | {"kp": kp})
+        found = margins(replace(axis, controller=plain), period)
+        if found.stable_below is None:
+            break
+        kp = 0.5 * found.stable_below  # the gain that was tried is beyond the ultimate one
+    if not (found.stable and math.isfinite(found.gain_margin) and found.gain_reduction == 0.0):
         raise InputError(
             f"axis {axis.name}: no ultimate gain: proportional control alone is unstable, or stable, at any gain; "
             f"rules that start from it need a drive in velocity mode"
         )
-    return UltimatePoint(found.gain_margin, 1.0 / found.gain_frequency, "linear model")
+    return UltimatePoint(kp * found.gain_margin, 1.0 / found.gain_frequency, "linear model")
+
+
+def ultimate_of(found: FrequencyResponse, name: str = "x") -> UltimatePoint:
+    """The ultimate point of a measured frequency response: where it first lags 180 degrees, between its points.
+
+    Straight in phase and logarithm of gain over the logarithm of frequency. Raises InputError where it never does.
+    """
+    phase = np.unwrap(np.angle(found.value))
+    phase -= 2.0 * np.pi * np.round((phase[0] + 0.5 * np.pi) / (2.0 * np.pi))  # an axis begins near -90 degrees
+    beyond = np.flatnonzero((phase[:-1] > -np.pi) & (phase[1:] <= -np.pi))
+    if not beyond.size:
+        raise InputError(f"axis {name}: the response by {found.source} never lags 180 degrees; it has no ultimate gain")
+    i = int(beyond[0])
+    share = float((phase[i] + np.pi) / (phase[i] - phase[i + 1]))
+    frequency, gain = (
+        np.log(each[i]) + share * np.log(each[i + 1] / each[i]) for each in (found.frequency, np.abs(found.value))
+    )
+    return UltimatePoint(math.exp(-float(gain)), math.exp(-float(frequency)), found.source)
 
 
 def tune(
@@ -111,22 +138,23 @@ def tune(
     period: float = 1e-3,
     kind: str = "pid",
     experiment: str = "model",
-    relay_volts: float = RELAY_VOLTS,
+    volts: float = VOLTS,
 ) -> Tuning:
-    """Gains of an axis by a rule, from its linear model or a relay experiment on the full one.
+    """Gains of an axis by a rule, from its linear model or from an experiment on the full, simulated axis.
 
     rule        one of `rules()`; kind "p", "pi" or "pid"; period  servo period, s
-    experiment  "model": the ultimate point of the linear plant; "relay": from a simulated swing of +-relay_volts
-    K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule.
+    experiment  "model": the ultimate point of the linear plant; "sine": of its response to SINES sines of `volts`;
+                "relay": of sines around the swing that a relay of +-`volts` makes, see `experiments.relay`
+    K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Feed-forward and filter stay.
+
+    Raises InputError for names that are none, and for an axis without an ultimate gain.
     """
     if rule not in RULES:
         raise InputError(f"no tuning rule is called {rule!r}; there are {', '.join(RULES)}")
     if kind not in RULES[rule]:
         raise InputError(f"rule {rule!r} has no controller {kind!r}; it has {', '.join(RULES[rule])}")
-    if experiment not in ("model", "relay"):
-        raise InputError(f"no experiment is called {experiment!r}; there are model, relay")
     before = margins(axis, period)
-    point = ultimate_point(axis, period) if experiment == "model" else relay(axis, period, relay_volts)
+    point, response = identify(axis, period, experiment, volts)
     share, integral, derivative = RULES[rule][kind]
     kp = share * point.gain
     gains: dict[str, Any] = {"kp": kp, "ki": kp / (integral * point.period), "kd": kp * derivative * point.period}
@@ -135,10 +163,33 @@ def tune(
     tuned = replace(axis, controller=replace(axis.controller, kind="pid", source=source, **gains, **cascade))
     return Tuning(
         rule=rule,
+        old=axis,
         axis=tuned,
         period=period,
         ultimate=point,
-        response=model_response(axis, period),
+        response=response,
         margins=margins(tuned, period),
         before=before,
     )
+
+
+def identify(
+    axis: Axis, period: float, experiment: str = "model", volts: float = VOLTS
+) -> tuple[UltimatePoint, FrequencyResponse]:
+    """The ultimate point of an axis and the response that it was read from, by one of EXPERIMENTS."""
+    if experiment == "model":
+        return ultimate_point(axis, period), model_response(axis, period)
+    if experiment == "relay":
+        return relay(axis, period, volts), model_response(axis, period)
+    if experiment == "sine":
+        found = sines(axis, period, volts)
+        return ultimate_of(found, axis.name), found
+    raise InputError(f"no experiment is called {experiment!r}; there are {', '.join(EXPERIMENTS)}")
+
+
+def sines(axis: Axis, period: float, volts: float = VOLTS) -> FrequencyResponse:
+    """The response of the full axis to SINES sines of `volts`, kept going all the while; see `swept_sine`."""
+    amplitude, bias = gentle(axis, volts)
+    lowest, highest = (share * 0.5 / period for share in SWEPT_SHARES)
+    frequency = np.geomspace(lowest, highest, SINES)
+    return swept_sine(axis, period, frequency, amplitude, bias=bias)
