@@ -14,8 +14,6 @@ from hypothesis import strategies as st
 
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import Path
 from splinefeed.kernels import mechanics, servo
 from splinefeed.machine import Friction, Table
 from splinefeed.records import Response, Setpoints
@@ -235,10 +233,6 @@ def test_bad_input_is_refused_by_name() -> None:
         with pytest.raises(InputError) as caught:
             follow(setpoints(np.zeros(3)), machine, sub_steps=wrong)  # type: ignore[arg-type]
         assert str(caught.value) == f"sub_steps is {wrong!r}; it must be a whole number from 1 to 1000"
-    path = Path([NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])])
-    with pytest.raises(InputError) as caught:
-        follow(setpoints(np.zeros(3)), machine, path=path)
-    assert str(caught.value) == "the path has axes x, y, the setpoints x"
 
 
 @pytest.mark.nojit

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from splinefeed.kernels import mechanics, servo
 from splinefeed.machine.table import Table
 from splinefeed.records import Array, Response, Setpoints, check_finite
 from splinefeed.simulation import plant as plants
-
-if TYPE_CHECKING:
-    from splinefeed.geometry.path import Path
 
 #: Ticks between two calls of `on_progress`.
 CHUNK = 65_536
@@ -147,7 +144,6 @@ class Follower:
 def follow(
     points: Setpoints,
     table: Table,
-    path: Path | None = None,
     on_progress: Progress | None = None,
     *,
     sub_steps: int = plants.SUB_STEPS,
@@ -155,32 +151,23 @@ def follow(
 ) -> Response:
     """What the axes of `table` do when they are given `points`, from rest at the first one.
 
-    The servo period is that of the points. path: checked for having the same axes; the contour error is measured
-    against it elsewhere. on_progress(done, total) is called now and then. sub_steps, linear: see Follower.
-    If an axis runs away the response ends there and says so in `stopped`.
+    The servo period is that of the points. on_progress(done, total) is called now and then. sub_steps, linear: see
+    Follower. If an axis runs away the response ends there and says so in `stopped`.
     """
-    if path is not None and path.axes != points.axes:
-        raise InputError(f"the path has axes {', '.join(path.axes)}, the setpoints {', '.join(points.axes)}")
     if len(points) == 0:
         raise InputError("no setpoints; at least one is needed")
     check_finite(points.position, "Setpoints.position")
     follower = Follower(table, points.axes, points.period, sub_steps=sub_steps, linear=linear)
     parts = []
-    for start in range(0, len(points), CHUNK):
-        parts.append(follower.follow(_slice(points, start, start + CHUNK)))
+    done = 0
+    for chunk in slices(points, CHUNK):
+        parts.append(follower.follow(chunk))
+        done += len(chunk)
         if on_progress is not None:
-            on_progress(min(start + CHUNK, len(points)), len(points))
+            on_progress(done, len(points))
         if follower.stopped is not None:
             break
-    if len(parts) == 1:
-        return parts[0]
-    joined = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("t", "command", "position", "measured", "output", "saturated")
-    }
-    return Response(
-        **joined, axes=points.axes, period=points.period, stopped=follower.stopped, settings=follower.settings
-    )
+    return join(parts)
 
 
 def follow_chunks(
@@ -200,12 +187,27 @@ def follow_chunks(
             return
 
 
-def _slice(points: Setpoints, start: int, stop: int) -> Setpoints:
-    """Setpoints start ... stop - 1."""
-    return Setpoints(
-        **{name: getattr(points, name)[start:stop] for name in ("t", "curve", "u", "s", "feed", "position")},
-        axes=points.axes,
-        period=points.period,
-        method=points.method,
-        settings=points.settings,
+def slices(points: Setpoints, size: int) -> Iterator[Setpoints]:
+    """The setpoints in pieces of at most `size` ticks."""
+    for start in range(0, len(points), size):
+        columns = {
+            name: getattr(points, name)[start : start + size] for name in ("t", "curve", "u", "s", "feed", "position")
+        }
+        yield replace(points, **columns)
+
+
+def join(parts: Sequence[Response]) -> Response:
+    """One response from its pieces in order; the last one says whether it was stopped."""
+    if len(parts) == 1:
+        return parts[0]
+    columns = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("t", "command", "position", "measured", "output", "saturated")
+    }
+    errors = [part.contour_error for part in parts if part.contour_error is not None]
+    return replace(
+        parts[0],
+        **columns,
+        contour_error=np.concatenate(errors) if len(errors) == len(parts) else None,
+        stopped=parts[-1].stopped,
     )

@@ -1,0 +1,87 @@
+"""Responses of a machine to and from HDF5, chunk by chunk, bit for bit; rotary axes in rad."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import FormatError, InputError
+from splinefeed.formats import hdf5
+from splinefeed.formats.metadata import axis_units, settings_from_json, settings_to_json
+from splinefeed.records import Response, check_finite, positive
+
+#: Datasets (n, axes) and their units; None: that of the axis.
+_BY_AXIS = {"command": None, "position": None, "measured": None, "output": "V", "saturated": "1"}
+
+
+def save(record: Response | Iterable[Response], path: str | os.PathLike[str]) -> None:
+    """Write a response, whole or as an iterable of pieces of which only one is in memory at a time."""
+    with hdf5.create(path, "Response") as (file, check):
+        datasets: dict[str, Any] = {}
+        ticks = 0
+        stopped = None
+        for part in [record] if isinstance(record, Response) else record:
+            for name in ("t", "command", "position", "measured", "output"):
+                check_finite(getattr(part, name), f"Response.{name}")
+            if not datasets:
+                datasets = _create(file, part)
+            elif part.axes != tuple(file.attrs["axes"]) or (part.contour_error is None) == ("contour_error" in file):
+                raise InputError(f"{path}: the piece at tick {ticks} has other columns than the first one")
+            for name, dataset in datasets.items():
+                dataset.resize(ticks + len(part), axis=0)
+                dataset[ticks:] = getattr(part, name)
+            ticks += len(part)
+            stopped = part.stopped
+            check()
+        if ticks == 0:
+            raise FormatError(f"{path}: there are no ticks to save")
+        if stopped is not None:
+            file.attrs["stopped"] = stopped
+
+
+def read(file: Any, path: Path) -> Response:
+    """The response in an open HDF5 file."""
+    axes = tuple(file.attrs["axes"])
+    if not all(isinstance(axis, str) for axis in axes):
+        raise FormatError(f"{path}: attribute axes: is no list of names")
+    columns = {name: hdf5.array(file, name, path, 2) for name in _BY_AXIS}
+    response = Response(
+        t=hdf5.array(file, "t", path, 1),
+        **{**columns, "saturated": columns["saturated"] != 0},
+        axes=axes,
+        period=positive(file.attrs["period"], "period"),
+        contour_error=hdf5.array(file, "contour_error", path, 1) if "contour_error" in file else None,
+        stopped=hdf5.text_attribute(file, "stopped", path) if "stopped" in file.attrs else None,
+        settings=settings_from_json(hdf5.text_attribute(file, "settings", path), path),
+    )
+    for name in ("t", "command", "position", "measured", "output"):
+        check_finite(getattr(response, name), f"Response.{name}")
+    return response
+
+
+def _create(file: Any, first: Response) -> dict[str, Any]:
+    file.attrs["axes"] = list(first.axes)
+    file.attrs["period"] = first.period
+    file.attrs["period_units"] = "s"
+    file.attrs["settings"] = settings_to_json(first.settings)
+    units: dict[str, Any] = {"t": "s"}
+    units |= {name: axis_units(first.axes, rotary="rad") if unit is None else unit for name, unit in _BY_AXIS.items()}
+    if first.contour_error is not None:
+        units["contour_error"] = "mm"
+    datasets = {}
+    for name, unit in units.items():
+        values = getattr(first, name)
+        datasets[name] = file.create_dataset(
+            name,
+            shape=(0, *values.shape[1:]),
+            maxshape=(None, *values.shape[1:]),
+            chunks=(hdf5.CHUNK_ROWS, *values.shape[1:]),
+            dtype=np.uint8 if values.dtype == np.bool_ else values.dtype,
+            **hdf5.PACKING,
+        )
+        datasets[name].attrs["units"] = unit
+    return datasets

@@ -1,0 +1,192 @@
+"""Setpoints through a machine, with the contour error where the path is known; in pieces, in memory that stays flat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.place import Placer
+from splinefeed.analysis.tally import ErrorTally
+from splinefeed.errors import InputError
+from splinefeed.geometry.path import Path
+from splinefeed.machine.table import Table
+from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints, check_finite
+from splinefeed.simulation.follow import CHUNK, Follower, Progress, join, slices
+from splinefeed.simulation.plant import SUB_STEPS
+
+
+class Servo:
+    """A machine that follows setpoints piece by piece, and the tally of its errors; the bits are those of one run.
+
+    path     the contour error is measured against it, near the commanded points; without it there is none
+    tally    what was largest so far, where, and root mean squares; `stopped` says why it ended early, or None
+    notes    what had to be left out, one sentence each
+    sub_steps, linear  as `simulation.follow.Follower` takes them
+
+    An axis of the setpoints that the machine lacks is left out as long as it stays where it is; one that moves is an
+    InputError, and so is a linear axis of the path that the setpoints do not tell.
+    """
+
+    def __init__(
+        self, table: Table, path: Path | None = None, *, sub_steps: int = SUB_STEPS, linear: bool = False
+    ) -> None:
+        self.table = table
+        self.path = path
+        self.notes: list[str] = []
+        self._options = {"sub_steps": sub_steps, "linear": linear}
+        self._follower: Follower | None = None
+        self._tally: ErrorTally | None = None
+        self._axes: tuple[str, ...] = ()
+        self._rests: dict[str, float] = {}
+        self._meter = None if path is None else ContourMeter(path)
+        self._placer = None if path is None else Placer(path)
+
+    @property
+    def tally(self) -> ErrorTally:
+        """The errors of all that was followed so far; InputError before the first setpoints."""
+        if self._tally is None:
+            raise InputError("no setpoints; at least one is needed")
+        return self._tally
+
+    @property
+    def stopped(self) -> str | None:
+        """Why an axis ran away and when, or None."""
+        return None if self._follower is None else self._follower.stopped
+
+    @property
+    def off_path(self) -> float:
+        """How far setpoints that do not say their arc length lay from the path at the most, mm."""
+        return 0.0 if self._placer is None else self._placer.apart
+
+    def follow(self, points: Setpoints) -> Response:
+        """The response to the next setpoints; shorter than they are if an axis runs away."""
+        check_setpoints(points)
+        if self._follower is None or self._tally is None:
+            self._begin(points)
+        assert self._follower is not None and self._tally is not None
+        if points.axes != self._axes:
+            raise InputError(f"setpoints have axes {', '.join(points.axes)}; expected {', '.join(self._axes)}")
+        self._check_rests(points)
+        moved = points
+        if self._rests:
+            kept = [points.axes.index(axis) for axis in self._follower.axes]
+            moved = replace(points, axes=self._follower.axes, position=points.position[:, kept])
+        response = self._follower.follow(moved)
+        s = None
+        if self._meter is not None and self._placer is not None:
+            s = self._placer.place(points)[: len(response)]
+            found = self._meter.measure(self._position(response, points), s_hint=s)
+            response = replace(response, contour_error=found.error)
+        elif np.isfinite(points.s).all():
+            s = points.s[: len(response)]
+        self._tally.see(response, s)
+        return response
+
+    def _begin(self, points: Setpoints) -> None:
+        """Find the axes that both sides have, and say what is left out."""
+        axes = tuple(axis for axis in points.axes if axis in self.table.axes)
+        first = points.position[0]
+        self._axes = points.axes
+        self._rests = {axis: float(first[i]) for i, axis in enumerate(points.axes) if axis not in axes}
+        if not axes:
+            raise InputError(
+                f"machine {self.table.name!r} has none of the axes {', '.join(points.axes)}; "
+                f"its axes are {', '.join(self.table.axes)}"
+            )
+        self._check_rests(points)
+        for axis in self._rests:
+            self.notes.append(f"axis {axis} does not move and {self.table.name} has none: left out")
+        for axis in self.table.axes:
+            if axis not in points.axes:
+                self.notes.append(f"axis {axis} of {self.table.name} is told nothing and rests")
+        if self.path is not None:
+            for axis in self.path.axes[: self.path.linear]:
+                if axis not in points.axes:
+                    raise InputError(
+                        f"the path has an axis {axis}, which the setpoints do not tell; "
+                        f"theirs are {', '.join(points.axes)}"
+                    )
+            for axis in axes:
+                if axis not in self.path.axes and axis not in ROTARY_AXES:
+                    self.notes.append(f"axis {axis} is none of the path: the contour error leaves it out")
+        self._follower = Follower(self.table, axes, points.period, **self._options)  # type: ignore[arg-type]
+        self._tally = ErrorTally(axes, points.period)
+
+    def _check_rests(self, points: Setpoints) -> None:
+        """InputError for an axis that the machine lacks and the setpoints move."""
+        for axis, rest in self._rests.items():
+            away = float(np.max(np.abs(points.position[:, points.axes.index(axis)] - rest), initial=0.0))
+            if away > 0.0:
+                travel = f"{np.rad2deg(away):.4g} deg" if axis in ROTARY_AXES else f"{away:.4g} mm"
+                raise InputError(
+                    f"the setpoints move axis {axis} by {travel}, and machine {self.table.name!r} has no such axis; "
+                    f"its axes are {', '.join(self.table.axes)}"
+                )
+
+    def _position(self, response: Response, points: Setpoints) -> Array:
+        """Where the linear axes of the path were, (n, linear); those that the machine lacks rest where they were told."""
+        assert self.path is not None
+        n = len(response)
+        columns = []
+        for axis in self.path.axes[: self.path.linear]:
+            if axis in response.axes:
+                columns.append(response.position[:, response.axes.index(axis)])
+            else:
+                columns.append(points.position[:n, points.axes.index(axis)])
+        return np.column_stack(columns)
+
+
+def check_setpoints(points: Setpoints) -> None:
+    """InputError for a position that is NaN or infinite, with its tick, time and axis."""
+    finite = np.isfinite(points.position)
+    if not finite.all():
+        tick, column = (int(k) for k in np.unravel_index(int(np.argmin(finite)), finite.shape))
+        raise InputError(
+            f"at t = {points.t[tick]:.9g} s axis {points.axes[column]} is {points.position[tick, column]}; "
+            f"every position must be a finite number"
+        )
+    check_finite(points.t, "Setpoints.t")
+
+
+def follow(
+    points: Setpoints,
+    table: Table,
+    path: Path | None = None,
+    on_progress: Progress | None = None,
+    *,
+    sub_steps: int = SUB_STEPS,
+    linear: bool = False,
+) -> Response:
+    """What the axes of `table` do when they are given `points`, from rest at the first one.
+
+    path  the contour error is measured against it: the distance over its linear axes from the nearest point near the
+          commanded one (`analysis.contour`); where the setpoints do not say their arc length it is found first
+    on_progress(done, total) is called now and then; sub_steps, linear: see `simulation.follow.Follower`
+
+    If an axis runs away the response ends there and says so in `stopped`. Raises InputError for no setpoints, ones that
+    are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there is
+    `follow_chunks`.
+    """
+    if len(points) == 0:
+        raise InputError("no setpoints; at least one is needed")
+    check_setpoints(points)
+    servo = Servo(table, path, sub_steps=sub_steps, linear=linear)
+    parts = []
+    done = 0
+    for response in follow_chunks(slices(points, CHUNK), servo):
+        parts.append(response)
+        done += len(response)
+        if on_progress is not None:
+            on_progress(done, len(points))
+    return join(parts)
+
+
+def follow_chunks(chunks: Iterable[Setpoints], servo: Servo) -> Iterator[Response]:
+    """The response piece by piece, for jobs that do not fit in memory; ends with the piece in which an axis runs away."""
+    for points in chunks:
+        yield servo.follow(points)
+        if servo.stopped is not None:
+            return

@@ -1,0 +1,72 @@
+"""A response of any length in a bounded number of samples that still show every peak of its errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from splinefeed.records import IntArray, Response
+from splinefeed.simulation.follow import join
+
+#: Samples that are kept at the most; a figure has some hundred columns of pixels.
+MOST_SAMPLES = 40_000
+
+
+class Overview:
+    """Keeps, of each block of ticks, those where an error of an axis or the contour error is largest or least.
+
+    Up to MOST_SAMPLES ticks all are kept. When there are more, blocks are made, and made longer as they go on.
+    """
+
+    def __init__(self, most: int = MOST_SAMPLES) -> None:
+        self._most = most
+        self._block = 1
+        self._kept: list[Response] = []
+        self._count = 0
+
+    def see(self, response: Response) -> None:
+        """The next piece of the response."""
+        if not len(response):
+            return
+        part = thinned(response, self._block)
+        self._kept.append(part)
+        self._count += len(part)
+        while self._count > self._most:
+            whole = join(self._kept)
+            # a block of as many kept samples as it has extremes, times two, at the least halves them
+            width = 2 * (2 * len(whole.axes) + 2)
+            self._block = width * max(self._block, 1)
+            self._kept = [thinned(whole, width)]
+            self._count = len(self._kept[0])
+
+    @property
+    def response(self) -> Response:
+        """The samples that were kept, with times that are not even; ValueError if nothing was seen."""
+        return join(self._kept)
+
+
+def thinned(response: Response, block: int) -> Response:
+    """Of each `block` samples those with the extremes of each tracking error and of the contour error; and both ends."""
+    if block <= 1 or len(response) <= 2:
+        return response
+    columns = [*response.tracking_error.T, *([] if response.contour_error is None else [response.contour_error])]
+    kept = {0, len(response) - 1}
+    for values in columns:
+        kept.update(_extremes(np.asarray(values), block).tolist())
+    at = np.array(sorted(kept), dtype=np.int64)
+    names = ("t", "command", "position", "measured", "output", "saturated")
+    error = None if response.contour_error is None else response.contour_error[at]
+    return replace(response, **{name: getattr(response, name)[at] for name in names}, contour_error=error)
+
+
+def _extremes(values: np.ndarray, block: int) -> IntArray:
+    """Index of the least and the greatest of each `block` of values (n,)."""
+    count = len(values)
+    blocks = -(-count // block)
+    low, high = np.full(blocks * block, np.inf), np.full(blocks * block, -np.inf)
+    low[:count] = high[:count] = values
+    starts = np.arange(blocks, dtype=np.int64) * block
+    least = starts + np.argmin(low.reshape(blocks, block), axis=1)
+    most = starts + np.argmax(high.reshape(blocks, block), axis=1)
+    return np.concatenate([least, most])
