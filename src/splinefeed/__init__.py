@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from splinefeed.interpolation.registry import register as register
     from splinefeed.machine.table import Table as Table
     from splinefeed.pipeline.compare import compare as compare
+    from splinefeed.pipeline.follow import follow as follow
     from splinefeed.pipeline.run import run as run
     from splinefeed.records import Limits as Limits
     from splinefeed.records import Response as Response
     from splinefeed.records import Setpoints as Setpoints
     from splinefeed.records import TimeLaw as TimeLaw
     from splinefeed.records import Verdict as Verdict
-    from splinefeed.simulation.follow import follow as follow
     from splinefeed.simulation.tuning import tune as tune
 
 from splinefeed import errors as errors
@@ -56,7 +56,7 @@ _PUBLIC = {
     "compare": "pipeline.compare",
     "feed_ripple": "analysis.ripple",
     "fit": "geometry.fitting",
-    "follow": "simulation.follow",
+    "follow": "pipeline.follow",
     "interpolate": "interpolation.interpolator",
     "load": "formats.setpoints",
     "methods": "interpolation.registry",

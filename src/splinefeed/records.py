@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -318,6 +318,11 @@ class Setpoints:
                 raise InputError(f"Setpoints.{name} has shape {getattr(self, name).shape}; expected ({n},)")
         if self.position.shape != (n, len(self.axes)):
             raise InputError(f"Setpoints.position has shape {self.position.shape}; expected ({n}, {len(self.axes)})")
+
+    def part(self, start: int, stop: int) -> Setpoints:
+        """Setpoints start ... stop - 1, as views of these."""
+        columns = {name: getattr(self, name)[start:stop] for name in ("t", "curve", "u", "s", "feed", "position")}
+        return replace(self, **columns)
 
     def __len__(self) -> int:
         return len(self.t)

@@ -73,9 +73,8 @@ def test_what_people_read(splinefeed, folder):
     for name in ("feed", "acceleration", "deceleration", "jerk", "x", "y", *sf.methods()):
         assert any(line.split()[:1] == [name] for line in lines)
     assert "wrote out/setpoints.h5 out/path.svg out/path.png " in text
-    assert sorted(each.name for each in (folder / "out").iterdir()) == sorted(
-        set(files.NAMES) - set(files.SETPOINTS.values()) | {"setpoints.h5"}
-    )
+    drawn = {f"{name}.{suffix}" for name in files.FIGURES for suffix in files.FIGURE_FORMATS}
+    assert {each.name for each in (folder / "out").iterdir()} == {"run.json", "setpoints.h5", *drawn}
 
 
 def test_a_second_run_replaces_the_first(splinefeed, folder):

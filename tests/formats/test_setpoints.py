@@ -344,7 +344,7 @@ def test_hostile_hdf5_files_are_refused(tmp_path: Path) -> None:
         file.create_group("t")
 
     def record(file: Any) -> None:
-        file.attrs["record"] = "Response"
+        file.attrs["record"] = "Curve"
 
     def no_axes(file: Any) -> None:
         del file.attrs["axes"]
@@ -359,7 +359,7 @@ def test_hostile_hdf5_files_are_refused(tmp_path: Path) -> None:
         (absurdly_large, "dataset t: has shape (1099511627776,) of float64; at most 67108864 ticks can be read"),
         (texts, "dataset t: has shape (3,) of object; expected numbers in 1 dimension(s)"),
         (group, "dataset t: is no dataset of this file"),
-        (record, "holds a record 'Response'; known are Setpoints, TimeLaw, Limits"),
+        (record, "holds a record 'Curve'; known are Setpoints, TimeLaw, Limits, Response"),
         (no_axes, "is no sound HDF5 file: "),
         (settings, "settings: are no JSON: maximum recursion depth exceeded"),
     ]  # fmt: skip

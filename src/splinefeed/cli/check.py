@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,6 @@ from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
 
 if TYPE_CHECKING:
-    from splinefeed.geometry.path import Path
     from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict
 
 EXAMPLES = """\b
@@ -35,8 +33,6 @@ _SINGLE = {
     "--chord-error": ("chord_error", "length"),
     "--centripetal": ("centripetal", "acceleration"),
 }
-#: Words in the command line of a run that say how its source was read, and what the reader calls them.
-_READING = {"--path": "which", "--chord": "chord", "--tolerance": "tolerance"}
 
 
 class Travels(click.ParamType):  # type: ignore[type-arg]
@@ -117,11 +113,12 @@ def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) 
 def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict[str, Any]]:
     from splinefeed.analysis.certificate import certificate, write_certificate
     from splinefeed.analysis.check import TOLERANCE, check
+    from splinefeed.cli.setpoints_file import path_of, read_setpoints
 
     say(f"reading {file}")
-    points, notes = _read_setpoints(file, given)
+    points, notes = read_setpoints(file, given)
     limits = _limits(points, given, file)
-    path, source = _path(points, given, file)
+    path, source = path_of(points.settings, given, file)
     law = _law(given["law_file"])
     say("checking")
     verdict = check(
@@ -139,25 +136,6 @@ def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict
         write_certificate(certificate(points, path, limits, verdict, law), given["certificate_file"])
         page["files"] = [given["certificate_file"]]
     return verdict, page
-
-
-def _read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list[str]]:
-    """The setpoints, and what had to be guessed to read them."""
-    from splinefeed.errors import FormatError, InputError
-    from splinefeed.formats import positions_csv
-    from splinefeed.formats.setpoints import load
-    from splinefeed.records import Setpoints
-
-    if positions_csv.is_foreign(file):
-        foreign, notes = positions_csv.read(file, columns=given["columns"], period=given["period"])
-        return foreign, [note for note in notes if "--resolution" not in note or not given["resolution"]]
-    for name in ("columns", "period"):
-        if given[name] is not None:
-            raise InputError(f"--{name}: is for CSV files of other programs; {file} says its own")
-    points = load(file)
-    if not isinstance(points, Setpoints):
-        raise FormatError(f"{file}: holds {type(points).__name__}, not setpoints")
-    return points, []
 
 
 def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
@@ -182,45 +160,6 @@ def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     for axis, ends in (given["travel"] or {}).items():
         flat |= {f"{name}.{axis}": end for name, end in zip(TRAVEL_ENDS, ends, strict=True)}
     return Limits.from_dict(flat)
-
-
-def _path(points: Setpoints, given: Mapping[str, Any], file: str) -> tuple[Path, str]:
-    """The path that --path says, or that the run wrote into the settings; and its source."""
-    import shlex
-    from itertools import pairwise
-
-    from splinefeed.cli.source import read_path
-    from splinefeed.errors import InputError
-
-    if given["source"]:
-        chosen = {name: given[name] for name in ("which", "chord") if given[name] is not None}
-        return read_path(given["source"], chosen), given["source"]
-    source = points.settings.get("source")
-    if not isinstance(source, Mapping) or not isinstance(source.get("text"), str):
-        raise InputError(f"{file}: does not say where its path came from; give --path FILE or --path SHAPE")
-    text: str = source["text"]
-    _check_unchanged(text, source.get("sha256"), file)
-    words = shlex.split(str(points.settings.get("command", "")))
-    reading: dict[str, Any] = {_READING[word]: after for word, after in pairwise(words) if word in _READING}
-    for name in ("chord", "tolerance"):
-        if name in reading:
-            reading[name] = float(reading[name])
-    return read_path(text, reading), text
-
-
-def _check_unchanged(source: str, digest: object, file: str) -> None:
-    """Raise InputError if the file that a run read is gone or another one by now."""
-    import hashlib
-
-    from splinefeed.errors import InputError
-
-    if digest is None:
-        return
-    if not os.path.isfile(source):
-        raise InputError(f"{file}: its path was read from {source}, which is not there now; give --path")
-    with open(source, "rb") as stream:
-        if hashlib.file_digest(stream, "sha256").hexdigest() != digest:
-            raise InputError(f"{file}: its path was read from {source}, which has changed since; give --path")
 
 
 def _law(file: str | None) -> TimeLaw | None:

@@ -7,14 +7,14 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from splinefeed.errors import FormatError, SplinefeedError
 from splinefeed.formats.atomic import reason_of
-from splinefeed.report.files import NAMES, RECORD
+from splinefeed.report.files import NAMES, RECORD, RECORDS
 
 #: Longest part of a default folder's name that comes from the path's name.
 LONGEST_NAME = 48
@@ -29,11 +29,14 @@ def default_name(name: str) -> str:
 
 
 @contextmanager
-def staged(folder: str | os.PathLike[str]) -> Iterator[Path]:
+def staged(folder: str | os.PathLike[str], record: str = RECORD, names: Sequence[str] = NAMES) -> Iterator[Path]:
     """Give a hidden folder to write to, whose files are put into `folder` at the end; on failure nothing is left.
 
-    Files of an earlier run of ours are replaced, or taken away if this run has none of that name; nothing else is
-    touched. Raises FormatError for a folder that cannot be made or written, or holds such files that are not ours.
+    record  the file with the page of numbers that this command writes; names  all that it may write, that included
+
+    Files of an earlier run of this command are replaced, or taken away if it now has none of that name, and files that
+    other commands of ours list as theirs may be replaced; nothing else is touched. Raises FormatError for a folder that
+    cannot be made or written, or holds such files that are not ours.
     """
     if not str(folder):
         raise FormatError("the name of the output folder is empty; leave -o out, or write -o . for the current folder")
@@ -41,13 +44,13 @@ def staged(folder: str | os.PathLike[str]) -> Iterator[Path]:
     stage = target / f".splinefeed-{secrets.token_hex(8)}"
     made = False
     try:
-        earlier = _checked(target)
+        earlier = _checked(target, record, names)
         if earlier is None:
             target.mkdir()
             made = True
         stage.mkdir()
         yield stage
-        _publish(stage, target, earlier or ())
+        _publish(stage, target, record, earlier or ())
         made = False
     except OSError as error:
         raise FormatError(f"{folder}: cannot be written: {reason_of(error)}") from error
@@ -60,7 +63,7 @@ def staged(folder: str | os.PathLike[str]) -> Iterator[Path]:
                 target.rmdir()
 
 
-def _checked(target: Path) -> tuple[str, ...] | None:
+def _checked(target: Path, own: str, names: Sequence[str]) -> tuple[str, ...] | None:
     """Names of an earlier run's files in `target`, None if there is no such folder; FormatError if it is no use."""
     if "\0" in str(target):
         raise FormatError(f"{str(target)!r}: is no name of a folder")
@@ -71,15 +74,24 @@ def _checked(target: Path) -> tuple[str, ...] | None:
         raise FormatError(f"{target}: the folder {target.parent} does not exist; make it first")
     if not there:
         return None
-    record = _record_of_ours(target / RECORD)
-    for name in NAMES:
+    listed = {each: _listed(target / each) for each in RECORDS}
+    ours = {name for each, files in listed.items() if files is not None for name in (*files, each)}
+    for name in names:
         file = target / name
         if file.is_dir():
             raise FormatError(f"{file}: is a folder where a file must go; choose another folder with -o")
-        if record is None and os.path.lexists(file):
+        if os.path.lexists(file) and name not in ours and listed[own] is None:
             raise FormatError(f"{file}: was not written by a run of splinefeed; choose another folder with -o")
-    listed = (record or {}).get("files")
-    return tuple(name for name in NAMES if isinstance(listed, list) and name in listed)
+    return tuple(name for name in names if name in (listed[own] or ()))
+
+
+def _listed(file: Path) -> list[str] | None:
+    """The files that the page of numbers of an earlier run lists, None if there is no such page that we wrote."""
+    record = _record_of_ours(file)
+    if record is None:
+        return None
+    names = record.get("files")
+    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
 
 
 def _record_of_ours(file: Path) -> dict[str, Any] | None:
@@ -94,9 +106,9 @@ def _record_of_ours(file: Path) -> dict[str, Any] | None:
     return page if ours else None
 
 
-def _publish(stage: Path, target: Path, earlier: tuple[str, ...]) -> None:
+def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -> None:
     """Move all files of `stage` to `target`, the page of numbers first: with it the folder counts as ours."""
-    names = sorted((file.name for file in stage.iterdir()), key=lambda name: (name != RECORD, name))
+    names = sorted((file.name for file in stage.iterdir()), key=lambda name: (name != record, name))
     for name in names:
         os.replace(stage / name, target / name)
     for name in earlier:

@@ -21,6 +21,7 @@ COMMANDS = {
     "plan": "Only the time law: how far along the path by when.",
     "compare": "Every interpolation method on the same motion, in one table.",
     "check": "Whether setpoints lie on their path and hold every limit, judged independently.",
+    "follow": "What the axes of a machine do with setpoints: tracking and contour errors.",
     "info": "What a file or shape holds, and what its reader had to say.",
     "methods": "The interpolation methods.",
     "version": "The version, with --verbose those of its parts too.",

@@ -14,8 +14,14 @@ if TYPE_CHECKING:
 
 
 def read_path(source: str, reading: Mapping[str, Any]) -> Path:
-    """The path that `source` means, read as `options.reading_from` says."""
-    return _read(source, reading, all_of_them=False)[0]
+    """The path that `source` means, read as `options.reading_from` says; with theta behind if `tangential` is true."""
+    known = {name: value for name, value in reading.items() if name != "tangential"}
+    path = _read(source, known, all_of_them=False)[0]
+    if not reading.get("tangential"):
+        return path
+    from splinefeed.geometry.tangential import tangential
+
+    return tangential(path)
 
 
 def read_paths(source: str, reading: Mapping[str, Any]) -> list[Path]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from splinefeed import units
@@ -130,3 +130,26 @@ def _not_kept(page: dict[str, Any]) -> list[str]:
     over = [f"{name} ({each['share']:.6g} of its limit)" for name, each in page["limits"].items() if not each["kept"]]
     missed = f"the end of the path is missed by {number(page['end_error_mm'], 3)} mm"
     return over if page["end_reached"] else [*over, missed]
+
+
+def print_errors(page: Mapping[str, Any]) -> None:
+    """The tracking error of each axis, and the contour error where the path is known, from a page of numbers."""
+    rows = []
+    for axis, each in page["tracking"].items():
+        rows.append([axis, *_error_cells(each["max"], each["rms"], each["unit"], each["at_t_s"], each["at_s_mm"])])
+        rows[-1].append(f"{each['saturated_ticks']} ticks" if each["saturated_ticks"] else "never")
+    if page["contour_error_max_mm"] is not None:
+        at = page["contour_error_at"]
+        largest, rms = page["contour_error_max_mm"], page["contour_error_rms_mm"]
+        rows.append(["contour", *_error_cells(largest, rms, "mm", at["t_s"], at["s_mm"]), ""])
+    print_table(["error", "largest", "rms", "at", "at", "output at its limit"], rows)
+
+
+def length(value: float) -> str:
+    """A length, mm, in micrometres below a millimetre."""
+    return f"{number(1e3 * value)} um" if abs(value) < 1.0 else f"{number(value)} mm"
+
+
+def _error_cells(largest: float, rms: float, unit: str, t: float, s: float | None) -> list[str]:
+    sizes = [length(each) if unit == "mm" else f"{number(each)} {unit}" for each in (largest, rms)]
+    return [*sizes, f"{number(t)} s", "" if s is None else f"{number(s)} mm"]

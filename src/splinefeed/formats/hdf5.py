@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from io import FileIO, RawIOBase
 from pathlib import Path
@@ -99,19 +99,22 @@ def create(path: str | os.PathLike[str], record: str) -> Iterator[tuple[Any, Cal
         output.check()
 
 
-def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], T]]) -> T:
-    """Read the record at `path` with the reader that its name asks for; FormatError for all that is not sound."""
+@contextmanager
+def opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tuple[Any, str, Path]]:
+    """The open HDF5 file at `path`, the name of its record, one of those `known`, and the checked path.
+
+    Raises FormatError for all that is not sound, also while the file is being read.
+    """
     import h5py
 
     checked = check_file(path)
     try:
         with h5py.File(checked, "r") as file:
             record = text_attribute(file, "record", checked)
-            if record not in readers:
-                known = ", ".join(readers)
-                raise FormatError(f"{path}: holds a record {record[:40]!r}; known are {known}")
+            if record not in known:
+                raise FormatError(f"{path}: holds a record {record[:40]!r}; known are {', '.join(known)}")
             check_schema(file.attrs.get("schema"), checked)
-            return readers[record](file, checked)
+            yield file, record, checked
     except FormatError:
         raise
     except SplinefeedError as error:
@@ -119,6 +122,12 @@ def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], 
     except Exception as error:  # a damaged file can make HDF5 and h5py raise nearly anything
         reason = " ".join(str(error).split()) or type(error).__name__
         raise FormatError(f"{path}: is no sound HDF5 file: {reason}") from None
+
+
+def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], T]]) -> T:
+    """Read the record at `path` with the reader that its name asks for; FormatError for all that is not sound."""
+    with opened(path, readers) as (file, record, checked):
+        return readers[record](file, checked)
 
 
 def text_attribute(node: Any, name: str, path: Path) -> str:
@@ -129,21 +138,26 @@ def text_attribute(node: Any, name: str, path: Path) -> str:
     return value
 
 
-def array(file: Any, name: str, path: Path, ndim: int) -> Any:
-    """The numbers of the dataset `name`: in this file itself, of `ndim` dimensions, not absurdly many."""
+def dataset(file: Any, name: str, path: Path, ndim: int) -> Any:
+    """The dataset `name`, unread: in this file itself, numbers of `ndim` dimensions, not absurdly many."""
     import h5py
 
     link = file.get(name, getlink=True)
     if not isinstance(link, h5py.HardLink):  # a link could make the reader open other files of the user
         raise FormatError(f"{path}: dataset {name}: is missing or lies in another file")
-    dataset = file[name]
-    if not isinstance(dataset, h5py.Dataset) or dataset.external or dataset.is_virtual:
+    found = file[name]
+    if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
         raise FormatError(f"{path}: dataset {name}: is no dataset of this file")
-    found = f"{path}: dataset {name}: has shape {dataset.shape} of {dataset.dtype}"
-    if dataset.ndim != ndim or dataset.dtype.kind not in "fiu" or dataset.dtype.itemsize > 8:
-        raise FormatError(f"{found}; expected numbers in {ndim} dimension(s)")
-    if dataset.size > MAX_TICKS * MAX_AXES:
-        raise FormatError(f"{found}; at most {MAX_TICKS} ticks can be read")
-    if dataset.nbytes > MOST_PACKED * dataset.id.get_storage_size() + _NO_HARM_BYTES:
-        raise FormatError(f"{found}, but far fewer bytes on disk than that packs into; the file is damaged")
-    return np.asarray(dataset[()])
+    words = f"{path}: dataset {name}: has shape {found.shape} of {found.dtype}"
+    if found.ndim != ndim or found.dtype.kind not in "fiu" or found.dtype.itemsize > 8:
+        raise FormatError(f"{words}; expected numbers in {ndim} dimension(s)")
+    if found.size > MAX_TICKS * MAX_AXES:
+        raise FormatError(f"{words}; at most {MAX_TICKS} ticks can be read")
+    if found.nbytes > MOST_PACKED * found.id.get_storage_size() + _NO_HARM_BYTES:
+        raise FormatError(f"{words}, but far fewer bytes on disk than that packs into; the file is damaged")
+    return found
+
+
+def array(file: Any, name: str, path: Path, ndim: int) -> Any:
+    """The numbers of the dataset `name`; see `dataset`."""
+    return np.asarray(dataset(file, name, path, ndim)[()])

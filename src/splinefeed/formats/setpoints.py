@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -11,10 +11,10 @@ from types import ModuleType
 from typing import Any
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import hdf5, plans_hdf5, setpoints_hdf5
-from splinefeed.records import Limits, Setpoints, TimeLaw
+from splinefeed.formats import hdf5, plans_hdf5, response_hdf5, setpoints_hdf5
+from splinefeed.records import Limits, Response, Setpoints, TimeLaw
 
-Record = Setpoints | TimeLaw | Limits
+Record = Setpoints | TimeLaw | Limits | Response
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,7 @@ _HDF5_READERS: dict[str, Callable[[Any, Path], Record]] = {
     "Setpoints": setpoints_hdf5.read,
     "TimeLaw": plans_hdf5.read_law,
     "Limits": plans_hdf5.read_limits,
+    "Response": response_hdf5.read,
 }
 
 
@@ -49,12 +50,14 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
     Setpoints may come as an iterable of chunks, of which all formats but .mat hold one at a time in memory.
     """
     name = _format_of(path)
-    if isinstance(record, TimeLaw | Limits) and name != "hdf5":
+    if isinstance(record, TimeLaw | Limits | Response) and name != "hdf5":
         raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 alone; name the file .h5")
     if isinstance(record, TimeLaw):
         plans_hdf5.save_law(record, path)
     elif isinstance(record, Limits):
         plans_hdf5.save_limits(record, path)
+    elif isinstance(record, Response):
+        response_hdf5.save(record, path)
     else:
         _module(name).save(record, path)
 
@@ -68,6 +71,18 @@ def load(path: str | os.PathLike[str]) -> Record:
         raise FormatError(f"{path}: {name} files are for controllers and cannot be loaded; keep an .h5 beside")
     points: Setpoints = _module(name).load(path)
     return points
+
+
+def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
+    """Setpoints that `save` wrote, in pieces of at most `rows` ticks, of which HDF5 holds one at a time in memory."""
+    if _format_of(path) == "hdf5":
+        with hdf5.opened(path, ("Setpoints",)) as (file, _, checked):
+            yield from setpoints_hdf5.read_chunks(file, checked, rows)
+        return
+    points = load(path)
+    assert isinstance(points, Setpoints)
+    for start in range(0, len(points), rows):
+        yield points.part(start, start + rows)
 
 
 def _module(name: str) -> ModuleType:

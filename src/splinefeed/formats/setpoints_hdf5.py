@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import hdf5
@@ -36,13 +38,31 @@ def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) 
 
 def read(file: Any, path: Path) -> Setpoints:
     """The setpoints in an open HDF5 file."""
+    return _read(_datasets(file, path), file, path, slice(None))
+
+
+def read_chunks(file: Any, path: Path, rows: int) -> Iterator[Setpoints]:
+    """The setpoints in an open HDF5 file, `rows` ticks at a time, one chunk in memory."""
+    datasets = _datasets(file, path)
+    ticks = len(datasets["t"])
+    for name, dataset in datasets.items():
+        if len(dataset) != ticks:
+            raise FormatError(f"{path}: dataset {name}: has {len(dataset)} ticks, t has {ticks}")
+    for start in range(0, ticks, rows):
+        yield _read(datasets, file, path, slice(start, start + rows))
+
+
+def _datasets(file: Any, path: Path) -> dict[str, Any]:
+    datasets = {name: hdf5.dataset(file, name, path, 1) for name in COLUMNS}
+    return {**datasets, "position": hdf5.dataset(file, "position", path, 2)}
+
+
+def _read(datasets: Mapping[str, Any], file: Any, path: Path, part: slice) -> Setpoints:
     axes = tuple(file.attrs["axes"])
     if not all(isinstance(axis, str) for axis in axes):
         raise FormatError(f"{path}: attribute axes: is no list of names")
-    columns = {name: hdf5.array(file, name, path, 1) for name in COLUMNS}
     points = Setpoints(
-        **columns,
-        position=hdf5.array(file, "position", path, 2),
+        **{name: np.asarray(dataset[part]) for name, dataset in datasets.items()},
         axes=axes,
         period=positive(file.attrs["period"], "period"),
         method=hdf5.text_attribute(file, "method", path),

@@ -15,6 +15,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.machine.table import Table
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints, check_finite
 from splinefeed.simulation.follow import CHUNK, Follower, Progress, join, slices
+from splinefeed.simulation.linear import margins
 from splinefeed.simulation.plant import SUB_STEPS
 
 
@@ -66,7 +67,8 @@ class Servo:
         check_setpoints(points)
         if self._follower is None or self._tally is None:
             self._begin(points)
-        assert self._follower is not None and self._tally is not None
+        assert self._follower is not None
+        assert self._tally is not None
         if points.axes != self._axes:
             raise InputError(f"setpoints have axes {', '.join(points.axes)}; expected {', '.join(self._axes)}")
         self._check_rests(points)
@@ -112,6 +114,10 @@ class Servo:
             for axis in axes:
                 if axis not in self.path.axes and axis not in ROTARY_AXES:
                     self.notes.append(f"axis {axis} is none of the path: the contour error leaves it out")
+        for axis in axes:
+            found = margins(self.table.axes[axis], points.period)
+            if found.close or not found.stable:
+                self.notes.append(f"axis {axis}: gains {found.verdict}")
         self._follower = Follower(self.table, axes, points.period, **self._options)  # type: ignore[arg-type]
         self._tally = ErrorTally(axes, points.period)
 
@@ -127,7 +133,7 @@ class Servo:
                 )
 
     def _position(self, response: Response, points: Setpoints) -> Array:
-        """Where the linear axes of the path were, (n, linear); those that the machine lacks rest where they were told."""
+        """Where the linear axes of the path were, (n, linear); those that the machine lacks rest as they were told."""
         assert self.path is not None
         n = len(response)
         columns = []
@@ -185,7 +191,7 @@ def follow(
 
 
 def follow_chunks(chunks: Iterable[Setpoints], servo: Servo) -> Iterator[Response]:
-    """The response piece by piece, for jobs that do not fit in memory; ends with the piece in which an axis runs away."""
+    """The response piece by piece, for jobs that do not fit in memory; ends with the piece that has a run-away."""
     for points in chunks:
         yield servo.follow(points)
         if servo.stopped is not None:

@@ -13,21 +13,34 @@ from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.setpoints import FORMATS, save
 from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.run import Run
+from splinefeed.records import Response
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: The page of numbers; a folder that has one written by us is ours.
 RECORD = "run.json"
+#: The pages of numbers of all commands that write a folder: files that one of them lists are ours.
+FOLLOW_RECORD = "follow.json"
+RECORDS = (RECORD, FOLLOW_RECORD)
+#: What the axes of a machine did.
+RESPONSE = "response.h5"
 #: Names of setpoint files by format.
 SETPOINTS = {name: f"setpoints{each.suffixes[0]}" for name, each in FORMATS.items()}
 FIGURES = ("path", "feed", "axes", "ripple")
 FIGURE_FORMATS = ("svg", "png")
-#: Everything that a run may leave.
+SERVO_FIGURES = ("errors",)
+#: Everything that a run may leave, and that following setpoints may.
+FOLLOW_NAMES = (
+    FOLLOW_RECORD,
+    RESPONSE,
+    *(f"{name}.{suffix}" for name in SERVO_FIGURES for suffix in FIGURE_FORMATS),
+)
 NAMES = (
     RECORD,
     *SETPOINTS.values(),
     *(f"{name}.{suffix}" for name in FIGURES for suffix in FIGURE_FORMATS),
+    *FOLLOW_NAMES[1:],
 )
 
 
@@ -69,12 +82,31 @@ def write(
     for form in dict.fromkeys(formats):
         names.append(SETPOINTS[form])
         save(run.points, place / names[-1])
-    for name, figure in figures(run, traces) if with_figures else ():
+    names += save_figures(figures(run, traces), place) if with_figures else []
+    names.append(RECORD)
+    write_record({**(record or {}), "files": names}, place / RECORD)
+    return names
+
+
+def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File) -> list[str]:
+    """Write each figure in every format, and give the names of the files."""
+    names = []
+    for name, figure in drawn:
         for suffix in FIGURE_FORMATS:
             names.append(f"{name}.{suffix}")
-            save_figure(figure, place / names[-1])
-    names.append(RECORD)
-    page = {**(record or {}), "files": names}
-    with atomic_write(place / RECORD) as temporary:
-        temporary.write_text(json.dumps(page, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+            save_figure(figure, folder / names[-1])
     return names
+
+
+def servo_figures(responses: Mapping[str, Response], name: str, machine: str) -> Iterator[tuple[str, Figure]]:
+    """Name and figure of what the axes of a machine did, one at a time; `responses` by what led to them."""
+    from splinefeed.report.servo_figures import errors_figure
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    yield "errors", errors_figure(responses, name, machine)
+
+
+def write_record(page: Mapping[str, Any], file: File) -> None:
+    """Write a page of numbers as JSON."""
+    with atomic_write(file) as temporary:
+        temporary.write_text(json.dumps(page, indent=2, allow_nan=False) + "\n", encoding="utf-8")

@@ -190,17 +190,14 @@ def follow_chunks(
 def slices(points: Setpoints, size: int) -> Iterator[Setpoints]:
     """The setpoints in pieces of at most `size` ticks."""
     for start in range(0, len(points), size):
-        columns = {
-            name: getattr(points, name)[start : start + size] for name in ("t", "curve", "u", "s", "feed", "position")
-        }
-        yield replace(points, **columns)
+        yield points.part(start, start + size)
 
 
 def join(parts: Sequence[Response]) -> Response:
     """One response from its pieces in order; the last one says whether it was stopped."""
     if len(parts) == 1:
         return parts[0]
-    columns = {
+    columns: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts])
         for name in ("t", "command", "position", "measured", "output", "saturated")
     }

@@ -1,0 +1,154 @@
+"""`splinefeed follow`: what the axes of a machine do with setpoints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from splinefeed.cli import options
+from splinefeed.cli.failures import DONE, NOT_KEPT
+
+if TYPE_CHECKING:
+    from splinefeed.cli.progress import Say
+    from splinefeed.pipeline.follow import Servo
+    from splinefeed.pipeline.overview import Overview
+    from splinefeed.records import Response, Setpoints
+
+EXAMPLES = """\b
+Examples:
+  splinefeed follow splinefeed-butterfly/setpoints.h5 --machine xytheta
+  splinefeed follow recorded.csv --path part.json --machine router -o recorded-on-router
+  splinefeed follow wing.h5 --machine my-table.toml --json
+
+"""
+
+
+@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.argument("setpoints")
+@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; splinefeed machine list names some.")
+@click.option("--path", "source", metavar="FILE|SHAPE", help="The true path.  [default: as the setpoints say]")
+@click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
+@click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
+@click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
+@click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
+@click.option("--linear", is_flag=True, help="Without friction, play, counts, converter codes and limits.")
+@click.option("--figures/--no-figures", default=True, help="Draw figures, SVG and PNG.  [default: figures]")
+@click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
+@options.as_json
+@click.pass_context
+def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) -> None:
+    """Let the simulated axes of a machine follow SETPOINTS, and say how far off they were.
+
+    SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes.
+    The contour error, the distance from the true path, is told where the path is known. If an axis runs away, the
+    simulation ends there and says so; what there is by then is written, and the exit code is 1.
+    """
+    from splinefeed.cli import output
+    from splinefeed.cli.progress import busy
+
+    with busy("follow") as say:
+        page = _follow(setpoints, given, say)
+    if as_json:
+        output.print_json(page)
+    else:
+        _print(page)
+    ctx.exit(DONE if page["ok"] else NOT_KEPT)
+
+
+def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
+    """Simulate and write; the page of numbers, with `files` as seen from the current folder."""
+    from itertools import chain
+    from pathlib import Path
+
+    import splinefeed
+    from splinefeed.cli.folder import default_name, staged
+    from splinefeed.cli.output import plain
+    from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
+    from splinefeed.errors import FormatError, InputError
+    from splinefeed.formats import response_hdf5
+    from splinefeed.machine.table import Table
+    from splinefeed.pipeline.follow import Servo
+    from splinefeed.pipeline.overview import Overview
+    from splinefeed.report import files
+    from splinefeed.simulation.follow import CHUNK
+
+    table = Table.load(given["machine"])
+    say(f"reading {file}")
+    chunks, notes = read_setpoints_chunks(file, given, CHUNK)
+    first = next(chunks, None)
+    if first is None:
+        raise FormatError(f"{file}: holds no setpoints")
+    path = source = None
+    if given["source"] or says_path(first.settings):
+        path, source = path_of(first.settings, given, file)
+    else:
+        notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
+    name = str(first.settings.get("path") or (path.name if path else Path(file).stem))
+    servo = Servo(table, path, linear=given["linear"])
+    overview = Overview()
+    folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{table.name}"
+    with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
+        try:
+            response_hdf5.save(_responses(chain([first], chunks), servo, overview, say), stage / files.RESPONSE)
+        except FormatError:
+            raise
+        except InputError as error:
+            raise FormatError(f"{file}: {error}") from None
+        names = [files.RESPONSE]
+        if given["figures"]:
+            say("drawing")
+            names += files.save_figures(files.servo_figures({first.method: overview.response}, name, table.name), stage)
+        if servo.off_path > 0.0:
+            notes.append(f"the setpoints lie off the path by at most {servo.off_path:.3g} mm")
+        numbers = servo.tally.numbers()
+        page: dict[str, Any] = plain(
+            {
+                "ok": numbers["stopped"] is None,
+                "file": file,
+                "name": name,
+                "path": source,
+                "machine": table.name,
+                "machine_file": given["machine"],
+                "linear": given["linear"],
+                "period_s": first.period,
+                **numbers,
+                "notes": [*notes, *servo.notes],
+                "program": f"splinefeed {splinefeed.__version__}",
+            }
+        )
+        names.append(files.FOLLOW_RECORD)
+        files.write_record({**page, "files": names}, stage / files.FOLLOW_RECORD)
+    return {**page, "files": [str(Path(folder) / each) for each in names]}
+
+
+def _responses(chunks: Iterator[Setpoints], servo: Servo, overview: Overview, say: Say) -> Iterator[Response]:
+    """The response piece by piece on its way to the file, seen by the overview."""
+    from splinefeed.pipeline.follow import follow_chunks
+
+    for response in follow_chunks(chunks, servo):
+        overview.see(response)
+        yield response
+        say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * servo.tally.period:.6g} s of the motion")
+
+
+def _print(page: Mapping[str, Any]) -> None:
+    from splinefeed import units
+    from splinefeed.cli.output import number, print_text
+    from splinefeed.cli.summary import print_errors, print_notes
+
+    seconds = page["followed_ticks"] * page["period_s"]
+    print_text(
+        f"{page['name']} on {page['machine']}: {page['followed_ticks']} ticks, one every "
+        f"{units.format_quantity(page['period_s'], 'time')}, {number(seconds, 6)} s"
+        + (" (linear model)" if page["linear"] else "")
+    )
+    print_notes(page["notes"])
+    print_text()
+    print_errors(page)
+    if page["stopped"]:
+        print_text()
+        print_text(f"STOPPED: {page['stopped']}")
+    print_text()
+    print_text(f"wrote {' '.join(page['files'])}")

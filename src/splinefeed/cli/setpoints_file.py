@@ -1,0 +1,110 @@
+"""A file of setpoints that a user names, ours or another program's, and the path that it was made along."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.path import Path
+    from splinefeed.records import Setpoints
+
+#: Words in the command line of a run that say how its source was read, and what the reader calls them.
+_READING = {"--path": "which", "--chord": "chord", "--tolerance": "tolerance"}
+#: ... and the word that makes the third axis of it.
+_TANGENTIAL = "--3d"
+
+
+def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list[str]]:
+    """The setpoints, and what had to be guessed to read them."""
+    from splinefeed.errors import FormatError
+    from splinefeed.formats import positions_csv
+    from splinefeed.formats.setpoints import load
+    from splinefeed.records import Setpoints
+
+    if positions_csv.is_foreign(file):
+        foreign, notes = positions_csv.read(file, columns=given["columns"], period=given["period"])
+        allows = "resolution" in given and not given["resolution"]  # the command has that option, and it is not given
+        return foreign, [note for note in notes if allows or "--resolution" not in note]
+    _check_says_its_own(file, given)
+    points = load(file)
+    if not isinstance(points, Setpoints):
+        raise FormatError(f"{file}: holds {type(points).__name__}, not setpoints")
+    return points, []
+
+
+def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tuple[Iterator[Setpoints], list[str]]:
+    """The setpoints in pieces of at most `rows` ticks, and what had to be guessed to read them."""
+    from splinefeed.formats import positions_csv
+    from splinefeed.formats.setpoints import load_chunks
+
+    if positions_csv.is_foreign(file):
+        points, notes = read_setpoints(file, given)
+        return (points.part(start, start + rows) for start in range(0, len(points), rows)), notes
+    _check_says_its_own(file, given)
+    return load_chunks(file, rows), []
+
+
+def _check_says_its_own(file: str, given: Mapping[str, Any]) -> None:
+    """InputError for what is asked of files of other programs only."""
+    from splinefeed.errors import InputError
+
+    for name in ("columns", "period"):
+        if given[name] is not None:
+            raise InputError(f"--{name}: is for CSV files of other programs; {file} says its own")
+
+
+def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) -> tuple[Path, str]:
+    """The path that --path says, or that a run wrote into the settings of its setpoints; and its source.
+
+    Raises InputError where neither says one.
+    """
+    from splinefeed.cli.source import read_path
+    from splinefeed.errors import InputError
+
+    if given["source"]:
+        chosen = {name: given[name] for name in ("which", "chord") if given[name] is not None}
+        return read_path(given["source"], chosen), given["source"]
+    if not says_path(settings):
+        raise InputError(f"{file}: does not say where its path came from; give --path FILE or --path SHAPE")
+    source = settings["source"]
+    text: str = source["text"]
+    _check_unchanged(text, source.get("sha256"), file)
+    return read_path(text, _reading(str(settings.get("command", "")))), text
+
+
+def says_path(settings: Mapping[str, Any]) -> bool:
+    """Whether the settings of setpoints name the source of their path."""
+    source = settings.get("source")
+    return isinstance(source, Mapping) and isinstance(source.get("text"), str)
+
+
+def _reading(command: str) -> dict[str, Any]:
+    """How a run read its source, from its command line."""
+    import shlex
+    from itertools import pairwise
+
+    words = shlex.split(command)
+    reading: dict[str, Any] = {_READING[word]: after for word, after in pairwise(words) if word in _READING}
+    for name in ("chord", "tolerance"):
+        if name in reading:
+            reading[name] = float(reading[name])
+    if _TANGENTIAL in words:
+        reading["tangential"] = True
+    return reading
+
+
+def _check_unchanged(source: str, digest: object, file: str) -> None:
+    """Raise InputError if the file that a run read is gone or another one by now."""
+    import hashlib
+
+    from splinefeed.errors import InputError
+
+    if digest is None:
+        return
+    if not os.path.isfile(source):
+        raise InputError(f"{file}: its path was read from {source}, which is not there now; give --path")
+    with open(source, "rb") as stream:
+        if hashlib.file_digest(stream, "sha256").hexdigest() != digest:
+            raise InputError(f"{file}: its path was read from {source}, which has changed since; give --path")
