@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import xml.etree.ElementTree as ElementTree
 
@@ -20,7 +21,8 @@ LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
 @pytest.fixture(scope="module")
 def finished():
     path = motions.smooth()
-    run = sf.run(path, LIMITS)
+    limits = dataclasses.replace(LIMITS, axis_acceleration=450, axis_jerk=18000)
+    run = sf.run(path, limits, strategy="time-optimal")
     return run, list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
 
 
@@ -45,6 +47,8 @@ def test_the_page_of_numbers(finished, folder):
         ("path", ["x (mm)", "y (mm)", "feed (mm/s)"]),
         ("feed", ["travelled (mm)", "feed (mm/s)", "acceleration (mm/s²)", "jerk (mm/s³)", "time (s)"]),
         ("axes", ["x velocity (mm/s)", "y jerk (mm/s³)", "time (s)"]),
+        ("limits", ["feed (mm/s)", "s (mm)", "time (s)", "axis jerk x", "share of the limit"]),
+        ("binding", ["x (mm)", "y (mm)"]),
         ("ripple", ["feed ripple (relative)", "time (s)"]),
     ],
 )
@@ -72,7 +76,9 @@ def test_no_figures_and_no_other_methods(finished, tmp_path):
     run, _ = finished
     assert files.write(run, tmp_path, with_figures=False) == ["setpoints.h5", "run.json"]
     names = [name for name, _ in files.figures(run, [])]
-    assert names == ["path", "feed", "axes"]
+    assert names == ["path", "feed", "axes", "limits", "binding"]
+    along = sf.run(run.path, LIMITS)
+    assert [name for name, _ in files.figures(along, [])] == ["path", "feed", "axes"]
 
 
 def test_a_figure_is_whole_or_not_there(finished, tmp_path):

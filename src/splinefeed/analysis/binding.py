@@ -92,9 +92,7 @@ def feed_limit(points: Setpoints, path: Path, limits: Limits) -> Array:
     return np.minimum(limits.feed, np.maximum(path.feeds[points.curve], path.feeds[before]))
 
 
-def maximum_velocity(
-    derivatives: Array, kappa: Array, path: Path, limits: Limits, feed: Array, period: float
-) -> Array:
+def maximum_velocity(derivatives: Array, kappa: Array, path: Path, limits: Limits, feed: Array, period: float) -> Array:
     """The maximum-velocity curve at n places, (n,), mm/s, from derivatives by u (n, 4, axes) and curvature (n,).
 
     An axis has acceleration r' a + r'' q with q = v^2. Some a keeps all of them within A_i exactly where, for every

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from splinefeed.analysis.binding import LimitUse, limit_use
 from splinefeed.analysis.motion import AxisMotion, Share, axis_motion, axis_shares, tangential_shares
 from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
 from splinefeed.errors import LimitsError
@@ -42,6 +44,11 @@ class Run:
     motion: AxisMotion
     shares: Mapping[str, Share]
     chord_error_mm: float
+
+    @cached_property
+    def use(self) -> LimitUse:
+        """How much of each limit is used at each tick, and which one binds."""
+        return limit_use(self.motion, self.points, self.path, self.law, self.limits)
 
     @property
     def end_error_mm(self) -> float:
@@ -80,6 +87,7 @@ class Run:
             "feed_max_mm_s": float(points.feed.max()),
             "chord_error_max_mm": self.chord_error_mm,
             "limits": share_numbers(self.shares),
+            "bound_by": self.use.time_bound_by(),
             "axes": self.axis_peaks(),
             "notes": [*self.path.findings, *law.notes],
         }

@@ -27,7 +27,9 @@ RECORDS = (RECORD, FOLLOW_RECORD)
 RESPONSE = "response.h5"
 #: Names of setpoint files by format.
 SETPOINTS = {name: f"setpoints{each.suffixes[0]}" for name, each in FORMATS.items()}
-FIGURES = ("path", "feed", "axes", "ripple")
+FIGURES = ("path", "feed", "axes", "limits", "binding", "ripple")
+#: Limits along the path; figures of what binds are drawn where there are others besides.
+_ALONG = {"feed", "acceleration", "deceleration", "jerk"}
 FIGURE_FORMATS = ("svg", "png")
 SERVO_FIGURES = ("errors",)
 #: Everything that a run may leave, and that following setpoints may.
@@ -45,14 +47,18 @@ NAMES = (
 
 
 def figures(run: Run, traces: Sequence[MethodTrace]) -> Iterator[tuple[str, Figure]]:
-    """Name and figure, one at a time; the last one only where there are `traces` of methods."""
+    """Name and figure, one at a time; those of what binds and of methods only where there is something to show."""
     from splinefeed.report.figures import axes_figure, feed_figure, ripple_figure
+    from splinefeed.report.limits_figure import binding_figure, limits_figure
     from splinefeed.report.path_figure import path_figure
 
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would talk of fonts and cache folders on stderr
     yield "path", path_figure(run.path, run.points)
     yield "feed", feed_figure(run.law, run.limits, run.path.name)
     yield "axes", axes_figure(run.motion, run.path, run.limits)
+    if not _ALONG.issuperset(run.use.names):
+        yield "limits", limits_figure(run.use, run.points, run.path.name)
+        yield "binding", binding_figure(run.use, run.path, run.points)
     if traces:
         yield "ripple", ripple_figure(traces, run.path.name)
 

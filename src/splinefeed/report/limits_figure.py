@@ -13,9 +13,9 @@ from matplotlib.patches import Patch
 
 from splinefeed.analysis.binding import BINDS, LimitUse
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, IntArray, Setpoints
+from splinefeed.records import IntArray, Setpoints
 from splinefeed.report import theme
-from splinefeed.report.drawing import curve, short
+from splinefeed.report.drawing import curve
 from splinefeed.report.thinning import COLUMNS, cells, runs
 
 #: Colour of each kind of limit; one for all axes.
@@ -69,7 +69,7 @@ def binding_figure(use: LimitUse, path: Path, points: Setpoints) -> Figure:
         labels = ["time (s)", f"{theme.words(path.axes[0], 12)} (mm)"]
     binding = _kinds(use)
     with theme.applied():
-        title = f"{theme.words(path.name)}: which limit binds, of the time (at least {BINDS:.0%} of it is used)\n"
+        title = f"{theme.words(path.name)}: which limit binds ({BINDS:.0%} of it used), and how much of the time\n"
         figure = theme.new_figure(WIDTH, HEIGHT, title, titles=1)
         ax = figure.add_subplot()
         span = np.ptp(place, axis=0)
@@ -188,5 +188,3 @@ def _sentence(use: LimitUse) -> str:
 def _words(name: str) -> str:
     kind, _, axis = name.partition(".")
     return f"{kind.replace('_', ' ')}{f' {axis}' if axis else ''}"
-
-
