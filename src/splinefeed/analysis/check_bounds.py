@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,16 +23,21 @@ class Worst:
     s: float = 0.0
     over: int = 0
 
-    def see(self, values: Array, t: Array, s: Array, floor: float) -> int | None:
-        """Take note of values (n,) at times t and arc lengths s (n,), NaN being nothing; the index of a new worst."""
+    def see(self, values: Array, t: Array, s: Array, floor: float, limits: Array | None = None) -> int | None:
+        """Take note of values (n,) at times t and arc lengths s (n,), NaN being nothing; the index of a new worst.
+
+        limits (n,) if the limit changes from place to place: the worst is the value nearest to its own, or furthest
+        over it, and `limit` becomes that one.
+        """
         if not len(values):
             return None
         known = np.where(np.isnan(values), -np.inf, values)
-        self.over += int(np.count_nonzero(known > self.limit * (1.0 + KEPT) + floor))
-        k = int(np.argmax(known))
-        if not known[k] > self.value:
+        own = np.full(len(known), self.limit) if limits is None else limits
+        self.over += int(np.count_nonzero(known > own * (1.0 + KEPT) + floor))
+        k = int(np.argmax(known if limits is None else (known - floor) / own))
+        if not (known[k] - floor) / own[k] > (self.value - floor) / self.limit:
             return None
-        self.value, self.t, self.s = float(known[k]), float(t[k]), float(s[k])
+        self.value, self.t, self.s, self.limit = float(known[k]), float(t[k]), float(s[k]), float(own[k])
         return k
 
 
@@ -56,11 +62,28 @@ class Bounds:
     tolerance: float
     resolution: float
 
+    @cached_property
+    def feeds(self) -> Array:
+        """Largest feed on each curve of the path, (curves,), mm/s: of the limits or, if lower, of the path itself."""
+        given = np.full(len(self.path.curves), self.limits.feed)
+        return given if self.path.feeds is None else np.fmin(given, self.path.feeds)
+
+    @cached_property
+    def row_feeds(self) -> Array:
+        """The same for each row of the path's table, (rows,)."""
+        rows = self.path.curve_rows
+        return np.repeat(self.feeds, rows[:, 1] - rows[:, 0] + 1)
+
+    @cached_property
+    def waits(self) -> Array:
+        """Arc lengths at which the path waits, (m,), mm."""
+        return np.array([s for s, _ in self.path.dwells])
+
     def worsts(self) -> dict[str, Worst]:
         """One empty Worst a limit that is given, in the order of the report."""
         limits, axes = self.limits, self.path.axes
         along = {
-            "feed": (limits.feed, 1),
+            "feed": (float(np.max(self.feeds)), 1),
             "acceleration": (limits.acceleration, 2),
             "deceleration": (limits.deceleration, 2),
             "jerk": (limits.jerk, 3),

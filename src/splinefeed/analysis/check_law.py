@@ -35,10 +35,12 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
     """Hold a law's exact derivatives to the limits, at many instants of each of its pieces; period in s."""
     path = bounds.path
     axes = len(path.axes)
-    worst = np.zeros((kernels.AXES + 3 * axes, 3))
+    worst = np.zeros((kernels.AXES + 3 * axes, 4))
     jumps = np.zeros((3, 3))
     rounding = 4.0 * EPSILON * path.length
-    irregular = kernels.law_extremes(law.breaks, law.coefficients, path.table, path.shape, rounding, worst, jumps)
+    irregular = kernels.law_extremes(
+        law.breaks, law.coefficients, path.table, bounds.row_feeds, path.shape, rounding, worst, jumps
+    )
     rows = {
         "feed": kernels.FEED,
         "acceleration": kernels.SPEED_UP,
@@ -52,7 +54,13 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
     results = {}
     for name, wanted in bounds.worsts().items():
         if name in rows:
-            value, t, s = (float(x) for x in worst[rows[name]])
+            value, t, s, row = (float(x) for x in worst[rows[name]])
+            if name == "feed" and path.feeds is not None:  # a limit that changes from curve to curve
+                share, t, s, row = (float(x) for x in worst[kernels.SHARE])
+                if share == 0.0:
+                    continue
+                wanted.limit = float(bounds.row_feeds[int(row)])
+                value = share * wanted.limit
             results[name] = _result(wanted, path, value, t, s)
     problems: list[str] = []
     notes: list[str] = []
@@ -82,7 +90,7 @@ def _ends(law: TimeLaw, bounds: Bounds, worst: Array, problems: list[str]) -> No
     if abs(start) > bounds.tolerance + ROUNDINGS * EPSILON * length:
         problems.append(f"law: begins at s = {start:.6g} mm instead of 0")
     top = worst[kernels.FEED, 0]
-    value, t, s = worst[kernels.BACKWARDS]
+    value, t, s, _ = worst[kernels.BACKWARDS]
     if value > NO_JUMP * top:
         problems.append(f"law: goes back at {value:.6g} mm/s at t = {t:.6g} s, s = {s:.6g} mm")
     for name, time in (("start_feed", 0.0), ("end_feed", law.duration)):

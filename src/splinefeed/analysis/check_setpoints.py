@@ -93,13 +93,17 @@ class Judge:
                 self._step_places = np.full((2, 2), [t[0], s[0]])
         rows = np.concatenate([self._row, rows])
         u = np.concatenate([self._last[2:], u])
-        travelled = np.empty(len(t))
-        kernels.steps(self.bounds.path.table, self.bounds.path.shape, rows, u, travelled)
+        travelled, least = np.empty(len(t)), np.empty(len(t))
+        path = self.bounds.path
+        kernels.steps(path.table, path.shape, rows, u, self.bounds.row_feeds, travelled, least)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # over several curves the limit of the mean feed is the way through the least time that their feeds allow
+            feeds = np.where(least > 0.0, travelled / least, np.inf)
         corners = np.vstack([self.last_position, position])
         steps = np.column_stack([travelled, np.diff(corners, axis=0)])
         places = np.column_stack([np.concatenate([self._last[:1], t[:-1]]), np.concatenate([self._last[1:2], s[:-1]])])
         places[:, 0] = np.maximum(places[:, 0], 0.0 if self.ticks == 0 else -np.inf)
-        linear = self.bounds.path.linear
+        linear = path.linear
         if len(self.scale) > 1 + linear:
             long = np.abs(travelled) > TURN_SHARE * np.fmax.reduce(np.abs(travelled), initial=0.0)
             turns = np.abs(steps[long, 1 + linear :] / travelled[long, None])
@@ -120,7 +124,7 @@ class Judge:
         self.ticks += len(t)
         if skip and len(t) > 1:
             self._edge(2.0 * (float(travelled[1]) / dt[1] - self.bounds.limits.start_feed) / dt[1], places[1])
-        self._differences(steps[skip:], dt[skip:], places[skip:], first)
+        self._differences(steps[skip:], dt[skip:], feeds[skip:], places[skip:], first)
         if last:
             self._check_end("end", found[-1], position[-1], at_start=False)
             self._finish(float(dt[-1]))
@@ -239,8 +243,10 @@ class Judge:
             ripple = np.abs(travelled / (planned - before) - 1.0)[planned - before > self._ripple_from]
         self.ripple = max(self.ripple, float(np.fmax.reduce(ripple, initial=0.0)))
 
-    def _differences(self, steps: Array, dt: Array, places: Array, tick: int) -> None:
+    def _differences(self, steps: Array, dt: Array, feeds: Array, places: Array, tick: int) -> None:
         """Feed, acceleration and jerk of path and axes over new steps (n, 1 + axes) that took dt (n,), s.
+
+        feeds (n,): the limit of the feed over each step, mm/s.
 
         Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3).
         places (n, 2) are t and s at the start of each step, what spans several is placed in the middle; `tick` is
@@ -281,7 +287,8 @@ class Judge:
             elif name != "acceleration":
                 each = np.abs(each)
             t, s = ends[order - 1].T
-            worst.see(each - self.rounding(column) * extra[order - 1], t, s, self.floor(order, column))
+            local = feeds if name == "feed" and self.bounds.path.feeds is not None else None
+            worst.see(each - self.rounding(column) * extra[order - 1], t, s, self.floor(order, column), local)
         keep = slice(-2, None)
         self._steps, self._dt, self._step_places = steps[keep], dt[keep], places[keep]
 
@@ -307,9 +314,12 @@ class Judge:
             self._fault("back", new & (d < -floor), -d, t, s, tick=tick)
             before, here, after = d[:-2], d[1:-1], d[2:]
             near = np.maximum(before, after)
-            most = SKIP_FEED * self.bounds.limits.feed * self.period
+            most = SKIP_FEED * float(np.max(self.bounds.feeds)) * self.period
             skipped = (here > REPEAT * floor) & ((here > SKIP * near + floor) | (here > most))
             twice = (np.abs(here) <= floor) & (np.minimum(before, after) > REPEAT * floor)
+            if len(self.bounds.waits):  # where the path waits, the same point twice is what it asks for
+                away = np.min(np.abs(s[1:-1, None] - self.bounds.waits), axis=1, initial=np.inf)
+                twice &= away > self.allowed + floor
         self._fault("skipped", skipped, here, t[1:-1], s[1:-1], tick=tick + 1)
         self._fault("twice", twice, near, t[1:-1], s[1:-1], tick=tick + 1)
 
@@ -323,7 +333,8 @@ class Judge:
         feed = self.bounds.limits.end_feed
         if feed == 0.0:
             still = np.zeros((3, self.scale.size))
-            self._differences(still, np.full(3, self.period), np.tile(place, (3, 1)), self.ticks)
+            nothing = np.full(3, np.inf)
+            self._differences(still, np.full(3, self.period), nothing, np.tile(place, (3, 1)), self.ticks)
         elif len(self._steps):
             self._edge(2.0 * (feed - float(self._steps[-1, 0]) / last_dt) / last_dt, place)
 

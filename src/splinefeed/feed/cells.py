@@ -92,6 +92,14 @@ def _lengths(path: Path, curve: IntArray, u: Array) -> Array:
     return path.arc_length(curve, u)
 
 
+def located(path: Path, curve: IntArray, s: Array) -> Array:
+    """Parameters (n,) on the curves (n,) at arc lengths s (n,), mm, that lie on them but for rounding."""
+    found, u = path.locate(np.clip(s, 0.0, path.length))
+    ends = np.array([path.curves[i].domain for i in range(len(path.curves))])[curve]
+    inside: Array = np.where(found < curve, ends[:, 0], np.where(found > curve, ends[:, 1], u))
+    return inside
+
+
 def sample(path: Path, start: float, end: float, per_piece: int) -> tuple[IntArray, Array, Array]:
     """Curve, parameter and arc length of `per_piece` points of every arc-length piece in [start, end], mm."""
     table, rows = path.table, path.curve_rows

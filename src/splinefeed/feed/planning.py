@@ -12,8 +12,11 @@ import numpy as np
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.feed.seven_phase import STRATEGY, Stretched, plan_seven_phase
+from splinefeed.feed.soft_limits import check_travel
+from splinefeed.feed.stretches import check_ends, with_dwells
 from splinefeed.feed.time_optimal import STRATEGY as TIME_OPTIMAL
 from splinefeed.feed.time_optimal import plan_time_optimal
+from splinefeed.geometry.path import Path
 from splinefeed.records import Limits, TimeLaw, positive
 
 #: A strategy makes a law for a path whose stops and length were checked, under limits, for a period in s or none.
@@ -27,13 +30,16 @@ STRATEGIES: dict[str, Strategy] = {STRATEGY: plan_seven_phase, TIME_OPTIMAL: pla
 def plan(path: Stretched, limits: Limits, strategy: str = STRATEGY, period: float | None = None) -> TimeLaw:
     """Time law s(t) of a motion along `path` that obeys `limits`, resting at the path's stops.
 
-    path      anything with `length` (mm) and `stops` (arc lengths inside it, mm, where the tangent jumps)
+    path      a Path, whose feeds and dwells count besides; for "seven-phase" anything with `length` (mm) and `stops`
+              (arc lengths inside it, mm, where the tangent jumps)
     strategy  a name in STRATEGIES; "seven-phase" obeys the tangential limits only, not those of the axes
     period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
 
-    Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so.
+    Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so. Where the path waits, the law
+    has a piece of constant s, whole periods long.
     Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (period not
-    positive, or longer than the motion), PlanError (a stretch too short for its change of feed).
+    positive, or longer than the motion; the path leaves the travel of an axis; feeds at the ends that the path
+    contradicts), PlanError (a stretch too short for its change of feed).
     """
     if strategy not in STRATEGIES:
         close = difflib.get_close_matches(str(strategy), STRATEGIES, n=1)
@@ -42,7 +48,12 @@ def plan(path: Stretched, limits: Limits, strategy: str = STRATEGY, period: floa
     if period is not None:
         period = positive(period, "period")
     _check_path(path)
+    if isinstance(path, Path):
+        check_travel(path, limits)
+        check_ends(path, limits)
     law = STRATEGIES[strategy](path, limits, period)
+    if isinstance(path, Path):
+        law = with_dwells(law, path.dwells, path.length)
     return dataclasses.replace(
         law, settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period}
     )

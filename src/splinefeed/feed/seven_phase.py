@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from typing import Protocol
 
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
+from splinefeed.feed.stretches import least_feeds
+from splinefeed.geometry.path import Path
 from splinefeed.kernels import profile as kernels
 from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw, frozen_array, positive
 
@@ -112,13 +114,16 @@ _PLACES = {
 def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> TimeLaw:
     """One seven-phase profile a stretch between stops, at rest at each stop, each ending on a tick if it can.
 
-    It obeys the tangential limits only: feed, acceleration, deceleration and their jerks along the path. It knows
-    nothing of the axes, of curvature or of chord error; `check` tells what those see.
+    It obeys the tangential limits only: feed (on each stretch the least that the path asks for there), acceleration,
+    deceleration and their jerks along the path. It knows nothing of the axes, of curvature or of chord error; `check`
+    tells what those see.
     Raises PlanError where the first or last stretch has no room, LimitsError for a period longer than the motion.
     """
     marks = np.array([0.0, *path.stops, path.length])
     rows = np.zeros((len(marks) - 1, kernels.ROW))
-    failed = kernels.prepare(marks, *_kernel_limits(limits), rows)
+    along = _kernel_limits(limits)
+    feeds = least_feeds(path, limits, marks) if isinstance(path, Path) else np.full(len(rows), along[0])
+    failed = kernels.prepare(marks, feeds, *along[1:], rows)
     if failed >= 0:
         last = len(rows) - 1
         length = float(marks[failed + 1] - marks[failed])
@@ -134,7 +139,21 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
                 f"period is {period:g} s, longer than the whole motion of {total:.6g} s; "
                 f"a period of at most {_outward(total * (1.0 + kernels.ROUNDING), ROUND_FLOOR)} s would do"
             )
-    return _law(marks, rows, period)
+    law = _law(marks, rows, period)
+    return replace(law, notes=law.notes + _slowed(path, limits, marks, feeds)) if isinstance(path, Path) else law
+
+
+def _slowed(path: Path, limits: Limits, marks: Array, feeds: Array) -> tuple[str, ...]:
+    """A sentence on the stretches (m,) that run at the least feed of their curves where some of these allow more."""
+    most = -least_feeds(path, limits, marks, sign=-1.0)
+    slowed = np.flatnonzero(feeds < most)
+    if not len(slowed):
+        return ()
+    k = int(slowed[0])
+    return (
+        f"{len(slowed)} stretch(es) run at the least feed of their curves throughout, as this strategy makes one "
+        f"profile a stretch: the first from {marks[k]:g} to {marks[k + 1]:g} mm at {feeds[k]:g} mm/s",
+    )
 
 
 def _law(marks: Array, rows: Array, period: float | None) -> TimeLaw:

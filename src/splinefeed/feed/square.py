@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.feed.cells import Cells
+from splinefeed.feed.stretches import curve_feeds
 from splinefeed.kernels import barrier
 from splinefeed.records import Array, Limits
 
@@ -84,12 +85,13 @@ class SquareProblem:
         linear, bound, jerk, root = [], [], [], []
         second = self._second()
         least = np.inf
+        feed = curve_feeds(cells.path, limits)[cells.curve]
         for place, fraction in enumerate(fractions):
             if relaxed and place != 1:
                 continue
             r1, r2, r3 = (derivatives[place, :, k] for k in range(3))
             q, slope = self._value(fraction), self._slope(fraction)
-            top = feed_squared_bound(r1, r2, limits, axes, period, cells.path.linear) * scale
+            top = feed_squared_bound(r1, r2, feed, limits, axes, period, cells.path.linear) * scale
             if place == 0:
                 top[0] = min(top[0], self._ramp_bound(0, r1[0], limits, axes) * scale[0])
             if place == len(fractions) - 1:
@@ -155,8 +157,9 @@ class SquareProblem:
         jump = np.abs(derivatives[0, 1:, 1] - derivatives[2, :-1, 1])
         with np.errstate(divide="ignore"):
             whole = np.min(axes.jerk * period / (PEAK_WEIGHT * jump), axis=1)
+        feed = curve_feeds(self.cells.path, limits)[self.cells.curve]
         top = feed_squared_bound(
-            derivatives[0, 1:, 0], derivatives[0, 1:, 1], limits, axes, period, self.cells.path.linear
+            derivatives[0, 1:, 0], derivatives[0, 1:, 1], feed[1:], limits, axes, period, self.cells.path.linear
         )
         share = np.minimum(top / whole, JUMP_SHARE)
         left = np.ones(n)
@@ -268,15 +271,15 @@ class SquareProblem:
 
 
 def feed_squared_bound(
-    first: Array, second: Array, limits: Limits, axes: AxisLimits, period: float | None, linear: int
+    first: Array, second: Array, feed: Array, limits: Limits, axes: AxisLimits, period: float | None, linear: int
 ) -> Array:
     """Largest q by feed, axis velocity, centripetal acceleration and chord error, (n,), mm^2/s^2.
 
-    first, second (n, axes): r', r'' by arc length. A chord of length v T on radius 1/kappa leaves the curve by delta:
-    v^2 = (4 / T^2) (2 delta / kappa - delta^2).
+    first, second (n, axes): r', r'' by arc length; feed (n,): its limit there. A chord of length v T on radius 1/kappa
+    leaves the curve by delta: v^2 = (4 / T^2) (2 delta / kappa - delta^2).
     """
     with np.errstate(divide="ignore"):
-        top: Array = np.full(len(first), limits.feed**2)
+        top: Array = feed**2
         top = np.minimum(top, np.min((axes.velocity / np.abs(first)) ** 2, axis=1))
         kappa = np.linalg.norm(second[:, :linear], axis=1)
         if limits.centripetal is not None:

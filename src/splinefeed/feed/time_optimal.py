@@ -9,9 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.cells import Cells, cells_between, sample
+from splinefeed.feed.cells import Cells, cells_between, located, sample
 from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.feed.square import AxisLimits, SquareProblem, feed_squared_bound
+from splinefeed.feed.stretches import curve_feeds
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw
@@ -177,6 +178,9 @@ def _straight(path: Path, low: float, high: float, limits: Limits, axes: AxisLim
         return None
     d = by_arc_length(path.evaluate(curve, u, 2 + 1), path.linear)
     length = high - low
+    feeds = curve_feeds(path, limits)[curve]
+    if np.ptp(feeds) > 0.0:
+        return None
     if np.max(np.abs(d[:, 2])) * length > STRAIGHT or np.max(np.ptp(d[:, 1], axis=0)) > STRAIGHT:
         return None
     with np.errstate(divide="ignore"):
@@ -186,7 +190,7 @@ def _straight(path: Path, low: float, high: float, limits: Limits, axes: AxisLim
     jerk = min(limits.jerk, limits.deceleration_jerk or np.inf, float(np.min(axes.jerk * steepest)))
     if not math.isfinite(acceleration + deceleration + jerk):
         return None
-    feed = min(limits.feed, float(np.min(axes.velocity * steepest)))
+    feed = min(float(np.min(feeds)), float(np.min(axes.velocity * steepest)))
     along = Limits(feed=feed, acceleration=acceleration, deceleration=deceleration, jerk=jerk)
     law = SevenPhase.solve(length, along).law()
     coefficients = law.coefficients.copy()
@@ -223,7 +227,7 @@ def _first_cells(
     s, curve, u = s[order], np.concatenate([curve, extra_curve])[order], np.concatenate([u, extra_u])[order]
     d = by_arc_length(path.evaluate(curve, u, 3), path.linear)
     with np.errstate(divide="ignore", invalid="ignore"):
-        top = feed_squared_bound(d[:, 1], d[:, 2], limits, axes, period, path.linear)
+        top = feed_squared_bound(d[:, 1], d[:, 2], curve_feeds(path, limits)[curve], limits, axes, period, path.linear)
         top = np.minimum(top, np.nanmin(axes.acceleration / np.abs(d[:, 2]), axis=1))
         top = np.minimum(top, np.nanmin(axes.jerk / np.abs(d[:, 3]), axis=1) ** (2.0 / 3.0))
         push = np.minimum(np.nanmin(axes.acceleration / np.abs(d[:, 1]), axis=1), limits.acceleration)
@@ -322,6 +326,7 @@ def _excess(
     path = cells.path
     ratios = np.zeros((len(CHECKED), cells.count + 2))
     durations = np.diff(times)
+    feeds = curve_feeds(path, limits)
     for row, place in enumerate(CHECKED):
         s, v, a, j = (_polynomial(coefficients, place * durations, k) for k in range(4))
         if place == 0.0:
@@ -329,12 +334,12 @@ def _excess(
         elif place == 1.0:
             curve, u = cells.curve, cells.u1
         else:
-            curve, u = path.locate(np.clip(s[1:-1], cells.s[:-1], cells.s[1:]))
-        end_curve, end_u = path.locate(np.clip(s[[0, -1]], 0.0, path.length))
-        curve = np.concatenate([end_curve[:1], curve, end_curve[1:]])
+            curve, u = cells.curve, located(path, cells.curve, np.clip(s[1:-1], cells.s[:-1], cells.s[1:]))
+        curve = np.concatenate([cells.curve[:1], curve, cells.curve[-1:]])
+        end_u = located(path, curve[[0, -1]], s[[0, -1]])
         u = np.concatenate([end_u[:1], u, end_u[1:]])
         d = by_arc_length(path.evaluate(curve, u, 3, side="left" if place == 1.0 else "right"), path.linear)
-        ratios[row] = np.nan_to_num(_ratios(d, v, a, j, limits, axes, period, path.linear))
+        ratios[row] = np.nan_to_num(_ratios(d, v, a, j, feeds[curve], limits, axes, period, path.linear))
     worst = np.max(ratios, axis=0)
     # between the places looked at a share may peak: a parabola through three of them tells how high
     below, here, above = ratios[:-2], ratios[1:-1], ratios[2:]
@@ -357,14 +362,22 @@ def _polynomial(coefficients: Array, t: Array, order: int) -> Array:
 
 
 def _ratios(
-    d: Array, v: Array, a: Array, j: Array, limits: Limits, axes: AxisLimits, period: float | None, linear: int
+    d: Array,
+    v: Array,
+    a: Array,
+    j: Array,
+    feed: Array,
+    limits: Limits,
+    axes: AxisLimits,
+    period: float | None,
+    linear: int,
 ) -> Array:
     """Largest share of any limit, put as a factor on q: velocity squared, acceleration, jerk to the power 2/3, (n,)."""
     r1, r2, r3 = d[:, 1], d[:, 2], d[:, 3]
     q = v * v
     acceleration = r1 * a[:, None] + r2 * q[:, None]
     jerk = r1 * j[:, None] + 3.0 * r2 * (v * a)[:, None] + r3 * (q * v)[:, None]
-    worst: Array = q / feed_squared_bound(r1, r2, limits, axes, period, linear)
+    worst: Array = q / feed_squared_bound(r1, r2, feed, limits, axes, period, linear)
     worst = np.maximum(worst, np.max(np.abs(acceleration) / axes.acceleration, axis=1))
     worst = np.maximum(worst, np.max(np.abs(jerk) / axes.jerk, axis=1) ** (2.0 / 3.0))
     worst = np.maximum(worst, np.maximum(a / limits.acceleration, -a / float(limits.deceleration or np.inf)))

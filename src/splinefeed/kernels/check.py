@@ -25,8 +25,9 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 #: What is sampled below this share of the largest so far is not looked at more closely.
 WORTH_A_LOOK = 0.9
 
-#: What `law_extremes` keeps the largest value of; velocity, acceleration and jerk of each axis stand behind these.
-FEED, SPEED_UP, SLOW_DOWN, JERK_UP, JERK_DOWN, CENTRIPETAL, BACKWARDS, AXES = 0, 1, 2, 3, 4, 5, 6, 7
+#: What `law_extremes` keeps the largest value of (SHARE is the feed as a share of its limit there); velocity,
+#: acceleration and jerk of each axis stand behind these.
+FEED, SPEED_UP, SLOW_DOWN, JERK_UP, JERK_DOWN, CENTRIPETAL, BACKWARDS, SHARE, AXES = 0, 1, 2, 3, 4, 5, 6, 7, 8
 #: Instants looked at in every stretch of a law that lies on one piece of the path, at Chebyshev-Lobatto places.
 INSTANTS = 17
 #: Bisections that find when a law reaches the end of a row: 2^-60 of a piece.
@@ -135,10 +136,11 @@ def locate(
 
 
 @kernel
-def steps(table: Array, shape: Shape, rows: IntArray, u: Array, out: Array) -> None:
+def steps(table: Array, shape: Shape, rows: IntArray, u: Array, feeds: Array, out: Array, least: Array) -> None:
     """Arc length from each located setpoint to the next, (n - 1,), mm, negative where one goes back.
 
-    By adaptive quadrature of |C'(u)| over every row between; NaN where a setpoint has no place.
+    By adaptive quadrature of |C'(u)| over every row between; NaN where a setpoint has no place. least (n - 1,) is the
+    time in s that the step takes at the largest feed of every row, feeds (rows,) mm/s, of the same sign.
     """
     for i in range(u.shape[0] - 1):
         row = rows[i]
@@ -151,14 +153,19 @@ def steps(table: Array, shape: Shape, rows: IntArray, u: Array, out: Array) -> N
             low, high = high, low
             sign = -1.0
         total = math.nan
+        time = math.nan
         if math.isfinite(low) and math.isfinite(high):
             total = 0.0
+            time = 0.0
             for k in range(row, end_row + 1):
                 start = low if k == row else table[k, LOW]
                 end = high if k == end_row else table[k, HIGH]
                 if end > start:
-                    total += _within_row(table, k, shape, start, end)
+                    length = _within_row(table, k, shape, start, end)
+                    total += length
+                    time += length / feeds[k]
         out[i] = sign * total
+        least[i] = sign * time
 
 
 @kernel
@@ -269,7 +276,17 @@ def _law(coefficients: Array, piece: int, tau: float) -> tuple[float, float, flo
 
 @kernel
 def _motion(
-    table: Array, row: int, shape: Shape, s: float, v: float, a: float, j: float, growing: bool, work: Array, out: Array
+    table: Array,
+    feeds: Array,
+    row: int,
+    shape: Shape,
+    s: float,
+    v: float,
+    a: float,
+    j: float,
+    growing: bool,
+    work: Array,
+    out: Array,
 ) -> bool:
     """Every value that `law_extremes` keeps, at arc length s of one row, into out; False where the curve has C' = 0.
 
@@ -289,6 +306,7 @@ def _motion(
     out[JERK_UP] = abs(j) if growing else 0.0
     out[JERK_DOWN] = 0.0 if growing else abs(j)
     out[BACKWARDS] = -v
+    out[SHARE] = v / feeds[row]
     square = 0.0
     product = 0.0
     third = 0.0
@@ -314,7 +332,7 @@ def _motion(
         regular = regular and math.isfinite(out[AXES + k] + out[AXES + axes + k] + out[AXES + 2 * axes + k])
     out[CENTRIPETAL] = math.sqrt(bend) * v * v
     for k in range(0 if regular else out.shape[0]):
-        out[k] = out[k] if k < CENTRIPETAL or k == BACKWARDS else 0.0
+        out[k] = out[k] if k < CENTRIPETAL or k in (BACKWARDS, SHARE) else 0.0
     return regular
 
 
@@ -338,11 +356,19 @@ def _place(low: float, high: float, index: float) -> float:
 
 @kernel
 def law_extremes(
-    breaks: Array, coefficients: Array, table: Array, shape: Shape, rounding: float, worst: Array, jumps: Array
+    breaks: Array,
+    coefficients: Array,
+    table: Array,
+    feeds: Array,
+    shape: Shape,
+    rounding: float,
+    worst: Array,
+    jumps: Array,
 ) -> int:
-    """Largest value of everything from FEED to the axes' jerks over a whole law, into worst (7 + 3 axes, 3).
+    """Largest value of everything from FEED to the axes' jerks over a whole law, into worst (8 + 3 axes, 4).
 
-    A row of `worst` is value, time s and arc length mm; jumps (3, 3) are the same for the largest jumps of s, feed and
+    A row of `worst` is value, time s, arc length mm and row of the table; feeds (rows,) is the largest feed on every
+    row, mm/s; jumps (3, 3) are the same for the largest jumps of s, feed and
     acceleration between pieces. Every stretch in one piece of the law and one row of the path is looked at alone, ends
     included, on that row's own polynomials: values at knots and breaks are one-sided by construction. Returns how many
     instants had C' = 0. rounding: of s, mm.
@@ -369,7 +395,7 @@ def law_extremes(
             for k in range(INSTANTS):
                 s, v, a, j = _law(coefficients, i, _place(low, high, k))
                 grows = a > 0.0 if abs(a) > no_sign else middle_grows
-                irregular += not _motion(table, row, shape, s, v, a, j, grows, work, values[k])
+                irregular += not _motion(table, feeds, row, shape, s, v, a, j, grows, work, values[k])
             for q in range(worst.shape[0]):
                 best = int(np.argmax(values[:INSTANTS, q]))
                 top = values[best, q]
@@ -383,7 +409,7 @@ def law_extremes(
                         between = _place(low, high, best + 0.5 * (before - after) / bend)
                         s, v, a, j = _law(coefficients, i, between)
                         grows = a > 0.0 if abs(a) > no_sign else middle_grows
-                        regular = _motion(table, row, shape, s, v, a, j, grows, work, values[INSTANTS])
+                        regular = _motion(table, feeds, row, shape, s, v, a, j, grows, work, values[INSTANTS])
                         if regular and values[INSTANTS, q] > top:
                             top = values[INSTANTS, q]
                             tau = between
@@ -391,6 +417,7 @@ def law_extremes(
                     worst[q, 0] = top
                     worst[q, 1] = breaks[i] + tau
                     worst[q, 2] = _law(coefficients, i, tau)[0]
+                    worst[q, 3] = row
             if not cut:
                 break
             low = high

@@ -250,7 +250,7 @@ def to_periods(row: Array, period: float, offset: float) -> float:
 @kernel
 def prepare(
     marks: Array,
-    feed: float,
+    feeds: Array,
     acceleration: float,
     deceleration: float,
     jerk: float,
@@ -261,15 +261,15 @@ def prepare(
 ) -> int:
     """Solve one profile a stretch between `marks` (m+1,), at rest at the inner ones, into `rows` (m, ROW).
 
-    mm, mm/s, mm/s^2, mm/s^3. Returns -1, or the index of the first stretch that has no room, its least length
-    being in its row.
+    feeds (m,): the limit on each stretch. mm, mm/s, mm/s^2, mm/s^3. Returns -1, or the index of the first stretch that
+    has no room, its least length being in its row.
     """
     last = len(marks) - 2
     for i in range(last + 1):
         start = start_feed if i == 0 else 0.0
         end = end_feed if i == last else 0.0
         length = marks[i + 1] - marks[i]
-        status = seven_phase(length, feed, acceleration, deceleration, jerk, deceleration_jerk, start, end, rows[i])
+        status = seven_phase(length, feeds[i], acceleration, deceleration, jerk, deceleration_jerk, start, end, rows[i])
         if status != SOLVED:
             return i
     return -1

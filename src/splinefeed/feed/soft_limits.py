@@ -1,0 +1,55 @@
+"""Soft limits: whether a path stays within the travel of every axis, and where it leaves it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinefeed.errors import LimitsError
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.path import Path
+from splinefeed.records import KEPT, ROTARY_AXES, Array, Limits
+
+#: Samples of each span among which the furthest point of a curve is looked for, and the rounds that then close in.
+SAMPLES, ROUNDS = 33, 8
+
+
+def check_travel(path: Path, limits: Limits) -> None:
+    """Raise LimitsError where `path` leaves the travel of an axis: which, how far, and at what place on the path.
+
+    The box of a curve's control points may show that it stays inside; else its own extremes count.
+    """
+    travel = limits.travel_of(path.axes)
+    if not travel:
+        return
+    columns = [path.axes.index(axis) for axis in travel]
+    ends = np.array(list(travel.values()))
+    middle, half = ends.mean(axis=1), 0.5 * np.ptp(ends, axis=1) * (1.0 + KEPT)
+    for index, curve in enumerate(path.curves):
+        if np.all(np.abs(curve.control_points[:, columns] - middle) <= half):
+            continue
+        low, high = (box[columns] for box in curve.bounding_box())
+        outside = (low < middle - half) | (high > middle + half)
+        if not np.any(outside):
+            continue
+        k = int(np.argmax(outside))
+        upwards = bool(high[k] - middle[k] >= middle[k] - low[k])
+        position = float(high[k] if upwards else low[k])
+        s = float(path.arc_length(index, _furthest(curve, columns[k], upwards)))
+        axis = path.axes[columns[k]]
+        unit, factor = ("deg", np.degrees(1.0)) if axis in ROTARY_AXES else ("mm", 1.0)
+        side = "most" if upwards else "least"
+        raise LimitsError(
+            f"the path goes to {axis} = {factor * position:.6g} {unit} at s = {s:.6g} mm (curve {index}); "
+            f"its travel allows at {side} {factor * ends[k, int(upwards)]:.6g} {unit}"
+        )
+
+
+def _furthest(curve: NurbsCurve, axis: int, upwards: bool) -> Array:
+    """Parameter at which a coordinate is greatest, or least."""
+    sign = 1.0 if upwards else -1.0
+    fractions = np.linspace(0.0, 1.0, SAMPLES)
+    u = np.unique(curve.breaks[:-1, None] + np.diff(curve.breaks)[:, None] * fractions)
+    for _ in range(ROUNDS):
+        best = int(np.argmax(sign * curve(u)[:, axis]))
+        u = np.linspace(u[max(best - 1, 0)], u[min(best + 1, len(u) - 1)], SAMPLES)
+    return np.asarray(u[int(np.argmax(sign * curve(u)[:, axis]))])

@@ -1,0 +1,88 @@
+"""What every strategy shares: the feed of each curve, and time spent at rest put into a law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from splinefeed.errors import LimitsError, PlanError
+from splinefeed.geometry.path import Path
+from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw
+
+#: A piece of a law that begins this near to a place, relative to the length of the path, begins there.
+SAME_PLACE = 1e-12
+#: A feed below this share of the top feed counts as rest.
+AT_REST = 1e-6
+#: A time within this of a tick, in periods, is on it.
+ON_TICK = 1e-6
+
+
+def curve_feeds(path: Path, limits: Limits) -> Array:
+    """Largest feed on each curve, (curves,), mm/s: that of the limits, or the lower one that the path asks for."""
+    feeds = np.full(len(path.curves), limits.feed)
+    return feeds if path.feeds is None else np.minimum(feeds, path.feeds)
+
+
+def least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:
+    """Least feed of the curves between neighbouring marks (m + 1,), (m,), mm/s; of sign -1: minus the greatest."""
+    feeds = sign * curve_feeds(path, limits)
+    first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + SAME_PLACE * path.length, side="right") - 1
+    last = np.searchsorted(path.curve_starts[:-1], marks[1:] - SAME_PLACE * path.length, side="left") - 1
+    return np.array([feeds[a : max(a, b) + 1].min() for a, b in zip(first, last, strict=True)])
+
+
+def check_ends(path: Path, limits: Limits) -> None:
+    """Raise LimitsError for feeds at the ends of the path that its own curves or dwells contradict."""
+    feeds = curve_feeds(path, limits)
+    waits = dict(path.dwells)
+    for name, feed, s in (("start_feed", feeds[0], 0.0), ("end_feed", feeds[-1], path.length)):
+        wanted = getattr(limits, name)
+        if wanted > feed:
+            raise LimitsError(f"{name} is {wanted:g} mm/s; the path asks for at most {feed:g} mm/s there")
+        if wanted > 0.0 and s in waits:
+            raise LimitsError(f"{name} is {wanted:g} mm/s; the path waits {waits[s]:g} s there, which is at rest")
+
+
+def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: float) -> TimeLaw:
+    """The law with a piece of constant s wherever the path waits: dwells are (mm, s), made whole periods.
+
+    Raises PlanError where the law does not rest at such a place.
+    """
+    if not dwells:
+        return law
+    top = float(np.max(law.coefficients[:, 1]))
+    starts = law.coefficients[:, 0]
+    breaks: list[Array] = []
+    pieces: list[Array] = []
+    done = 0
+    shift = 0.0
+
+    def tick(time: float) -> float:
+        if law.period is None or abs(time / law.period - round(time / law.period)) > ON_TICK:
+            return time
+        return round(time / law.period) * law.period
+
+    for s, seconds in dwells:
+        if s >= length * (1.0 - SAME_PLACE):
+            k, feed = len(starts), float(law.feed(law.duration))
+        else:
+            k = int(np.argmin(np.abs(starts - s)))
+            feed = float(law.coefficients[k, 1])
+        if feed > AT_REST * top or (k < len(starts) and abs(starts[k] - s) > SAME_PLACE * length):
+            raise PlanError(f"the law does not rest at s = {s:.9g} mm, where the path waits {seconds:g} s")
+        breaks.append(law.breaks[done:k] + shift)
+        pieces.append(law.coefficients[done:k])
+        begin = tick(float(law.breaks[k]) + shift)
+        wait = seconds if law.period is None else math.ceil(seconds / law.period - ON_TICK) * law.period
+        still = np.zeros((1, LAW_COEFFICIENTS))
+        still[0, 0] = starts[k] if k < len(starts) else law.length
+        breaks.append(np.array([begin]))
+        pieces.append(still)
+        shift = tick(begin + wait) - float(law.breaks[k])
+        done = k
+    breaks += [law.breaks[done:-1] + shift, np.array([tick(float(law.breaks[-1]) + shift)])]
+    pieces.append(law.coefficients[done:])
+    return replace(law, breaks=np.concatenate(breaks), coefficients=np.concatenate(pieces))
