@@ -29,7 +29,7 @@ def test_a_time_optimal_plan_is_bound_nearly_everywhere_and_never_above_its_curv
     assert parts["none"] < 0.1
     assert parts["feed"] > 0.4
     for name in use.names:
-        assert np.max(use.share[:, use.names.index(name)]) == pytest.approx(result.shares[name].share, rel=1e-3)
+        assert np.max(use.share[:, use.names.index(name)]) == pytest.approx(result.verdict.limits[name].share, rel=1e-3)
 
 
 def test_a_line_is_bound_by_jerk_acceleration_and_feed_in_turn():

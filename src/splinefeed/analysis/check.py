@@ -31,6 +31,9 @@ _SENTENCES = {
     "end": "the last setpoint is {detail} from the end of the path: it is not reached",
 }
 
+#: A limit exceeded this many times is said as a multiple; an excess from PERCENT on in percent, below in ppm.
+MANY, PERCENT = 10.0, 1e-3
+
 
 def check(
     points: Setpoints | Iterable[Setpoints],
@@ -159,9 +162,17 @@ def _limit_sentence(name: str, result: LimitResult) -> str:
     worst, limit = factor * result.worst, factor * result.limit
     source = "exact derivative of the law" if result.by == "law" else f"setpoints, floor {factor * result.floor:.3g}"
     return (
-        f"{name}: {worst:.9g} {unit} is {result.share - 1.0:.3g} of it over the limit of {limit:.9g} {unit} "
+        f"{name}: {worst:.9g} {unit} is {_over(result.share)} the limit of {limit:.9g} {unit} "
         f"at s = {result.at_s:.9g} mm, t = {result.at_t:.9g} s ({source}; {result.over} in all)"
     )
+
+
+def _over(share: float) -> str:
+    """How far a share is above 1: as a multiple, in percent, or in parts of a million."""
+    if share >= MANY:
+        return f"{share:.3g} times"
+    excess = share - 1.0
+    return f"{100.0 * excess:.3g} % over" if excess >= PERCENT else f"{1e6 * excess:.3g} ppm over"
 
 
 def _unit(name: str, axis: str | None) -> tuple[str, float]:

@@ -105,23 +105,6 @@ def tangential_shares(law: TimeLaw, limits: Limits) -> Mapping[str, Share]:
     return {name: share for name, share in shares.items() if np.isfinite(share.limit)}
 
 
-def axis_shares(motion: AxisMotion, points: Setpoints, limits: Limits) -> Mapping[str, Share]:
-    """Worst velocity, acceleration and jerk of each axis at the ticks against its limits, "axis_jerk.x" and so on.
-
-    At a curvature jump the jerk is the one on its right: what a drive sees there is for `check` to say.
-    """
-    shares = {}
-    for name, values in (
-        ("axis_velocity", motion.velocity),
-        ("axis_acceleration", motion.acceleration),
-        ("axis_jerk", motion.jerk),
-    ):
-        for i, limit in enumerate(limits.of_axes(name, points.axes)):
-            if np.isfinite(limit):
-                shares[f"{name}.{points.axes[i]}"] = _share(float(limit), np.abs(values[:, i]), points.s)
-    return shares
-
-
 def _derived(law: TimeLaw, order: int) -> Array:
     """Coefficients of the order-th derivative, (m, 1, 6 - order)."""
     c = law.coefficients

@@ -14,8 +14,20 @@ if TYPE_CHECKING:
 
 #: A share of a limit from which on it counts as reached: bringing a law to whole periods takes off less than that.
 REACHED = 0.999
+#: A limit that binds for a smaller part of the time is not listed.
+LEAST_PART = 0.005
 
-_LIMIT_UNITS = {"feed": "mm/s", "acceleration": "mm/s^2", "deceleration": "mm/s^2", "jerk": "mm/s^3"}
+_LIMIT_UNITS = {
+    "feed": "mm/s",
+    "velocity": "mm/s",
+    "velocity_step": "mm/s",
+    "acceleration": "mm/s^2",
+    "deceleration": "mm/s^2",
+    "centripetal": "mm/s^2",
+    "jerk": "mm/s^3",
+    "chord_error": "mm",
+    "travel": "mm",
+}
 
 
 def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
@@ -30,6 +42,8 @@ def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
         f"method    {page['method']}; feed ripple at most {page['ripple_max']:.1e} (rounding alone: "
         f"{page['ripple_floor']:.1e}), chord error at most {number(page['chord_error_max_mm'], 3)} mm"
     )
+    if bound := _bound_sentence(page["bound_by"]):
+        print_text(f"bound by  {bound}")
     print_notes(page["notes"])
     print_text()
     print_limits(page["limits"])
@@ -38,9 +52,10 @@ def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
     if results:
         print_text()
         print_methods(results)
-    if not page["ok"]:
-        print_text()
-        print_text(f"NOT KEPT: {', '.join(_not_kept(page))}")
+    print_text()
+    for problem in page["problems"]:
+        print_text(f"problem   {problem}")
+    print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {', '.join(_not_kept(page))}")
 
 
 def law_sentence(page: dict[str, Any]) -> str:
@@ -58,6 +73,12 @@ def feed_sentence(feed: dict[str, float]) -> str:
     if feed["share"] >= REACHED:
         return f"feed limit of {limit} mm/s reached"
     return f"top feed {top} mm/s, the limit of {limit} mm/s is never reached"
+
+
+def _bound_sentence(parts: dict[str, float]) -> str:
+    """The limits that hold the motion back, with their part of the time, the longest first."""
+    said = sorted(((part, name) for name, part in parts.items() if part >= LEAST_PART and name != "none"), reverse=True)
+    return ", ".join(f"{name} {part:.0%}" for part, name in said) + " of the time" if said else ""
 
 
 def print_notes(notes: Sequence[str]) -> None:
@@ -82,10 +103,10 @@ def print_limits(limits: dict[str, dict[str, float]]) -> None:
 
 
 def _unit(name: str) -> str:
-    """Unit of a limit by its name; rotary axes in rad, as the numbers are."""
+    """Unit of a limit by its name; rotary axes in degrees, as the numbers are."""
     kind, _, axis = name.removeprefix("axis_").partition(".")
-    unit = {"velocity": "mm/s", **_LIMIT_UNITS}.get(kind, "")
-    return unit.replace("mm", "rad") if axis in ROTARY_AXES else unit
+    unit = _LIMIT_UNITS.get(kind, "")
+    return unit.replace("mm", "deg") if axis in ROTARY_AXES else unit
 
 
 def print_axes(page: dict[str, Any]) -> None:
@@ -127,9 +148,9 @@ def print_methods(results: Sequence[MethodResult]) -> None:
 
 
 def _not_kept(page: dict[str, Any]) -> list[str]:
-    over = [f"{name} ({each['share']:.6g} of its limit)" for name, each in page["limits"].items() if not each["kept"]]
+    over = [f"{name} ({each['share']:.6g} of its limit)" for name, each in page["limits"].items() if not each["ok"]]
     missed = f"the end of the path is missed by {number(page['end_error_mm'], 3)} mm"
-    return over if page["end_reached"] else [*over, missed]
+    return [*over, *([] if page["end_reached"] else [missed])] or ["see the problems above"]
 
 
 def print_errors(page: Mapping[str, Any]) -> None:

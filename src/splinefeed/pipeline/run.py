@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from splinefeed.analysis.binding import LimitUse, limit_use
-from splinefeed.analysis.motion import AxisMotion, Share, axis_motion, axis_shares, tangential_shares
+from splinefeed.analysis.check import check
+from splinefeed.analysis.motion import AxisMotion, Share, axis_motion
 from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
 from splinefeed.errors import LimitsError
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
-from splinefeed.records import Limits, Setpoints, TimeLaw
+from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict
 
 #: The paper's experiment: f = 60 mm/s, A = D = 50 mm/s^2, J = 2000 mm/s^3, one setpoint a millisecond.
 PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
@@ -42,7 +43,7 @@ class Run:
     points: Setpoints
     ripple: Ripple
     motion: AxisMotion
-    shares: Mapping[str, Share]
+    verdict: Verdict
     chord_error_mm: float
 
     @cached_property
@@ -59,8 +60,8 @@ class Run:
 
     @property
     def ok(self) -> bool:
-        """Whether every limit of the path holds and the path's end is reached."""
-        return all(share.kept for share in self.shares.values()) and self.end_reached
+        """Whether the check found every limit kept and the path covered to its end."""
+        return self.verdict.ok and self.end_reached
 
     @property
     def end_reached(self) -> bool:
@@ -86,10 +87,11 @@ class Run:
             "end_reached": self.end_reached,
             "feed_max_mm_s": float(points.feed.max()),
             "chord_error_max_mm": self.chord_error_mm,
-            "limits": share_numbers(self.shares),
+            "limits": self.verdict.as_dict()["limits"],
+            "problems": list(self.verdict.problems),
             "bound_by": self.use.time_bound_by(),
             "axes": self.axis_peaks(),
-            "notes": [*self.path.findings, *law.notes],
+            "notes": [*self.path.findings, *law.notes, *self.verdict.notes],
         }
 
     def axis_peaks(self) -> dict[str, dict[str, float | str]]:
@@ -146,15 +148,15 @@ def run(
         points=points,
         ripple=feed_ripple(points, path, law),
         motion=motion,
-        shares={**tangential_shares(law, limits), **axis_shares(motion, points, limits)},
+        verdict=check(points, path, limits, law),
         chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
     )
 
 
 def share_numbers(shares: Mapping[str, Share]) -> dict[str, dict[str, float | bool]]:
-    """Limit, worst value, share and place (`at_s`, mm) of each, and whether it is kept."""
+    """Limit, worst value, share and place (`at_s`, mm) of each, and whether it holds (`ok`)."""
     return {
-        name: {"limit": s.limit, "worst": s.worst, "share": s.share, "at_s": s.at_s, "kept": s.kept}
+        name: {"limit": s.limit, "worst": s.worst, "share": s.share, "at_s": s.at_s, "ok": s.kept}
         for name, s in shares.items()
     }
 
