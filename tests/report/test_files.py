@@ -30,7 +30,7 @@ def finished():
 def folder(finished, tmp_path_factory):
     place = tmp_path_factory.mktemp("run")
     run, traces = finished
-    names = files.write(run, place, formats=("hdf5", "csv", "mat"), traces=traces, record=run.numbers())
+    names = files.write(run, place, formats=tuple(files.SETPOINTS), traces=traces, record=run.numbers())
     assert sorted(each.name for each in place.iterdir()) == sorted(names) == sorted(files.NAMES)
     return place
 
