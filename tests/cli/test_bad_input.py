@@ -8,6 +8,7 @@ import os
 import pytest
 
 from splinefeed.cli.main import COMMANDS
+from splinefeed.formats.setpoints import FORMATS
 
 FEED_EXAMPLES = "expected a feed such as 60mm/s or 3600mm/min"
 
@@ -29,7 +30,7 @@ FEED_EXAMPLES = "expected a feed such as 60mm/s or 3600mm/min"
         (["run", "--corrections", "many"], "--corrections: 'many' is not a valid integer."),
         (["compare", "--methods", ","], "--methods: no name is given; write for example taylor-2,milne-simpson"),
         (["info"], "Missing argument 'SOURCE'; see splinefeed info --help"),
-        (["run", "--format", "xls"], "--format: 'xls' is not one of 'hdf5', 'csv', 'mat'"),
+        (["run", "--format", "xls"], f"--format: 'xls' is not one of {', '.join(map(repr, FORMATS))}."),
     ],
 )
 def test_usage(refused, words, line):
