@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.records import Array
 
 #: States of the plant: motor position and speed, drive (speed wanted, or force), its integral, load position and speed.
@@ -104,7 +104,7 @@ HALVINGS = 400
 MOST_STEPS = 4000
 
 
-@kernel
+@hot_kernel
 def friction(speed: float, parameters: Array) -> float:
     """Coulomb and Stribeck friction without its sign, N: F_c + (F_s - F_c) / (1 + (v / v_s)^2).
 
@@ -115,13 +115,13 @@ def friction(speed: float, parameters: Array) -> float:
     return parameters[COULOMB] + parameters[STICTION] / (1.0 + ratio * ratio)
 
 
-@kernel
+@hot_kernel
 def clamp(value: float, bound: float) -> float:
     """`value`, but not beyond -bound and bound."""
     return min(max(value, -bound), bound)
 
 
-@kernel
+@hot_kernel
 def _input(channel: int, y: float, parameters: Array, sliding: float) -> float:
     """The nonlinear input n of one channel at its argument y."""
     if channel == FRICTION:
@@ -131,13 +131,13 @@ def _input(channel: int, y: float, parameters: Array, sliding: float) -> float:
     return parameters[STIFFNESS] * clamp(y, parameters[HALF_PLAY])
 
 
-@kernel
+@hot_kernel
 def _side(y: float, bound: float) -> int:
     """-1, 0 or 1: below -bound, between, or above bound."""
     return (1 if y > bound else 0) - (1 if y < -bound else 0)
 
 
-@kernel
+@hot_kernel
 def _output(z: Array, volts: float, line: Array, channel: int) -> float:
     """y = C z + D u of one channel; any row of the table will do for `line`."""
     y = line[FEEDTHROUGH + channel] * volts
@@ -146,7 +146,7 @@ def _output(z: Array, volts: float, line: Array, channel: int) -> float:
     return y
 
 
-@kernel
+@hot_kernel
 def holding_force(z: Array, volts: float, line: Array, parameters: Array) -> float:
     """Force on the mass that friction acts on, without friction, at rest, N: what sticking has to hold."""
     if parameters[COMPLIANT] == 0.0:
@@ -156,7 +156,7 @@ def holding_force(z: Array, volts: float, line: Array, parameters: Array) -> flo
     return spring + parameters[DAMPING] * (z[MOTOR_SPEED] - z[LOAD_SPEED])
 
 
-@kernel
+@hot_kernel
 def _add_friction(z: Array, volts: float, line: Array, parameters: Array, sliding: float, scratch: Array) -> None:
     """Add what friction alone does in a sub-step to scratch[:6], which holds Phi z + Gamma u."""
     speed = LOAD_SPEED if parameters[COMPLIANT] != 0.0 else MOTOR_SPEED
@@ -238,7 +238,7 @@ def _add_inputs(
                 scratch[i] += line[WEIGHTS + k * STATES + i] * value
 
 
-@kernel
+@hot_kernel
 def _linear_step(z: Array, volts: float, line: Array, scratch: Array) -> None:
     """Phi z + Gamma u of one row of the step table into scratch[:6]."""
     a = z[0]
@@ -255,7 +255,7 @@ def _linear_step(z: Array, volts: float, line: Array, scratch: Array) -> None:
         )
 
 
-@kernel
+@hot_kernel
 def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Array) -> None:
     """The plant one period on under `volts`, in place; z is the memory of an axis, its first six numbers the states."""
     volts = clamp(volts, parameters[DRIVE_LIMIT])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.kernels.mechanics import (
     ACCELERATION_FORWARD,
     CASCADE,
@@ -37,7 +37,7 @@ from splinefeed.kernels.mechanics import (
 from splinefeed.records import Array
 
 
-@kernel
+@hot_kernel
 def control(reference: float, measured: float, parameters: Array, memory: Array) -> float:
     """Output of the controller before limit and converter, V; the integral advances unless that would wind it up.
 
@@ -76,7 +76,7 @@ def control(reference: float, measured: float, parameters: Array, memory: Array)
     return volts
 
 
-@kernel
+@hot_kernel
 def convert(volts: float, parameters: Array) -> float:
     """What the converter puts out: the nearest code, k * step with -limit <= k * step <= limit - step; V."""
     bounded = clamp(volts, parameters[OUTPUT_LIMIT])
@@ -86,7 +86,7 @@ def convert(volts: float, parameters: Array) -> float:
     return min(math.floor(bounded / step + 0.5) * step, parameters[OUTPUT_LIMIT] - step)
 
 
-@kernel
+@hot_kernel
 def quantise(position: float, resolution: float) -> float:
     """The nearest count of an encoder or scale: resolution * floor(x / resolution + 1/2); 0: x itself."""
     if resolution == 0.0:
