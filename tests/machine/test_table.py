@@ -11,6 +11,7 @@ import pytest
 from splinefeed.errors import FormatError, InputError, UnitError
 from splinefeed.machine import Encoder, MachineError, Table
 from splinefeed.machine.quantities import KINDS, parse, show
+from splinefeed.records import Limits
 
 pytestmark = pytest.mark.nojit
 
@@ -115,6 +116,37 @@ def test_inertia_and_force_at_the_axis_are_those_of_energy() -> None:
     assert theta.motor_inertia == pytest.approx(25.0 * 6.72e-5)
 
 
+def test_limits_of_axes_are_those_of_the_file_in_base_units() -> None:
+    table = Table.load("xytheta")
+    given = table.limits(("x", "theta", "z"))
+    assert given["axis_velocity"] == {"x": 200.0, "theta": pytest.approx(math.radians(3000.0), rel=1e-15)}
+    assert given["axis_minimum"] == {"x": -150.0}
+    limits = Limits(feed=60.0, **table.limits(("x", "y", "theta")))
+    assert limits.of_axes("axis_acceleration", ("x", "y", "theta"))[:2].tolist() == [2000.0, 2000.0]
+    assert limits.travel == {"x": (-150.0, 150.0), "y": (-150.0, 150.0)}
+    assert Table.parse(GOOD).limits(("x",)) == {}
+
+
+def test_every_machine_of_the_package_limits_its_axes_and_says_where_that_comes_from() -> None:
+    for name in Table.names():
+        for axis in Table.load(name).axes.values():
+            assert axis.limits.velocity
+            assert axis.limits.acceleration
+            assert axis.limits.jerk
+            assert axis.limits.source.startswith("assumed: ")
+
+
+def test_numbers_for_programs_carry_their_units() -> None:
+    numbers = Table.load("xytheta").as_dict()
+    assert (numbers["name"], list(numbers["axes"])) == ("xytheta", ["x", "y", "theta"])
+    assert numbers["axes"]["x"]["load"]["inertia"] == {"value": 25.0, "unit": "kg"}
+    assert numbers["axes"]["x"]["drive"]["bandwidth"] == {"value": pytest.approx(60.0), "unit": "Hz"}
+    assert numbers["axes"]["theta"]["limits"]["velocity"] == {"value": pytest.approx(3000.0), "unit": "deg/s"}
+    assert numbers["axes"]["theta"]["controller"]["kp"] == {"value": 3.3322, "unit": "V/rad"}
+    assert numbers["axes"]["x"]["encoder"]["pulses"] == 5000
+    assert "scale" not in numbers["axes"]["theta"]
+
+
 def test_a_machine_is_told_in_words() -> None:
     text = Table.load("xytheta").describe()
     for words in (
@@ -125,6 +157,7 @@ def test_a_machine_is_told_in_words() -> None:
         "one encoder count is 0.25 um",
         "Axis theta (rotary), closed over the encoder",
         "one encoder count is 0.0036 deg",
+        "limits:       velocity 3000 deg/s, acceleration 30000 deg/s^2, jerk 3e+06 deg/s^3",
         "The paper does not tell its plant",
     ):
         assert words in text, words
@@ -159,6 +192,31 @@ def test_a_machine_is_told_in_words() -> None:
         ),
         ('"encoder"', '"scale"', "axis.x.controller.feedback: 'scale'; the axis has no scale"),
         ('"3.82N*m"', '"1N*m"', "axis.x.motor.peak_force: 1; must not be below rated_force"),
+        (
+            "[axis.x.encoder]",
+            '[axis.x.limits]\nvelocity = "251mm/s"\n[axis.x.encoder]',
+            "axis.x.limits.velocity: 251 mm/s; the motor's rated speed gives 250 mm/s at most",
+        ),
+        (
+            "[axis.x.encoder]",
+            '[axis.x.limits]\nminimum = "-1mm"\n[axis.x.encoder]',
+            "axis.x.limits.maximum: missing; give both ends of the travel",
+        ),
+        (
+            "[axis.x.encoder]",
+            '[axis.x.limits]\nminimum = "0mm"\nmaximum = "0mm"\n[axis.x.encoder]',
+            "axis.x.limits.minimum: must be less than limits.maximum",
+        ),
+        (
+            "[axis.x.encoder]",
+            '[axis.x.limits]\njerk = "0mm/s^3"\n[axis.x.encoder]',
+            "axis.x.limits.jerk: 0mm/s^3; must be greater than 0",
+        ),
+        (
+            "[axis.x.encoder]",
+            '[axis.x.limits]\nacceleration = "5mm/s"\n[axis.x.encoder]',
+            "axis.x.limits.acceleration: '5mm/s' is of another kind; expected an acceleration such as 2000mm/s^2",
+        ),
         (
             "[axis.x.encoder]",
             '[axis.x.friction]\ncoulomb = "5N"\nstatic = "3N"\n[axis.x.encoder]',

@@ -95,8 +95,12 @@ def visible(text: str) -> str:
 def _say(text: str, code: int, error: BaseException | None = None) -> int:
     if error is not None and os.environ.get(DEBUG):
         raise error
+    lines = [one_line(text)]
+    problems = getattr(error, "problems", ())
+    if len(problems) > 1:  # a file with several faults: its name and their number, then one line each
+        lines = [one_line(text.partition("\n")[0]), *(f"  {one_line(problem)}" for problem in problems)]
     with suppress(OSError):
-        print(f"splinefeed: {one_line(text)}", file=sys.stderr)
+        print("splinefeed: " + "\n".join(lines), file=sys.stderr)
     return code
 
 

@@ -23,6 +23,7 @@ COMMANDS = {
     "check": "Whether setpoints lie on their path and hold every limit, judged independently.",
     "follow": "What the axes of a machine do with setpoints: tracking and contour errors.",
     "info": "What a file or shape holds, and what its reader had to say.",
+    "machine": "The machines there are, and what a machine file says, in words.",
     "methods": "The interpolation methods.",
     "version": "The version, with --verbose those of its parts too.",
 }

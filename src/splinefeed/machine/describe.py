@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from typing import Any
 
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.quantities import KINDS, show
+from splinefeed.machine.quantities import KINDS, show, shown, unit_shown
 
 #: Sections in the order in which force and signal run.
-_ORDER = ("controller", "drive", "motor", "transmission", "load", "friction", "encoder", "scale")
+_ORDER = ("controller", "drive", "motor", "transmission", "load", "friction", "encoder", "scale", "limits")
 
 
 def describe_table(name: str, title: str, axes: Iterable[Axis], notes: Iterable[str]) -> str:
@@ -28,8 +28,9 @@ def _describe_axis(axis: Axis) -> list[str]:
     lines = [f"Axis {axis.name} ({axis.motion}), closed over the {axis.controller.feedback}"]
     for section in _ORDER:
         part = getattr(axis, section)
-        if part is not None:
-            lines.append(f"  {section + ':':<13} {_describe_part(part, axis)}")
+        told = "" if part is None else _describe_part(part, axis)
+        if part is not None and told:
+            lines.append(f"  {section + ':':<13} {told}")
             if part.source:
                 lines.append(f"  {'':<13} ({part.source})")
     unit = "kg*m^2" if axis.rotary else "kg"
@@ -66,3 +67,32 @@ def _describe_part(part: Any, axis: Axis) -> str:
         else:
             told.append(f"{name} {value}")
     return ", ".join(told)
+
+
+def table_numbers(name: str, title: str, axes: Iterable[Axis], notes: Iterable[str]) -> dict[str, Any]:
+    """Name, axes and notes of a machine for programs: sections as in the file, each quantity as its value and unit."""
+    return {
+        "name": name,
+        "title": title,
+        "axes": {axis.name: _axis_numbers(axis) for axis in axes},
+        "notes": list(notes),
+    }
+
+
+def _axis_numbers(axis: Axis) -> dict[str, Any]:
+    sections: dict[str, Any] = {"motion": axis.motion}
+    for section in _ORDER:
+        part = getattr(axis, section)
+        if part is None:
+            continue
+        values = {one.name: _number(getattr(part, one.name), one.metadata, axis) for one in fields(part)}
+        sections[section] = {key: value for key, value in values.items() if value is not None and value != ""}
+    return sections
+
+
+def _number(value: Any, metadata: Mapping[str, Any], axis: Axis) -> Any:
+    kind = metadata.get("kind")
+    if value is None or kind not in KINDS:
+        return value
+    rotary = axis.motor.motion == "rotary" if metadata["motor"] else axis.rotary
+    return {"value": shown(value, kind, rotary), "unit": unit_shown(kind, rotary)}

@@ -8,12 +8,17 @@ from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any
 
 from splinefeed.errors import InputError
+from splinefeed.machine.quantities import show
+
+#: Rounding of a unit, relative.
+_ROUNDING = 1e-12
 
 #: Rules that a value must keep, by name: how a message says it, and the test.
 RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
     "positive": ("must be greater than 0", lambda value: value > 0.0),
     "not negative": ("must not be negative", lambda value: value >= 0.0),
     "not zero": ("must not be 0", lambda value: value != 0.0),
+    "any": ("", lambda value: True),
 }
 
 
@@ -199,6 +204,21 @@ class Controller(_Part):
 
 
 @dataclass(frozen=True, kw_only=True)
+class AxisLimits(_Part):
+    """What a motion must not ask of the axis: mm/s, mm/s^2, mm/s^3 (rad/s, ...), and the ends of its travel, mm or rad.
+
+    What is left out does not limit.
+    """
+
+    velocity: float | None = quantity("velocity", default=None)
+    acceleration: float | None = quantity("acceleration", default=None)
+    jerk: float | None = quantity("jerk", default=None)
+    minimum: float | None = quantity("position", "any", default=None)
+    maximum: float | None = quantity("position", "any", default=None)
+    source: str = words()
+
+
+@dataclass(frozen=True, kw_only=True)
 class Axis:
     """One axis of a table. Raises InputError with everything that is wrong, one line each, if its parts do not fit."""
 
@@ -211,6 +231,7 @@ class Axis:
     friction: Friction = field(default_factory=Friction)
     encoder: Encoder | None = None
     scale: Scale | None = None
+    limits: AxisLimits = field(default_factory=AxisLimits)
     motion: str = "linear"
 
     def __post_init__(self) -> None:
@@ -301,3 +322,16 @@ class Axis:
             yield f"controller.{needed}: 0; must be greater than 0"
         if self.controller.kind == "p-pi" and self.controller.velocity_kp == 0.0:
             yield "controller.velocity_kp: 0; must be greater than 0"
+        yield from self._limit_problems()
+
+    def _limit_problems(self) -> Iterator[str]:
+        """What does not fit in the limits: travel with one end, or none left, and more speed than the motor has."""
+        low, high = self.limits.minimum, self.limits.maximum
+        if (low is None) != (high is None):
+            yield f"limits.{'minimum' if low is None else 'maximum'}: missing; give both ends of the travel"
+        elif low is not None and high is not None and not low < high:
+            yield "limits.minimum: must be less than limits.maximum"
+        top = self.motor.rated_speed * self.travel_per_motor
+        if self.limits.velocity is not None and self.limits.velocity > top * (1.0 + _ROUNDING):
+            wanted, there = (show(value, "velocity", self.rotary) for value in (self.limits.velocity, top))
+            yield f"limits.velocity: {wanted}; the motor's rated speed gives {there} at most"

@@ -55,6 +55,9 @@ class Kind:
 KINDS = {
     "position": Kind("a position", ("mm", "rad"), ("0.01mm", "0.01deg")),
     "speed": Kind("a speed", ("mm/s", "rad/s"), ("2mm/s", "3000rpm")),
+    "velocity": Kind("a velocity", ("mm/s", "rad/s"), ("200mm/s", "360deg/s")),
+    "acceleration": Kind("an acceleration", ("mm/s^2", "rad/s^2"), ("2000mm/s^2", "5000deg/s^2")),
+    "jerk": Kind("a jerk", ("mm/s^3", "rad/s^3"), ("50000mm/s^3", "500000deg/s^3")),
     "force": Kind("a force or torque", ("N", "N*m"), ("20N", "1.27N*m")),
     "inertia": Kind("a mass or inertia", ("kg", "kg*m^2"), ("20kg", "0.00002kg*m^2")),
     "stiffness": Kind("a stiffness", ("N/mm", "N*m/rad"), ("50000N/mm", "1000N*m/rad")),
@@ -72,6 +75,9 @@ KINDS = {
     "frequency": Kind("a frequency", ("1/s", "1/s"), ("60Hz", "60Hz")),
     "voltage": Kind("a voltage", ("V", "V"), ("10V", "10V")),
 }
+
+#: Kinds that are told in degrees of a rotary axis.
+TURNING = ("position", "velocity", "acceleration", "jerk")
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\^(-?[1-9]))?")
@@ -140,12 +146,25 @@ def show(value: float, kind: str, rotary: bool) -> str:
         return f"{value / (2.0 * math.pi):.6g} Hz"
     if kind == "time":
         return f"{value * 1e3:.6g} ms"
+    if rotary and kind in TURNING:
+        return f"{math.degrees(value):.6g} {unit_shown(kind, rotary)}"
     if kind == "position":
-        if rotary:
-            return f"{math.degrees(value):.6g} deg"
         return f"{value * 1e3:.6g} um" if abs(value) < 0.1 else f"{value:.6g} mm"
     if kind == "lead":
         return f"{value * 2.0 * math.pi:.6g} mm/rev"
     if kind == "speed" and rotary:
         return f"{value * 30.0 / math.pi:.6g} rpm"
     return f"{value:.6g} {KINDS[kind].bases[rotary]}"
+
+
+def unit_shown(kind: str, rotary: bool) -> str:
+    """The unit in which `shown` gives a quantity of that kind: its base unit, but Hz, and degrees where it turns."""
+    base = "Hz" if kind == "frequency" else KINDS[kind].bases[rotary]
+    return base.replace("rad", "deg") if rotary and kind in TURNING else base
+
+
+def shown(value: float, kind: str, rotary: bool) -> float:
+    """`value`, in the base unit of its kind, in the unit that `unit_shown` names."""
+    if kind == "frequency":
+        return value / (2.0 * math.pi)
+    return math.degrees(value) if rotary and kind in TURNING else value

@@ -13,7 +13,7 @@ from typing import Any
 
 from splinefeed.errors import FormatError, InputError, UnitError
 from splinefeed.machine import parts, quantities
-from splinefeed.machine.describe import describe_table
+from splinefeed.machine.describe import describe_table, table_numbers
 from splinefeed.records import ROTARY_AXES
 
 #: Sections of an axis and the record that each becomes.
@@ -26,9 +26,10 @@ SECTIONS: dict[str, type[Any]] = {
     "encoder": parts.Encoder,
     "scale": parts.Scale,
     "controller": parts.Controller,
+    "limits": parts.AxisLimits,
 }
 #: Sections that an axis may do without.
-OPTIONAL = ("friction", "encoder", "scale")
+OPTIONAL = ("friction", "encoder", "scale", "limits")
 #: Keys beside the axes at the top of a file.
 _TOP = ("title", "notes", "axis")
 #: A machine file beyond this many bytes is none.
@@ -106,6 +107,25 @@ class Table:
             raise MachineError(source, problems)
         made = {key: axis for key, axis in axes.items() if axis is not None}
         return Table(name=name, axes=made, title=title, notes=tuple(notes))
+
+    def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
+        """Limits of those of `axes` that the machine has, as `Limits(feed=..., **table.limits(path.axes))` takes them.
+
+        By name of the limit (axis_velocity, axis_acceleration, axis_jerk, axis_minimum, axis_maximum) and axis, in mm,
+        s and rad; what the machine file does not limit is left out.
+        """
+        found: dict[str, dict[str, float]] = {}
+        for axis in axes:
+            if axis in self.axes:
+                for name in ("velocity", "acceleration", "jerk", "minimum", "maximum"):
+                    value = getattr(self.axes[axis].limits, name)
+                    if value is not None:
+                        found.setdefault(f"axis_{name}", {})[axis] = value
+        return found
+
+    def as_dict(self) -> dict[str, Any]:
+        """The machine as `machine show --json` prints it: each quantity as its value and unit."""
+        return table_numbers(self.name, self.title, self.axes.values(), self.notes)
 
     def describe(self) -> str:
         """The machine in words, a paragraph an axis."""

@@ -1,0 +1,54 @@
+"""`splinefeed machine`: the machines there are, and what a machine file says."""
+
+from __future__ import annotations
+
+import click
+
+from splinefeed.cli import options
+
+EXAMPLES = """\b
+Examples:
+  splinefeed machine list
+  splinefeed machine show xytheta
+  splinefeed machine show my-table.toml --json
+"""
+
+
+@click.group(epilog=EXAMPLES)
+def command() -> None:
+    """Name the machines of the package, and say what a machine is.
+
+    A machine is a TOML file: per axis motor, drive, transmission, load, friction, encoder or scale, controller, limits.
+    """
+
+
+@command.command("list", short_help="Names of the machines that come with splinefeed.", epilog=EXAMPLES)
+@options.as_json
+def list_machines(as_json: bool) -> None:
+    """Name the machines that come with splinefeed; --machine takes such a name, or a machine file."""
+    from splinefeed.cli import output
+    from splinefeed.machine.table import Table
+
+    tables = [Table.load(name) for name in Table.names()]
+    if as_json:
+        numbers = [{"name": table.name, "title": table.title, "axes": list(table.axes)} for table in tables]
+        output.print_json({"machines": numbers})
+        return
+    rows = [[table.name, " ".join(table.axes), table.title] for table in tables]
+    output.print_table(["machine", "axes", "what it is"], rows, texts=3)
+
+
+@command.command("show", short_help="What a machine is, in words.", epilog=EXAMPLES)
+@click.argument("machine", metavar="NAME|FILE")
+@options.as_json
+def show_machine(machine: str, as_json: bool) -> None:
+    """Say what a machine of the package, or a machine file, is; every error of a bad file is told, with its place."""
+    from splinefeed.cli import output
+    from splinefeed.machine.table import Table
+
+    table = Table.load(machine)
+    if as_json:
+        output.print_json({**table.as_dict(), "file": machine})
+        return
+    for line in table.describe().splitlines():
+        output.print_text(line)

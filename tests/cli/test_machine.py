@@ -1,0 +1,48 @@
+"""`splinefeed machine`: names, words, JSON, and every error of a bad file."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+
+from splinefeed.machine.table import Table
+
+
+def test_machines_are_listed(splinefeed):
+    result = splinefeed("machine", "list")
+    assert result.exit_code == 0
+    assert [line.split()[0] for line in result.stdout.splitlines()] == ["machine", *Table.names()]
+    page = json.loads(splinefeed("machine", "list", "--json").stdout)
+    assert page["machines"][-1]["axes"] == ["x", "y", "theta"]
+
+
+def test_a_machine_is_shown_in_words_and_as_json(splinefeed):
+    text = splinefeed("machine", "show", "xytheta").stdout
+    assert text.rstrip("\n") == Table.load("xytheta").describe()
+    page = json.loads(splinefeed("machine", "show", "xytheta", "--json").stdout)
+    assert page["axes"]["x"]["scale"]["resolution"] == {"value": 0.001, "unit": "mm"}
+
+
+def test_every_error_of_a_bad_file_is_told_with_its_place(splinefeed, folder):
+    text = files("splinefeed").joinpath("machines/xytheta.toml").read_text()
+    bad = text.replace('kp = "22.3833V/mm"', 'kp = "-3V/mm"', 1).replace("pulses = 5000", "pulses = 0", 1)
+    (folder / "bad.toml").write_text(bad.replace("[axis.y.load]", "[axis.y.laod]"))
+    result = splinefeed("machine", "show", "bad.toml")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.splitlines() == [
+        "splinefeed: bad.toml: 4 errors",
+        "  axis.x.encoder.pulses: 0; must be greater than 0",
+        "  axis.x.controller.kp: -3V/mm; must not be negative",
+        "  axis.y.laod: unknown key; did you mean load?",
+        "  axis.y.load: missing",
+    ]
+
+
+def test_bad_names_are_one_line(refused, folder):
+    assert refused("machine", "show", "xyteta").endswith("did you mean xytheta?")
+    assert refused("machine", "show", "no.toml") == "no.toml: cannot be read (No such file or directory)"
+    (folder / "empty.toml").write_text("")
+    assert refused("machine", "show", "empty.toml") == (
+        "empty.toml: axis: missing; a machine needs at least one [axis.NAME]"
+    )
+    assert refused("machine", "shwo") == "No such command 'shwo'. Did you mean 'show'?"
