@@ -187,3 +187,50 @@ def test_a_shape_is_not_taken_for_a_file_of_that_name(splinefeed, folder):
     (folder / "circle").write_text("nothing")
     page = json.loads(splinefeed("run", "circle", "--json", "--no-figures", "--no-compare").stdout)
     assert page["source"] == {"text": "circle"}
+
+
+LIMITS_FILE = """
+feed = "3600mm/min"
+axis_velocity = 60
+axis_acceleration = 500
+[axis_jerk]
+x = 20000
+y = "15m/s^3"
+[travel]
+x = [-100, 200]
+"""
+
+
+def test_limits_from_a_file_and_from_options(splinefeed, folder):
+    (folder / "limits.toml").write_text(LIMITS_FILE)
+    words = ["run", "smooth.json", "--limits", "limits.toml", "--no-figures", "--no-compare", "--json"]
+    result = splinefeed(*words, "-o", "out")
+    assert result.exit_code == 0, result.stderr
+    page = json.loads(result.stdout)
+    assert page["strategy"] == "time-optimal"
+    assert {name: each["limit"] for name, each in page["limits"].items()} == {
+        "feed": 60.0, "axis_velocity.x": 60.0, "axis_velocity.y": 60.0, "axis_acceleration.x": 500.0,
+        "axis_acceleration.y": 500.0, "axis_jerk.x": 20000.0, "axis_jerk.y": 15000.0, "travel.x": 150.0,
+    }  # fmt: skip
+    assert page["ok"]
+    assert page["bound_by"]["none"] < 0.3
+    checked = splinefeed("check", "out/setpoints.h5", "--json")
+    assert checked.exit_code == 0
+    again = json.loads(checked.stdout)["limits"]
+    assert set(again) == set(page["limits"])
+    for name, each in again.items():
+        assert each["worst"] == pytest.approx(page["limits"][name]["worst"], rel=1e-3)
+    along = ["--axis-jerk", "x=9000", "--strategy", "seven-phase", "--accel", "500", "--jerk", "20000"]
+    replaced = json.loads(splinefeed(*words, "-o", "out", *along).stdout)
+    assert not replaced["ok"]
+    assert replaced["limits"]["axis_jerk.x"]["limit"] == 9000.0
+    assert "axis_jerk.y" not in replaced["limits"]
+
+
+def test_a_run_folder_checks_as_the_run_said(splinefeed, folder):
+    result = splinefeed("run", "smooth.json", "--no-figures", "--no-compare", "-o", "out", "--json")
+    assert result.exit_code == 0
+    assert splinefeed("check", "out/setpoints.h5").exit_code == 0
+    over = splinefeed("check", "out/setpoints.h5", "--feed", "40")
+    assert over.exit_code == 1
+    assert re.search(r"feed: \d+\S* mm/s is 50 % over the limit of 40 mm/s", over.stdout)

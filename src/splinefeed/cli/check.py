@@ -21,66 +21,13 @@ Examples:
 
 """
 
-#: Options of single limits: the field of Limits, and the kind of quantity.
-_SINGLE = {
-    "--feed": ("feed", "feed"),
-    "--accel": ("acceleration", "acceleration"),
-    "--decel": ("deceleration", "acceleration"),
-    "--jerk": ("jerk", "jerk"),
-    "--decel-jerk": ("deceleration_jerk", "jerk"),
-    "--start-feed": ("start_feed", "feed"),
-    "--end-feed": ("end_feed", "feed"),
-    "--chord-error": ("chord_error", "length"),
-    "--centripetal": ("centripetal", "acceleration"),
-}
-
-
-class Travels(click.ParamType):  # type: ignore[type-arg]
-    """Soft limits of axes, `x=0:500,theta=-90:90`."""
-
-    name = "x=low:high"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Least and greatest position by axis, mm or rad."""
-        from splinefeed import units
-        from splinefeed.errors import InputError
-        from splinefeed.formats.limits_toml import turning
-        from splinefeed.records import ROTARY_AXES
-
-        found = {}
-        try:
-            for each in value.split(","):
-                axis, _, ends = each.partition("=")
-                low, _, high = ends.partition(":")
-                axis = axis.strip()
-                found[axis] = tuple(
-                    turning(end, 0) if axis in ROTARY_AXES else units.parse(end, "length") for end in (low, high)
-                )
-        except InputError as error:
-            raise click.BadParameter(f"{error}; write for example x=0:500", ctx, param) from None
-        return found
-
-
-def _limit_options(function: Any) -> Any:
-    for name in ("axis_velocity_step", "axis_jerk", "axis_acceleration", "axis_velocity"):
-        flag = f"--{name.replace('_', '-')}"
-        what = name.removeprefix("axis_").replace("_", " ")
-        text = f"Highest {what} of every linear axis, or of single ones: x=...,y=..."
-        function = click.option(flag, type=options.AxisQuantities(name), metavar="LIMIT", help=text)(function)
-    for flag, (name, kind) in reversed(_SINGLE.items()):
-        text = f"Limit: {name.replace('_', ' ')}."
-        function = click.option(flag, name, type=options.Quantity(kind), metavar=kind.upper(), help=text)(function)
-    return function
-
 
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("setpoints")
 @click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: as the setpoints say]")
 @click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
 @click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
-@click.option("--limits", "limits_file", metavar="FILE", help="Limits, TOML.  [default: as the setpoints say]")
-@_limit_options
-@click.option("--travel", type=Travels(), metavar="AXIS=LOW:HIGH", help="Soft limits of axes.")
+@options.limits_alone("as the setpoints say")
 @click.option("--law", "law_file", metavar="FILE", help="The time law (.h5): exact derivatives are checked too.")
 @click.option(
     "--tolerance", type=options.Quantity("length"), metavar="LENGTH", help="Off the curve.  [default: 1e-9 mm]"
@@ -142,23 +89,16 @@ def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     """Limits of the file of limits, or else of the settings, with those of the options in their place."""
     from splinefeed.errors import LimitsError
     from splinefeed.formats import limits_toml
-    from splinefeed.records import BY_AXIS, TRAVEL_ENDS, Limits
+    from splinefeed.records import Limits
 
     flat: dict[str, float] = {}
     if given["limits_file"]:
         flat = limits_toml.read(given["limits_file"]).as_dict()
     elif isinstance(settings := points.settings.get("limits"), Mapping):
         flat = dict(settings)
-    for name, _ in _SINGLE.values():
-        if given[name] is not None:
-            flat[name] = given[name]
-    for name in BY_AXIS:
-        if given[name] is not None:
-            flat = {key: value for key, value in flat.items() if key.partition(".")[0] != name} | given[name]
+    flat = options.replaced(flat, given)
     if not flat:
         raise LimitsError(f"{file}: says no limits; give --limits FILE or --feed, --axis-jerk and the like")
-    for axis, ends in (given["travel"] or {}).items():
-        flat |= {f"{name}.{axis}": end for name, end in zip(TRAVEL_ENDS, ends, strict=True)}
     return Limits.from_dict(flat)
 
 

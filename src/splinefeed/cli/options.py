@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -73,8 +73,35 @@ class AxisQuantities(click.ParamType):  # type: ignore[type-arg]
             raise click.BadParameter(str(error), ctx, param) from None
 
 
+class Travels(click.ParamType):  # type: ignore[type-arg]
+    """Soft limits of axes, `x=0:500,theta=-90:90`."""
+
+    name = "x=low:high"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Least and greatest position by axis, mm or rad."""
+        from splinefeed import units
+        from splinefeed.errors import InputError
+        from splinefeed.formats.limits_toml import turning
+        from splinefeed.records import ROTARY_AXES
+
+        found = {}
+        try:
+            for each in value.split(","):
+                axis, _, ends = each.partition("=")
+                low, _, high = ends.partition(":")
+                axis = axis.strip()
+                found[axis] = tuple(
+                    turning(end, 0) if axis in ROTARY_AXES else units.parse(end, "length") for end in (low, high)
+                )
+        except InputError as error:
+            raise click.BadParameter(f"{error}; write for example x=0:500", ctx, param) from None
+        return found
+
+
 def _axis_limit(name: str, limit: str, text: str) -> Callable[[F], F]:
-    return click.option(name, limit, type=AxisQuantities(limit), metavar="LIMIT", help=text)
+    flags = dict.fromkeys([name, f"--{limit.replace('_', '-')}"])
+    return click.option(*flags, limit, type=AxisQuantities(limit), metavar="LIMIT", help=text)
 
 
 def _all(*decorators: Callable[[F], F]) -> Callable[[F], F]:
@@ -107,26 +134,47 @@ reading = _all(
     click.option("--repair", is_flag=True, help="Mend what is safe to mend in a faulty file, and say so as findings."),
 )
 
-#: What the motion along the path must never exceed; the paper's values stand in for what is not said.
+#: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.
+_SINGLE = (
+    (("--feed",), "feed", "Highest feed.", "60 mm/s"),
+    (("--accel", "--acceleration"), "acceleration", "Highest acceleration along the path.", "50 mm/s^2"),
+    (("--decel", "--deceleration"), "acceleration", "Highest deceleration.", "as --accel"),
+    (("--jerk",), "jerk", "Highest jerk while speeding up.", "2000 mm/s^3"),
+    (("--decel-jerk", "--deceleration-jerk"), "jerk", "While slowing down.", "as --jerk"),
+    (("--start-feed",), "feed", "Feed at the start of the path.", "0"),
+    (("--end-feed",), "feed", "Feed at its end.", "0"),
+    (("--chord-error",), "length", "Between the curve and the chord from setpoint to setpoint.", ""),
+    (("--centripetal",), "acceleration", "Highest centripetal acceleration.", ""),
+)
+
+
+def limits_alone(default: str = "") -> Callable[[F], F]:
+    """Options of limits; `default` is where limits come from that are not given, the paper's values if empty."""
+    file = f"Limits in a TOML file; options replace single ones.{f'  [default: {default}]' if default else ''}"
+    return _all(
+        click.option("--limits", "limits_file", metavar="FILE", help=file),
+        *(
+            _quantity(*flags, kind=kind, text=f"{text}  [default: {paper}]" if paper and not default else text)
+            for flags, kind, text, paper in _SINGLE
+        ),
+        _axis_limit("--axis-velocity", "axis_velocity", "Highest velocity of each linear axis, or x=60,theta=90deg/s."),
+        _axis_limit("--axis-accel", "axis_acceleration", "Highest acceleration of each axis, as above."),
+        _axis_limit("--axis-jerk", "axis_jerk", "Highest jerk of each axis, as above."),
+        _axis_limit(
+            "--axis-velocity-step", "axis_velocity_step", "Jump of velocity allowed at corners; else they stop."
+        ),
+        click.option("--travel", type=Travels(), metavar="AXIS=LOW:HIGH", help="Soft limits: x=0:500,y=0:300."),
+    )
+
+
+#: What the motion along the path must never exceed, the servo period, and who plans it.
 limits = _all(
-    _quantity("--feed", kind="feed", text="Highest feed.  [default: 60 mm/s]"),
-    _quantity("--accel", "--acceleration", kind="acceleration", text="Highest acceleration.  [default: 50 mm/s^2]"),
-    _quantity("--decel", "--deceleration", kind="acceleration", text="Highest deceleration.  [default: as --accel]"),
-    _quantity("--jerk", kind="jerk", text="Highest jerk while speeding up.  [default: 2000 mm/s^3]"),
-    _quantity("--decel-jerk", "--deceleration-jerk", kind="jerk", text="While slowing down.  [default: as --jerk]"),
-    _quantity("--start-feed", kind="feed", text="Feed at the start of the path.  [default: 0]"),
-    _quantity("--end-feed", kind="feed", text="Feed at its end.  [default: 0]"),
-    _quantity("--chord-error", kind="length", text="Between the curve and the chord from setpoint to setpoint."),
-    _quantity("--centripetal", kind="acceleration", text="Highest centripetal acceleration."),
-    _axis_limit("--axis-velocity", "axis_velocity", "Highest velocity of each linear axis, or x=60,theta=90deg/s."),
-    _axis_limit("--axis-accel", "axis_acceleration", "Highest acceleration of each axis, as above."),
-    _axis_limit("--axis-jerk", "axis_jerk", "Highest jerk of each axis, as above."),
+    limits_alone(),
     _quantity("--period", kind="time", text="Servo period: one setpoint each.  [default: 1 ms]"),
     click.option(
         "--strategy",
         metavar="NAME",
-        help="seven-phase or time-optimal.  [default: time-optimal if an axis, chord or centripetal limit is given, "
-        "else seven-phase]",
+        help="How to plan.  [default: time-optimal if an axis, chord or centripetal limit is given, else seven-phase]",
     ),
 )
 
@@ -141,29 +189,49 @@ _ALONG_PATH = {
     "end_feed": "end_feed",
 }
 
+#: Limits that the paper's strategy knows, and soft limits, which any strategy looks after.
+_TANGENTIAL = {*_ALONG_PATH, "axis_minimum", "axis_maximum"}
+
 corrections = click.option(
     "--corrections", type=int, default=1, show_default=True, help="Passes of a method's corrector, 0 to 100."
 )
 
 
 def limits_from(given: dict[str, Any]) -> tuple[Limits, float, str]:
-    """Limits, period and strategy from what the options of `limits` were `given`."""
+    """Limits, period and strategy from what the options of `limits` were `given`.
+
+    Without a file of limits the paper's stand in for what is not said, but not where limits of the axes say enough.
+    """
+    from splinefeed.formats import limits_toml
     from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, PAPER_PERIOD, TIME_OPTIMAL
-    from splinefeed.records import AXIS_LIMITS, Limits
+    from splinefeed.records import Limits
 
-    def said(name: str, otherwise: Any) -> Any:
-        return otherwise if given[name] is None else given[name]
+    file = given["limits_file"]
+    flat = replaced(limits_toml.read(file).as_dict() if file else {}, given)
+    kinds = {key.partition(".")[0] for key in flat}
+    if not file:
+        if not kinds & {"axis_acceleration", "axis_jerk"}:
+            flat = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **flat}
+        flat = {"feed": PAPER_LIMITS.feed, **flat}
+    period = PAPER_PERIOD if given["period"] is None else given["period"]
+    strategy = given["strategy"] or (DEFAULT_STRATEGY if kinds <= _TANGENTIAL else TIME_OPTIMAL)
+    return Limits.from_dict(flat), period, strategy
 
-    beyond = {name: given[name] for name in ("chord_error", "centripetal") if given[name] is not None}
-    for name in AXIS_LIMITS:
-        beyond |= given[name] or {}
-    own = {name: given[option] for name, option in _ALONG_PATH.items() if given[option] is not None}
-    # the paper's limits stand in for what is not said; where axes are limited, nothing need be along the path
-    assumed = {"feed": PAPER_LIMITS.feed}
-    if not any(name in ("axis_acceleration", "axis_jerk") for name in (key.partition(".")[0] for key in beyond)):
-        assumed |= {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk}
-    limits = Limits.from_dict({**assumed, **own, **beyond})
-    return limits, said("period", PAPER_PERIOD), said("strategy", TIME_OPTIMAL if beyond else DEFAULT_STRATEGY)
+
+def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:
+    """Limits as `Limits.as_dict` has them, with those that options `given` say in their place."""
+    from splinefeed.records import BY_AXIS, TRAVEL_ENDS
+
+    out = dict(flat)
+    for name in (*_ALONG_PATH, "chord_error", "centripetal"):
+        if (value := given[_ALONG_PATH.get(name, name)]) is not None:
+            out[name] = value
+    for name in BY_AXIS:
+        if given[name] is not None:
+            out = {key: value for key, value in out.items() if key.partition(".")[0] != name} | given[name]
+    for axis, ends in (given["travel"] or {}).items():
+        out |= {f"{name}.{axis}": end for name, end in zip(TRAVEL_ENDS, ends, strict=True)}
+    return out
 
 
 def reading_from(given: dict[str, Any]) -> dict[str, Any]:
