@@ -26,6 +26,7 @@ from typing import Any
 from splinefeed.errors import CurveError, FormatError, InputError
 from splinefeed.formats import source as source_files
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.sizes import MAX_DRAWING_BYTES
 from splinefeed.geometry.path import Path
 
 #: How much of a file is looked at to tell its format.
@@ -71,6 +72,7 @@ class Format:
 #: Where two formats look alike the first one that holds a file is taken, unless the name says the other.
 FORMATS = (
     Format("JSON curve", "json_curve", (".json",)),
+    Format("DXF drawing", "dxf", (".dxf",), MAX_DRAWING_BYTES),
     Format("airfoil", "airfoil", (".dat", ".txt")),
 )
 
@@ -125,7 +127,8 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
         else:
             paths = reader(pathlib.Path(source), **options)
         for each in paths:
-            _ = each.length  # a path without length is refused here, where its file can be named
+            if each.linear < len(each.axes):  # curves do have a length, but perhaps none over the linear axes
+                _ = each.length  # is refused here, where its file can be named
     except CurveError as error:
         raise FormatError(f"{source}: {error}") from None
     return paths if isinstance(paths, Contents) else Contents(paths)

@@ -8,6 +8,11 @@ MAX_FILE_BYTES = 64 * 2**20
 MAX_POINTS = 200_000
 #: Most curves in one file.
 MAX_CURVES = 20_000
+#: Largest drawing (DXF, SVG), bytes.
+MAX_DRAWING_BYTES = 256 * 2**20
+#: Most curves, and control points of all of them together, in a drawing with its blocks inserted.
+MAX_DRAWING_CURVES = 200_000
+MAX_DRAWING_POINTS = 2_000_000
 #: Largest coordinate, mm: a thousand kilometres is no workpiece, and beyond it squares and cubes begin to overflow.
 MAX_COORDINATE = 1e9
 #: Most axes of a curve or of setpoints.

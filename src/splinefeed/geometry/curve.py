@@ -139,6 +139,19 @@ class NurbsCurve:
             raise CurveError(f"{len(points)} control point(s) for a Bezier curve; at least 2 are needed")
         return cls(degree, [0.0] * (degree + 1) + [1.0] * (degree + 1), points, weights)
 
+    @classmethod
+    def trusted(cls, degree: int, knots: Array, control_points: Array, weights: Array | None = None) -> NurbsCurve:
+        """A curve of read-only float64 arrays that are right by construction, such as readers make by the thousand.
+
+        Nothing is checked: what `NurbsCurve(...)` would refuse, and weights that are all equal, must not get here.
+        """
+        curve = object.__new__(cls)
+        object.__setattr__(curve, "degree", degree)
+        object.__setattr__(curve, "knots", knots)
+        object.__setattr__(curve, "control_points", control_points)
+        object.__setattr__(curve, "weights", weights)
+        return curve
+
     # --- what it is -------------------------------------------------------------------------------------------------
 
     @property
@@ -178,10 +191,16 @@ class NurbsCurve:
         return float(np.linalg.norm(np.ptp(self.control_points, axis=0)))
 
     @cached_property
+    def ends(self) -> Array:
+        """First and last point (2, axes), mm."""
+        if self.clamped:
+            return self.control_points[[0, -1]]
+        return self(np.array(self.domain))
+
+    @cached_property
     def closed(self) -> bool:
         """Whether it ends where it begins, within 1e-9 of its size."""
-        ends = self(np.array(self.domain))
-        return bool(np.linalg.norm(ends[1] - ends[0]) <= CLOSED_TOLERANCE * self.size)
+        return bool(np.linalg.norm(self.ends[1] - self.ends[0]) <= CLOSED_TOLERANCE * self.size)
 
     def __repr__(self) -> str:
         kind = "rational" if self.rational else "polynomial"

@@ -173,7 +173,7 @@ class Path:
         return values
 
     def _check_joints(self) -> None:
-        ends = np.array([c(np.array(c.domain)) for c in self.curves])
+        ends = np.array([c.ends for c in self.curves])
         ends.setflags(write=False)
         gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
         if np.any(gaps > self.tolerance):

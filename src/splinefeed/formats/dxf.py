@@ -1,0 +1,191 @@
+"""DXF drawings, text or binary: every curve exactly, blocks inserted, in mm; see docs/formats.md.
+
+The tags are read here and not by ezdxf, which builds a whole document first: for speed, and because an error must name
+the line. ezdxf writes (`dxf_write`), and the tests hold both against each other.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Sequence
+
+import numpy as np
+
+from splinefeed.errors import FormatError
+from splinefeed.formats.contents import Contents
+from splinefeed.formats.drawing import Drawing, join_tolerance, layers_from, many, unit_in_mm
+from splinefeed.formats.dxf_entities import Block, EntityReader, Placement
+from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, Sections, Tags, fields, read_tags, sections
+from splinefeed.formats.dxf_write import write as write
+from splinefeed.formats.source import head_text
+from splinefeed.geometry.path import JOIN_TOLERANCE
+
+#: What the number in $INSUNITS means, in mm, and how info calls it.
+INSERT_UNITS = {
+    1: ("in", 25.4),
+    2: ("ft", 304.8),
+    3: ("mi", 1609344.0),
+    4: ("mm", 1.0),
+    5: ("cm", 10.0),
+    6: ("m", 1000.0),
+    7: ("km", 1e6),
+    8: ("microinch", 2.54e-5),
+    9: ("mil", 0.0254),
+    10: ("yd", 914.4),
+    13: ("um", 0.001),
+    14: ("dm", 100.0),
+    15: ("dam", 10000.0),
+    16: ("hm", 100000.0),
+    21: ("US ft", 1200000.0 / 3937.0),
+}
+#: Header lines and comments that may stand before the first section.
+_COMMENT = "999"
+
+
+def holds(head: bytes) -> bool:
+    """Whether `head` looks like this format: the mark of a binary file, or a section after comments at most."""
+    if head.startswith(BINARY_MARK):
+        return True
+    lines = [line.strip() for line in head_text(head[:8192]).split("\n")]
+    k = 0
+    while k + 1 < len(lines) and lines[k] == _COMMENT:
+        k += 2
+    return lines[k : k + 2] == ["0", "SECTION"]
+
+
+def from_file(
+    file: str | os.PathLike[str],
+    *,
+    tolerance: float | str = JOIN_TOLERANCE,
+    layer: str | Sequence[str] | None = None,
+    units: str | None = None,
+    repair: bool = False,
+) -> Contents:
+    """The paths in a drawing: curves whose ends meet within `tolerance`, mm, in the order of the file.
+
+    `layer` reads these layers only (a list, or names between commas); `units` overrules those of the header.
+    """
+    allowed, wanted = join_tolerance(tolerance), layers_from(layer)
+    source = os.fspath(file)
+    tags = read_tags(pathlib.Path(file).read_bytes(), source)
+    found = sections(tags)
+    drawing = Drawing(source)
+    _check_complete(tags, found, drawing, repair)
+    name, scale = _units(tags, found, drawing, units)
+    reader = EntityReader(tags, _blocks(tags, found), drawing, wanted, repair)
+    place = Placement(np.diag([scale] * 3), np.zeros(3))
+    reader.read(found.entities["ENTITIES"], place)
+    _say_layers(tags, found, reader, wanted)
+    _say_notes(reader)
+    return Contents(drawing.paths(pathlib.Path(file).stem, allowed, repair), name)
+
+
+def _check_complete(tags: Tags, found: Sections, drawing: Drawing, repair: bool) -> None:
+    """FormatError for a file without entities or cut inside a section; when repairing, its last entity goes."""
+    if "ENTITIES" not in found.entities:
+        raise FormatError(f"{tags.source}: has no section ENTITIES; is the file complete, and is it a drawing?")
+    if found.complete:
+        return
+    if tags.codes and found.open_section:
+        text = f"ends inside section {found.open_section}; is the file complete?"
+        if not repair:
+            raise tags.error(len(tags.codes) - 1, text)
+        lost = found.entities[found.open_section]
+        drawing.findings.append(f"the file {text} its last entity is left out" if lost else f"the file {text}")
+        del lost[-1:]
+    else:
+        drawing.findings.append("the file has no EOF at its end, but its sections are complete")
+
+
+def _units(tags: Tags, found: Sections, drawing: Drawing, override: str | None) -> tuple[str, float]:
+    """Name of the drawing's unit, and how many mm it is."""
+    if override is not None:
+        return override, unit_in_mm(override)
+    number = _header_number(tags, found, "$INSUNITS")
+    if number in INSERT_UNITS:
+        return INSERT_UNITS[number]
+    if number:
+        raise FormatError(f"{tags.source}: $INSUNITS is {number}, no unit of workpieces; give units=")
+    imperial = _header_number(tags, found, "$MEASUREMENT") == 0
+    hint = " ($MEASUREMENT says inch; if so, give units=in)" if imperial else ""
+    drawing.findings.append(f"the drawing has no units; read as mm{hint}")
+    return "mm", 1.0
+
+
+def _header_number(tags: Tags, found: Sections, name: str) -> int | None:
+    index = found.header.get(name)
+    if index is None:
+        return None
+    try:
+        return int(float(tags.values[index]))
+    except (ValueError, OverflowError):
+        raise tags.error(index, f"{name} is {tags.text(index)[:40]!r}; expected a whole number") from None
+
+
+def _blocks(tags: Tags, found: Sections) -> dict[str, Block]:
+    """Blocks by their name in small letters, as DXF compares names."""
+    blocks: dict[str, Block] = {}
+    inside: list[Entity] | None = None
+    for entity in found.entities.get("BLOCKS", []):
+        if entity.kind == "BLOCK":
+            values = fields(tags, entity)
+            try:
+                base = np.array([float(values.get(code, 0.0)) for code in (10, 20, 30)])
+                flags = int(values.get(70, 0))
+            except (ValueError, OverflowError):
+                raise tags.error(entity.low - 1, "BLOCK: its base point or flags are no numbers") from None
+            if not np.all(np.isfinite(base)):
+                raise tags.error(entity.low - 1, "BLOCK: its base point is not finite")
+            inside = []
+            external = str(values.get(1, "")).strip() or "another file" if flags & 4 else ""
+            blocks[str(values.get(2, "")).strip().casefold()] = Block(inside, base, external)
+        elif entity.kind == "ENDBLK":
+            inside = None
+        elif inside is not None:
+            inside.append(entity)
+    return blocks
+
+
+def _say_layers(tags: Tags, found: Sections, reader: EntityReader, wanted: Sequence[str]) -> None:
+    """FormatError for a wanted layer that is not there; findings for layers that are hidden but were read."""
+    states: dict[str, str] = {}
+    named: list[str] = []
+    for entity in found.entities.get("TABLES", []):
+        if entity.kind == "LAYER":
+            values = fields(tags, entity)
+            name = str(values.get(2, "")).strip()
+            named.append(name)
+            try:
+                state = "frozen" if int(values.get(70, 0)) & 1 else "off" if int(values.get(62, 7)) < 0 else ""
+            except (ValueError, OverflowError):
+                state = ""
+            states[name.casefold()] = state
+    there = {name.casefold(): name for name in [*named, *reader.seen_layers]}
+    for name in wanted:
+        if name.casefold() not in there:
+            listed = ", ".join(repr(each) for each in list(there.values())[:12])
+            raise FormatError(f"{tags.source}: has no layer {name[:40]!r}; there are {listed or 'none'}")
+    for name, count in reader.seen_layers.items():
+        if count and states.get(name.casefold()):
+            reader.drawing.findings.append(
+                f"layer {name!r} is {states[name.casefold()]} in the drawing; its {count} curves are read all the same"
+            )
+
+
+def _say_notes(reader: EntityReader) -> None:
+    sentences = {
+        "faulty": ("faulty entity is left out", "faulty entities are left out"),
+        "zero": ("entity without length is left out", "entities without length are left out"),
+        "flat": ("block reference of scale 0 is left out", "block references of scale 0 are left out"),
+        "knots": ("knot of a spline differs", "knots of splines differ"),
+        "open": ("spline says that it is closed but is not", "splines say that they are closed but are not"),
+        "fit": ("spline is given by fit points alone", "splines are given by fit points alone"),
+    }
+    more = {
+        "knots": " by rounding only from the one before and was made equal",
+        "open": "; left as drawn",
+        "fit": ": a cubic by chord length runs through them, with natural ends where no tangent is given",
+    }
+    for key, count in reader.notes.items():
+        reader.drawing.findings.append(many(count, *sentences[key]) + more.get(key, ""))

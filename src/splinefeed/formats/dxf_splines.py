@@ -1,0 +1,141 @@
+"""SPLINE entities of DXF: NURBS as they are, and splines that are given by points to run through alone."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from splinefeed.errors import CurveError
+from splinefeed.formats.dxf_tags import Entity
+from splinefeed.geometry.arcs import polyline
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.records import Array
+
+if TYPE_CHECKING:
+    from splinefeed.formats.dxf_entities import EntityReader
+
+#: Knots closer than this share of the whole range are one: CAD writes them apart by rounding.
+SAME_KNOT = 1e-12
+#: A spline that says it is closed may end this far, in its own size, from where it begins before that is a finding.
+CLOSED_SLACK = 1e-9
+_CLOSED, _PERIODIC = 1, 2
+
+
+def curves(reader: EntityReader, entity: Entity, matrix: Array, offset: Array) -> list[NurbsCurve]:
+    """The curves of a SPLINE or HELIX, placed by `matrix` and `offset`."""
+    columns: dict[int, list[str | float]] = defaultdict(list)
+    tags = reader.tags
+    for i in range(entity.low, entity.high):
+        if tags.codes[i] == 100 and tags.text(i) == "AcDbHelix":
+            break  # what follows describes the helix in its own words
+        columns[tags.codes[i]].append(tags.values[i])
+    flags, degree = (int(_single(reader, entity, columns, code, default)) for code, default in ((70, 0.0), (71, 3.0)))
+    control, fit = (_points(reader, entity, columns, code, what) for code, what in ((10, "control"), (11, "fit")))
+    knots, weights = (np.array(_numbers(reader, entity, code, columns[code])) for code in (40, 41))
+    for code, count, what in ((72, len(knots), "knots"), (73, len(control), "control points"), (74, len(fit), "fit")):
+        said = _single(reader, entity, columns, code, float(count))
+        if said != count and not (what == "fit" and len(control)):
+            _faulty(reader, entity, f"says {said:g} {what}, but {count} follow")
+    try:
+        if not len(control):
+            made = _through(reader, entity, columns, fit, closed=bool(flags & (_CLOSED | _PERIODIC)))
+        else:
+            made = _nurbs(reader, entity, degree, knots, control, weights)
+    except CurveError as error:
+        raise tags.error(entity.low - 1, f"{entity.kind}: {error}") from None
+    ends = made[0].ends[0] - made[-1].ends[1]
+    if flags & _CLOSED and np.linalg.norm(ends) > CLOSED_SLACK * made[0].size:
+        reader.notes["open"] += 1
+    out = []
+    for curve in made:
+        points = curve.control_points @ matrix.T + offset
+        points.setflags(write=False)
+        out.append(NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights))
+    return out
+
+
+def _nurbs(
+    reader: EntityReader, entity: Entity, degree: int, knots: Array, control: Array, weights: Array
+) -> list[NurbsCurve]:
+    if not len(knots) and 1 <= degree < len(control):
+        _faulty(reader, entity, "has no knots")
+        knots = np.concatenate([np.zeros(degree), np.linspace(0.0, 1.0, len(control) - degree + 1), np.ones(degree)])
+    if len(knots) > 1:
+        knots = _without_rounding(reader, knots)
+    if len(weights) and len(weights) != len(control):
+        raise CurveError(f"{len(weights)} weights (group 41) for {len(control)} control points; one each is needed")
+    return [NurbsCurve(degree, knots, control, weights if len(weights) else None)]
+
+
+def _without_rounding(reader: EntityReader, knots: Array) -> Array:
+    """Knots that differ by no more than rounding made equal."""
+    steps = np.diff(knots)
+    small = (steps != 0.0) & (np.abs(steps) <= SAME_KNOT * np.ptp(knots))
+    if not small.any():
+        return knots
+    reader.notes["knots"] += int(small.sum())
+    even = knots.copy()
+    for i in np.flatnonzero(small) + 1:
+        even[i] = even[i - 1]
+    return even
+
+
+def _through(
+    reader: EntityReader, entity: Entity, columns: dict[int, list[str | float]], fit: Array, closed: bool
+) -> list[NurbsCurve]:
+    """The cubic through fit points by chord length, with the tangents given or natural ends; periodic if closed."""
+    from scipy.interpolate import make_interp_spline
+
+    if len(fit):
+        fit = np.concatenate([fit[:1], fit[1:][np.any(fit[1:] != fit[:-1], axis=1)]])
+    if len(fit) < 2:
+        raise reader.tags.error(entity.low - 1, f"{entity.kind}: has no control points and no two different fit points")
+    reader.notes["fit"] += 1
+    tangents = [_points(reader, entity, columns, code, "tangent") for code in (12, 13)]
+    if closed and len(fit) > 2:
+        around = fit if np.array_equal(fit[0], fit[-1]) else np.concatenate([fit, fit[:1]])
+        u = _chords(around)
+        spline = make_interp_spline(u, around, k=3, bc_type="periodic")
+        return [NurbsCurve(3, spline.t, spline.c).with_clamped_ends()]
+    if len(fit) == 2 and not any(len(tangent) for tangent in tangents):
+        return [polyline(fit)]
+    u = _chords(fit)
+    ends = [
+        [(1, tangent[0] / np.linalg.norm(tangent[0]))] if len(tangent) and np.any(tangent[0]) else [(2, np.zeros(3))]
+        for tangent in tangents
+    ]
+    spline = make_interp_spline(u, fit, k=3, bc_type=(ends[0], ends[1]))
+    return [NurbsCurve(3, spline.t, spline.c)]
+
+
+def _chords(points: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def _points(reader: EntityReader, entity: Entity, columns: dict[int, list[str | float]], code: int, what: str) -> Array:
+    """Points (n, 3) from three group codes; z may be left out of all."""
+    x, y, z = (_numbers(reader, entity, each, columns[each]) for each in (code, code + 10, code + 20))
+    if len(x) != len(y) or (z and len(z) != len(x)):
+        raise reader.tags.error(
+            entity.low - 1, f"{entity.kind}: {what} points have {len(x)} x, {len(y)} y and {len(z)} z"
+        )
+    return np.column_stack([x, y, z or [0.0] * len(x)])
+
+
+def _numbers(reader: EntityReader, entity: Entity, code: int, values: list[str | float]) -> list[float]:
+    return [reader.finite(entity, code, value) for value in values]
+
+
+def _single(
+    reader: EntityReader, entity: Entity, columns: dict[int, list[str | float]], code: int, default: float
+) -> float:
+    return reader.finite(entity, code, columns[code][0]) if columns[code] else default
+
+
+def _faulty(reader: EntityReader, entity: Entity, text: str) -> None:
+    """An error, or when repairing a finding."""
+    if not reader.repair:
+        raise reader.tags.error(entity.low - 1, f"{entity.kind}: {text}")
+    reader.drawing.findings.append(f"{reader.tags.place(entity.low - 1)}: {entity.kind} {text}; read as it is")

@@ -1,0 +1,150 @@
+"""Arcs of circles and ellipses in the plane or in space, each exactly as one rational curve of degree 2."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.records import Array
+
+#: A sweep this little over a quarter turn, in quarters, is still one: rounding is no reason for another span.
+_QUARTER_SLACK = 1e-9
+#: How far, in radii, a curve may be from a circle and still be called one: rounding.
+ROUND = 4e-15
+#: Shortest segment of a polyline, as a share of its length, that still has a knot span of its own length.
+_LEAST_STEP = 1e-10
+
+
+def arc(center: Array, first: Array, second: Array, start: float, sweep: float) -> NurbsCurve:
+    """The curve center + first cos(t) + second sin(t), t from `start` to `start` + `sweep`, rad.
+
+    center, first, second  (axes,), mm: two conjugate radii, equal and at right angles for a circle
+    sweep                  rad, up to a full turn, not 0; below 0 it is clockwise as seen from first to second
+
+    One span a quarter turn, degree 2 with weights 1, cos(half the span), 1; a full turn ends exactly where it begins.
+    Source: The NURBS Book, 2nd ed., section 7.3; affine images by property P4.2.
+    """
+    spans = max(1, math.ceil(abs(sweep) / (0.5 * math.pi) - _QUARTER_SLACK))
+    knots, weights = _frame(spans, abs(sweep))
+    half = 0.5 * sweep / spans
+    angles = start + half * np.arange(2 * spans + 1)
+    # the middle control point of a span is the meeting point of its end tangents: farther out by 1 / cos(half)
+    reach = np.where(np.arange(2 * spans + 1) % 2 == 1, 1.0 / math.cos(half), 1.0)
+    points = center + np.outer(reach * np.cos(angles), first) + np.outer(reach * np.sin(angles), second)
+    if abs(sweep) >= 2.0 * math.pi * (1.0 - 1e-15):
+        points[-1] = points[0]
+    points.setflags(write=False)
+    return NurbsCurve.trusted(2, knots, points, weights)
+
+
+@lru_cache(maxsize=4096)
+def _frame(spans: int, sweep: float) -> tuple[Array, Array | None]:
+    """Knots and weights of an arc; equal ones are shared, for drawings repeat the same corner a thousand times."""
+    knots = np.repeat(np.linspace(0.0, 1.0, spans + 1), [3, *[2] * (spans - 1), 3])
+    knots.setflags(write=False)
+    weight = math.cos(0.5 * sweep / spans)
+    if weight == 1.0:
+        return knots, None  # flatter than a number can tell: a parabola is the same curve
+    weights = np.ones(2 * spans + 1)
+    weights[1::2] = weight
+    weights.setflags(write=False)
+    return knots, weights
+
+
+def bulge_arc(begin: Array, end: Array, bulge: float) -> NurbsCurve:
+    """The circular arc from `begin` to `end`, (2,) or (3,), mm, in the x-y plane; bulge = tan(sweep / 4), not 0.
+
+    Above 0 it turns counterclockwise. It begins and ends exactly at the given points; its centre is not used, so that a
+    flat arc keeps its digits. Source: DXF reference, LWPOLYLINE, group code 42.
+    """
+    sweep = 4.0 * math.atan(bulge)
+    spans = max(1, math.ceil(abs(sweep) / (0.5 * math.pi) - _QUARTER_SLACK))
+    knots, weights = _frame(spans, abs(sweep))
+    half = 0.5 * sweep / spans
+    chord = complex(end[0] - begin[0], end[1] - begin[1])
+    diameter = chord / math.sin(0.5 * sweep)  # along the chord
+    turned = 2.0 * half * np.arange(spans + 1)
+    # the chord to the point at angle phi has length d sin(phi / 2) and lies (sweep - phi) / 2 behind the whole chord
+    on_arc = diameter * np.sin(0.5 * turned) * np.exp(0.5j * (turned - sweep))
+    tangents = 0.5 * diameter * math.tan(half) * np.exp(1j * (turned[:-1] - 0.5 * sweep))
+    points = np.empty((2 * spans + 1, len(begin)))
+    points[:, 2:] = begin[2:]
+    for places, values in ((slice(0, None, 2), on_arc), (slice(1, None, 2), on_arc[:-1] + tangents)):
+        points[places, 0] = begin[0] + values.real
+        points[places, 1] = begin[1] + values.imag
+    points[0], points[-1] = begin, end
+    points.setflags(write=False)
+    return NurbsCurve.trusted(2, knots, points, weights)
+
+
+def polyline(points: Array) -> NurbsCurve:
+    """The straight segments through `points` (n, axes), n at least 2, as one curve of degree 1 by its length.
+
+    Neighbouring points must differ. For one segment the parameter is 0 to 1.
+    """
+    fixed = np.array(points, dtype=np.float64)
+    fixed.setflags(write=False)
+    if len(points) == 2:
+        return NurbsCurve.trusted(1, _LINE_KNOTS, fixed)
+    knots = np.zeros(len(points) + 2)
+    steps = np.linalg.norm(np.diff(fixed, axis=0), axis=1)
+    if steps.min() <= _LEAST_STEP * steps.sum():
+        steps[:] = 1.0  # knots so close together would be one to rounding
+    np.cumsum(steps, out=knots[2:-1])
+    knots[-1] = knots[-2]
+    knots.setflags(write=False)
+    return NurbsCurve.trusted(1, knots, fixed)
+
+
+def as_circle(curve: NurbsCurve) -> tuple[tuple[float, float], float, float, float] | None:
+    """Center (x, y), radius, start and sweep, rad, if `curve` is an arc of a circle in x and y, as `arc` makes it.
+
+    None for any other curve, and for one that leaves the circle by more than ROUND of the radius.
+    """
+    if curve.degree != 2 or curve.weights is None or not curve.clamped:
+        return None
+    points, weights = curve.control_points[:, :2], curve.weights
+    count = len(points)
+    inner = curve.knots[3:-3]
+    if count % 2 == 0 or not np.array_equal(inner[0::2], inner[1::2]):
+        return None
+    on, between = points[0::2], points[1::2]
+    middle = weights[1::2] / np.sqrt(weights[:-2:2] * weights[2::2])
+    # every span turns by 2 acos(w): the control point between its ends is theirs, farther out by 1 / w
+    if np.any(middle >= 1.0):
+        return None
+    chords = on[1:] - on[:-1]
+    bow = between - 0.5 * (on[1:] + on[:-1])
+    normal = np.column_stack([-chords[:, 1], chords[:, 0]])
+    lengths = np.sum(chords * chords, axis=1)
+    if np.any(lengths == 0.0):
+        return None
+    height = np.sum(bow * normal, axis=1) / lengths  # in chords; below 0 the curve turns to the left
+    # tan(half) = 2 |height|, and the centre lies on the other side by cot(half) / 2 chords
+    if np.any(height == 0.0):
+        return None
+    centers = 0.5 * (on[1:] + on[:-1]) - normal / (4.0 * height[:, None])
+    center = centers.mean(axis=0)
+    radius = float(np.mean(np.linalg.norm(on - center, axis=1)))
+    half = np.arctan(2.0 * np.abs(height))
+    skew = np.abs(np.sum(bow * chords, axis=1)) / lengths
+    error = max(
+        float(np.max(np.linalg.norm(centers - center, axis=1))) / radius,
+        float(np.max(np.abs(np.linalg.norm(on - center, axis=1) - radius))) / radius,
+        float(np.max(np.abs(np.cos(half) - middle))),
+        float(np.max(skew)),
+    )
+    if error > ROUND or len({bool(h > 0.0) for h in height.tolist()}) > 1:
+        return None
+    first = on[0] - center
+    sweep = float(np.sum(2.0 * half)) * (-1.0 if height[0] > 0.0 else 1.0)
+    if np.array_equal(points[0], points[-1]):
+        sweep = math.copysign(2.0 * math.pi, sweep)
+    return (float(center[0]), float(center[1])), radius, math.atan2(first[1], first[0]), sweep
+
+
+_LINE_KNOTS = np.array([0.0, 0.0, 1.0, 1.0])
+_LINE_KNOTS.setflags(write=False)
