@@ -221,6 +221,10 @@ def test_limits_from_a_file_and_from_options(splinefeed, folder):
     for name, each in again.items():
         assert each["worst"] == pytest.approx(page["limits"][name]["worst"], rel=1e-3)
     along = ["--axis-jerk", "x=9000", "--strategy", "seven-phase", "--accel", "500", "--jerk", "20000"]
+    command = shlex.split(page["command"])
+    repeated = json.loads(splinefeed(*command[1:], "-o", "again", "--no-figures", "--no-compare", "--json").stdout)
+    assert repeated["settings"]["limits"] == page["settings"]["limits"]
+    assert repeated["duration_s"] == page["duration_s"]
     replaced = json.loads(splinefeed(*words, "-o", "out", *along).stdout)
     assert not replaced["ok"]
     assert replaced["limits"]["axis_jerk.x"]["limit"] == 9000.0

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import splinefeed
 from splinefeed.cli.output import plain
+from splinefeed.formats.limits_toml import ORDERS
+from splinefeed.records import BY_AXIS, ROTARY_AXES, TRAVEL_ENDS
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodTrace
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 #: Packages whose version can change a number or a figure.
 PARTS = ("numpy", "numba", "scipy", "h5py", "matplotlib")
-#: Option of each limit.
+#: Option of each limit of the path; those of axes have their own names.
 _LIMIT_OPTIONS = {
     "feed": "--feed",
     "acceleration": "--accel",
@@ -27,6 +29,8 @@ _LIMIT_OPTIONS = {
     "deceleration_jerk": "--decel-jerk",
     "start_feed": "--start-feed",
     "end_feed": "--end-feed",
+    "chord_error": "--chord-error",
+    "centripetal": "--centripetal",
 }
 _READING_OPTIONS = {"which": "--path", "chord": "--chord", "tolerance": "--tolerance"}
 
@@ -55,10 +59,7 @@ def record(
 
 def command(source: str, settings: Mapping[str, Any], reading: Mapping[str, Any], formats: Sequence[str]) -> str:
     """The command line that makes the same run again, every setting said, each number to its last digit."""
-    words = ["splinefeed", "run", source]
-    for name, option in _LIMIT_OPTIONS.items():
-        if name in settings["limits"]:
-            words += [option, repr(settings["limits"][name])]
+    words = ["splinefeed", "run", source, *_limit_words(settings["limits"])]
     for name in ("period", "strategy", "method", "corrections"):
         words += [f"--{name}", str(settings[name])]
     for name, option in _READING_OPTIONS.items():
@@ -67,6 +68,31 @@ def command(source: str, settings: Mapping[str, Any], reading: Mapping[str, Any]
     for form in formats:
         words += ["--format", form]
     return shlex.join(words)
+
+
+def _limit_words(limits: Mapping[str, float]) -> list[str]:
+    """Options that say all limits, as `Limits.as_dict` has them, each number to its last digit."""
+    words = []
+    for name, option in _LIMIT_OPTIONS.items():
+        if name in limits:
+            words += [option, repr(limits[name])]
+    for name in BY_AXIS:
+        option = f"--{name.replace('_', '-')}"
+        if name in limits:
+            words += [option, repr(limits[name])]
+        order = ORDERS[name]
+        unit = f"rad/s^{order}" if order > 1 else "rad/s"
+        axes = {key.partition(".")[2]: value for key, value in limits.items() if key.startswith(f"{name}.")}
+        if axes:
+            each = (f"{axis}={value!r}{unit if axis in ROTARY_AXES else ''}" for axis, value in axes.items())
+            words += [option, ",".join(each)]
+    travel = []
+    for key, low in limits.items():
+        name, _, axis = key.partition(".")
+        if name == TRAVEL_ENDS[0]:
+            unit = "rad" if axis in ROTARY_AXES else ""
+            travel.append(f"{axis}={low!r}{unit}:{limits[f'{TRAVEL_ENDS[1]}.{axis}']!r}{unit}")
+    return [*words, *(["--travel", ",".join(travel)] if travel else [])]
 
 
 def versions() -> dict[str, str | None]:
