@@ -26,7 +26,7 @@ from typing import Any
 from splinefeed.errors import CurveError, FormatError, InputError
 from splinefeed.formats import source as source_files
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.sizes import MAX_DRAWING_BYTES
+from splinefeed.formats.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
 from splinefeed.geometry.path import Path
 
 #: How much of a file is looked at to tell its format.
@@ -73,6 +73,9 @@ class Format:
 FORMATS = (
     Format("JSON curve", "json_curve", (".json",)),
     Format("DXF drawing", "dxf", (".dxf",), MAX_DRAWING_BYTES),
+    Format("STEP", "step", (".step", ".stp", ".p21"), MAX_CAD_BYTES),
+    Format("IGES", "iges", (".iges", ".igs"), MAX_CAD_BYTES),
+    Format("3DM", "threedm", (".3dm",), MAX_CAD_BYTES),
     Format("airfoil", "airfoil", (".dat", ".txt")),
 )
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 #: Largest text file that is read into memory, bytes.
 MAX_FILE_BYTES = 64 * 2**20
+#: Largest file of a CAD system, whose curves may stand among many solids, bytes.
+MAX_CAD_BYTES = 256 * 2**20
 #: Most control points of all curves in one file together.
 MAX_POINTS = 200_000
 #: Most curves in one file.

@@ -40,7 +40,7 @@ def check_size(path: str | os.PathLike[str], max_bytes: int | None = None) -> No
 
 def read_head(path: str | os.PathLike[str], size: int) -> bytes:
     """The first `size` bytes; FormatError for a pointer of Git LFS, UTF-16 text and nothing but blanks."""
-    head = _read_bytes(path, size)
+    head = read_bytes(path, size)
     if head.startswith(_LFS_POINTER):
         raise FormatError(f"{path}: is a pointer of Git LFS, not the file itself; run: git lfs pull")
     if head.startswith(_UTF_16_MARKS):
@@ -61,7 +61,7 @@ def read_text(path: str | os.PathLike[str], expected: str = "text", max_bytes: i
     `expected` is what the file should have been, for the message.
     """
     check_size(check_file(path), max_bytes)
-    content = _read_bytes(path, -1)
+    content = read_bytes(path, -1)
     if b"\0" in content:
         raise FormatError(f"{path}: byte {content.index(0)}: is binary; expected {expected}")
     try:
@@ -73,7 +73,8 @@ def read_text(path: str | os.PathLike[str], expected: str = "text", max_bytes: i
     return text
 
 
-def _read_bytes(path: str | os.PathLike[str], size: int) -> bytes:
+def read_bytes(path: str | os.PathLike[str], size: int = -1) -> bytes:
+    """The first `size` bytes of `path`, all of them unless given; FormatError if the system refuses."""
     try:
         with Path(path).open("rb") as stream:
             return stream.read(size)

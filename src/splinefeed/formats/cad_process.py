@@ -1,0 +1,188 @@
+"""The process that reads CAD files with OCCT and rhino3dm, and the paths of what it answers.
+
+OCCT was seen to end by a segmentation fault on more than half of STEP files with a few bytes changed, and such
+libraries cannot be stopped. So they run apart, with a limit on time and memory; a file that they cannot bear is an
+error of one line, and the next file finds a new process. It is started by the first file and stays for the next ones.
+"""
+
+from __future__ import annotations
+
+import atexit
+import importlib.util
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import threading
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import splinefeed
+from splinefeed.errors import CurveError, FormatError
+from splinefeed.formats.cad_curves import curve_of
+from splinefeed.formats.contents import Contents
+from splinefeed.formats.sizes import MAX_CURVES, MAX_POINTS
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.path import Path
+
+#: Time that a library gets for a file, s, and for each MB of it.
+MAX_SECONDS = 60.0
+SECONDS_PER_MB = 5.0
+#: Names that files give to their units.
+_UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "um", "inch": "in", "foot": "ft"}
+_INSTALL = "run: pip install 'splinefeed[cad]'"
+
+
+class Library(NamedTuple):
+    """What reads a kind of file: the kind, the module to import, and what people call it."""
+
+    kind: str
+    module: str
+    title: str
+
+
+class _Worker:
+    """The process that runs `cad_worker`; one task at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._owner = 0
+
+    def ask(self, task: dict[str, Any], seconds: float) -> dict[str, Any] | str:
+        """The answer to `task`, or why there is none."""
+        with self._lock:
+            process = self._running()
+            assert process.stdin is not None
+            assert process.stdout is not None
+            late = threading.Event()
+
+            def end_it() -> None:
+                late.set()
+                process.kill()
+
+            clock = threading.Timer(seconds, end_it)
+            clock.daemon = True
+            clock.start()
+            try:
+                process.stdin.write(json.dumps(task).encode() + b"\n")
+                process.stdin.flush()
+                line = process.stdout.readline()
+            except BrokenPipeError:
+                line = b""
+            except BaseException:  # Ctrl-C: an answer that nobody read would be taken for that to the next task
+                self.stop()
+                raise
+            finally:
+                clock.cancel()
+            if line.endswith(b"\n"):
+                answer: dict[str, Any] = json.loads(line)
+                return answer
+            self.stop()
+            return f"takes longer than {seconds:.0f} s" if late.is_set() else "makes the CAD library crash"
+
+    def _running(self) -> subprocess.Popen[bytes]:
+        if self._owner != os.getpid():  # a process that was forked must not share the pipes of its parent
+            self._process, self._owner = None, os.getpid()
+        if self._process is None:
+            home = str(pathlib.Path(splinefeed.__file__).parent.parent)
+            places = os.pathsep.join(each for each in (home, os.environ.get("PYTHONPATH")) if each)
+            # -P: what lies in the current folder is not imported
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "splinefeed.formats.cad_worker"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env={**os.environ, "PYTHONPATH": places},
+            )
+        return self._process
+
+    def stop(self) -> None:
+        """End the process, if it is this one's own."""
+        process, self._process = self._process, None
+        if process is not None and self._owner == os.getpid():
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout):
+                if stream is not None:
+                    stream.close()
+
+
+_worker = _Worker()
+atexit.register(_worker.stop)
+
+
+def read(
+    file: pathlib.Path,
+    library: Library,
+    findings: list[str],
+    *,
+    tolerance: float,
+    repair: bool,
+    **wanted: Any,
+) -> Contents:
+    """The paths in the checked `file`; `findings` are those of the check, `wanted` is for the library's side.
+
+    Curves of one group whose ends meet within `tolerance`, mm, make one path. With `repair` a curve that cannot be is a
+    finding. Raises FormatError for all else, and where the library is not installed.
+    """
+    _check_installed(file, library)
+    limits = {"most_curves": MAX_CURVES, "most_points": MAX_POINTS}
+    task = {"kind": library.kind, "file": os.path.abspath(file), **limits, **wanted}
+    answer = _worker.ask(task, MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 2**20)
+    if isinstance(answer, str):
+        raise FormatError(f"{file}: {answer}; is it damaged?")
+    if "missing" in answer:
+        raise FormatError(f"{file}: needs {library.title}, which cannot be loaded ({answer['missing']}); {_INSTALL}")
+    if "refused" in answer:
+        raise FormatError(f"{file}: {answer['refused']}")
+    findings = findings + answer["findings"]
+    groups: list[tuple[str, list[NurbsCurve]]] = []
+    number = no_length = 0
+    for group in answer["groups"]:
+        curves = []
+        for said in group["curves"]:
+            number += 1
+            try:
+                curve = curve_of(said)
+            except CurveError as error:
+                if not repair:
+                    raise FormatError(f"{file}: curve {number}: {error}") from None
+                findings.append(f"curve {number} is left out: {error}")
+                continue
+            if curve is None:
+                no_length += 1
+            else:
+                curves.append(curve)
+        groups += [(group["name"], run) for run in _joined(curves, tolerance)]
+    if no_length:
+        findings.append(f"left out: {no_length} x curve of no length")
+    if not groups:
+        raise FormatError(f"{file}: holds no curve that a tool can follow" + (f": {findings[-1]}" if findings else ""))
+    paths = []
+    for i, (name, curves) in enumerate(groups, start=1):
+        title = name or (file.stem if len(groups) == 1 else f"{file.stem}#{i}")
+        paths.append(Path(curves, ("x", "y", "z"), name=title, findings=findings, tolerance=tolerance))
+    return Contents(paths, _UNITS.get(answer["units"].lower(), answer["units"].lower()) or "mm")
+
+
+def _check_installed(file: pathlib.Path, library: Library) -> None:
+    try:
+        there = importlib.util.find_spec(library.module) is not None
+    except (ImportError, ValueError):  # ValueError: someone put None in sys.modules
+        there = False
+    if not there:
+        raise FormatError(f"{file}: needs {library.title}, which is not installed; {_INSTALL}")
+
+
+def _joined(curves: list[NurbsCurve], tolerance: float) -> list[list[NurbsCurve]]:
+    """Runs of neighbouring curves whose ends meet within `tolerance`."""
+    runs: list[list[NurbsCurve]] = []
+    for curve in curves:
+        if runs and np.linalg.norm(curve.ends[0] - runs[-1][-1].ends[1]) <= tolerance:
+            runs[-1].append(curve)
+        else:
+            runs.append([curve])
+    return runs

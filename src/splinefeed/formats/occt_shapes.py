@@ -1,0 +1,320 @@
+"""What OCCT makes of a STEP or IGES file, as descriptions of curves; runs in the process of `cad_worker` only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from splinefeed.errors import FormatError
+
+#: Ends of a line farther out than this, mm, are OCCT's sign for infinite.
+INFINITE = 1e50
+#: How far an approximation may be from an offset curve that is no circle and no line, mm, and its most spans.
+OFFSET_TOLERANCE = 1e-7
+OFFSET_SPANS = 2000
+#: Most messages of the library's own checks that are passed on.
+MOST_CHECKS = 5
+
+
+def read(task: dict[str, Any]) -> dict[str, Any]:
+    """Answer a task of the kind "step" or "iges"; see `cad_worker`."""
+    reader, findings, units = (_step if task["kind"] == "step" else _iges)(task["file"])
+    roots = reader.NbRootsForTransfer()
+    if roots == 0:
+        raise FormatError("holds no geometry that OCCT knows how to reach; was it exported whole?")
+    read = reader.TransferRoots()
+    if read < roots:
+        findings.append(f"{roots - read} of {roots} roots could not be read by OCCT")
+    gathered = _Gathered(task["most_curves"], task["most_points"])
+    for i in range(1, reader.NbShapes() + 1):
+        gathered.add(reader.Shape(i))
+    wanted = bool(task["edges"])
+    if not wanted and not gathered.groups and gathered.bodies:
+        wanted = True
+        findings.append("no free curves; these are the edges of its faces")
+    if wanted:
+        gathered.add_edges_of_faces()
+    elif gathered.bodies:
+        findings.append("edges of faces are left out; edges=True (--edges) reads them too")
+    return {"units": units, "findings": findings + gathered.findings(), "groups": gathered.groups}
+
+
+def _step(file: str) -> tuple[Any, list[str], str]:
+    from OCP.IFSelect import IFSelect_RetDone
+    from OCP.STEPControl import STEPControl_Reader
+
+    reader = STEPControl_Reader()
+    if reader.ReadFile(file) != IFSelect_RetDone:
+        raise FormatError("OCCT finds no sound STEP in it; is the file complete?")
+    return reader, _checks(reader), _step_units(reader)
+
+
+def _step_units(reader: Any) -> str:
+    """The unit of length of the first shape, as the file calls it."""
+    try:
+        from OCP.collections import Sequence_TCollection_AsciiString as Names
+    except ImportError:  # before OCP 8
+        from OCP.TColStd import TColStd_SequenceOfAsciiString as Names
+    lengths, angles, solid_angles = Names(), Names(), Names()
+    reader.FileUnits(lengths, angles, solid_angles)
+    return str(lengths.Value(1).ToCString()) if lengths.Length() else ""
+
+
+def _iges(file: str) -> tuple[Any, list[str], str]:
+    from OCP.IFSelect import IFSelect_RetDone
+    from OCP.IGESControl import IGESControl_Reader
+    from OCP.Interface import Interface_Static
+
+    reader = IGESControl_Reader()
+    # 0: no splitting of curves where a derivative jumps
+    Interface_Static.SetIVal_s("read.iges.bspline.continuity", 0)
+    if reader.ReadFile(file) != IFSelect_RetDone:
+        raise FormatError("OCCT finds no sound IGES in it; is the file complete?")
+    section = reader.IGESModel().GlobalSection()
+    findings = _checks(reader)
+    scale = section.Scale()
+    if scale != 1.0:
+        findings.append(f"the model space is {scale:g} times the real size by the header; the model is read as it is")
+    name = section.UnitName()
+    units = {1: "in", 2: "mm", 4: "ft", 5: "mi", 6: "m", 7: "km", 8: "mil", 9: "um", 10: "cm", 11: "uin"}
+    said = name.ToCString() if name is not None else ""
+    return reader, findings, units.get(section.UnitFlag(), said)
+
+
+def _checks(reader: Any) -> list[str]:
+    """What OCCT's own checks hold against entities of the file."""
+    found = []
+    checks = reader.WS().ModelCheckList(True)
+    checks.Start()
+    while checks.More():
+        check = checks.Value()
+        found += [f"entity {checks.Number()}: {check.CFail(i)}" for i in range(1, check.NbFails() + 1)]
+        checks.Next()
+    more = [f"... and {len(found) - MOST_CHECKS} more of OCCT's checks"] if len(found) > MOST_CHECKS else []
+    return [f"OCCT: {each}" for each in found[:MOST_CHECKS]] + more
+
+
+class _Gathered:
+    """Curves of shapes: wires and edges as they stand, faces kept for later."""
+
+    def __init__(self, most_curves: int, most_points: int) -> None:
+        self.most_curves, self.most_points = most_curves, most_points
+        self.groups: list[dict[str, Any]] = []
+        self.bodies: list[Any] = []
+        self.curves = self.points = 0
+        self.left_out: dict[str, int] = {}
+        self.approximated: list[str] = []
+
+    def add(self, shape: Any) -> None:
+        """The curves of `shape`; one path a wire, one an edge."""
+        from OCP.TopAbs import TopAbs_COMPOUND, TopAbs_EDGE, TopAbs_VERTEX, TopAbs_WIRE
+        from OCP.TopoDS import TopoDS_Iterator
+
+        stack = [shape]
+        while stack:
+            each = stack.pop()
+            if each.IsNull():
+                continue
+            kind = each.ShapeType()
+            if kind == TopAbs_EDGE:
+                self.add_group([each])
+            elif kind == TopAbs_WIRE:
+                self.add_group(list(_edges_of_wire(each)))
+            elif kind == TopAbs_COMPOUND:
+                inner = []
+                iterator = TopoDS_Iterator(each)
+                while iterator.More():
+                    inner.append(iterator.Value())
+                    iterator.Next()
+                stack += reversed(inner)
+            elif kind == TopAbs_VERTEX:
+                self.leave_out("point")
+            else:
+                self.bodies.append(each)
+
+    def add_edges_of_faces(self) -> None:
+        """Every edge of the bodies once, as its curve runs."""
+        from OCP.TopAbs import TopAbs_EDGE
+        from OCP.TopExp import TopExp_Explorer
+
+        seen: dict[int, list[Any]] = {}
+        for body in self.bodies:
+            explorer = TopExp_Explorer(body, TopAbs_EDGE)
+            while explorer.More():
+                edge = explorer.Current()
+                explorer.Next()
+                alike = seen.setdefault(hash(edge), [])
+                if not any(edge.IsSame(other) for other in alike):
+                    alike.append(edge)
+                    self.add_group([edge], as_it_runs=True)
+
+    def add_group(self, edges: list[Any], *, as_it_runs: bool = False) -> None:
+        """A path of `edges`, those without a curve in space left out."""
+        curves = []
+        for edge in edges:
+            found = self.curve(edge)
+            if found is not None:
+                found["reversed"] = not as_it_runs and _is_reversed(edge)
+                curves.append(found)
+        if curves:
+            self.groups.append({"name": "", "curves": curves})
+
+    def curve(self, edge: Any) -> dict[str, Any] | None:
+        """The curve of an edge, None if there is none that a tool can follow."""
+        from OCP.BRep import BRep_Tool
+        from OCP.BRepAdaptor import BRepAdaptor_Curve
+
+        edge = _as_edge(edge)
+        if BRep_Tool.Degenerated_s(edge):
+            self.leave_out("edge of no length")
+            return None
+        adaptor = BRepAdaptor_Curve(edge)
+        if not adaptor.Is3DCurve():
+            self.leave_out("curve in the parameters of a surface")
+            return None
+        first, last = adaptor.FirstParameter(), adaptor.LastParameter()
+        if not (math.isfinite(first) and math.isfinite(last)) or max(abs(first), abs(last)) > INFINITE:
+            self.leave_out("curve without ends")
+            return None
+        self.curves += 1
+        if self.curves > self.most_curves:
+            raise FormatError(f"holds more than {self.most_curves} curves; that is more than can be read")
+        found = self.described(adaptor, first, last)
+        self.points += len(found.get("points", ()))
+        if self.points > self.most_points:
+            raise FormatError(f"holds more than {self.most_points} control points; that is more than can be read")
+        return found
+
+    def described(self, adaptor: Any, first: float, last: float) -> dict[str, Any]:
+        """What `occt.curve_of` makes a curve of: as exact as the file has it."""
+        from OCP import GeomAbs
+
+        kind = adaptor.GetType()
+        if kind == GeomAbs.GeomAbs_Line:
+            return {"type": "line", "points": [_xyz(adaptor.Value(first)), _xyz(adaptor.Value(last))]}
+        if kind in (GeomAbs.GeomAbs_Circle, GeomAbs.GeomAbs_Ellipse):
+            return _conic("arc", adaptor, kind == GeomAbs.GeomAbs_Circle, first, last)
+        if kind == GeomAbs.GeomAbs_Hyperbola:
+            return _conic("hyperbola", adaptor, False, first, last)
+        if kind == GeomAbs.GeomAbs_Parabola:
+            return _parabola(adaptor.Parabola(), first, last)
+        if kind == GeomAbs.GeomAbs_BezierCurve:
+            return _bezier(adaptor.Bezier(), first, last)
+        if kind == GeomAbs.GeomAbs_BSplineCurve:
+            return _b_spline(adaptor.BSpline(), first, last)
+        return self.approximation(adaptor, first, last)
+
+    def approximation(self, adaptor: Any, first: float, last: float) -> dict[str, Any]:
+        """A B-spline near a curve that is none, such as the offset of one."""
+        from OCP.Approx import Approx_Curve3d
+        from OCP.GeomAbs import GeomAbs_C2
+
+        made = Approx_Curve3d(adaptor, OFFSET_TOLERANCE, GeomAbs_C2, OFFSET_SPANS, 9)
+        if not made.IsDone() or not made.HasResult():
+            raise FormatError("holds an offset curve that no B-spline comes near enough to")
+        self.approximated.append(f"an offset curve is approximated; largest distance {made.MaxError():.3g} mm")
+        return _b_spline(made.Curve(), first, last)
+
+    def leave_out(self, what: str) -> None:
+        """Count what is no tool path."""
+        self.left_out[what] = self.left_out.get(what, 0) + 1
+
+    def findings(self) -> list[str]:
+        """What was left out and what was approximated."""
+        return [f"left out: {count} x {what}" for what, count in self.left_out.items()] + self.approximated
+
+
+def _edges_of_wire(wire: Any) -> Iterator[Any]:
+    """The edges of a wire one behind the other where it is sound, else as they stand."""
+    from OCP.BRepTools import BRepTools_WireExplorer
+    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+
+    listed = []
+    iterator = TopoDS_Iterator(wire)
+    while iterator.More():
+        listed.append(iterator.Value())
+        iterator.Next()
+    ordered: list[Any] = []
+    explorer = BRepTools_WireExplorer(TopoDS.Wire_s(wire) if hasattr(TopoDS, "Wire_s") else TopoDS.Wire(wire))
+    while explorer.More() and len(ordered) <= len(listed):
+        ordered.append(explorer.Current())
+        explorer.Next()
+    yield from ordered if len(ordered) == len(listed) else listed
+
+
+def _as_edge(shape: Any) -> Any:
+    from OCP.TopoDS import TopoDS
+
+    return TopoDS.Edge_s(shape) if hasattr(TopoDS, "Edge_s") else TopoDS.Edge(shape)  # the name changed with OCP 8
+
+
+def _is_reversed(edge: Any) -> bool:
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    return bool(edge.Orientation() == TopAbs_REVERSED)
+
+
+def _xyz(point: Any) -> list[float]:
+    return [point.X(), point.Y(), point.Z()]
+
+
+def _conic(kind: str, adaptor: Any, circle: bool, first: float, last: float) -> dict[str, Any]:
+    """Centre, the two conjugate radii, and the stretch of their parameter."""
+    from OCP import GeomAbs
+
+    conic = {
+        GeomAbs.GeomAbs_Circle: adaptor.Circle,
+        GeomAbs.GeomAbs_Ellipse: adaptor.Ellipse,
+        GeomAbs.GeomAbs_Hyperbola: adaptor.Hyperbola,
+    }[adaptor.GetType()]()
+    radii = (conic.Radius(), conic.Radius()) if circle else (conic.MajorRadius(), conic.MinorRadius())
+    axes = [
+        [radius * value for value in _xyz(axis.Direction())]
+        for radius, axis in zip(radii, (conic.XAxis(), conic.YAxis()), strict=True)
+    ]
+    return {"type": kind, "center": _xyz(conic.Location()), "x": axes[0], "y": axes[1], "first": first, "last": last}
+
+
+def _parabola(parabola: Any, first: float, last: float) -> dict[str, Any]:
+    """P(t) = center + t^2 x + t y."""
+    x = [value / (4.0 * parabola.Focal()) for value in _xyz(parabola.XAxis().Direction())]
+    y = _xyz(parabola.YAxis().Direction())
+    return {"type": "parabola", "center": _xyz(parabola.Location()), "x": x, "y": y, "first": first, "last": last}
+
+
+def _bezier(curve: Any, first: float, last: float) -> dict[str, Any]:
+    degree = curve.Degree()
+    places = range(1, curve.NbPoles() + 1)
+    return {
+        "type": "nurbs",
+        "degree": degree,
+        "knots": [0.0] * (degree + 1) + [1.0] * (degree + 1),
+        "points": [_xyz(curve.Pole(i)) for i in places],
+        "weights": [curve.Weight(i) for i in places] if curve.IsRational() else None,
+        "first": first,
+        "last": last,
+    }
+
+
+def _b_spline(curve: Any, first: float, last: float) -> dict[str, Any]:
+    """Knots, points and weights as they are; a periodic curve is cut open where the edge begins, which is exact."""
+    if curve.IsPeriodic():
+        start, end = curve.FirstParameter(), curve.LastParameter()
+        if first == start and last == end:
+            curve.SetNotPeriodic()
+        else:
+            curve.Segment(first, last)
+    places = range(1, curve.NbPoles() + 1)
+    knots: list[float] = []
+    for i in range(1, curve.NbKnots() + 1):
+        knots += [curve.Knot(i)] * curve.Multiplicity(i)
+    return {
+        "type": "nurbs",
+        "degree": curve.Degree(),
+        "knots": knots,
+        "points": [_xyz(curve.Pole(i)) for i in places],
+        "weights": [curve.Weight(i) for i in places] if curve.IsRational() else None,
+        "first": first,
+        "last": last,
+    }

@@ -1,0 +1,153 @@
+"""STEP (ISO 10303-21, AP203, AP214, AP242): curves in space, read by OCCT, written as B-splines with all their digits.
+
+Read are free curves (geometric curve sets, wires, edges), one path a curve or wire, and on request, or where there is
+nothing else, the edges of faces. Lengths come in mm whatever the file's unit, assemblies where they are put.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import pathlib
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+import splinefeed
+from splinefeed import units
+from splinefeed.errors import FormatError
+from splinefeed.formats import cad_process, part21
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.contents import Contents
+from splinefeed.formats.source import read_bytes
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.editing import clamped
+from splinefeed.geometry.path import JOIN_TOLERANCE, Path
+from splinefeed.records import ROTARY_AXES
+
+_OCCT = cad_process.Library("step", "OCP", "OCCT (package cadquery-ocp-novtk)")
+holds = part21.holds
+
+
+def from_file(
+    file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
+) -> Contents:
+    """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
+    allowed = units.parse(tolerance, "length")
+    findings = part21.check(read_bytes(file), file, repair=repair)
+    return cad_process.read(file, _OCCT, findings, tolerance=allowed, repair=repair, edges=edges)
+
+
+# --- out --------------------------------------------------------------------------------------------------------------
+
+_HEADER = """ISO-10303-21;
+HEADER;
+FILE_DESCRIPTION(('curves of tool paths'),'2;1');
+FILE_NAME({name},'',(''),(''),{program},'','');
+FILE_SCHEMA(('AUTOMOTIVE_DESIGN {{ 1 0 10303 214 1 1 1 1 }}'));
+ENDSEC;
+DATA;
+"""
+#: What a shape needs around it: product, context and units (mm, rad), with {name} and the {curves}.
+_FRAME = """#1=APPLICATION_CONTEXT('core data for automotive mechanical design processes');
+#2=APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,#1);
+#3=PRODUCT_CONTEXT('',#1,'mechanical');
+#4=PRODUCT({name},{name},'',(#3));
+#5=PRODUCT_RELATED_PRODUCT_CATEGORY('part',$,(#4));
+#6=PRODUCT_DEFINITION_FORMATION('','',#4);
+#7=PRODUCT_DEFINITION_CONTEXT('part definition',#1,'design');
+#8=PRODUCT_DEFINITION('design','',#6,#7);
+#9=PRODUCT_DEFINITION_SHAPE('','',#8);
+#10=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));
+#11=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));
+#12=(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT());
+#13=UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-07),#10,'distance_accuracy_value','');
+#14=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#13))
+GLOBAL_UNIT_ASSIGNED_CONTEXT((#10,#11,#12))REPRESENTATION_CONTEXT('',''));
+#15=GEOMETRIC_CURVE_SET({name},({curves}));
+#16=GEOMETRICALLY_BOUNDED_WIREFRAME_SHAPE_REPRESENTATION({name},(#15),#14);
+#17=SHAPE_DEFINITION_REPRESENTATION(#9,#16);
+"""
+_FIRST_FREE = 18
+#: Entities of a line.
+_PER_LINE = 10
+
+
+def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
+    """Write the curves of `paths` as a set of free B-spline curves, mm, every number with all its digits.
+
+    Curves are clamped, which is exact; x, y and z are the first three linear axes. Returns what STEP has no place for:
+    rotary axes, joints (a reader sees curves, not paths), and what a program said.
+    """
+    lost = [f"{path.name}: {what}" for path in paths for what in _lost(path)]
+    name = _text(paths[0].name if len(paths) == 1 else pathlib.Path(target).stem)
+    blocks, ids, number = [], [], _FIRST_FREE
+    for path in paths:
+        for curve in path.curves:
+            lines, number = _curve(curve, path.linear, number)
+            blocks.append(lines)
+            ids.append(f"#{number - 1}")
+    frame = _FRAME.format(name=name, curves=_wrapped(ids))
+    with atomic_write(target) as temporary, temporary.open("w", encoding="ascii", newline="\n") as stream:
+        stream.write(_HEADER.format(name=name, program=_text(f"splinefeed {splinefeed.__version__}")))
+        stream.write(frame)
+        stream.writelines(blocks)
+        stream.write("ENDSEC;\nEND-ISO-10303-21;\n")
+    return lost
+
+
+def _lost(path: Path) -> Iterator[str]:
+    axes = [axis for axis in path.axes if axis in ROTARY_AXES] + list(path.axes[3 : path.linear])
+    if axes:
+        yield f"axes {', '.join(axes)} are left out; STEP has x, y and z"
+    if path.feeds is not None or path.tolerances is not None or path.markers:
+        yield "feeds, tolerances and markers are left out; STEP has curves only"
+
+
+def _curve(curve: NurbsCurve, linear: int, number: int) -> tuple[str, int]:
+    """The points of a curve and the curve itself as instances from `number` on, and the number behind them."""
+    whole = clamped(curve)
+    lines, points = [], []
+    for row in whole.control_points[:, : min(linear, 3)].tolist():
+        place = ",".join(_real(value) for value in [*row, 0.0, 0.0][:3])
+        lines.append(f"#{number}=CARTESIAN_POINT('',({place}));\n")
+        points.append(f"#{number}")
+        number += 1
+    runs = [(knot, len(list(run))) for knot, run in groupby(whole.knots.tolist())]
+    listed = _wrapped(points)
+    counts, knots = _wrapped([str(count) for _, count in runs]), _wrapped([_real(knot) for knot, _ in runs])
+    shape = f"{whole.degree},({listed}),.UNSPECIFIED.,{'.T.' if whole.closed else '.F.'},.F."
+    if whole.weights is None:
+        lines.append(f"#{number}=B_SPLINE_CURVE_WITH_KNOTS('',{shape},({counts}),({knots}),.UNSPECIFIED.);\n")
+    else:
+        weights = _wrapped([_real(weight) for weight in whole.weights.tolist()])
+        lines.append(
+            f"#{number}=(BOUNDED_CURVE()B_SPLINE_CURVE({shape})\n"
+            f"B_SPLINE_CURVE_WITH_KNOTS(({counts}),({knots}),.UNSPECIFIED.)\n"
+            f"CURVE()GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE(({weights}))REPRESENTATION_ITEM(''));\n"
+        )
+    return "".join(lines), number + 1
+
+
+def _wrapped(words: list[str]) -> str:
+    lines = [",".join(words[i : i + _PER_LINE]) for i in range(0, len(words), _PER_LINE)]
+    return ",\n".join(lines)
+
+
+def _real(value: float) -> str:
+    """`value` with as many digits as it takes to read it back: STEP wants a point in every real, and E for e."""
+    if not math.isfinite(value):
+        raise FormatError(f"{value} is no number that STEP can hold")
+    mantissa, exponent, power = repr(value).partition("e")
+    return f"{mantissa}{'' if '.' in mantissa else '.'}{exponent.upper()}{power}"
+
+
+def _text(text: str) -> str:
+    """`text` as a string of STEP: quotes doubled, letters beyond ASCII in the form X2."""
+    parts = []
+    for ascii_only, run in groupby(text, key=lambda letter: " " <= letter <= "~"):
+        letters = "".join(run)
+        if ascii_only:
+            parts.append(letters.replace("\\", "\\\\").replace("'", "''"))
+        else:
+            parts.append("\\X2\\" + letters.encode("utf-16-be", "replace").hex().upper() + "\\X0\\")
+    return "'" + "".join(parts) + "'"
