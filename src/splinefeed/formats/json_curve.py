@@ -2,7 +2,7 @@
 
 A curve is an object with `degree`, `knots`, `control_points` and, if rational, `weights`; `name`, `units` (mm, cm, m,
 in) and `axes` may stand in it or above the list. Rotary axes are in degrees. `source`, `notes` and `ground_truth` are
-for people and not read.
+for people and not read. What geomdl and verb write is read too; see `json_dialects`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError
+from splinefeed.formats import json_dialects
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import to_degrees, to_radians
 from splinefeed.formats.sizes import MAX_AXES, MAX_COORDINATE, MAX_CURVES, MAX_POINTS
@@ -48,16 +49,20 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
     allowed = units.parse(tolerance, "length")
     document = _parse(text, source)
     findings: list[str] = []
-    if "curves" in document:
+    translated = json_dialects.items(document, source, findings)
+    if translated is not None:
+        listed, places = translated
+        document = {}
+    elif "curves" in document:
         _check_keys(document, {"curves"} | _SHARED | _FOR_PEOPLE, source)
         listed = document["curves"]
         if not isinstance(listed, list) or not listed:
             raise FormatError(f"{source}: curves: is no list of curves")
-        if len(listed) > MAX_CURVES:
-            raise FormatError(f"{source}: curves: has {len(listed)} entries; at most {MAX_CURVES} can be read")
         places = [f"{source}: curves[{i}]" for i in range(len(listed))]
     else:
         listed, places = [document], [f"{source}"]
+    if len(listed) > MAX_CURVES:
+        raise FormatError(f"{source}: curves: has {len(listed)} entries; at most {MAX_CURVES} can be read")
     _check_size(listed, source)
     entries = [_entry(item, document, place, findings) for item, place in zip(listed, places, strict=True)]
     name = document.get("name", "")
@@ -112,6 +117,8 @@ def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:
         raise FormatError(f"{source}: is nested too deeply to be a curve") from None
     except ValueError as error:  # a whole number of thousands of digits
         raise FormatError(f"{source}: {str(error).split(';')[0]}") from None
+    if isinstance(document, list):
+        document = {"curves": document}
     if not isinstance(document, dict):
         raise FormatError(f'{source}: is a {type(document).__name__}; expected an object with "degree" or "curves"')
     return document
