@@ -97,7 +97,7 @@ LIST_KEYS = "axes, curves, ground_truth, name, notes, source, units"
 CURVE_KEYS = "axes, control_points, degree, ground_truth, knots, name, notes, source, units, weights"
 BAD = [
     ("{", "line 1, column 2: Expecting property name enclosed in double quotes; is the file complete, and is it JSON?"),
-    ("[1, 2]", 'curves[0]: is no object with the keys of a curve'),
+    ("[1, 2]", "curves[0]: is no object with the keys of a curve"),
     ('{"degree": NaN}', "NaN is no number that a curve can have"),
     ('{"degree": -Infinity}', "-Infinity is no number that a curve can have"),
     ('{"degree": 1, "degree": 2}', 'key "degree" stands twice in one object; leave one of them out'),

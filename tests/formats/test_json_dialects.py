@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geomdl import NURBS, BSpline, exchange, multi
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import json_curve
@@ -27,6 +26,8 @@ WEIGHTED = {
 
 
 def geomdl_curve(rational: bool = True) -> Any:
+    from geomdl import NURBS, BSpline
+
     curve = NURBS.Curve() if rational else BSpline.Curve()
     curve.degree, curve.ctrlpts, curve.knotvector = 2, POINTS, KNOTS
     if rational:
@@ -40,6 +41,7 @@ def paths_of(document: object) -> list[Path]:
 
 @pytest.mark.parametrize("rational", [True, False])
 def test_what_geomdl_exports_is_the_same_curve(tmp_path: File, rational: bool) -> None:
+    exchange = pytest.importorskip("geomdl.exchange", reason="geomdl is there for benchmarks only")
     theirs = geomdl_curve(rational)
     exchange.export_json(theirs, str(tmp_path / "part.json"))
     curve = read(tmp_path / "part.json").curves[0]
@@ -50,8 +52,17 @@ def test_what_geomdl_exports_is_the_same_curve(tmp_path: File, rational: bool) -
 
 
 def test_a_container_of_geomdl_holds_several(tmp_path: File) -> None:
+    exchange = pytest.importorskip("geomdl.exchange", reason="geomdl is there for benchmarks only")
+    multi = pytest.importorskip("geomdl.multi")
     exchange.export_json(multi.CurveContainer(geomdl_curve(), geomdl_curve()), str(tmp_path / "part.json"))
     assert len(read_all(tmp_path / "part.json")) == 2
+
+
+def test_the_form_of_geomdl_is_known_without_it() -> None:
+    (path,) = paths_of(geomdl(name="rib"))
+    curve = path.curves[0]
+    assert (curve.degree, curve.knots.tolist(), curve.control_points.tolist()) == (2, KNOTS, POINTS)
+    assert curve.weights is not None and curve.weights.tolist() == WEIGHTS
 
 
 @pytest.mark.parametrize("document", [VERB, WEIGHTED, [VERB], {"curves": [VERB]}])

@@ -131,6 +131,7 @@ reading = _all(
         text="Airfoil .dat: largest distance of the fit from the points.  [default: 0.001 mm]  "
         "JSON: gap between curves that is still none.  [default: 1e-6 mm]",
     ),
+    click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: the edges of faces too, not free curves alone."),
     click.option("--repair", is_flag=True, help="Mend what is safe to mend in a faulty file, and say so as findings."),
 )
 
@@ -237,4 +238,4 @@ def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, f
 def reading_from(given: dict[str, Any]) -> dict[str, Any]:
     """How to read a SOURCE, from what the options of `reading` were `given`."""
     said = {name: given[name] for name in ("which", "chord", "tolerance") if given[name] is not None}
-    return said | ({"repair": True} if given["repair"] else {})
+    return said | {name: True for name in ("edges", "repair") if given[name]}

@@ -23,9 +23,10 @@ import splinefeed
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats.cad_curves import curve_of
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.sizes import MAX_CURVES, MAX_POINTS
+from splinefeed.formats.drawing import Drawing
+from splinefeed.formats.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import Path
+from splinefeed.geometry.path import JOIN_TOLERANCE
 
 #: Time that a library gets for a file, s, and for each MB of it.
 MAX_SECONDS = 60.0
@@ -125,11 +126,11 @@ def read(
 ) -> Contents:
     """The paths in the checked `file`; `findings` are those of the check, `wanted` is for the library's side.
 
-    Curves of one group whose ends meet within `tolerance`, mm, make one path. With `repair` a curve that cannot be is a
-    finding. Raises FormatError for all else, and where the library is not installed.
+    Curves whose ends meet within `tolerance`, mm, make one path; see `drawing`. With `repair` a curve that cannot be is
+    a finding. Raises FormatError for all else, and where the library is not installed.
     """
     _check_installed(file, library)
-    limits = {"most_curves": MAX_CURVES, "most_points": MAX_POINTS}
+    limits = {"most_curves": MAX_DRAWING_CURVES, "most_points": MAX_DRAWING_POINTS}
     task = {"kind": library.kind, "file": os.path.abspath(file), **limits, **wanted}
     answer = _worker.ask(task, MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 2**20)
     if isinstance(answer, str):
@@ -138,8 +139,7 @@ def read(
         raise FormatError(f"{file}: needs {library.title}, which cannot be loaded ({answer['missing']}); {_INSTALL}")
     if "refused" in answer:
         raise FormatError(f"{file}: {answer['refused']}")
-    findings = findings + answer["findings"]
-    groups: list[tuple[str, list[NurbsCurve]]] = []
+    drawing = Drawing(os.fspath(file), findings=[*findings, *answer["findings"]])
     number = no_length = 0
     for group in answer["groups"]:
         curves = []
@@ -150,22 +150,18 @@ def read(
             except CurveError as error:
                 if not repair:
                     raise FormatError(f"{file}: curve {number}: {error}") from None
-                findings.append(f"curve {number} is left out: {error}")
+                drawing.findings.append(f"curve {number} is left out: {error}")
                 continue
             if curve is None:
                 no_length += 1
             else:
                 curves.append(curve)
-        groups += [(group["name"], run) for run in _joined(curves, tolerance)]
+        for run in _joined(curves):
+            drawing.add(run, group["name"] or file.stem)
     if no_length:
-        findings.append(f"left out: {no_length} x curve of no length")
-    if not groups:
-        raise FormatError(f"{file}: holds no curve that a tool can follow" + (f": {findings[-1]}" if findings else ""))
-    paths = []
-    for i, (name, curves) in enumerate(groups, start=1):
-        title = name or (file.stem if len(groups) == 1 else f"{file.stem}#{i}")
-        paths.append(Path(curves, ("x", "y", "z"), name=title, findings=findings, tolerance=tolerance))
-    return Contents(paths, _UNITS.get(answer["units"].lower(), answer["units"].lower()) or "mm")
+        drawing.left_out["curve of no length"] = no_length
+    unit = answer["units"].lower()
+    return Contents(drawing.paths(file.stem, tolerance, repair), _UNITS.get(unit, unit) or "mm")
 
 
 def _check_installed(file: pathlib.Path, library: Library) -> None:
@@ -177,11 +173,11 @@ def _check_installed(file: pathlib.Path, library: Library) -> None:
         raise FormatError(f"{file}: needs {library.title}, which is not installed; {_INSTALL}")
 
 
-def _joined(curves: list[NurbsCurve], tolerance: float) -> list[list[NurbsCurve]]:
-    """Runs of neighbouring curves whose ends meet within `tolerance`."""
+def _joined(curves: list[NurbsCurve]) -> list[list[NurbsCurve]]:
+    """Runs of neighbouring curves whose ends meet."""
     runs: list[list[NurbsCurve]] = []
     for curve in curves:
-        if runs and np.linalg.norm(curve.ends[0] - runs[-1][-1].ends[1]) <= tolerance:
+        if runs and np.linalg.norm(curve.ends[0] - runs[-1][-1].ends[1]) <= JOIN_TOLERANCE:
             runs[-1].append(curve)
         else:
             runs.append([curve])

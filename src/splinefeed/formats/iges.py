@@ -10,10 +10,10 @@ from __future__ import annotations
 import pathlib
 import re
 
-from splinefeed import units
 from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.drawing import join_tolerance
 from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
@@ -35,7 +35,7 @@ def from_file(
     file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    allowed = units.parse(tolerance, "length")
+    allowed = join_tolerance(tolerance)
     findings = check(read_bytes(file), file, repair=repair)
     return cad_process.read(file, _OCCT, findings, tolerance=allowed, repair=repair, edges=edges)
 

@@ -85,20 +85,21 @@ class _Gathered:
     def add(self, entry: Any, matrix: Array, depth: int) -> None:
         """An object under the 4 x 4 `matrix` from its place to mm."""
         rhino, geometry, attributes = self.library, entry.Geometry, entry.Attributes
+        name = attributes.Name or self.layers.get(attributes.LayerIndex, "")
         if self.chosen and depth == 0 and self.layers.get(attributes.LayerIndex) not in self.chosen:
             return
         if isinstance(geometry, rhino.InstanceReference):
             self.add_block(geometry, matrix, depth)
         elif isinstance(geometry, rhino.Curve):
-            self.add_curve(geometry, attributes.Name, matrix)
+            self.add_curve(geometry, name, matrix)
         elif isinstance(geometry, rhino.Brep):
-            self.bodies.append((geometry, attributes.Name, matrix))
+            self.bodies.append((geometry, name, matrix))
         elif isinstance(geometry, rhino.Extrusion):
             brep = geometry.ToBrep(False)
             if brep is None:
                 self.leave_out("Extrusion")
             else:
-                self.bodies.append((brep, attributes.Name, matrix))
+                self.bodies.append((brep, name, matrix))
         else:
             self.leave_out(type(geometry).__name__)
 
@@ -135,7 +136,7 @@ class _Gathered:
         ):
             if count > most:
                 raise FormatError(f"holds more than {most} {what}; that is more than can be read")
-        self.groups.append({"name": name or "", "curves": found})
+        self.groups.append({"name": name, "curves": found})
 
     def described(self, curve: Any, matrix: Array) -> dict[str, Any]:
         """What `cad_curves.curve_of` makes a curve of."""

@@ -9,20 +9,20 @@ from __future__ import annotations
 import math
 import os
 import pathlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 
 import splinefeed
-from splinefeed import units
 from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process, part21
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.drawing import join_tolerance
+from splinefeed.formats.losses import losses, three_axes
 from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import clamped
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
-from splinefeed.records import ROTARY_AXES
 
 _OCCT = cad_process.Library("step", "OCP", "OCCT (package cadquery-ocp-novtk)")
 holds = part21.holds
@@ -32,7 +32,7 @@ def from_file(
     file: pathlib.Path, *, edges: bool = False, tolerance: float | str = JOIN_TOLERANCE, repair: bool = False
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
-    allowed = units.parse(tolerance, "length")
+    allowed = join_tolerance(tolerance)
     findings = part21.check(read_bytes(file), file, repair=repair)
     return cad_process.read(file, _OCCT, findings, tolerance=allowed, repair=repair, edges=edges)
 
@@ -75,15 +75,14 @@ _PER_LINE = 10
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
     """Write the curves of `paths` as a set of free B-spline curves, mm, every number with all its digits.
 
-    Curves are clamped, which is exact; x, y and z are the first three linear axes. Returns what STEP has no place for:
-    rotary axes, joints (a reader sees curves, not paths), and what a program said.
+    Curves are clamped, which is exact. Returns what STEP has no place for: rotary axes, feeds, tolerances, markers.
     """
-    lost = [f"{path.name}: {what}" for path in paths for what in _lost(path)]
+    lost = losses(paths, "STEP")
     name = _text(paths[0].name if len(paths) == 1 else pathlib.Path(target).stem)
     blocks, ids, number = [], [], _FIRST_FREE
     for path in paths:
         for curve in path.curves:
-            lines, number = _curve(curve, path.linear, number)
+            lines, number = _curve(curve, path, number)
             blocks.append(lines)
             ids.append(f"#{number - 1}")
     frame = _FRAME.format(name=name, curves=_wrapped(ids))
@@ -95,20 +94,12 @@ def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
     return lost
 
 
-def _lost(path: Path) -> Iterator[str]:
-    axes = [axis for axis in path.axes if axis in ROTARY_AXES] + list(path.axes[3 : path.linear])
-    if axes:
-        yield f"axes {', '.join(axes)} are left out; STEP has x, y and z"
-    if path.feeds is not None or path.tolerances is not None or path.markers:
-        yield "feeds, tolerances and markers are left out; STEP has curves only"
-
-
-def _curve(curve: NurbsCurve, linear: int, number: int) -> tuple[str, int]:
-    """The points of a curve and the curve itself as instances from `number` on, and the number behind them."""
+def _curve(curve: NurbsCurve, path: Path, number: int) -> tuple[str, int]:
+    """A curve of `path` and its points as instances from `number` on, and the number behind them."""
     whole = clamped(curve)
     lines, points = [], []
-    for row in whole.control_points[:, : min(linear, 3)].tolist():
-        place = ",".join(_real(value) for value in [*row, 0.0, 0.0][:3])
+    for row in three_axes(whole.control_points, path).tolist():
+        place = ",".join(_real(value) for value in row)
         lines.append(f"#{number}=CARTESIAN_POINT('',({place}));\n")
         points.append(f"#{number}")
         number += 1

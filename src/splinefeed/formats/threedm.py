@@ -1,7 +1,7 @@
 """3DM, the files of Rhino from version 2 on: curves of all kinds and blocks, read by rhino3dm.
 
 One path an object, named as the object; a polycurve is one curve as Rhino makes it, with its joints as knots of full
-multiplicity. Blocks are put where their references have them. `layers` names the layers to read.
+multiplicity. Blocks are put where their references have them. `layer` names the layers to read.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Sequence
 
-from splinefeed import units
 from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
 from splinefeed.formats.contents import Contents
+from splinefeed.formats.drawing import join_tolerance, layers_from
 from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
@@ -32,16 +32,17 @@ def from_file(
     file: pathlib.Path,
     *,
     edges: bool = False,
-    layers: str | Sequence[str] = (),
+    layer: str | Sequence[str] | None = None,
     tolerance: float | str = JOIN_TOLERANCE,
     repair: bool = False,
 ) -> Contents:
-    """The paths in `file`, of all `layers` unless some are named; `edges` adds the edges of surfaces and solids.
+    """The paths in `file`; `edges` adds the edges of surfaces and solids.
 
-    `tolerance`, mm, is the gap between segments of a polycurve that is still none.
+    All layers are read unless `layer` names some (a list, or names between commas).
+    Curves whose ends meet within `tolerance`, mm, make one path.
     """
-    allowed = units.parse(tolerance, "length")
-    chosen = [layers] if isinstance(layers, str) else list(layers)
+    allowed = join_tolerance(tolerance)
+    chosen = layers_from(layer)
     findings = check(read_bytes(file), file, repair=repair)
     return cad_process.read(file, _RHINO, findings, tolerance=allowed, repair=repair, edges=edges, layers=chosen)
 
