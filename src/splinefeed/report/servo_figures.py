@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from splinefeed.pipeline.deviation import Deviation
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
 from splinefeed.report import theme
 from splinefeed.report.drawing import curve, finite_peak, short
+from splinefeed.report.thinning import cells
 
 #: Lengths below this, mm, are written in micrometres.
 MICROMETRES_BELOW = 1.0
+#: Points of the true path in its picture, and the share of it that the largest error is enlarged to.
+PATH_POINTS = 3000
+ENLARGED_TO = 0.12
 #: Room for one panel more, inches.
 PANEL = (3.3, 1.55)
 
@@ -118,3 +125,53 @@ def _panel(ax: Axes, response: Response, values: Array, saturated: BoolArray | N
             color=theme.VERMILION,
             fontsize=8.5,
         )
+
+
+def contour_figure(deviation: Deviation, name: str, machine: str) -> Figure:
+    """Where the machine was beside the true path, its distance from the path enlarged and as colour."""
+    path, error = deviation.path, deviation.error
+    s = np.linspace(0.0, path.length, PATH_POINTS)
+    true = path(s)[:, :2]
+    size = float(np.max(np.ptp(true, axis=0)))
+    largest = float(np.max(error, initial=0.0))
+    enlarged = _enlargement(size, largest)
+    unit, factor = ("µm", 1e3) if largest < MICROMETRES_BELOW else ("mm", 1.0)
+    with theme.applied():
+        title = (
+            f"{theme.words(name)} on {theme.words(machine)}: contour error at most {short(factor * largest)} {unit}\n"
+            f"the distance from the path is drawn {enlarged:g} times as large"
+        )
+        shape = np.ptp(np.vstack([true, deviation.foot + enlarged * deviation.offset]), axis=0)
+        aspect = float(np.clip(shape[1] / shape[0] if shape[0] > 0.0 else 1.0, 0.25, 1.0))
+        figure = theme.new_figure(7.6, 6.1 * aspect + 1.6, title, right=1.25)
+        ax = figure.add_subplot()
+        ax.plot(true[:, 0], true[:, 1], color=theme.FAINT, linewidth=1.0)
+        drawn = deviation.foot + enlarged * deviation.offset
+        kept = cells(drawn)
+        thin, colours = drawn[kept], factor * error[kept]
+        lines = LineCollection(
+            list(np.stack([thin[:-1], thin[1:]], axis=1)), linewidths=1.8, cmap=theme.feed_colours(), capstyle="round"
+        )
+        lines.set_array(0.5 * (colours[:-1] + colours[1:]))
+        lines.set_clim(0.0, factor * largest if largest > 0.0 else 1.0)
+        ax.add_collection(lines)
+        at = int(np.argmax(error)) if len(error) else 0
+        ax.plot(*drawn[at], "o", color=theme.VERMILION, markersize=5)
+        ax.margins(0.06)
+        ax.set_aspect("equal", adjustable="datalim")
+        for axis, label in ((ax.xaxis, path.axes[0]), (ax.yaxis, path.axes[1])):
+            axis.set_label_text(f"{theme.words(label, 12)} (mm)")
+            theme.plain_ticks(axis)
+        box = ax.get_position()
+        bar = figure.add_axes((1.0 - 1.02 / 7.6, box.y0, 0.16 / 7.6, box.height))
+        theme.plain_ticks(figure.colorbar(lines, cax=bar, label=f"contour error ({unit})").ax.yaxis)
+        return figure
+
+
+def _enlargement(size: float, largest: float) -> float:
+    """A round number that makes the largest error some ENLARGED_TO of the picture, at least 1."""
+    if largest <= 0.0:
+        return 1.0
+    wanted = ENLARGED_TO * size / largest
+    power = 10.0 ** math.floor(math.log10(max(wanted, 1.0)))
+    return max(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= max(wanted, 1.0)), 1.0)

@@ -1,0 +1,34 @@
+"""Where a machine was beside the true path, for a picture that shows the contour error enlarged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.place import Placer
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, Response, Setpoints
+
+
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """Samples of a response over two linear axes: foot (n, 2) on the path, offset (n, 2) from it, error (n,), mm."""
+
+    path: Path
+    foot: Array
+    offset: Array
+    error: Array
+
+
+def deviation(response: Response, path: Path, points: Setpoints) -> Deviation | None:
+    """Feet and offsets of a response to `points` over the first two linear axes; None if it lacks one of them."""
+    if path.linear < 2 or any(axis not in response.axes for axis in path.axes[: path.linear]):
+        return None
+    columns = [response.axes.index(axis) for axis in path.axes[: path.linear]]
+    position = np.ascontiguousarray(response.position[:, columns])
+    hint = Placer(path).place(points)[: len(response)]
+    found = ContourMeter(path).measure(position, s_hint=hint)
+    foot = path(np.clip(found.s, 0.0, path.length))[:, : path.linear]
+    return Deviation(path, foot[:, :2], (position - foot)[:, :2], found.error)
