@@ -54,7 +54,8 @@ def test_what_people_read_and_what_is_left(splinefeed, folder, setpoints):
     assert "contour" in heads
     # the files of the run in the same folder stay
     assert sorted(each.name for each in (folder / "made").iterdir()) == [
-        "errors.png", "errors.svg", "follow.json", "response.h5", "run.json", "setpoints.h5",
+        "contour.png", "contour.svg", "errors.png", "errors.svg",
+        "follow.json", "response.h5", "run.json", "setpoints.h5",
     ]  # fmt: skip
     again = splinefeed("follow", setpoints, "--machine", "lintable", "-o", "made", "--no-figures", "--linear")
     assert again.exit_code == 0

@@ -157,7 +157,7 @@ def test_a_machine_is_told_in_words() -> None:
         "one encoder count is 0.25 um",
         "Axis theta (rotary), closed over the encoder",
         "one encoder count is 0.0036 deg",
-        "limits:       velocity 3000 deg/s, acceleration 30000 deg/s^2, jerk 3e+06 deg/s^3",
+        "limits:       velocity 3000 deg/s, acceleration 100000 deg/s^2, jerk 1e+07 deg/s^3",
         "The paper does not tell its plant",
     ):
         assert words in text, words

@@ -13,7 +13,7 @@ from splinefeed.cli.failures import DONE, NOT_KEPT
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
     from splinefeed.pipeline.follow import Servo
-    from splinefeed.pipeline.overview import Overview
+    from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.records import Response, Setpoints
 
 EXAMPLES = """\b
@@ -70,7 +70,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.formats import response_hdf5
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.follow import Servo
-    from splinefeed.pipeline.overview import Overview
+    from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files
     from splinefeed.simulation.follow import CHUNK
 
@@ -87,11 +87,13 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(file).stem))
     servo = Servo(table, path, linear=given["linear"])
-    overview = Overview()
+    overview, pictured = Overview(), Pictured()
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{table.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
-            response_hdf5.save(_responses(chain([first], chunks), servo, overview, say), stage / files.RESPONSE)
+            response_hdf5.save(
+                _responses(chain([first], chunks), servo, overview, pictured, say), stage / files.RESPONSE
+            )
         except FormatError:
             raise
         except InputError as error:
@@ -99,7 +101,9 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
         names = [files.RESPONSE]
         if given["figures"]:
             say("drawing")
-            names += files.save_figures(files.servo_figures({first.method: overview.response}, name, table.name), stage)
+            beside = pictured.deviation(path) if path is not None else None
+            drawn = files.servo_figures({first.method: overview.response}, name, table.name, beside)
+            names += files.save_figures(drawn, stage)
         if servo.off_path > 0.0:
             notes.append(f"the setpoints lie off the path by at most {servo.off_path:.3g} mm")
         numbers = servo.tally.numbers()
@@ -123,12 +127,15 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     return {**page, "files": [str(Path(folder) / each) for each in names]}
 
 
-def _responses(chunks: Iterator[Setpoints], servo: Servo, overview: Overview, say: Say) -> Iterator[Response]:
-    """The response piece by piece on its way to the file, seen by the overview."""
+def _responses(
+    chunks: Iterator[Setpoints], servo: Servo, overview: Overview, pictured: Pictured, say: Say
+) -> Iterator[Response]:
+    """The response piece by piece on its way to the file, seen by what figures are drawn from."""
     from splinefeed.pipeline.follow import follow_chunks
 
     for response in follow_chunks(chunks, servo):
         overview.see(response)
+        pictured.see(response, servo.commanded)
         yield response
         say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * servo.tally.period:.6g} s of the motion")
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 if TYPE_CHECKING:
+    from splinefeed.machine.table import Table
     from splinefeed.records import Limits
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -179,6 +180,12 @@ limits = _all(
     ),
 )
 
+machine = click.option(
+    "--machine",
+    metavar="NAME|FILE",
+    help="The machine: its axes' limits hold where no others are given.  [see splinefeed machine list]",
+)
+
 #: Limits along the path, and the options that give them.
 _ALONG_PATH = {
     "feed": "feed",
@@ -198,10 +205,13 @@ corrections = click.option(
 )
 
 
-def limits_from(given: dict[str, Any]) -> tuple[Limits, float, str]:
+def limits_from(
+    given: dict[str, Any], machine: Table | None = None, axes: Sequence[str] = ()
+) -> tuple[Limits, float, str]:
     """Limits, period and strategy from what the options of `limits` were `given`.
 
     Without a file of limits the paper's stand in for what is not said, but not where limits of the axes say enough.
+    The limits of the `axes` of a machine hold where neither file nor options say others.
     """
     from splinefeed.formats import limits_toml
     from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, PAPER_PERIOD, TIME_OPTIMAL
@@ -209,6 +219,8 @@ def limits_from(given: dict[str, Any]) -> tuple[Limits, float, str]:
 
     file = given["limits_file"]
     flat = replaced(limits_toml.read(file).as_dict() if file else {}, given)
+    if machine is not None:
+        flat = _over_machine(flat, machine, axes)
     kinds = {key.partition(".")[0] for key in flat}
     if not file:
         if not kinds & {"axis_acceleration", "axis_jerk"}:
@@ -217,6 +229,20 @@ def limits_from(given: dict[str, Any]) -> tuple[Limits, float, str]:
     period = PAPER_PERIOD if given["period"] is None else given["period"]
     strategy = given["strategy"] or (DEFAULT_STRATEGY if kinds <= _TANGENTIAL else TIME_OPTIMAL)
     return Limits.from_dict(flat), period, strategy
+
+
+def _over_machine(flat: Mapping[str, float], machine: Table, axes: Sequence[str]) -> dict[str, float]:
+    """The limits of those of `axes` that a machine has, with those of `flat` in their place."""
+    from splinefeed.records import BY_AXIS, ROTARY_AXES
+
+    own = machine.limits(axes)
+    out = {f"{name}.{axis}": value for name, values in own.items() for axis, value in values.items()}
+    for name, value in flat.items():
+        if name in BY_AXIS and own.get(name):  # one number is for every linear axis
+            out |= {f"{name}.{axis}": value for axis in axes if axis not in ROTARY_AXES}
+        else:
+            out[name] = value
+    return out
 
 
 def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:

@@ -29,6 +29,7 @@ Examples:
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source", required=False)
 @options.limits
+@options.machine
 @options.reading
 @click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
 @options.as_json
@@ -55,12 +56,16 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
     from splinefeed.cli.source import read_path
     from splinefeed.feed.planning import plan
     from splinefeed.formats.setpoints import save
+    from splinefeed.machine.table import Table
     from splinefeed.pipeline.run import PAPER_SHAPE, share_numbers
 
-    limits, period, strategy = options.limits_from(given)
+    machine = Table.load(given["machine"]) if given["machine"] else None
+    if machine is None:
+        options.limits_from(given)  # a slip of the hand is told before anything is read
     source = PAPER_SHAPE if source is None else source
     say(f"reading {source}")
     path = read_path(source, options.reading_from(given))
+    limits, period, strategy = options.limits_from(given, machine, path.axes)
     say("planning")
     law = plan(path, limits, strategy=strategy, period=period)
     shares = tangential_shares(law, limits)

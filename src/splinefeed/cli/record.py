@@ -36,10 +36,20 @@ _READING_OPTIONS = {"which": "--path", "chord": "--chord", "tolerance": "--toler
 
 
 def record(
-    run: Run, traces: Sequence[MethodTrace], source: str, reading: Mapping[str, Any], formats: Sequence[str]
+    run: Run,
+    traces: Sequence[MethodTrace],
+    source: str,
+    reading: Mapping[str, Any],
+    formats: Sequence[str],
+    servo: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """What `run.json` says and `--json` prints, but for the names of the files."""
+    """What `run.json` says and `--json` prints, but for the names of the files; servo: what a machine made of it."""
     numbers = run.numbers()
+    machine = None
+    if servo is not None:
+        machine = servo["machine_file"]
+        numbers |= {**servo, "ok": numbers["ok"] and servo["stopped"] is None}
+        numbers["notes"] = [*numbers["notes"], *servo["servo_notes"]]
     if traces:
         numbers["methods"] = [trace.result.as_dict() for trace in traces]
     settings = dict(run.points.settings)
@@ -49,7 +59,7 @@ def record(
             "name": run.path.name,
             "source": {"text": source, **_digest(source)},
             "settings": {**settings, "reading": dict(reading)},
-            "command": command(source, settings, reading, formats),
+            "command": command(source, settings, reading, formats, machine),
             "program": f"splinefeed {splinefeed.__version__}",
             "versions": versions(),
         }
@@ -57,14 +67,24 @@ def record(
     return page
 
 
-def command(source: str, settings: Mapping[str, Any], reading: Mapping[str, Any], formats: Sequence[str]) -> str:
+def command(
+    source: str,
+    settings: Mapping[str, Any],
+    reading: Mapping[str, Any],
+    formats: Sequence[str],
+    machine: str | None = None,
+) -> str:
     """The command line that makes the same run again, every setting said, each number to its last digit."""
     words = ["splinefeed", "run", source, *_limit_words(settings["limits"])]
+    if machine is not None:
+        words += ["--machine", machine]
     for name in ("period", "strategy", "method", "corrections"):
         words += [f"--{name}", str(settings[name])]
     for name, option in _READING_OPTIONS.items():
         if reading.get(name) is not None:
             words += [option, str(reading[name])]
+    if reading.get("tangential"):
+        words.append("--3d")
     for form in formats:
         words += ["--format", form]
     return shlex.join(words)

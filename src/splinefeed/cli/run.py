@@ -13,11 +13,13 @@ from splinefeed.cli.failures import DONE, NOT_KEPT
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
     from splinefeed.pipeline.compare import MethodTrace
-    from splinefeed.pipeline.run import Run
+    from splinefeed.pipeline.experiment import Served
 
 EXAMPLES = """\b
 Examples:
   splinefeed run
+  splinefeed run --3d
+  splinefeed run butterfly --machine xytheta
   splinefeed run butterfly --accel 500 --jerk 20000 -o wings
   splinefeed run section.dat --chord 150mm --feed 3600mm/min --format hdf5 --format csv
 
@@ -27,6 +29,8 @@ Examples:
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source", required=False)
 @options.limits
+@options.machine
+@click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
 @click.option("--method", metavar="NAME", help="Interpolation method.  [default: milne-simpson-anchored]")
 @options.corrections
 @options.reading
@@ -45,15 +49,18 @@ Examples:
 def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: Any) -> None:
     """Plan the motion along SOURCE, make its setpoints, measure them; write files and figures.
 
-    SOURCE is a shape (naca:0025?perimeter=33, butterfly, ...), a JSON curve or an airfoil .dat file; without it, the
-    paper's experiment runs: a NACA 0025 airfoil of 33 mm perimeter. The exit code is 1 where a limit of the path does
-    not hold, or its end is missed.
+    SOURCE is a shape (naca:0025?perimeter=33, butterfly, ...), a JSON curve or an airfoil .dat file. With --machine its
+    simulated axes follow the setpoints, and the errors are told. The exit code is 1 where a limit does not hold, the
+    end of the path is missed, or an axis runs away.
+
+    Without SOURCE the paper's experiment runs: a NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on the
+    paper's table as we model it (or another --machine), by the paper's two methods and the default.
     """
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
     with busy("run") as say:
-        result, traces, page = _run(source, given, say)
+        traces, page = _run(source, given, say)
     if as_json:
         output.print_json(page)
     else:
@@ -62,10 +69,10 @@ def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: A
         print_run(page, [trace.result for trace in traces])
         output.print_text()
         output.print_text(f"wrote {' '.join(page['files'])}")
-    ctx.exit(DONE if result.ok else NOT_KEPT)
+    ctx.exit(DONE if page["ok"] else NOT_KEPT)
 
 
-def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[Run, list[MethodTrace], dict[str, Any]]:
+def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[MethodTrace], dict[str, Any]]:
     """Run and write; the page of numbers, with `files` as seen from the current folder."""
     from pathlib import Path
 
@@ -73,32 +80,47 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[Run, list
     from splinefeed.cli.record import record
     from splinefeed.cli.source import read_path
     from splinefeed.interpolation import registry
+    from splinefeed.machine.table import Table
     from splinefeed.pipeline.compare import compare
+    from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
     from splinefeed.pipeline.run import PAPER_SHAPE, run
     from splinefeed.report import files
 
-    limits, period, strategy = options.limits_from(given)
+    table = Table.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
+    of_paper = source is None
+    planned_for = None if of_paper else table  # the paper's experiment has the paper's limits, whatever the machine
+    if planned_for is None:
+        options.limits_from(given)  # a slip of the hand is told before anything is read
     method = given["method"] or registry.DEFAULT_METHOD
     registry.method(method)
     source = PAPER_SHAPE if source is None else source
-    reading = options.reading_from(given)
+    reading = options.reading_from(given) | ({"tangential": True} if given["tangential"] else {})
     formats = given["formats"] or ("hdf5",)
     corrections = given["corrections"]
     say(f"reading {source}")
     path = read_path(source, reading)
+    limits, period, strategy = options.limits_from(given, planned_for, path.axes)
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
         say("planning and interpolating")
         result = run(path, limits, period=period, strategy=strategy, method=method, corrections=corrections)
+        served: list[Served] = []
+        servo: dict[str, Any] | None = None
+        if table is not None:
+            say(f"following on {table.name}")
+            others = [name for name in PAPER_METHODS if name != method] if of_paper else []
+            served = [*serve_methods(path, result.law, table, others, corrections)]
+            served.append(serve(path, result.law, result.points, table))
+            servo = {**servo_numbers(served, table, of_paper), "machine_file": given["machine"] or PAPER_MACHINE}
         traces: list[MethodTrace] = []
         for name in () if given["no_compare"] else registry.methods():
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections)
-        page = record(result, traces, source, reading, formats)
+        page = record(result, traces, source, reading, formats, servo)
         say("writing setpoints and figures")
         settings = {**result.points.settings, "source": page["source"], "command": page["command"]}
         documented = dataclasses.replace(result, points=dataclasses.replace(result.points, settings=settings))
         names = files.write(
-            documented, stage, formats=formats, traces=traces, with_figures=given["figures"], record=page
+            documented, stage, formats=formats, traces=traces, with_figures=given["figures"], record=page, served=served
         )
-    return result, traces, {**page, "files": [str(Path(folder) / name) for name in names]}
+    return traces, {**page, "files": [str(Path(folder) / name) for name in names]}

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from splinefeed import units
-from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.output import WIDTH, number, print_table, print_text
 from splinefeed.records import ROTARY_AXES
 
 if TYPE_CHECKING:
@@ -52,6 +53,9 @@ def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
     if results:
         print_text()
         print_methods(results)
+    if "machine" in page:
+        print_text()
+        print_servo(page)
     print_text()
     for problem in page["problems"]:
         print_text(f"problem   {problem}")
@@ -150,7 +154,43 @@ def print_methods(results: Sequence[MethodResult]) -> None:
 def _not_kept(page: dict[str, Any]) -> list[str]:
     over = [f"{name} ({each['share']:.6g} of its limit)" for name, each in page["limits"].items() if not each["ok"]]
     missed = f"the end of the path is missed by {number(page['end_error_mm'], 3)} mm"
-    return [*over, *([] if page["end_reached"] else [missed])] or ["see the problems above"]
+    stopped = ["an axis ran away"] if page.get("stopped") else []
+    return [*over, *([] if page["end_reached"] else [missed]), *stopped] or ["see the problems above"]
+
+
+def print_servo(page: Mapping[str, Any]) -> None:
+    """What a machine made of the setpoints; of the paper's experiment method by method, and what follows."""
+    experiment = page.get("experiment")
+    if experiment is None:
+        print_text(f"on {page['machine']}:")
+        print_errors(page)
+    else:
+        print_text(f"on {page['machine']}, largest errors by method:")
+        rows = []
+        for each in experiment["methods"]:
+            cells = [
+                _error_cells(one["max"], one["rms"], one["unit"], 0.0, None)[0] for one in each["tracking"].values()
+            ]
+            contour = [length(each["contour_error_max_mm"]), length(each["contour_error_rms_mm"])]
+            at = each["contour_error_at"]
+            rows.append([each["method"], *cells, *contour, f"{number(at['t_s'])} s", f"{number(at['s_mm'])} mm"])
+        print_table(["method", *page["tracking"], "contour", "its rms", "at", "at"], rows)
+        axis, at = experiment["largest_error_axis"], experiment["largest_error_at"]
+        print_text(
+            f"largest error of an axis {number(experiment['largest_error_mm'])} mm ({axis}, at {number(at['t_s'])} s, "
+            f"{number(at['s_mm'])} mm along the path); the paper measured {experiment['paper_error_mm']} mm"
+        )
+        print_text()
+        for sentence in experiment["sentences"]:
+            print_wrapped(sentence)
+    if page["stopped"]:
+        print_text(f"STOPPED: {page['stopped']}")
+
+
+def print_wrapped(text: str) -> None:
+    """A sentence in lines of at most WIDTH letters, the later ones indented."""
+    for line in textwrap.wrap(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False):
+        print_text(line)
 
 
 def print_errors(page: Mapping[str, Any]) -> None:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.analysis.contour import ContourMeter
-from splinefeed.analysis.place import Placer
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, Response, Setpoints
+from splinefeed.records import Array, Response
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,13 +21,15 @@ class Deviation:
     error: Array
 
 
-def deviation(response: Response, path: Path, points: Setpoints) -> Deviation | None:
-    """Feet and offsets of a response to `points` over the first two linear axes; None if it lacks one of them."""
+def deviation(response: Response, path: Path, s: Array) -> Deviation | None:
+    """Feet and offsets of a response over the first two linear axes; None if it lacks one of them.
+
+    s  (n,) commanded arc length of each sample, mm, as `Servo.commanded` has it or setpoints say it
+    """
     if path.linear < 2 or any(axis not in response.axes for axis in path.axes[: path.linear]):
         return None
     columns = [response.axes.index(axis) for axis in path.axes[: path.linear]]
     position = np.ascontiguousarray(response.position[:, columns])
-    hint = Placer(path).place(points)[: len(response)]
-    found = ContourMeter(path).measure(position, s_hint=hint)
+    found = ContourMeter(path).measure(position, s_hint=np.clip(s[: len(response)], 0.0, path.length))
     foot = path(np.clip(found.s, 0.0, path.length))[:, : path.linear]
     return Deviation(path, foot[:, :2], (position - foot)[:, :2], found.error)

@@ -89,11 +89,11 @@ def sentences(served: list[Served], table: Table) -> list[str]:
     half = 0.5 * float(main.points.s[-1])
     place = "" if s is None else f", {abs(s - half):.2f} mm {'behind' if s > half else 'before'} the nose"
     words = [
-        f"model: {table.name}, a simulation; the paper tells gains, encoders, scales and card, but not its plant: speed "
-        f"per volt, lag, masses and friction are chosen in the open (splinefeed machine show {table.name})",
-        f"measurement: the paper's {PAPER_ERROR * 1e3:.2f} um, the largest of its axes, where the arc begins; here it is "
-        f"{error * 1e3:.2f} um on {axis}{place}: {error / PAPER_ERROR:.1f} times as much, which says something of the "
-        f"plant, not of the interpolator",
+        f"model: {table.name}, a simulation; the paper tells gains, encoders, scales and card, but not its plant: "
+        f"speed per volt, lag, masses and friction are chosen in the open (splinefeed machine show {table.name})",
+        f"measurement: the paper's {PAPER_ERROR * 1e3:.2f} um, the largest of its axes, where the arc begins; here it "
+        f"is {error * 1e3:.2f} um on {axis}{place}: {error / PAPER_ERROR:.1f} times as much, which says something of "
+        f"the plant, not of the interpolator",
     ]
     found = comparison(served)
     if found:
@@ -105,3 +105,21 @@ def sentences(served: list[Served], table: Table) -> list[str]:
         verdict = "matters" if found["method_matters"] else "does not matter beside the servo's own error"
         words.append(f"finding: on this machine the choice of the interpolator {verdict}: {apart}")
     return words
+
+
+def servo_numbers(served: list[Served], table: Table, of_paper: bool) -> dict[str, Any]:
+    """What `run` says of a machine: the errors of the last of `served`, and of the paper's experiment all of them."""
+    main = served[-1]
+    numbers: dict[str, Any] = {"machine": table.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
+    if of_paper:
+        axis, error, t, s = largest_linear_error(main.tally)
+        numbers["experiment"] = {
+            "paper_error_mm": PAPER_ERROR,
+            "largest_error_mm": error,
+            "largest_error_axis": axis,
+            "largest_error_at": {"t_s": t, "s_mm": s},
+            "methods": [each.numbers() for each in served],
+            **comparison(served),
+            "sentences": sentences(served, table),
+        }
+    return numbers

@@ -44,6 +44,8 @@ class Servo:
         self._rests: dict[str, float] = {}
         self._meter = None if path is None else ContourMeter(path)
         self._placer = None if path is None else Placer(path)
+        #: Commanded arc length of the ticks followed last, mm; empty where it is not known.
+        self.commanded: Array = np.zeros(0)
 
     @property
     def tally(self) -> ErrorTally:
@@ -84,6 +86,7 @@ class Servo:
             response = replace(response, contour_error=found.error)
         elif np.isfinite(points.s).all():
             s = points.s[: len(response)]
+        self.commanded = np.zeros(0) if s is None else s
         self._tally.see(response, s)
         return response
 

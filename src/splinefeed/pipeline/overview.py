@@ -6,11 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.records import IntArray, Response
+from splinefeed.geometry.path import Path
+from splinefeed.pipeline.deviation import Deviation, deviation
+from splinefeed.records import Array, IntArray, Response
 from splinefeed.simulation.follow import join
 
 #: Samples that are kept at the most; a figure has some hundred columns of pixels.
 MOST_SAMPLES = 40_000
+#: Ticks up to which the contour is pictured: five minutes at 1 ms.
+MOST_PICTURED = 300_000
 
 
 class Overview:
@@ -70,3 +74,26 @@ def _extremes(values: np.ndarray, block: int) -> IntArray:
     least = starts + np.argmin(low.reshape(blocks, block), axis=1)
     most = starts + np.argmax(high.reshape(blocks, block), axis=1)
     return np.concatenate([least, most])
+
+
+class Pictured:
+    """A response and its commanded arc lengths as long as they are short enough for a picture in the plane."""
+
+    def __init__(self, most: int = MOST_PICTURED) -> None:
+        self._left = most
+        self._parts: list[tuple[Response, Array]] = []
+
+    def see(self, response: Response, s: Array) -> None:
+        """The next piece of the response, with its commanded arc lengths (n,), mm."""
+        self._left -= len(response)
+        if self._left < 0 or len(s) != len(response):
+            self._left, self._parts = -1, []
+        elif len(response):
+            self._parts.append((response, s))
+
+    def deviation(self, path: Path) -> Deviation | None:
+        """Where the machine was beside the path, None if there was too much to picture."""
+        if not self._parts:
+            return None
+        s = np.concatenate([each for _, each in self._parts])
+        return deviation(join([each for each, _ in self._parts]), path, s)

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.setpoints import FORMATS, save
 from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.deviation import Deviation, deviation
+from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Response
 
@@ -31,7 +33,7 @@ FIGURES = ("path", "feed", "axes", "limits", "binding", "ripple")
 #: Limits along the path; figures of what binds are drawn where there are others besides.
 _ALONG = {"feed", "acceleration", "deceleration", "jerk"}
 FIGURE_FORMATS = ("svg", "png")
-SERVO_FIGURES = ("errors",)
+SERVO_FIGURES = ("errors", "contour")
 #: Everything that a run may leave, and that following setpoints may.
 FOLLOW_NAMES = (
     FOLLOW_RECORD,
@@ -81,14 +83,27 @@ def write(
     traces: Sequence[MethodTrace] = (),
     with_figures: bool = True,
     record: Mapping[str, Any] | None = None,
+    served: Sequence[Served] = (),
 ) -> list[str]:
-    """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers."""
+    """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
+
+    served  what a machine did with the setpoints, the ones of the run itself last
+    """
     place = File(folder)
     names = []
     for form in dict.fromkeys(formats):
         names.append(SETPOINTS[form])
         save(run.points, place / names[-1])
-    names += save_figures(figures(run, traces), place) if with_figures else []
+    if served:
+        names.append(RESPONSE)
+        save(served[-1].response, place / RESPONSE)
+    if with_figures:
+        names += save_figures(figures(run, traces), place)
+        if served:
+            responses = {each.points.method: each.response for each in served}
+            machine = str((record or {}).get("machine", ""))
+            beside = deviation(served[-1].response, run.path, run.points.s)
+            names += save_figures(servo_figures(responses, run.path.name, machine, beside), place)
     names.append(RECORD)
     write_record({**(record or {}), "files": names}, place / RECORD)
     return names
@@ -104,12 +119,16 @@ def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File) -> list[str]
     return names
 
 
-def servo_figures(responses: Mapping[str, Response], name: str, machine: str) -> Iterator[tuple[str, Figure]]:
+def servo_figures(
+    responses: Mapping[str, Response], name: str, machine: str, beside: Deviation | None = None
+) -> Iterator[tuple[str, Figure]]:
     """Name and figure of what the axes of a machine did, one at a time; `responses` by what led to them."""
-    from splinefeed.report.servo_figures import errors_figure
+    from splinefeed.report.servo_figures import contour_figure, errors_figure
 
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     yield "errors", errors_figure(responses, name, machine)
+    if beside is not None:
+        yield "contour", contour_figure(beside, name, machine)
 
 
 def write_record(page: Mapping[str, Any], file: File) -> None:

@@ -1,0 +1,150 @@
+"""`splinefeed run` on a machine: the paper's experiment, a SOURCE under a machine's limits, and axes that run away."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from importlib.resources import files as resources
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.pipeline.experiment import PAPER_METHODS
+
+QUIET = ("--no-figures", "--no-compare")
+
+
+def page_of(result) -> dict:
+    assert result.exit_code in (0, 1), result.output
+    return json.loads(result.stdout)
+
+
+def test_the_experiment_puts_the_paper_s_methods_side_by_side(splinefeed, folder):
+    page = page_of(splinefeed("run", "--json", *QUIET))
+    found = page["experiment"]
+    assert page["machine"] == "xytheta"
+    assert [each["method"] for each in found["methods"]] == list(PAPER_METHODS)
+    assert found["paper_error_mm"] == 0.01218
+    main = found["methods"][-1]
+    assert page["contour_error_max_mm"] == main["contour_error_max_mm"]
+    assert page["tracking_error_max"] == main["tracking_error_max"]
+    # each is what the API gives for these setpoints
+    path = sf.shapes.naca("0025", perimeter=33)
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=50, jerk=2000), period=1e-3)
+    for each in found["methods"]:
+        response = sf.follow(sf.interpolate(path, law, method=each["method"]), sf.Table.load("xytheta"), path)
+        assert each["contour_error_max_mm"] == pytest.approx(np.max(response.contour_error), rel=1e-9)
+    assert found["largest_error_mm"] == max(page["tracking_error_max"].values())
+    # the digest: 85 to 107 um on X; Taylor-2 and Milne-Simpson move the contour error by less than a hundredth
+    assert 0.085 < found["largest_error_mm"] < 0.107
+    assert found["largest_error_axis"] == "x"
+    assert found["spread_share"] < 0.01
+    assert found["method_matters"] is False
+    assert page["files"][:2] == ["splinefeed-naca0025/setpoints.h5", "splinefeed-naca0025/response.h5"]
+
+
+def test_the_experiment_says_what_is_model_and_what_is_measurement(splinefeed, folder):
+    text = splinefeed("run", *QUIET).stdout
+    assert "the paper measured 0.01218 mm" in text
+    words = " ".join(text.split())
+    assert "model: xytheta, a simulation; the paper tells gains" in words
+    assert "measurement: the paper's 12.18 um" in words
+    assert (
+        "finding: on this machine the choice of the interpolator does not matter beside the servo's own error" in words
+    )
+
+
+def test_with_3d_theta_follows_the_tangent(splinefeed, folder):
+    page = page_of(splinefeed("run", "--3d", "--json", *QUIET, "-o", "out"))
+    assert list(page["tracking_error_max"]) == ["x", "y", "theta"]
+    assert page["tracking"]["theta"]["unit"] == "deg"
+    assert "--3d" in shlex.split(page["command"])
+    points = sf.load("out/setpoints.h5")
+    assert points.axes == ("x", "y", "theta")
+    middle = slice(100, -100)
+    steps = np.gradient(points.position[:, :2], axis=0)[middle]
+    turned = points.position[middle, 2] - np.arctan2(steps[:, 1], steps[:, 0])
+    assert np.max(np.abs(np.sin(turned))) < 1e-3
+    assert np.all(np.cos(turned) > 0.9)
+    # the path is found again from what the setpoints say
+    again = page_of(splinefeed("follow", "out/setpoints.h5", "--machine", "xytheta", "--json", "--no-figures"))
+    assert again["contour_error_max_mm"] == page["contour_error_max_mm"]
+    assert splinefeed("check", "out/setpoints.h5").exit_code == 0
+    assert sf.load("out/response.h5").axes == ("x", "y", "theta")
+
+
+def test_a_source_is_planned_for_the_axes_of_its_machine(splinefeed, folder):
+    page = page_of(splinefeed("run", "smooth.json", "--machine", "xytheta", "--json", *QUIET, "-o", "out"))
+    assert page["strategy"] == "time-optimal"
+    assert page["limits"]["axis_acceleration.x"]["limit"] == 2000.0
+    assert page["limits"]["travel.x"]["ok"]
+    assert "experiment" not in page
+    assert page["contour_error_max_mm"] > 0.0
+    text = splinefeed("run", "smooth.json", "--machine", "xytheta", *QUIET, "-o", "out").stdout
+    assert "on xytheta:" in text
+    own = page_of(
+        splinefeed("run", "smooth.json", "--machine", "xytheta", "--axis-accel", "300", "--json", *QUIET, "-o", "out")
+    )
+    assert own["limits"]["axis_acceleration.x"]["limit"] == 300.0
+    assert own["limits"]["axis_jerk.x"]["limit"] == 100000.0
+    plan = page_of(splinefeed("plan", "smooth.json", "--machine", "xytheta", "--axis-accel", "300", "--json"))
+    assert plan["duration_s"] == own["duration_s"]
+    seven = page_of(
+        splinefeed(
+            "run",
+            "smooth.json",
+            "--machine",
+            "xytheta",
+            "--strategy",
+            "seven-phase",
+            "--accel",
+            "50",
+            "--jerk",
+            "2000",
+            "--json",
+            *QUIET,
+            "-o",
+            "out",
+        )
+    )
+    assert seven["strategy"] == "seven-phase"
+
+
+def test_one_number_for_all_axes_leaves_theta_its_own(splinefeed, folder):
+    words = ["plan", "circle?radius=10&tangential=true", "--machine", "xytheta", "--axis-accel", "300", "--json"]
+    assert page_of(splinefeed(*words))["strategy"] == "time-optimal"
+    from splinefeed.cli import options
+    from splinefeed.machine.table import Table
+
+    flat = options._over_machine({"axis_acceleration": 300.0}, Table.load("xytheta"), ("x", "y", "theta"))
+    assert flat["axis_acceleration.x"] == 300.0
+    assert flat["axis_acceleration.theta"] == pytest.approx(np.radians(100000.0))
+
+
+def test_a_run_away_is_exit_code_1_and_all_files_are_there(splinefeed, folder):
+    text = resources("splinefeed").joinpath("machines/xytheta.toml").read_text()
+    (folder / "wild.toml").write_text(text.replace('kd = "0.1862V*s/mm"', 'kd = "200V*s/mm"'))
+    result = splinefeed("run", "smooth.json", "--machine", "wild.toml", "--no-compare", "-o", "out")
+    assert result.exit_code == 1, result.output
+    assert "STOPPED: axis x ran away at 0." in result.stdout
+    assert "NOT KEPT: an axis ran away" in result.stdout
+    assert "axis x: gains unstable" in result.stdout
+    assert sf.load("out/response.h5").stopped is not None
+    assert {"errors.png", "contour.svg", "setpoints.h5", "run.json"} <= {
+        each.name for each in (folder / "out").iterdir()
+    }
+
+
+def test_bad_input(refused, folder):
+    assert refused("run", "--machine", "xyteta").endswith("did you mean xytheta?")
+    assert refused("plan", "smooth.json", "--machine", "no.toml").startswith("no.toml: cannot be read")
+    line = refused("run", "smooth.json", "--machine", "xytheta", "--feed", "0")
+    assert line == "feed is 0; it must be greater than 0"
+    curve = json.loads((folder / "smooth.json").read_text())
+    curve["control_points"] = [[*point, i] for i, point in enumerate(curve["control_points"])]
+    (folder / "space.json").write_text(json.dumps(curve))
+    line = refused("run", "space.json", "--machine", "xytheta", *QUIET)
+    assert line.startswith("the setpoints move axis z by ")
+    line = refused("run", "space.json", "--3d")
+    assert line.startswith("the path has axes x y z; theta follows a path of two linear axes")
