@@ -77,6 +77,7 @@ FORMATS = (
     Format("IGES", "iges", (".iges", ".igs"), MAX_CAD_BYTES),
     Format("3DM", "threedm", (".3dm",), MAX_CAD_BYTES),
     Format("airfoil", "airfoil", (".dat", ".txt")),
+    Format("G-code", "gcode", (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".h", ".gc", ".g"), 2 * 2**30),
 )
 
 

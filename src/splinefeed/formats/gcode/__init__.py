@@ -1,0 +1,25 @@
+"""G-code: programs of machine tools, read to paths with feeds and markers, and written again.
+
+`words` and `expressions` read a line, `interpreter` knows what it does to the state (`state`, `codes`, `offsets`),
+`reader` runs a whole file into flat arrays of moves (`moves`), `arcs`, `splines` and `to_path` make curves of them,
+`summary` counts them without making any; `dialects` tells controls apart. `write` and its neighbours go the other way.
+docs/gcode.md says what each dialect holds.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from splinefeed.formats.gcode.dialects import holds as holds
+
+#: Where the rest lives; it needs the kernels, and telling formats apart does not.
+_LATER = {"from_file": "to_path"}
+
+__all__ = ["from_file", "holds"]  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_LATER[name]}"), name)

@@ -1,0 +1,81 @@
+"""G and M codes: which groups they belong to, and what is said of those that are not read.
+
+Codes are kept as tenths: G61.1 is 611. Source: LinuxCNC, "G-Code Overview", table of modal groups.
+"""
+
+from __future__ import annotations
+
+#: Groups of which a line may name one code. Motion also holds the codes that are refused.
+GROUPS: dict[str, tuple[int, ...]] = {
+    "motion": (
+        *(0, 10, 20, 30, 50, 51, 52, 53, 62, 63, 310, 330, 331, 382, 383, 384, 385),
+        *(730, 740, 760, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890),
+    ),
+    "one line": (40, 100, 280, 281, 300, 301, 520, 530, 920, 921, 922, 923),
+    "plane": (170, 180, 190, 171, 181, 191),
+    "distance": (900, 910),
+    "arc distance": (901, 911),
+    "feed mode": (930, 940, 950),
+    "units": (200, 210, 700, 710),
+    "cutter compensation": (400, 410, 411, 420, 421),
+    "tool length": (430, 431, 432, 490),
+    "retract": (980, 990),
+    "coordinate system": (540, 550, 560, 570, 580, 590, 591, 592, 593),
+    "path control": (610, 611, 640),
+    "spindle mode": (960, 970),
+    "lathe diameter": (70, 80),
+}
+GROUP_OF = {code: group for group, codes in GROUPS.items() for code in codes}
+
+M_GROUPS: dict[str, tuple[int, ...]] = {
+    "stop": (0, 1, 2, 30, 60, 99),
+    "spindle": (3, 4, 5, 19),
+    "tool change": (6, 61),
+    "override": (48, 49),
+}
+M_GROUP_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
+
+#: What cannot be a path, or not without the machine: what it is, and what to do.
+REFUSED: dict[int, str] = {
+    310: "a probe move: where it ends is known on the machine only; leave it out",
+    330: "motion with the spindle, whose feed is not known here; write G1 with F",
+    331: "rigid tapping, which goes with the spindle; leave it out",
+    382: "a probe move: where it ends is known on the machine only; leave it out",
+    383: "a probe move: where it ends is known on the machine only; leave it out",
+    384: "a probe move: where it ends is known on the machine only; leave it out",
+    385: "a probe move: where it ends is known on the machine only; leave it out",
+    410: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
+    411: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
+    420: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
+    421: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
+    650: "a macro call; only plain programs are read",
+    660: "a modal macro call; only plain programs are read",
+    680: "a turned coordinate system; write the turned coordinates",
+    510: "scaling or mirroring; write the scaled coordinates",
+    160: "polar coordinates; write X and Y",
+    70: "lathe diameter mode; write radii (G8)",
+    171: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
+    181: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
+    191: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
+    950: "feed a revolution, which needs the spindle's speed; write G94 and feed a minute",
+    **{
+        code: "a canned cycle; let the CAM system write its moves"
+        for code in (730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890)
+    },
+}
+
+#: Cutter compensation and feed a revolution can be read as they stand, if the user says so with `repair`.
+READ_AS_THEY_STAND = frozenset((410, 411, 420, 421))
+
+#: Codes that change nothing that a path knows.
+WITHOUT_EFFECT = frozenset((80, 150, 400, 490, 500, 690, 800, 960, 970, 980, 990))
+
+#: M codes for which LinuxCNC does not wait until the tool rests: outputs in step with motion, and overrides.
+ON_THE_MOVE = frozenset((48, 49, 50, 51, 52, 53, 62, 63, 67))
+ENDS = frozenset((2, 30))
+SUBPROGRAMS = frozenset((96, 97, 98, 99))
+
+
+def g_name(code: int) -> str:
+    """G61.1 for 611."""
+    return f"G{code // 10}" + (f".{code % 10}" if code % 10 else "")

@@ -1,0 +1,116 @@
+"""Dialects of G-code: which a file is in, and in what they differ."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from splinefeed.errors import InputError
+from splinefeed.formats.source import head_text
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """What a control reads differently from LinuxCNC.
+
+    extruder      E words are filament and no motion
+    dwell         s of one unit of G4's P; dwell_words: letters of G4 that are in s
+    modes         codes that switch functions of the control on and off and move nothing
+    texts         M codes behind which a text stands
+    """
+
+    name: str
+    title: str
+    extruder: bool = False
+    dwell: float = 1.0
+    dwell_words: str = ""
+    modes: frozenset[int] = frozenset()
+    texts: frozenset[int] = frozenset()
+
+
+DIALECTS = {
+    each.name: each
+    for each in (
+        Dialect("linuxcnc", "LinuxCNC"),
+        Dialect(
+            "fanuc",
+            "Fanuc",
+            dwell=1e-3,
+            dwell_words="XU",
+            # G05 P10000 and G05.1 Q1 look ahead, G08 P1 does too; G50.1 and G69 end what is refused when it begins
+            modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 130)),
+        ),
+        Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690))),
+        Dialect(
+            "printer",
+            "3-D printer",
+            extruder=True,
+            dwell=1e-3,
+            dwell_words="S",
+            modes=frozenset((100, 110, 290, 800)),
+            texts=frozenset((117, 118)),
+        ),
+        Dialect("siemens", "Siemens Sinumerik"),
+        Dialect("heidenhain", "Heidenhain"),
+    )
+}
+
+_HEIDENHAIN = re.compile(
+    r"^[ \t]*\d*[ \t]*BEGIN[ \t]+PGM\b|^[ \t]*\d+[ \t]+(?:L|SPL|CC|C|TOOL CALL|BLK FORM)\s+[XYZIU+-]", re.I | re.M
+)
+_SIEMENS = re.compile(
+    r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;\$PATH|^%_N_|\bCYCLE\d+[ \t]*\("
+    r"|\bG(?:500|505|64[12])\b",
+    re.I | re.M,
+)
+_PRINTER = re.compile(
+    r"^[ \t]*(?:N\d+[ \t]*)?(?:G[0123]\b[^;(\n]*\sE-?[\d.]|M(?:82|83|84|104|106|107|109|140|190)\b|G92\s*E)",
+    re.I | re.M,
+)
+_FANUC = re.compile(
+    r"^[ \t]*O\d{4,5}\b(?!\s*(?:sub|call|if|while|do|repeat))|\bG0?5\.1\s*Q[013]\b"
+    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b",
+    re.I | re.M,
+)
+_MACH3 = re.compile(r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b", re.I | re.M)
+_DETECTED = (("heidenhain", _HEIDENHAIN), ("siemens", _SIEMENS), ("fanuc", _FANUC), ("mach3", _MACH3))
+
+#: A line of a program, for telling one from other text: words, or a comment, or %.
+_WORDS = re.compile(r"^[ \t]*/?\d?\s*(?:[A-Z]\s*[-+]?[\d.#\[][-+\d.]*\s*)+(?:[;(].*)?$", re.I)
+_CODE = re.compile(r"^[ \t]*/?\s*(?:N\s*\d+[ \t]*)?[GMT]\s*\d", re.I)
+#: Lines that are looked at to tell whether a file is a program.
+_LOOKED_AT = 400
+
+
+def named(name: str) -> Dialect:
+    """The dialect called `name`; InputError lists them."""
+    try:
+        return DIALECTS[name.lower()]
+    except (KeyError, AttributeError):
+        raise InputError(f"dialect {name!r} is not known; there are {', '.join(DIALECTS)}") from None
+
+
+def detect(head: bytes) -> Dialect:
+    """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
+    text = head_text(head)
+    code = re.sub(r"\([^)\n]*\)|;(?!\$PATH).*", "", text)
+    for name, sign in _DETECTED:
+        if sign.search(text if name == "mach3" else code):
+            return DIALECTS[name]
+    return DIALECTS["printer" if _PRINTER.search(code) else "linuxcnc"]
+
+
+def holds(head: bytes) -> bool:
+    """Whether `head` looks like a program: words of G-code on most of its lines, and G, M or T among them."""
+    if b"\0" in head:
+        return False
+    text = head_text(head)
+    if _HEIDENHAIN.search(text[:4096]):
+        return True
+    lines = [line.strip() for line in text.splitlines()[:_LOOKED_AT]]
+    if len(lines) > 1 and len(text) == len(head):
+        lines = lines[:-1] if len(lines) < _LOOKED_AT and not text.endswith("\n") and len(head) >= 2**16 else lines
+    told = [line for line in lines if line and line[0] not in "%;("]
+    codes = sum(1 for line in told if _CODE.match(line))
+    words = sum(1 for line in told if _WORDS.match(line) or _SIEMENS.search(line))
+    return codes > 0 and words >= 0.7 * len(told)

@@ -1,0 +1,232 @@
+"""Numbers, parameters and expressions of RS274: [#1 * COS[30] + 2.5].
+
+Source: Kramer, Proctor, Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556, 2000, section 3.3.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from functools import partial
+from typing import TypeVar
+
+#: Most brackets within brackets.
+MAX_DEPTH = 40
+#: Two numbers this near each other are the same to EQ and NE, as in the standard.
+SAME = 1e-4
+
+T = TypeVar("T")
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_WITH_EXPONENT = re.compile(_NUMBER.pattern + r"(?:[eE][+-]?[0-9]{1,3})?")
+_SPACE = re.compile(r"[ \t\r]*")
+_OPERATOR = re.compile(r"\*\*|[-+*/]|MOD|AND|XOR|OR|EQ|NE|GE|GT|LE|LT", re.IGNORECASE)
+_FUNCTION = re.compile(r"ABS|ACOS|ASIN|ATAN|COS|EXISTS|EXP|FIX|FUP|LN|ROUND|SIN|SQRT|TAN", re.IGNORECASE)
+_NAME = re.compile(r"<([^<>\[\]#]*)>")
+_RANK = {"**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3, "AND": 1, "OR": 1, "XOR": 1}
+
+
+class LineError(Exception):
+    """What is wrong with a line, without its number; the interpreter adds that."""
+
+
+class Parameters:
+    """Values of numbered and named parameters; `known` are those that the interpreter computes, such as positions."""
+
+    def __init__(self, known: Callable[[int], float | None] | None = None) -> None:
+        self.numbers: dict[int, float] = {}
+        self.names: dict[str, float] = {}
+        self.known = known
+
+    def get(self, key: int | str) -> float:
+        """Value of a parameter; LineError if it has none."""
+        value = self.find(key)
+        if value is None:
+            name = f"#{key}" if isinstance(key, int) else f"#<{key}>"
+            raise LineError(f"{name} has no value; set it in the program before it is used")
+        return value
+
+    def find(self, key: int | str) -> float | None:
+        """Value of a parameter, or None."""
+        if isinstance(key, str):
+            return self.names.get(key)
+        computed = self.known(key) if self.known is not None else None
+        return self.numbers.get(key) if computed is None else computed
+
+    def set(self, key: int | str, value: float) -> None:
+        """Give a parameter a value."""
+        if isinstance(key, str):
+            self.names[key] = value
+        else:
+            self.numbers[key] = value
+
+
+class Scanner:
+    """Reads one line from left to right; `at` is the place reached."""
+
+    def __init__(self, text: str, parameters: Parameters, exponents: bool = False) -> None:
+        self.text = text
+        self.at = 0
+        self.number = _WITH_EXPONENT if exponents else _NUMBER
+        self.parameters = parameters
+        self.depth = 0
+
+    def skip(self) -> None:
+        """Pass over blanks."""
+        match = _SPACE.match(self.text, self.at)
+        self.at = match.end() if match else self.at
+
+    def peek(self) -> str:
+        """The next character that is no blank, or nothing."""
+        self.skip()
+        return self.text[self.at : self.at + 1]
+
+    def value(self) -> float:
+        """A real value: a number, an expression in brackets, a parameter or a function."""
+        c = self.peek()
+        match = self.number.match(self.text, self.at)
+        if match is not None:
+            self.at = match.end()
+            return float(match[0])
+        if c in ("+", "-"):
+            self.at += 1
+            value = self._deeper(self.value)
+            return -value if c == "-" else value
+        if c == "[":
+            return self._deeper(self._bracket)
+        if c == "#":
+            return self.parameters.get(self._deeper(self.parameter))
+        name = _FUNCTION.match(self.text, self.at)
+        if name is not None:
+            self.at = name.end()
+            return self._deeper(lambda: self._function(name[0].upper()))
+        raise LineError(f"a number is missing{_before(self.text, self.at)}")
+
+    def parameter(self) -> int | str:
+        """Behind #: the number or name of a parameter; # itself is at `at`."""
+        self.at += 1
+        if self.peek() == "<":
+            match = _NAME.match(self.text, self.at)
+            if match is None:
+                raise LineError("a parameter's name needs < and >")
+            self.at = match.end()
+            return "".join(match[1].split()).lower()
+        value = self._deeper(self.value)
+        number = round(value) if math.isfinite(value) and abs(value) < 1e6 else -1
+        if number < 1 or abs(value - number) > SAME:
+            raise LineError(f"#{value:g} is no parameter; their numbers are whole and from 1")
+        return number
+
+    def _deeper(self, read: Callable[[], T]) -> T:
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise LineError(f"more than {MAX_DEPTH} brackets within brackets")
+        result = read()
+        self.depth -= 1
+        return result
+
+    def _bracket(self) -> float:
+        if self.peek() != "[":
+            raise LineError(f"[ is missing{_before(self.text, self.at)}")
+        self.at += 1
+        value = self._chain(0)
+        if self.peek() != "]":
+            raise LineError(f"] is missing{_before(self.text, self.at)}")
+        self.at += 1
+        return value
+
+    def _chain(self, least: int) -> float:
+        """Values joined by operators of at least the rank `least`, those of one rank from left to right."""
+        left = self.value()
+        while True:
+            self.skip()
+            match = _OPERATOR.match(self.text, self.at)
+            if match is None:
+                return left
+            name = match[0].upper()
+            rank = _RANK.get(name, 2)
+            if rank < least:
+                return left
+            self.at = match.end()
+            left = _combine(name, left, self._deeper(partial(self._chain, rank + 1)))
+
+    def _function(self, name: str) -> float:
+        if name == "EXISTS":
+            if self.peek() != "[":
+                raise LineError("EXISTS needs a parameter in brackets")
+            self.at += 1
+            if self.peek() != "#":
+                raise LineError("EXISTS needs a parameter in brackets")
+            key = self.parameter()
+            if self.peek() != "]":
+                raise LineError("EXISTS needs a parameter in brackets")
+            self.at += 1
+            return float(self.parameters.find(key) is not None)
+        value = self._bracket()
+        if name == "ATAN":
+            if self.peek() != "/":
+                raise LineError("ATAN needs two values: ATAN[y]/[x]")
+            self.at += 1
+            return math.degrees(math.atan2(value, self._bracket()))
+        try:
+            return _finite(_FUNCTIONS[name](value))
+        except (ValueError, OverflowError):
+            raise LineError(f"{name}[{value:g}] has no value") from None
+
+
+def _round(value: float) -> float:
+    return math.copysign(math.floor(abs(value) + 0.5), value)
+
+
+_FUNCTIONS: dict[str, Callable[[float], float]] = {
+    "ABS": abs,
+    "ACOS": lambda x: math.degrees(math.acos(x)),
+    "ASIN": lambda x: math.degrees(math.asin(x)),
+    "COS": lambda x: math.cos(math.radians(x)),
+    "EXP": math.exp,
+    "FIX": lambda x: float(math.floor(x)),
+    "FUP": lambda x: float(math.ceil(x)),
+    "LN": math.log,
+    "ROUND": _round,
+    "SIN": lambda x: math.sin(math.radians(x)),
+    "SQRT": math.sqrt,
+    "TAN": lambda x: math.tan(math.radians(x)),
+}
+
+_OPERATIONS: dict[str, Callable[[float, float], float]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "**": math.pow,
+    "MOD": lambda a, b: a - b * math.floor(a / b),
+    "AND": lambda a, b: float(a != 0.0 and b != 0.0),
+    "OR": lambda a, b: float(a != 0.0 or b != 0.0),
+    "XOR": lambda a, b: float((a != 0.0) != (b != 0.0)),
+    "EQ": lambda a, b: float(abs(a - b) < SAME),
+    "NE": lambda a, b: float(abs(a - b) >= SAME),
+    "GT": lambda a, b: float(a > b),
+    "GE": lambda a, b: float(a >= b),
+    "LT": lambda a, b: float(a < b),
+    "LE": lambda a, b: float(a <= b),
+}
+
+
+def _combine(name: str, left: float, right: float) -> float:
+    try:
+        return _finite(_OPERATIONS[name](left, right))
+    except (ZeroDivisionError, ValueError, OverflowError):
+        raise LineError(f"{left:g} {name} {right:g} has no value") from None
+
+
+def _finite(value: float) -> float:
+    if not math.isfinite(value):
+        raise OverflowError
+    return value
+
+
+def _before(text: str, at: int) -> str:
+    """Where in the line, for a message."""
+    rest = text[at : at + 12].strip()
+    return f" before {rest!r}" if rest else " at the end of the line"

@@ -1,0 +1,439 @@
+"""What a line does: the interpreter of RS274 as LinuxCNC has it, and of the dialects that are near to it.
+
+Source: LinuxCNC documentation, "G-Codes", "M-Codes" and "G-Code Overview"; NISTIR 6556. Order within a line: feed mode,
+units, feed, speed, tool, spindle and coolant, dwell, plane, tool length, coordinate system, path control, distance
+mode, offsets and reference points, motion, stop. LinuxCNC takes F in the units of the line before; here F goes with
+G20 and G21 of its own line, and a finding says so.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from splinefeed.formats.gcode import codes
+from splinefeed.formats.gcode.codes import g_name
+from splinefeed.formats.gcode.dialects import Dialect
+from splinefeed.formats.gcode.expressions import LineError, Parameters
+from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, RAPID, Findings
+from splinefeed.formats.gcode.offsets import (
+    G92_PARAMETERS,
+    POSITION_PARAMETERS,
+    REFERENCE_PARAMETERS,
+    SYSTEM_PARAMETERS,
+    SYSTEM_STEP,
+    SYSTEMS,
+)
+from splinefeed.formats.gcode.spline_words import SplineWords
+from splinefeed.formats.gcode.state import UNBOUNDED, State
+from splinefeed.formats.gcode.words import Block, parse, without_comments
+from splinefeed.kernels import gcode as layout
+from splinefeed.records import Array
+
+_RATE = {0: RAPID, 10: LINE, 20: CLOCKWISE, 30: COUNTERCLOCKWISE}
+_SPLINES = (50, 51, 52, 53, 62, 63)
+#: Letters that belong to M codes where no G code of the line takes them.
+_M_WORDS = "PLQEDIJKRU"
+#: Most turns of one arc.
+MAX_TURNS = 1_000
+
+
+class Interpreter:
+    """Runs lines one after the other on a `State`; `ended` is set by M2, M30 and the like."""
+
+    def __init__(self, state: State, dialect: Dialect, findings: Findings, *, repair: bool = False) -> None:
+        self.state = state
+        self.dialect = dialect
+        self.findings = findings
+        self.repair = repair
+        self.parameters = Parameters(self._parameter)
+        self.ended = False
+        self.line = 0
+        self.splines = SplineWords(state)
+        self._modal: int | None = None
+        self._absolute_centre = False
+        self._words: dict[str, float] = {}
+        self._reference: dict[int, Array] = {}
+        self._machine_known = bool(state.offsets.known)
+
+    def run(self, text: str, line: int) -> None:
+        """Do what the line `text` says; LineError, without the line's number, for what cannot be done."""
+        self.line = line
+        if self.state.modes[layout.MOTION] >= 0:  # the kernel has seen G0 to G3 meanwhile
+            self._modal = 10 * int(self.state.modes[layout.MOTION])
+        block = parse(self._plain(text), self.parameters, exponents=self.repair)
+        if block.deletable:
+            self.findings.count("lines with / are carried out, as if block delete were off", line)
+        if not block.empty:
+            self._do(block)
+        for key, value in block.settings:
+            self.parameters.set(key, value)
+
+    def end(self) -> None:
+        """The file is at its end; LineError if a spline is still open."""
+        self.splines.end()
+
+    # --- words ------------------------------------------------------------------------------------------------------
+
+    def _plain(self, text: str) -> str:
+        """The line without what only its dialect knows."""
+        for code in self.dialect.texts:
+            if text.lstrip().upper().startswith(f"M{code}"):
+                return ""
+        if self.dialect.extruder and "*" in text:
+            text = without_comments(text).rpartition("*")[0]  # a checksum
+        return text
+
+    def _take(self, letter: str, otherwise: float | None = None) -> float | None:
+        """The value of a word, which is then done with."""
+        return self._words.pop(letter, otherwise)
+
+    def _need(self, letter: str, code: int) -> float:
+        value = self._take(letter)
+        if value is None:
+            raise LineError(f"{g_name(code)} needs {letter}")
+        return value
+
+    def _whole(self, letter: str, code: int) -> int:
+        value = self._need(letter, code)
+        if abs(value) > 1e6 or abs(value - round(value)) > 1e-4:
+            raise LineError(f"{letter}{value:g} of {g_name(code)} is no whole number")
+        return round(value)
+
+    def _axes(self) -> dict[int, float]:
+        """Axis words as values in mm or rad by axis, which are then done with."""
+        found = {axis: self._take(letter) for axis, letter in enumerate(LETTERS) if letter in self._words}
+        return {axis: self.state.scaled(axis, value) for axis, value in found.items() if value is not None}
+
+    def _parameter(self, number: int) -> float | None:
+        """Values that the interpreter knows by number, in the units in force."""
+        state = self.state
+        axis = number - POSITION_PARAMETERS
+        if 0 <= axis < AXES:
+            place = state.position[axis] - state.values[layout.OFFSET + axis]
+            return float(place / state.values[layout.SCALE + axis])
+        axis = number - G92_PARAMETERS
+        if 0 <= axis < AXES:
+            return float(state.offsets.g92[axis] / state.values[layout.SCALE + axis])
+        system, axis = divmod(number - SYSTEM_PARAMETERS, SYSTEM_STEP)
+        if 0 <= system < 9 and axis < AXES:
+            return float(state.offsets.systems[system + 1][axis] / state.values[layout.SCALE + axis])
+        return None
+
+    # --- one line ---------------------------------------------------------------------------------------------------
+
+    def _do(self, block: Block) -> None:
+        self._words = dict(block.words)
+        known = {code for code in block.g if code not in self.dialect.modes}
+        for code in sorted(set(block.g) - known):
+            for letter in "PQR":
+                self._take(letter)
+            self.findings.count(f"{g_name(code)} switches a function of the control and moves nothing", self.line)
+        if self.dialect.extruder and "E" in self._words:
+            self._take("E")
+            self.state.modes[layout.EXTRUDED] = 1
+        for code in sorted(known):
+            self._refuse(code, known)
+        if known & codes.READ_AS_THEY_STAND:
+            self._take("D")
+        self._units_and_feed(known)
+        self._outputs(block)
+        self._modes(known)
+        self._places(known)
+        self._motion(known)
+        self._stops(block)
+        if self._words:
+            letter, value = next(iter(self._words.items()))
+            hint = "; a number cannot have an exponent" if letter == "E" else ""
+            raise LineError(f"{letter}{value:g} belongs to no code of the line{hint}")
+
+    def _refuse(self, code: int, known: set[int]) -> None:
+        reason = codes.REFUSED.get(code)
+        if reason is None:
+            if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT and code not in (434, 435):
+                raise LineError(f"{g_name(code)} is not known in the dialect {self.dialect.title}")
+            return
+        if self.repair and code in codes.READ_AS_THEY_STAND:
+            what = reason.partition(",")[0]
+            self.findings.count(f"{g_name(code)} ({what}) is left out; the path is as programmed", self.line)
+            return
+        if self.repair and 310 <= code <= 385 and code not in (330, 331):
+            self.findings.count(f"{g_name(code)} is left out: {reason.partition(';')[0]}", self.line)
+            self._axes()
+            known.discard(code)
+            self._modal = None
+            self.state.modes[layout.MOTION] = -1
+            return
+        raise LineError(f"{g_name(code)} is {reason}")
+
+    def _units_and_feed(self, known: set[int]) -> None:
+        state = self.state
+        if known & {930, 940}:
+            state.modes[layout.INVERSE] = 930 in known
+        inch = bool(known & {200, 700})
+        if known & {200, 210, 700, 710} and inch != state.inch:
+            if "F" in self._words:
+                unit = "inches" if inch else "mm"
+                self.findings.count(f"F stands with a change of units and is taken in {unit} a minute", self.line)
+            state.set_units(inch=inch)
+        feed = self._words.get("F")
+        if feed is not None:
+            if not 0.0 <= feed <= layout.LARGEST:
+                raise LineError(f"F{feed:g} is no feed")
+            if not state.modes[layout.INVERSE]:
+                state.values[layout.FEED] = feed * state.values[layout.SCALE]
+                self._take("F")
+
+    def _outputs(self, block: Block) -> None:
+        """S, T and M as markers before the motion of the line; dwells likewise."""
+        said = [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
+        before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
+        for code in before:
+            if code in codes.SUBPROGRAMS:
+                raise LineError(f"M{code}: subprograms are not read; write the program in one piece")
+        said += [f"M{code}" for code in before]
+        if before and not any(code in codes.GROUP_OF for code in block.g):
+            said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
+        if "S" in block.words and not before and "T" not in block.words:
+            self.state.say(self.line, " ".join(said))
+        elif said:
+            self.state.say(self.line, " ".join(said), stop=any(code not in codes.ON_THE_MOVE for code in before or [6]))
+        if 40 in block.g:
+            self._dwell()
+
+    def _dwell(self) -> None:
+        seconds = self._take("P")
+        seconds = None if seconds is None else seconds * self.dialect.dwell
+        for letter in self.dialect.dwell_words:
+            seconds = self._take(letter, seconds)
+        if seconds is None:
+            raise LineError("G4 needs P, the time to wait")
+        if not 0.0 <= seconds <= layout.LARGEST:
+            raise LineError(f"G4: a wait of {seconds:g} s is not possible")
+        self.state.say(self.line, dwell=seconds)
+
+    def _modes(self, known: set[int]) -> None:
+        state = self.state
+        for code in (170, 180, 190):
+            if code in known:
+                state.modes[layout.PLANE] = code // 10
+        for code in (430, 431, 432, 434, 435):
+            if code in known:
+                self.findings.say(
+                    f"line {self.line}: {g_name(code)}: the path is that of the tool's tip, as programmed"
+                )
+                if code == 431:
+                    self._axes()
+                self._take("H")
+        if self._words.keys() & {"H", "D"} and not known & {100}:
+            self._take("H"), self._take("D")
+        for code, system in SYSTEMS.items():
+            if code in known and not state.offsets.select(system):
+                self.findings.say(f"line {self.line}: the offset of {g_name(code)} is not known: taken as 0 (offsets=)")
+        if known & {610, 611, 640}:
+            state.modes[layout.EXACT_STOP] = 611 in known
+            bound = self._take("P", UNBOUNDED) if 640 in known else 0.0
+            if 640 in known:
+                self._take("Q")
+            if bound is None or not bound >= 0.0:
+                raise LineError("G64: P, the tolerance, must be 0 or more")
+            state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
+        if known & {900, 910}:
+            state.modes[layout.RELATIVE] = 910 in known
+        if known & {901, 911}:
+            self._absolute_centre = 901 in known
+
+    def _places(self, known: set[int]) -> None:
+        """G10, G52, G92 and the reference points of G28 and G30."""
+        state = self.state
+        offsets = state.offsets
+        if 100 in known:
+            self._set_system()
+        if 520 in known:
+            offsets.set_local(self._axes())
+        if 920 in known:
+            offsets.set_g92(self._axes(), state.position)
+        for code in (921, 922, 923):
+            if code in known:
+                offsets.clear(code)
+        for code in (281, 301):
+            if code in known:
+                self._reference[code - 1] = state.position.copy()
+        state.set_offsets()
+        for code in (280, 300):
+            if code in known:
+                self._go_to_reference(code)
+
+    def _set_system(self) -> None:
+        kind, state = self._whole("L", 100), self.state
+        if kind not in (2, 20):
+            self.findings.count(f"G10 L{kind} changes the tool table, which no path knows", self.line)
+            self._words = {each: value for each, value in self._words.items() if each in "FST"}
+            return
+        system = self._whole("P", 100)
+        if not 0 <= system <= 9:
+            raise LineError(f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
+        if self._take("R", 0.0):
+            raise LineError("G10 R: turned coordinate systems are not read; write the turned coordinates")
+        if kind == 2:
+            state.offsets.set_system(system, self._axes())
+        else:
+            state.offsets.set_here(system, self._axes(), state.position)
+        self._machine_known = True
+
+    def _go_to_reference(self, code: int) -> None:
+        state = self.state
+        there, said, stated = state.target({x: v for x in LETTERS if (v := self._take(x)) is not None})
+        point = self._reference.get(code)
+        first = REFERENCE_PARAMETERS[code]
+        if point is None and any(first + axis in self.parameters.numbers for axis in range(AXES)):
+            values = [self.parameters.numbers.get(first + axis, 0.0) for axis in range(AXES)]
+            point = np.array([state.scaled(axis, value) for axis, value in enumerate(values)])
+        if point is None:
+            self.findings.count(
+                f"{g_name(code)} is left out: where the machine's reference point lies is not known here", self.line
+            )
+            if said and stated:
+                state.add(RAPID, there, said, stated, self.line)
+            return
+        if said:
+            state.add(RAPID, there, said, stated, self.line)
+        end = np.where([said >> axis & 1 or not said for axis in range(AXES)], point, state.position)
+        moved = sum(1 << axis for axis in range(AXES) if said >> axis & 1 or end[axis] != state.position[axis])
+        state.add(RAPID, end, moved, moved, self.line)
+
+    # --- motion -----------------------------------------------------------------------------------------------------
+
+    def _motion(self, known: set[int]) -> None:
+        state = self.state
+        code = next((each for each in sorted(known) if codes.GROUP_OF.get(each) == "motion"), None)
+        if self.splines.open and (code is not None and code != 53):
+            self.splines.end()
+        if code == 800:
+            self._set_modal(None)
+            return
+        if code is not None:
+            self._set_modal(code)
+        if code in _SPLINES or (self._modal in _SPLINES and self._spline_words()):
+            inverse = self._words.get("F") if state.modes[layout.INVERSE] else None
+            self.splines.line(code, self._modal, self._words, self.line, inverse)
+            if code == 53:
+                self.splines.end()
+                self._set_modal(None)
+            return
+        axes = {letter: self._words[letter] for letter in LETTERS if letter in self._words}
+        centre = {letter: self._words[letter] for letter in "IJK" if letter in self._words}
+        if 530 in known:
+            self._machine_move(axes)
+            return
+        if not axes and not (self._modal in (20, 30) and centre):
+            return
+        if self._modal not in _RATE:
+            raise LineError("axis words without G0, G1, G2 or G3 before them")
+        kind = _RATE[self._modal]
+        there, said, stated = state.target(axes)
+        for letter in axes:
+            self._take(letter)
+        more = self._feed(kind)
+        if kind in (CLOCKWISE, COUNTERCLOCKWISE):
+            said |= {17: 3, 18: 5, 19: 6}[int(state.modes[layout.PLANE])]
+            arc = self._arc()
+            more = {**more, **arc, "flags": int(more.get("flags", 0)) | int(arc["flags"])}
+        state.add(kind, there, said, stated, self.line, **more)
+
+    def _set_modal(self, code: int | None) -> None:
+        self._modal = None if code == 53 else code
+        self.state.modes[layout.MOTION] = -1 if code not in _RATE else code // 10
+
+    def _spline_words(self) -> bool:
+        return any(letter in self._words for letter in "XYZABCUVWIJKPQR")
+
+    def _feed(self, kind: int) -> dict[str, float]:
+        """The feed of a move by inverse time, which must stand on its own line."""
+        if not self.state.modes[layout.INVERSE]:
+            return {}
+        feed = self._take("F")
+        if kind == RAPID:
+            return {}
+        if feed is None:
+            raise LineError("F is missing; in inverse time (G93) every move needs its own")
+        return {"feed": feed, "flags": layout.INVERSE_FEED}
+
+    def _arc(self) -> dict[str, float]:
+        state = self.state
+        plane = int(state.modes[layout.PLANE])
+        across = {17: "K", 18: "J", 19: "I"}[plane]
+        if across in self._words:
+            raise LineError(f"{across} lies across the plane G{plane}; choose another plane or leave it out")
+        turns = self._take("P", 1.0) or 0.0
+        if not 1.0 <= turns <= MAX_TURNS or turns != math.floor(turns):
+            raise LineError(f"P{turns:g}: the turns of an arc must be whole, 1 to {MAX_TURNS}")
+        radius = self._take("R")
+        offsets = {k: self._take(letter) for k, letter in enumerate("IJK") if letter in self._words}
+        if (radius is None) == (not offsets):
+            both = "both are given" if offsets else "none is given"
+            raise LineError(f"an arc needs its centre (I, J, K) or its radius (R), and {both}")
+        if radius is not None:
+            scaled = state.scaled(0, radius)
+            return {"radius": scaled, "turns": turns, "flags": layout.HAS_R} | self._checked(scaled)
+        flags = 0
+        more: dict[str, float] = {"turns": turns}
+        for k, value in offsets.items():
+            base = state.values[layout.OFFSET + k] if self._absolute_centre else 0.0
+            more["ijk"[k]] = base + state.scaled(k, value or 0.0)
+            self._checked(more["ijk"[k]])
+            flags |= 1 << k
+        if self._absolute_centre:
+            flags |= layout.ABSOLUTE
+            if flags & 7 != {17: 3, 18: 5, 19: 6}[plane]:
+                raise LineError("with G90.1 an arc needs both words of its centre")
+        return {**more, "flags": flags}
+
+    @staticmethod
+    def _checked(value: float) -> dict[str, float]:
+        if not abs(value) <= layout.LARGEST:
+            raise LineError(f"the centre or radius of the arc, {value:g} mm, is too large")
+        return {}
+
+    def _machine_move(self, axes: dict[str, float]) -> None:
+        """G53: the words are places of the machine, which are known only where its offsets are."""
+        if not axes:
+            return
+        if self._modal not in (0, 10):
+            raise LineError("G53 needs G0 or G1")
+        for letter in axes:
+            self._take(letter)
+        if not self._machine_known:
+            self.findings.count(
+                "G53 is left out: where the machine's zero lies is not known here (offsets=)", self.line
+            )
+            return
+        end = self.state.position.copy()
+        said = 0
+        for axis, letter in enumerate(LETTERS):
+            if letter in axes:
+                end[axis] = self.state.scaled(axis, axes[letter])
+                self._checked(float(end[axis]))
+                said |= 1 << axis
+        kind = _RATE[self._modal]
+        self.state.add(kind, end, said, said, self.line, **self._feed(kind))
+
+    def _stops(self, block: Block) -> None:
+        """M0, M1, M2, M30, M60 and M99, behind the motion of their line."""
+        for code in block.m:
+            if code == 99:
+                raise LineError("M99: subprograms and loops are not read; write the program in one piece")
+            if code in codes.M_GROUPS["stop"]:
+                self.state.say(self.line, f"M{code}")
+            if code in codes.ENDS:
+                self.ended = True
+        if self.ended:
+            self._words.clear()
+            self.splines.end()
+
+
+def number(value: float) -> str:
+    """A number as words have it: no exponent, no more digits than it needs."""
+    text = f"{value:.10f}".rstrip("0").rstrip(".")
+    return text if text not in ("-0", "") else "0"

@@ -1,0 +1,120 @@
+"""Moves: what a program does, as flat arrays, in machine coordinates, mm and rad."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from splinefeed.kernels import gcode as layout
+from splinefeed.records import Array, IntArray
+
+#: Letters of the axes in the order of the columns.
+LETTERS = "XYZABCUVW"
+AXES = len(LETTERS)
+ROTARY = (3, 4, 5)
+#: Order of the axes in a path: linear ones first.
+PATH_ORDER = (0, 1, 2, 6, 7, 8, 3, 4, 5)
+
+RAPID, LINE, CLOCKWISE, COUNTERCLOCKWISE, SPLINE = range(5)
+
+
+@dataclass(frozen=True)
+class Spline:
+    """A NURBS of a program: knots, control points (n, 9) in mm and rad, weights (n,), and the line where it begins."""
+
+    degree: int
+    knots: Array
+    points: Array
+    weights: Array
+    line: int
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What is no motion, before move number `move` of its chunk; see `geometry.path.Marker`."""
+
+    move: int
+    line: int
+    text: str = ""
+    dwell: float = 0.0
+    stop: bool = True
+
+
+@dataclass(frozen=True)
+class Moves:
+    """Some moves in a row, (n,) each.
+
+    start    (9,) where the first one begins
+    values   (n, 16) ends of 9 axes, words of arcs, feed and tolerance; codes  (n, 6) kind, line of the file, plane,
+             flags, spline and axes: both as `kernels.gcode` lays them out
+    splines  what the codes point into; marks  what is no motion
+    """
+
+    start: Array
+    values: Array
+    codes: IntArray
+    splines: Sequence[Spline] = ()
+    marks: Sequence[Mark] = ()
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def kind(self) -> IntArray:
+        """RAPID, LINE, CLOCKWISE, COUNTERCLOCKWISE or SPLINE, (n,)."""
+        return self.codes[:, layout.KIND]
+
+    @property
+    def line(self) -> IntArray:
+        """Number of the line in the file, from 1, (n,)."""
+        return self.codes[:, layout.ROW_LINE]
+
+    @property
+    def flags(self) -> IntArray:
+        """Bits as in `kernels.gcode`, (n,)."""
+        return self.codes[:, layout.FLAGS]
+
+    @property
+    def ends(self) -> Array:
+        """Where each one leads, (n, 9)."""
+        return self.values[:, :AXES]
+
+    @property
+    def starts(self) -> Array:
+        """Where each one begins, (n, 9)."""
+        return np.concatenate([self.start[None, :], self.ends[:-1]]) if len(self) else self.ends
+
+    @property
+    def used(self) -> int:
+        """Bits of the axes that any of them concerns."""
+        return int(np.bitwise_or.reduce(self.codes[:, layout.AXES])) & 0x1FF if len(self) else 0
+
+
+@dataclass
+class Findings:
+    """What a reader has to say: sentences once each, and faults of one kind counted with the lines of the first few."""
+
+    sentences: dict[str, None] = field(default_factory=dict)
+    counted: dict[str, list[int]] = field(default_factory=dict)
+
+    #: How many lines a finding names.
+    NAMED = 3
+
+    def say(self, sentence: str) -> None:
+        """Add a sentence unless it is there."""
+        self.sentences.setdefault(sentence)
+
+    def count(self, what: str, line: int) -> None:
+        """One more fault of the kind `what`, at `line`."""
+        self.counted.setdefault(what, []).append(line)
+
+    def all(self) -> list[str]:
+        """All of it, one sentence each."""
+        found = list(self.sentences)
+        for what, lines in self.counted.items():
+            named = ", ".join(str(line) for line in lines[: self.NAMED])
+            more = f" and {len(lines) - self.NAMED} more" if len(lines) > self.NAMED else ""
+            found.append(f"{what}: line {named}{more}")
+        return found

@@ -1,0 +1,70 @@
+"""Where the program's zero lies: G54 to G59.3, G10, G52 and the G92 family."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from splinefeed.formats.gcode.moves import AXES
+from splinefeed.records import Array
+
+#: Coordinate systems by their code, as G10's P numbers them.
+SYSTEMS = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}
+#: First parameters of the nine systems, of G28, G30, G92 and of the current position: LinuxCNC, "Parameters".
+SYSTEM_PARAMETERS, SYSTEM_STEP = 5221, 20
+REFERENCE_PARAMETERS = {280: 5161, 300: 5181}
+G92_PARAMETERS, POSITION_PARAMETERS = 5211, 5420
+
+
+class Offsets:
+    """Offsets (9,), mm and rad, of the nine systems and of G92 (which G52 shares), and the system in force."""
+
+    def __init__(self, given: Mapping[int, Array]) -> None:
+        self.systems = {number: np.array(given.get(number, np.zeros(AXES))) for number in range(1, 10)}
+        self.known = set(given)
+        self.active = 1
+        self.used: set[int] = set()
+        self.g92 = np.zeros(AXES)
+        self.stored = np.zeros(AXES)
+
+    @property
+    def total(self) -> Array:
+        """What is added to a programmed position, (9,)."""
+        total: Array = self.systems[self.active] + self.g92
+        return total
+
+    def select(self, number: int) -> bool:
+        """Put a system in force; False where its offset from the one before is not known."""
+        self.active = number
+        self.used.add(number)
+        return len(self.used) < 2 or number in self.known
+
+    def set_system(self, number: int, values: Mapping[int, float]) -> None:
+        """G10 L2: offsets by axis."""
+        system = self.systems[number or self.active]
+        for axis, value in values.items():
+            system[axis] = value
+        self.known.add(number or self.active)
+
+    def set_here(self, number: int, values: Mapping[int, float], position: Array) -> None:
+        """G10 L20: the system in which `position` (9,) has the given values."""
+        self.set_system(number, {axis: float(position[axis] - self.g92[axis]) - v for axis, v in values.items()})
+
+    def set_g92(self, values: Mapping[int, float], position: Array) -> None:
+        """G92: the offset by which `position` (9,) gets the given values."""
+        for axis, value in values.items():
+            self.g92[axis] = position[axis] - self.systems[self.active][axis] - value
+
+    def set_local(self, values: Mapping[int, float]) -> None:
+        """G52: the offset itself."""
+        for axis, value in values.items():
+            self.g92[axis] = value
+
+    def clear(self, code: int) -> None:
+        """G92.1 forgets the offset, G92.2 keeps it aside, G92.3 takes it up again."""
+        if code == 923:
+            self.g92 = self.stored.copy()
+            return
+        self.stored = np.zeros(AXES) if code == 921 else self.g92.copy()
+        self.g92 = np.zeros(AXES)

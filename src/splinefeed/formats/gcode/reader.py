@@ -1,0 +1,165 @@
+"""A whole file into moves, a part at a time: the kernel takes the simple lines, the interpreter all others."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from splinefeed.errors import FormatError
+from splinefeed.formats.gcode.dialects import Dialect, detect, named
+from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.interpreter import Interpreter
+from splinefeed.formats.gcode.moves import AXES, Findings, Mark, Moves, Spline
+from splinefeed.formats.gcode.offsets import Offsets
+from splinefeed.formats.gcode.state import State
+from splinefeed.formats.source import check_file, check_size, read_head
+from splinefeed.kernels import gcode as kernel
+from splinefeed.records import Array, IntArray
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+#: Largest program, bytes.
+MAX_BYTES = 2 * 2**30
+#: Bytes that are read at once.
+BLOCK = 2**23
+_HEAD = 2**16
+
+
+@dataclass
+class Reading:
+    """How a program is read, and what came of it.
+
+    dialect  one of `dialects.DIALECTS`, detected if None; offsets  (9,) by number of the coordinate system
+    repair   make findings of what can be mended; fast  let the kernel take what it knows
+    """
+
+    dialect: Dialect | None = None
+    offsets: Mapping[int, Array] = field(default_factory=dict)
+    start: Array = field(default_factory=lambda: np.zeros(AXES))
+    repair: bool = False
+    fast: bool = True
+    findings: Findings = field(default_factory=Findings)
+    lines: int = 0
+    ended: bool = False
+    inch: bool = False
+
+    def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
+        """The moves of a program, in the order of the file; FormatError that names file and line."""
+        check_size(check_file(file), MAX_BYTES)
+        head = read_head(file, _HEAD)
+        self.dialect = self.dialect or detect(head)
+        reader = self._conversational() or self._run
+        yield from reader(file)
+
+    def _conversational(self) -> Callable[[str | os.PathLike[str]], Iterator[Moves]] | None:
+        """The reader of a dialect whose lines are not those of RS274."""
+        return None
+
+    def _run(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
+        assert self.dialect is not None
+        state = State(Offsets(self.offsets), self.start, self.dialect.extruder)
+        run = Interpreter(state, self.dialect, self.findings, repair=self.repair)
+        try:
+            for block in _blocks(file):
+                yield from self._block(block, state, run)
+                if run.ended:
+                    break
+            run.end()
+        except LineError as fault:
+            if len(made := state.take()):
+                yield made  # what is wrong in a line before is said first
+            raise FormatError(f"{file}: line {self.lines}: {fault}") from None
+        self.ended, self.inch = run.ended, state.inch
+        if state.modes[kernel.EXTRUDED]:
+            self.findings.say("E words, the filament of a 3-D printer, are no motion of the path and are left out")
+        if (made := state.take()).marks or len(made):
+            yield made
+
+    def _block(self, block: bytes, state: State, run: Interpreter) -> Iterator[Moves]:
+        """The moves of whole lines; `self.lines` counts them."""
+        data = np.frombuffer(block, dtype=np.uint8)
+        at = 0
+        while at < len(data) and not run.ended:
+            if self.fast and not run.splines.open:
+                state.modes[kernel.LINE] = self.lines
+                at, state.count, _ = kernel.scan(
+                    data, at, state.values, state.modes, state.rows, state.marks, state.count
+                )
+                self.lines = int(state.modes[kernel.LINE])
+                if state.full:
+                    yield state.take()
+                    continue
+                if at >= len(data):
+                    break
+            end = block.index(b"\n", at)
+            self.lines += 1
+            if end - at > kernel.MAX_LINE:
+                raise LineError(f"has {end - at} characters; at most {kernel.MAX_LINE} can be read")
+            run.run(block[at:end].decode("utf-8", errors="replace"), self.lines)
+            at = end + 1
+            if state.full:
+                yield state.take()
+
+
+def read(file: str | os.PathLike[str], *, dialect: str | None = None, repair: bool = False) -> tuple[Moves, Reading]:
+    """All moves of a program in one record, and what was said of it."""
+    reading = Reading(dialect=None if dialect is None else named(dialect), repair=repair)
+    return joined(list(reading.moves(file))), reading
+
+
+def joined(parts: list[Moves]) -> Moves:
+    """Moves one after the other as one record."""
+    if not parts:
+        return Moves(np.zeros(AXES), np.zeros((0, kernel.FLOATS)), np.zeros((0, kernel.INTEGERS), dtype=np.int64))
+    if len(parts) == 1:
+        return parts[0]
+    marks: list[Mark] = []
+    splines: list[Spline] = []
+    numbered: list[IntArray] = []
+    moves = 0
+    for part in parts:
+        numbered.append(part.codes.copy())
+        column = numbered[-1][:, kernel.SPLINE]
+        column[column >= 0] += len(splines)
+        marks += [replace(mark, move=mark.move + moves) for mark in part.marks]
+        splines += part.splines
+        moves += len(part)
+    return Moves(
+        parts[0].start,
+        np.concatenate([part.values for part in parts]),
+        np.concatenate(numbered),
+        tuple(splines),
+        tuple(marks),
+    )
+
+
+def _blocks(file: str | os.PathLike[str]) -> Iterator[bytes]:
+    """Whole lines of the file, BLOCK bytes or so at a time; lines that end as on old Macs included."""
+    rest = b""
+    try:
+        with pathlib.Path(file).open("rb") as stream:
+            first = True
+            while part := stream.read(BLOCK):
+                if first:
+                    part = part.removeprefix(b"\xef\xbb\xbf")
+                    first = False
+                block = rest + part
+                if b"\r" in block and b"\n" not in block:
+                    block = block.replace(b"\r", b"\n")
+                cut = block.rfind(b"\n") + 1
+                rest = block[cut:]
+                if len(rest) > BLOCK:
+                    yield rest + b"\n"  # a line that long is refused where lines are counted
+                    return
+                if cut:
+                    yield block[:cut]
+    except OSError as error:
+        raise FormatError(f"{file}: cannot be read: {error.strerror or error}") from None
+    if rest:
+        yield rest + b"\n"

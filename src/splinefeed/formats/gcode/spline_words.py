@@ -1,0 +1,237 @@
+"""Splines as LinuxCNC and Fanuc write them: G5, G5.1, G5.2 with G5.3, and G6.2.
+
+Sources: LinuxCNC documentation, "G-Codes", G5 to G5.3: in G5.2 the tool's place is the first control point, L is the
+order (3 unless given), knots are whole numbers, clamped. G6.2: Fanuc Series 15i/150i-MA Operator's Manual, programming,
+"NURBS interpolation": P is the order (4 unless given), K the knots, as many as control points and order together, R the
+weights; without a place in its first line the curve begins where the tool is. Mitsubishi M700V, 6.15, has the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from splinefeed.formats.gcode.codes import g_name
+from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.moves import LETTERS, Spline
+from splinefeed.formats.gcode.state import State
+from splinefeed.geometry.curve import MAX_DEGREE
+from splinefeed.kernels import gcode as layout
+from splinefeed.records import Array
+
+#: Order unless the program gives it.
+LINUXCNC_ORDER, FANUC_ORDER = 3, 4
+#: Most control points of one spline.
+MAX_POINTS = 100_000
+#: The first control point may lie this far from where the tool is, mm or rad: rounding of the words.
+START_TOLERANCE = 1e-3
+
+
+class SplineWords:
+    """Collects the lines of one spline after the other and adds them to the state."""
+
+    def __init__(self, state: State) -> None:
+        self.state = state
+        self.open = 0  # the code of the block that is being collected: 52 or 62
+        self._tangent: Array | None = None
+        self._clear()
+
+    def _clear(self) -> None:
+        self.open = 0
+        self._order = 0
+        self._points: list[Array] = []
+        self._weights: list[float] = []
+        self._knots: list[float] = []
+        self._said = 0
+        self._stated = 0
+        self._line = 0
+        self._more: dict[str, float] = {}
+
+    def line(
+        self, code: int | None, modal: int | None, words: dict[str, float], line: int, inverse: float | None
+    ) -> None:
+        """One line that begins, continues or ends a spline; the words it uses are taken from `words`."""
+        kind = code if code is not None else modal
+        if kind in (50, 51, 52) and self.state.modes[layout.PLANE] != 17:
+            raise LineError(f"{g_name(kind)} needs the plane G17")
+        more: dict[str, float] = {}
+        if inverse is not None:
+            words.pop("F")
+            more = {"feed": inverse, "flags": layout.INVERSE_FEED}
+        elif self.state.modes[layout.INVERSE] and code in (50, 51, 52, 62):
+            raise LineError("F is missing; in inverse time (G93) every move needs its own")
+        if kind == 50:
+            self._cubic(code is not None and self._tangent is None, words, line, more)
+        elif kind == 51:
+            self._quadratic(words, line, more)
+        elif kind == 53:
+            if self.open != 52:
+                raise LineError("G5.3 closes no G5.2")
+        elif kind == 52:
+            self._nurbs(code, words, line, more)
+        elif kind == 62:
+            self._knotted(code, words, line, more)
+        if kind != 50:
+            self._tangent = None
+
+    def _pair(self, words: dict[str, float], letters: str) -> tuple[float, float] | None:
+        """Two words in mm, or None if neither stands; LineError for one alone."""
+        there = [letter in words for letter in letters]
+        if not any(there):
+            return None
+        if not all(there):
+            raise LineError(f"{letters[0]} and {letters[1]} belong together; one is missing")
+        first, second = (words.pop(letter) for letter in letters)
+        return self.state.scaled(0, first), self.state.scaled(0, second)
+
+    def _end(self, words: dict[str, float], code: int) -> tuple[Array, int, int]:
+        axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
+        if not axes or set(axes) - {"X", "Y"}:
+            raise LineError(f"{g_name(code)} moves X and Y, and nothing else")
+        there, _, stated = self.state.target(axes)
+        return there, 3, stated
+
+    def _cubic(self, first: bool, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        there, said, stated = self._end(words, 50)
+        start, leave, arrive = self.state.position.copy(), self._pair(words, "IJ"), self._pair(words, "PQ")
+        if arrive is None:
+            raise LineError("G5 needs P and Q")
+        tangent = self._tangent if leave is None else np.array(leave)
+        if tangent is None:
+            raise LineError("the first G5 of a row needs I and J")
+        points = np.array([start, start, there, there])
+        points[1, :2] += tangent
+        points[2, :2] += arrive
+        self._add(3, [0.0] * 4 + [1.0] * 4, points, [1.0] * 4, said, stated, line, more)
+        self._tangent = -np.array(arrive)
+
+    def _quadratic(self, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        offset = [self.state.scaled(0, words.pop(letter, 0.0)) for letter in "IJ"]
+        there, said, stated = self._end(words, 51)
+        if offset == [0.0, 0.0]:
+            raise LineError("G5.1 needs I or J, and not both 0")
+        start = self.state.position.copy()
+        points = np.array([start, start, there])
+        points[1, :2] += offset
+        self._add(2, [0.0] * 3 + [1.0] * 3, points, [1.0] * 3, said, stated, line, more)
+
+    def _nurbs(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
+        weight = words.pop("P", 1.0)
+        if code == 52:
+            self._clear()
+            self.open, self._line, self._more = 52, line, more
+            self._order = _order(words.pop("L", LINUXCNC_ORDER))
+            self._points.append(self.state.position.copy())
+            self._weights.append(1.0 if axes else weight)
+            if not axes:
+                return
+        if set(axes) != {"X", "Y"}:
+            raise LineError("a control point of G5.2 needs X and Y, and nothing else but P")
+        if self.state.modes[layout.RELATIVE]:
+            raise LineError("control points of G5.2 need absolute places (G90)")
+        self._point(axes, weight)
+
+    def _knotted(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        if code == 62:
+            self._clear()
+            self.open, self._line, self._more = 62, line, more
+            self._order = _order(words.pop("P", FANUC_ORDER))
+            words.pop("Q", None), words.pop("L", None)
+        elif not self.open:
+            raise LineError("the spline before has all its knots; begin the next one with G6.2")
+        axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
+        knot = words.pop("K", None)
+        weight = words.pop("R", 1.0)
+        if knot is None and (code is None or axes):
+            raise LineError("every line of G6.2 needs its knot, K")
+        if axes:
+            self._point(axes, weight)
+        elif code == 62:
+            self._points.append(self.state.position.copy())
+            self._weights.append(weight)
+        if knot is not None:
+            self._knots.append(knot)
+        if len(self._knots) == len(self._points) + self._order:
+            self._finish_knotted()
+
+    def _point(self, axes: dict[str, float], weight: float) -> None:
+        if len(self._points) >= MAX_POINTS:
+            raise LineError(f"a spline of more than {MAX_POINTS} control points")
+        if not 0.0 < weight <= layout.LARGEST:
+            raise LineError(f"the weight {weight:g} of a control point must be greater than 0")
+        before = self.state.position.copy()
+        # a coordinate that is not said stays that of the point before, and relative ones count from it
+        self.state.position[:] = self._points[-1] if self._points else before
+        try:
+            there, said, stated = self.state.target(axes)
+        finally:
+            self.state.position[:] = before
+        self._points.append(there)
+        self._weights.append(weight)
+        self._said |= said
+        self._stated |= stated
+
+    def end(self) -> None:
+        """Finish the block that is open, if one is; LineError for one that is not complete."""
+        if not self.open:
+            return
+        if self.open == 62:
+            needed = len(self._points) + self._order
+            raise LineError(
+                f"the spline from line {self._line} on has {len(self._knots)} knots; "
+                f"{len(self._points)} control points of order {self._order} need {needed}"
+            )
+        count, degree = len(self._points), self._order - 1
+        if count < self._order:
+            raise LineError(
+                f"the spline from line {self._line} on has {count} control points; order {self._order} needs as many"
+            )
+        knots = [0.0] * degree + [float(k) for k in range(count - degree + 1)] + [float(count - degree)] * degree
+        self._add(
+            degree, knots, np.array(self._points), self._weights, self._said, self._stated, self._line, self._more
+        )
+        self._clear()
+
+    def _finish_knotted(self) -> None:
+        """All knots are there: join to where the tool is, and add."""
+        order = self._order
+        if len(self._points) < order:
+            raise LineError(f"{len(self._points)} control points; order {order} needs at least {order}")
+        points = np.array(self._points)
+        gap = float(np.max(np.abs(points[0] - self.state.position)))
+        if gap > START_TOLERANCE:
+            raise LineError(
+                f"the spline from line {self._line} on begins {gap:.6g} mm from where the tool is; "
+                "its first control point must be the place reached before"
+            )
+        points[0] = self.state.position
+        self._finish(order - 1, self._knots, points)
+
+    def _finish(self, degree: int, knots: Sequence[float], points: Array) -> None:
+        self._add(degree, knots, points, self._weights, self._said, self._stated, self._line, self._more)
+        self._clear()
+
+    def _add(
+        self,
+        degree: int,
+        knots: Sequence[float],
+        points: Array,
+        weights: Sequence[float],
+        said: int,
+        stated: int,
+        line: int,
+        more: dict[str, float],
+    ) -> None:
+        steps = np.diff(knots)
+        if np.any(steps < 0.0):
+            raise LineError(f"knot {knots[int(np.argmax(steps < 0.0)) + 1]:g} is less than the one before")
+        spline = Spline(degree, np.array(knots), points, np.array(weights), line)
+        self.state.add_spline(spline, said, stated, **more)
+
+
+def _order(value: float) -> int:
+    if not 2 <= value <= MAX_DEGREE + 1 or value != round(value):
+        raise LineError(f"the order {value:g} of a spline must be whole, 2 to {MAX_DEGREE + 1}")
+    return round(value)

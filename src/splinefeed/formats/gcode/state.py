@@ -1,0 +1,133 @@
+"""The modal state of a program, in the arrays that `kernels.gcode` shares, and the rows of moves that it fills."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.moves import AXES, LETTERS, ROTARY, Mark, Moves, Spline
+from splinefeed.formats.gcode.offsets import Offsets
+from splinefeed.kernels import gcode as layout
+from splinefeed.records import Array
+
+#: Moves that are kept before they are handed on.
+CAPACITY = 2**16
+#: A line adds at most this many moves.
+_ROOM = 4
+INCH = 25.4
+#: Tolerance of what says nothing of it, and of G64 without P, which sets no bound.
+UNSAID, UNBOUNDED = -1.0, math.inf
+
+
+class State:
+    """Position, offsets, units and modes; `take` hands out the moves that were made since the last time."""
+
+    def __init__(self, offsets: Offsets, start: Array, extruder: bool) -> None:
+        self.offsets = offsets
+        self.values = np.zeros(layout.STATE)
+        self.modes = np.zeros(layout.MODES, dtype=np.int64)
+        self.rows = np.zeros((CAPACITY, layout.FLOATS))
+        self.marks = np.zeros((CAPACITY, layout.INTEGERS), dtype=np.int64)
+        self.count = 0
+        self.splines: list[Spline] = []
+        self.said: list[Mark] = []
+        self.inch = False
+        self.values[layout.TOLERANCE] = UNSAID
+        self.modes[layout.MOTION] = -1
+        self.modes[layout.PLANE] = 17
+        self.modes[layout.EXTRUDER] = extruder
+        self.position[:] = start
+        self._chunk_start = start.copy()
+        self.set_units(inch=False)
+        self.set_offsets()
+
+    @property
+    def position(self) -> Array:
+        """Where the tool is, (9,), mm and rad, in machine coordinates; a view that may be written to."""
+        view: Array = self.values[layout.POSITION : layout.POSITION + AXES]
+        return view
+
+    @property
+    def full(self) -> bool:
+        """Whether the moves should be taken before the next line."""
+        return self.count > CAPACITY - _ROOM
+
+    def set_units(self, *, inch: bool) -> None:
+        """G20 and G21: mm of one unit; degrees stay degrees."""
+        self.inch = inch
+        scale = self.values[layout.SCALE : layout.SCALE + AXES]
+        scale[:] = INCH if inch else 1.0
+        scale[list(ROTARY)] = math.pi / 180.0
+
+    def set_offsets(self) -> None:
+        """Take over what `offsets` says."""
+        self.values[layout.OFFSET : layout.OFFSET + AXES] = self.offsets.total
+
+    def scaled(self, axis: int, value: float) -> float:
+        """A word of an axis in mm or rad."""
+        return float(value * self.values[layout.SCALE + axis])
+
+    def target(self, words: Mapping[str, float]) -> tuple[Array, int, int]:
+        """Where axis words lead, (9,), with the bits of the axes said, and of those whose place is stated."""
+        there = self.position.copy()
+        said = 0
+        relative = bool(self.modes[layout.RELATIVE])
+        for axis, letter in enumerate(LETTERS):
+            if letter in words:
+                base = there[axis] if relative else self.values[layout.OFFSET + axis]
+                there[axis] = base + self.scaled(axis, words[letter])
+                said |= 1 << axis
+                check_size(letter, float(there[axis]))
+        return there, said, 0 if relative else said
+
+    def add(self, kind: int, end: Array, used: int, stated: int, line: int, **more: float) -> None:
+        """One move to `end` (9,); `more` is centre, radius, turns, feed, flags and spline as the layout has them."""
+        row, mark = self.rows[self.count], self.marks[self.count]
+        row[:] = 0.0
+        row[layout.END : layout.END + AXES] = end
+        row[layout.TURNS] = more.get("turns", 1.0)
+        row[layout.RADIUS] = more.get("radius", 0.0)
+        for k, letter in enumerate("ijk"):
+            row[layout.CENTER + k] = more.get(letter, 0.0)
+        row[layout.ROW_FEED] = more.get("feed", self.values[layout.FEED])
+        row[layout.ROW_TOLERANCE] = self.values[layout.TOLERANCE]
+        flags = int(more.get("flags", 0)) | (layout.STOPS if self.modes[layout.EXACT_STOP] else 0)
+        flags |= layout.INCH if self.inch else 0
+        spline = int(more.get("spline", -1))
+        mark[:] = (kind, line, self.modes[layout.PLANE], flags, spline, used | stated << layout.STATED)
+        self.position[:] = end
+        self.count += 1
+
+    def add_spline(self, spline: Spline, used: int, stated: int, **more: float) -> None:
+        """One spline, from where the tool is to its last control point."""
+        self.splines.append(spline)
+        self.add(4, spline.points[-1], used, stated, spline.line, spline=len(self.splines) - 1, **more)
+
+    def say(self, line: int, text: str = "", dwell: float = 0.0, stop: bool = True) -> None:
+        """A marker before the next move."""
+        self.said.append(Mark(self.count, line, text, dwell, stop))
+
+    def take(self) -> Moves:
+        """The moves made since the last time."""
+        made = Moves(
+            self._chunk_start,
+            self.rows[: self.count].copy(),
+            self.marks[: self.count].copy(),
+            tuple(self.splines),
+            tuple(self.said),
+        )
+        self.count = 0
+        self.splines, self.said = [], []
+        self._chunk_start = self.position.copy()
+        return made
+
+
+def check_size(letter: str, value: float) -> None:
+    """LineError for a place too far out."""
+    if not abs(value) <= layout.LARGEST:
+        raise LineError(
+            f"{letter} leads to {value:g}; at most {layout.LARGEST:g} mm or rad from the zero point is possible"
+        )

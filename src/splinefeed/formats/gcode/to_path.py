@@ -1,0 +1,265 @@
+"""A program as a path: one curve a move, with its feed, its tolerance and what stands between the moves.
+
+Where the tool is when a program starts is not known. Rapid moves that only lead to the first place are left out: the
+path begins where every axis that moves has been stated. Axes that a feed move needs before that are taken to be at 0.
+With `start` the path begins there, and nothing is left out.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import pathlib
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from splinefeed.errors import CurveError, FormatError, InputError
+from splinefeed.formats.contents import Contents
+from splinefeed.formats.gcode import arcs as arc_maker
+from splinefeed.formats.gcode.dialects import named
+from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, PATH_ORDER, RAPID, ROTARY, SPLINE, Findings, Moves
+from splinefeed.formats.gcode.offsets import SYSTEMS
+from splinefeed.formats.gcode.reader import Reading, joined
+from splinefeed.formats.gcode.state import UNSAID
+from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.path import Marker, Path
+from splinefeed.kernels import gcode as layout
+from splinefeed.records import Array, IntArray
+
+#: Most moves of a program that becomes a path; `summary` knows no such bound.
+MAX_MOVES = 1_000_000
+#: A move no longer than this, mm or rad, is none.
+NO_LENGTH = 1e-9
+
+
+def from_file(
+    file: pathlib.Path,
+    *,
+    dialect: str | None = None,
+    start: str | Sequence[float] | None = None,
+    offsets: str | Mapping[str, Sequence[float]] | None = None,
+    repair: bool = False,
+) -> list[Path]:
+    """The path of the program in `file`.
+
+    dialect  one of `dialects.DIALECTS`, told by the content if not given
+    start    where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees (fewer will do)
+    offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"
+
+    With `repair` arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
+    Raises FormatError that names the line.
+    """
+    reading = Reading(
+        dialect=None if dialect is None else named(dialect),
+        offsets=parse_offsets(offsets),
+        start=np.zeros(AXES) if start is None else _place(start, "start"),
+        repair=repair,
+    )
+    moves = read_moves(reading, file)
+    if not len(moves):
+        raise FormatError(f"{file}: no line of it moves an axis")
+    path = to_path(moves, reading, file, keep_start=start is not None)
+    return Contents([path], units="in" if reading.inch else "mm")
+
+
+def read_moves(reading: Reading, file: str | os.PathLike[str], most: int = MAX_MOVES) -> Moves:
+    """All moves of a program; FormatError for the first line that is wrong, or more than `most` moves."""
+    parts: list[Moves] = []
+    count = 0
+    try:
+        for part in reading.moves(file):
+            parts.append(part)
+            count += len(part)
+            if count > most:
+                raise FormatError(f"{file}: has more than {most} moves; split it, or look at it with info")
+    except FormatError:
+        for part in parts:  # an arc before that line is wrong first
+            find_arcs(part, file, Findings(), reading.repair)
+        raise
+    return joined(parts)
+
+
+def find_arcs(moves: Moves, file: str | os.PathLike[str], findings: Findings, repair: bool) -> arc_maker.Arcs:
+    """`arcs.find_arcs` with the file's name in its error."""
+    try:
+        return arc_maker.find_arcs(moves, findings, repair)
+    except arc_maker.ArcError as missed:
+        raise FormatError(f"{file}: line {missed.line}: {missed}") from None
+
+
+def to_path(moves: Moves, reading: Reading, file: str | os.PathLike[str], *, keep_start: bool = False) -> Path:
+    """The path of all moves; FormatError where there is none."""
+    findings = reading.findings
+    columns = path_columns(moves.used, file)
+    arcs = find_arcs(moves, file, findings, reading.repair)
+    first = 0 if keep_start else leading(moves, columns, findings)
+    kept, points = _kept(moves, first, columns, findings)
+    if not len(kept):
+        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+    curves = _curves(moves, arcs, kept, points, columns, file)
+    feeds = _feeds(moves, arcs, kept, findings)
+    tolerances = moves.values[kept, layout.ROW_TOLERANCE]
+    said = tolerances != UNSAID
+    axes = [LETTERS[column].lower() for column in columns]
+    try:
+        return Path(
+            curves,
+            axes,
+            name=pathlib.Path(file).stem,
+            findings=findings.all(),
+            feeds=feeds,
+            tolerances=np.where(said, tolerances, 0.0) if said.any() else None,
+            markers=_markers(moves, kept),
+        )
+    except CurveError as error:
+        raise FormatError(f"{file}: {error}") from None
+
+
+def path_columns(used: int, file: str | os.PathLike[str]) -> IntArray:
+    """Columns of the axes that the program moves, in the order of a path."""
+    columns = np.array([column for column in PATH_ORDER if used >> column & 1], dtype=np.int64)
+    if len(columns) > MAX_AXES:
+        names = " ".join(LETTERS[column] for column in columns)
+        raise FormatError(f"{file}: moves the {len(columns)} axes {names}; a path has at most {MAX_AXES}")
+    if all(column in ROTARY for column in columns):
+        raise FormatError(f"{file}: moves rotary axes only; a path needs a linear one")
+    return columns
+
+
+def leading(moves: Moves, columns: IntArray, findings: Findings) -> int:
+    """How many rapid moves at the beginning only lead to the first place; a finding says so."""
+    stated = moves.codes[:, layout.AXES] >> layout.STATED
+    needed = sum(1 << int(column) for column in columns)
+    known = 0
+    for i in range(len(moves)):
+        if known & needed == needed:
+            break
+        if moves.kind[i] != RAPID or not stated[i]:
+            missing = " ".join(LETTERS[c] for c in columns if not known >> int(c) & 1)
+            findings.say(
+                f"line {moves.line[i]}: where {missing} is before this move is not said: taken as 0 "
+                "in the program's first coordinate system (start=)"
+            )
+            return i if i and known else 0
+        known |= int(stated[i])
+    else:
+        return 0  # rapid moves alone: all of them are the path
+    if i:
+        findings.say(f"{i} rapid move(s) to the first place, up to line {moves.line[i - 1]}, are left out (start=)")
+    return i
+
+
+def _kept(moves: Moves, first: int, columns: IntArray, findings: Findings) -> tuple[IntArray, Array]:
+    """Numbers of the moves from `first` on that have a length, and the places (n + 1, 9) between them."""
+    starts, ends = moves.starts, moves.ends
+    step = np.max(np.abs(ends - starts)[:, columns], axis=1)
+    straight = (moves.kind == RAPID) | (moves.kind == LINE)
+    none = straight & (step <= NO_LENGTH)
+    for i in np.flatnonzero(moves.kind == SPLINE).tolist():
+        points = moves.splines[int(moves.codes[i, layout.SPLINE])].points
+        none[i] = float(np.max(np.ptp(points, axis=0))) <= NO_LENGTH
+    none[:first] = False
+    for line in moves.line[none].tolist():
+        findings.count(f"{int(none.sum())} move(s) without length are left out", line)
+    kept = np.flatnonzero(~none & (np.arange(len(moves)) >= first))
+    places = np.concatenate([starts[first : first + 1], ends[kept]])
+    return kept, places
+
+
+def _curves(
+    moves: Moves, arcs: arc_maker.Arcs, kept: IntArray, points: Array, columns: IntArray, file: str | os.PathLike[str]
+) -> list[NurbsCurve]:
+    """One curve a move, each from where the one before ends."""
+    number_of_arc = {int(move): i for i, move in enumerate(arcs.move)}
+    flat = points[:, columns]
+    linear = [i for i, column in enumerate(columns) if int(column) not in ROTARY]
+    still = np.all(flat[1:, linear] == flat[:-1, linear], axis=1)
+    curves = []
+    for n, i in enumerate(kept.tolist()):
+        kind, line = int(moves.kind[i]), int(moves.line[i])
+        try:
+            if kind == SPLINE:
+                spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
+                places = spline.points.copy()
+                places[0] = points[n]
+                curves.append(NurbsCurve(spline.degree, spline.knots, places[:, columns], spline.weights))
+            elif i in number_of_arc:
+                curves.append(arc_maker.arc_curve(points[n], points[n + 1], arcs, number_of_arc[i], columns))
+            else:
+                if still[n]:
+                    raise FormatError(
+                        f"{file}: line {line}: turns rotary axes while the linear ones rest, which a path cannot yet"
+                    )
+                curves.append(NurbsCurve.bezier(flat[n : n + 2]))
+        except CurveError as error:
+            raise FormatError(f"{file}: line {line}: {error}") from None
+    return curves
+
+
+def _feeds(moves: Moves, arcs: arc_maker.Arcs, kept: IntArray, findings: Findings) -> Array:
+    """Feeds (n,), mm/s: infinite for rapid moves, and for those before any F, with a finding."""
+    feeds = moves.values[kept, layout.ROW_FEED] / 60.0
+    inverse = moves.flags[kept] & layout.INVERSE_FEED != 0
+    if inverse.any():
+        feeds[inverse] *= lengths(moves, arcs)[kept[inverse]]
+    unsaid = (feeds <= 0.0) & (moves.kind[kept] != RAPID)
+    for line in moves.line[kept[unsaid]].tolist():
+        findings.count("moves without a feed before them (F) run as fast as the limits allow", line)
+    return np.where(unsaid | (moves.kind[kept] == RAPID), math.inf, feeds)
+
+
+def lengths(moves: Moves, arcs: arc_maker.Arcs) -> Array:
+    """Lengths (n,) of all moves over the linear axes, mm; splines by their arc-length tables."""
+    step = moves.ends - moves.starts
+    step[:, list(ROTARY)] = 0.0
+    found: Array = np.linalg.norm(step, axis=1)
+    found[arcs.move] = arc_maker.arc_lengths(moves, arcs)
+    linear = [column for column in range(AXES) if column not in ROTARY]
+    for i in np.flatnonzero(moves.kind == SPLINE).tolist():
+        spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
+        moving = [column for column in linear if np.ptp(spline.points[:, column]) > 0.0]
+        found[i] = 0.0
+        if moving:
+            curve = NurbsCurve(spline.degree, spline.knots, spline.points[:, moving], spline.weights)
+            found[i] = curve.length
+    return found
+
+
+def _markers(moves: Moves, kept: IntArray) -> list[Marker]:
+    """What stands between the curves: M, S, T and dwells, and the exact stops of G61.1."""
+    markers = [Marker(int(np.searchsorted(kept, mark.move)), mark.text, mark.dwell, mark.stop) for mark in moves.marks]
+    stops = np.flatnonzero(moves.flags[kept] & layout.STOPS) + 1
+    return markers + [Marker(int(place), "", 0.0, True) for place in stops]
+
+
+def parse_offsets(given: str | Mapping[str, Sequence[float]] | None) -> dict[int, Array]:
+    """Offsets (9,) in mm and rad by number of the coordinate system; InputError for what is none."""
+    if given is None:
+        return {}
+    if isinstance(given, str):
+        pairs = [each.partition("=") for each in given.split(";") if each.strip()]
+        given = {name.strip(): _numbers(text, f"offsets: {name.strip()}") for name, _, text in pairs}
+    known = {f"G{code / 10:g}": number for code, number in SYSTEMS.items()}
+    for name in given:
+        if name.upper() not in known:
+            raise InputError(f"offsets: {name!r} is no coordinate system; there are {', '.join(known)}")
+    return {known[name.upper()]: _place(values, f"offsets: {name}") for name, values in given.items()}
+
+
+def _numbers(text: str, name: str) -> list[float]:
+    try:
+        return [float(each) for each in text.split(",")]
+    except ValueError:
+        raise InputError(f"{name}: {text[:40]!r} is no list of numbers; write for example 10,20,0") from None
+
+
+def _place(given: str | Sequence[float], name: str) -> Array:
+    """A place (9,) in mm and rad from X,Y,Z,A,B,C,U,V,W in mm and degrees."""
+    values = _numbers(given, name) if isinstance(given, str) else [float(each) for each in given]
+    if not 1 <= len(values) <= AXES or not all(abs(value) <= layout.LARGEST for value in values):
+        raise InputError(f"{name}: 1 to {AXES} numbers are needed, in the order {' '.join(LETTERS)}, got {values}")
+    place = np.zeros(AXES)
+    place[: len(values)] = values
+    place[list(ROTARY)] = np.deg2rad(place[list(ROTARY)])
+    return place

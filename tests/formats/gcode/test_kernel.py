@@ -1,0 +1,123 @@
+"""The kernel for simple lines and the interpreter of the whole language agree to the last bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from splinefeed.errors import FormatError
+from splinefeed.formats.gcode.moves import Moves
+from splinefeed.formats.gcode.reader import Reading, joined
+from splinefeed.kernels.gcode import scan
+
+NUMBERS = st.one_of(
+    st.decimals(-999, 999, places=4).map(str),
+    st.integers(-999, 999).map(str),
+    st.sampled_from([".5", "-.25", "+3.", "0", "-0", "1.", "007.50", "1e5", "", ".", "-", "1.2.3", "99999999999"]),
+    st.floats(-1e6, 1e6).map(lambda value: f"{value:.17f}"),
+    st.integers(0, 10**17).map(lambda digits: f"{digits / 1e17:.17f}"),
+)
+WORDS = st.tuples(st.sampled_from("XYZABCUVWIJKRFPNGEMST/#xyz"), st.sampled_from(["", " "]), NUMBERS).map("".join)
+MOTION = st.sampled_from(["G0", "G1", "g01", "G2", "G3", "G90", "G91", "G20", "G21", "G17", "G18", "G19", "G93", "G94"])
+OTHERS = st.sampled_from(
+    ["(note)", "; rest", "(open", ")", "M3 S100", "G61.1", "G64 P0.1", "G92 X1", "%", "", "\r", "\t"]
+)
+LINES = st.lists(st.one_of(WORDS, WORDS, WORDS, MOTION, OTHERS), max_size=6).map(" ".join)
+#: A line that is right, so that some of the file comes to something.
+RIGHT = st.tuples(MOTION, st.sampled_from("XYZA"), NUMBERS).map(lambda each: f"{each[0]} {each[1]}{each[2]} F10")
+PROGRAMS = st.lists(st.one_of(LINES, RIGHT, RIGHT, RIGHT), min_size=1, max_size=12)
+
+
+def both(file: Path, repair: bool) -> list[tuple[Moves | None, str, list[str]]]:
+    """Moves, error and findings with and without the kernel."""
+    found = []
+    for fast in (True, False):
+        reading = Reading(fast=fast, repair=repair)
+        parts: list[Moves] = []
+        message = ""
+        try:
+            for part in reading.moves(file):
+                parts.append(part)
+        except FormatError as error:
+            message = str(error)
+        found.append((joined(parts), message, reading.findings.all()))
+    return found
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("kernel") / "part.ngc"
+
+
+def agree(file: Path, text: str, repair: bool = False) -> Moves:
+    file.write_bytes(text.encode())
+    (moves, message, findings), (again, other, others) = both(file, repair)
+    assert message == other and findings == others
+    assert moves is not None and again is not None
+    assert moves.values.tobytes() == again.values.tobytes()
+    assert np.array_equal(moves.codes, again.codes)
+    assert moves.marks == again.marks and len(moves.splines) == len(again.splines)
+    return moves
+
+
+@given(PROGRAMS, st.booleans())
+def test_both_read_the_same(file: Path, lines: list[str], repair: bool) -> None:
+    agree(file, "\n".join(["N1 G1 F5", *lines]), repair)
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("seed", range(20))
+def test_both_read_the_same_ten_thousand_times(file: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    letters = list("XYZABCUVWIJKRFPNGEMSTO/#xyz()[];%. -+0123456789\t\r\n\n") + [
+        "G1 ",
+        "G0 ",
+        "G2 ",
+        "G91",
+        "\nX",
+        "\nG1 Y",
+    ]
+    for _ in range(5000):
+        agree(file, "G1 F5\n" + "".join(rng.choice(letters, rng.integers(1, 80))), bool(rng.integers(2)))
+
+
+@given(st.integers(0, 10**18 - 1), st.integers(0, 22), st.booleans())
+def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bool) -> None:
+    digits = str(mantissa).rjust(places + 1, "0")
+    text = ("-" if negative else "") + digits[: len(digits) - places] + "." + digits[len(digits) - places :]
+    if abs(float(text)) > 1e9:
+        return
+    data = np.frombuffer(f"G1 X{text}\n".encode(), dtype=np.uint8)
+    state, modes = np.zeros(29), np.zeros(8, dtype=np.int64)
+    state[18:27] = 1.0
+    rows, marks = np.zeros((4, 16)), np.zeros((4, 6), dtype=np.int64)
+    _, count, status = scan(data, 0, state, modes, rows, marks, 0)
+    if count == 1:  # otherwise it is left to the interpreter
+        assert status == 0 and rows[0, 0] == float(text)
+    else:
+        assert places + len(str(mantissa)) > 17
+
+
+def test_blocks_may_end_anywhere(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "G21\n" + "".join(f"G1 X{i}.{i % 7} Y-{i}\r\n" for i in range(500))
+    whole = agree(file, text)
+    for block in (64, 100, 4096):
+        monkeypatch.setattr("splinefeed.formats.gcode.reader.BLOCK", block)
+        assert np.array_equal(agree(file, text).values, whole.values)
+
+
+def test_more_moves_than_one_part_holds(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "".join(f"G1 X{i} F100\n" + ("M3 S5\nG5.1 X0 I1 Y3\n" if i % 5 == 0 else "") for i in range(200))
+    whole = agree(file, text)
+    monkeypatch.setattr("splinefeed.formats.gcode.state.CAPACITY", 8)
+    parts = agree(file, text)
+    assert np.array_equal(parts.values, whole.values) and np.array_equal(parts.codes, whole.codes)
+    assert parts.marks == whole.marks and len(parts.splines) == len(whole.splines) == 40
+
+
+def test_old_line_ends_and_a_mark_of_the_byte_order(file: Path) -> None:
+    assert len(agree(file, "\ufeffG1 X1 F1\rX2\rX3")) == 3

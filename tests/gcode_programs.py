@@ -1,0 +1,31 @@
+"""Small programs as files, and what the reader makes of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import splinefeed as sf
+
+
+def program(folder: Path, *lines: str, name: str = "part.ngc") -> Path:
+    """A file of the given lines."""
+    file = folder / name
+    file.write_text("\n".join(lines) + "\n")
+    return file
+
+
+def path_of(folder: Path, *lines: str, **options: Any) -> sf.Path:
+    """The path of a program of the given lines, which starts at the origin unless told otherwise."""
+    return sf.read(program(folder, *lines), **{"start": (0, 0, 0), **options})
+
+
+def refusal(folder: Path, *lines: str, **options: Any) -> str:
+    """What the reader says of a program of the given lines, without the name of the file."""
+    try:
+        path_of(folder, *lines, **options)
+    except sf.SplinefeedError as error:
+        message = str(error)
+        assert "\n" not in message
+        return message.removeprefix(f"{folder / 'part.ngc'}: ")
+    raise AssertionError(f"{lines} was read")
