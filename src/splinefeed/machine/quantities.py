@@ -108,7 +108,7 @@ def parse(text: object, kind: str, rotary: bool) -> float:
     base_size, base_dimensions = _unit(wanted.bases[rotary], text, ending)
     if dimensions != base_dimensions:
         raise UnitError(f"{text!r} is of another kind{ending}")
-    value = float(match[1]) * size / base_size
+    value = float(match[1]) * (size / base_size)  # in the base unit itself exactly what is written
     if not math.isfinite(value):
         raise UnitError(f"{text!r} is not finite{ending}")
     return value
@@ -168,3 +168,29 @@ def shown(value: float, kind: str, rotary: bool) -> float:
     if kind == "frequency":
         return value / (2.0 * math.pi)
     return math.degrees(value) if rotary and kind in TURNING else value
+
+
+#: Units beside the base unit in which a person would rather read a quantity.
+_READABLE = {
+    "time": (("ms",), ("ms",)),
+    "frequency": (("Hz",), ("Hz",)),
+    "lead": (("mm/rev",), ("mm/rev",)),
+    "position": (("um",), ("deg",)),
+    "speed": ((), ("rpm",)),
+}
+
+
+def write(value: float, kind: str, rotary: bool) -> str:
+    """The shortest text that `parse` reads as exactly `value`, in the base unit of `kind` or one that reads better."""
+    bases = KINDS[kind].bases
+    texts = [f"{_digits(value)}{bases[rotary].removeprefix('1') or '/s'}"]
+    for unit in _READABLE.get(kind, ((), ()))[rotary]:
+        guess = value / parse(f"1{unit}", kind, rotary)
+        texts += [text for digits in (6, 12, 17) if parse(text := f"{guess:.{digits}g}{unit}", kind, rotary) == value]
+    return min(texts, key=len)
+
+
+def _digits(value: float) -> str:
+    """The shortest decimal that is exactly this float, without a trailing .0."""
+    text = repr(float(value))
+    return text.removesuffix(".0")

@@ -127,6 +127,12 @@ class Table:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
         return table_numbers(self.name, self.title, self.axes.values(), self.notes)
 
+    def save(self, path: str | Path) -> None:
+        """Write a machine file that loads again as the same machine; see `machine.writing`."""
+        from splinefeed.machine import writing
+
+        writing.save(self, path)
+
     def describe(self) -> str:
         """The machine in words, a paragraph an axis."""
         return describe_table(self.name, self.title, self.axes.values(), self.notes)

@@ -1,0 +1,353 @@
+"""Gains for a path: contour error is made small while every loop keeps its distance from instability."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, overload
+
+import numpy as np
+
+from splinefeed.analysis.contour import Contour, ContourMeter
+from splinefeed.errors import InputError
+from splinefeed.geometry.path import Path
+from splinefeed.machine.parts import Axis, Controller
+from splinefeed.machine.table import Table
+from splinefeed.records import ROTARY_AXES, Array, Setpoints
+from splinefeed.simulation import tuning
+from splinefeed.simulation.bound import Bound, BoundTest
+from splinefeed.simulation.follow import follow
+from splinefeed.simulation.linear import Margins, margins
+from splinefeed.simulation.plant import force_per_volt
+
+PATH_RULE = "path"
+#: Runs of the whole path that the optimiser may make, unless the caller says otherwise, and at most.
+EVALUATIONS = 300
+MOST_EVALUATIONS = 100_000
+#: Share of them that goes to gains drawn at random; the rest improves the best of these step by step.
+DRAWN = 0.4
+#: Gains are drawn, in equal shares of their logarithm, between these factors of those that a rule or the machine gives.
+SPREAD = (1.0 / 20.0, 4.0)
+#: Feed-forward is sought between 0 and this many times what would make the drive follow by itself.
+FORWARD = 1.5
+#: First step of the improvement, in natural logarithms of the gains, and the one at which it ends.
+FIRST_STEP, LAST_STEP = 0.3, 1e-3
+#: The improvement starts anew from its best as long as that makes the error smaller by this share.
+WORTHWHILE = 0.02
+#: The quick test asks for this much more than the bound, so that the exact one holds too.
+RESERVE = 1e-3
+#: Draws for one that keeps the bound.
+MOST_DRAWS = 2000
+#: Gains go no farther than this from their start, in logarithms; what a run that ran away counts as, and the least
+#: error that is told from none, mm or rad.
+FARTHEST = 8.0
+RAN_AWAY = 1e3
+SMALLEST = 1e-9
+#: Gains that a rule gives are lowered in steps of this, in logarithms, until they keep the bound.
+CALMING, CALMINGS = 0.1, 60
+
+Progress = Callable[[int, int], None]
+
+_GAINS = {"pid": ("kp", "ki", "kd"), "p-pi": ("position_gain", "velocity_kp", "velocity_ki")}
+_FORWARD = ("velocity_feed_forward", "acceleration_feed_forward")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AxisTuning:
+    """One axis before and after; tracking_error: largest |error| on the path, mm or rad, infinite if it ran away."""
+
+    old: Axis
+    axis: Axis
+    before: Margins
+    margins: Margins
+    tracking_before: float
+    tracking: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PathTuning:
+    """Gains found on a path.
+
+    table    the machine with the new gains; axes: each axis that moves, before and after
+    before, contour  contour error with the old and with the new gains, mm; None if an axis ran away
+    evaluations      runs of the path that were made
+    """
+
+    table: Table
+    old: Table
+    period: float
+    bound: Bound
+    axes: Mapping[str, AxisTuning]
+    before: Contour | None
+    contour: Contour
+    evaluations: int
+
+    def describe(self) -> str:
+        """What was found, in words, an axis a paragraph."""
+        old = "an axis ran away" if self.before is None else f"{self.before.max * 1e3:.4g} um"
+        lines = [
+            f"{self.table.name}: largest contour error {self.contour.max * 1e3:.4g} um with the new gains, "
+            f"with the old ones {old}; {self.evaluations} runs",
+            f"  bound: {self.bound.words}",
+        ]
+        for name, each in self.axes.items():
+            new = each.axis.controller
+            gains = ", ".join(f"{gain} {getattr(new, gain):.6g}" for gain in (*_GAINS[new.kind], *_FORWARD))
+            lines += [
+                f"axis {name}: {gains}",
+                f"  new gains {each.margins.sentence}",
+                f"  old gains {each.before.sentence}",
+            ]
+        return "\n".join(lines)
+
+
+@overload
+def tune(what: Axis, rule: str = ..., **options: Any) -> tuning.Tuning: ...
+@overload
+def tune(what: Table, rule: str = ..., **options: Any) -> PathTuning: ...
+def tune(what: Axis | Table, rule: str = "ziegler-nichols", **options: Any) -> tuning.Tuning | PathTuning:
+    """Gains of an axis by a rule, or of a machine's axes together on a path.
+
+    With an axis and one of `simulation.tuning.rules()`: options of `simulation.tuning.tune`. With a Table and the rule
+    "path": options of `tune_on_path`, of which points and path are needed.
+    """
+    if isinstance(what, Table):
+        if rule != PATH_RULE:
+            raise InputError(f"rule {rule!r} tunes one axis: give table.axes[...]; a whole machine takes rule 'path'")
+        missing = [name for name in ("points", "path") if name not in options]
+        if missing:
+            raise InputError(f"rule 'path' needs {' and '.join(missing)}: setpoints to follow and the path they are on")
+        return tune_on_path(what, **options)
+    if not isinstance(what, Axis):
+        raise InputError(f"tune takes an axis, or with rule 'path' a Table; got {type(what).__name__}")
+    if rule == PATH_RULE:
+        raise InputError("rule 'path' tunes the axes of a machine together: give the Table, with points and path")
+    return tuning.tune(what, rule, **options)
+
+
+def tune_on_path(
+    table: Table,
+    points: Setpoints,
+    path: Path,
+    *,
+    bound: Bound | None = None,
+    evaluations: int = EVALUATIONS,
+    seed: int = 0,
+    feed_forward: bool = False,
+    on_progress: Progress | None = None,
+) -> PathTuning:
+    """Gains that make the largest contour error on a path small, every loop within a bound on its margins.
+
+    points        setpoints on `path`; their axes are tuned, and their period is the servo's
+    bound         gain margin 6 dB, phase margin 40 deg and |1 / (1 + L)| <= 2 unless given
+    evaluations   runs of the whole path at most; seed  of the random draws: the same seed gives the same gains
+    feed_forward  whether the feed-forward of speed and acceleration is sought too
+    on_progress   called with the runs made and allowed
+
+    Gains are drawn around those of Ziegler and Nichols (or the machine's, where that rule has none), those out of the
+    bound thrown away unsimulated, and the best is improved by COBYLA (M. J. D. Powell, in Advances in Optimization and
+    Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the gains. Linear axes
+    are tuned together for contour error; a rotary axis has no part in it and is tuned for its own tracking error. The
+    old gains are kept where nothing better keeps the bound. Raises InputError where nothing does at all.
+    """
+    bound = bound or Bound()
+    if isinstance(evaluations, bool) or not isinstance(evaluations, int) or not 1 <= evaluations <= MOST_EVALUATIONS:
+        raise InputError(f"evaluations is {evaluations!r}; it must be a whole number from 1 to {MOST_EVALUATIONS}")
+    if path.axes != points.axes:
+        raise InputError(f"the path has axes {', '.join(path.axes)}, the setpoints {', '.join(points.axes)}")
+    first = follow(points, table)
+    meter, hints = ContourMeter(path), np.clip(points.s, 0.0, path.length)
+    groups = [tuple(name for name in points.axes if name not in ROTARY_AXES)]
+    groups += [(name,) for name in points.axes if name in ROTARY_AXES]
+    made, done = table, 0
+    for i, group in enumerate(groups):
+        allowed = max((evaluations - done) // (len(groups) - i), 1)
+        search = _Search(made, group, points, meter, hints, bound, feed_forward)
+        made = search.run(allowed, np.random.default_rng([seed, i]), _counting(on_progress, done, evaluations))
+        done += search.runs
+    last = follow(points, made)
+    if last.stopped is not None:
+        raise InputError(f"no gains within the bound follow this path on {table.name!r}: {last.stopped}")
+    if on_progress is not None:
+        on_progress(evaluations, evaluations)
+    return PathTuning(
+        table=made,
+        old=table,
+        period=points.period,
+        bound=bound,
+        axes={
+            name: AxisTuning(
+                old=table.axes[name],
+                axis=made.axes[name],
+                before=margins(table.axes[name], points.period),
+                margins=margins(made.axes[name], points.period),
+                tracking_before=math.inf if first.stopped else float(np.max(np.abs(first.tracking_error[:, i]))),
+                tracking=float(np.max(np.abs(last.tracking_error[:, i]))),
+            )
+            for i, name in enumerate(points.axes)
+        },
+        before=None if first.stopped is not None else meter.measure(first.position, s_hint=hints),
+        contour=meter.measure(last.position, s_hint=hints),
+        evaluations=done,
+    )
+
+
+def _counting(told: Progress | None, done: int, total: int) -> Callable[[int], None]:
+    """Progress of one group, as that of the whole."""
+    return lambda runs: None if told is None else told(min(done + runs, total), total)
+
+
+class _Search:
+    """The search for the gains of one group of axes, by contour error, or of a rotary axis by its tracking error.
+
+    A place x holds for each axis the logarithms of its gains over those at the start, and shares of feed-forward.
+    """
+
+    def __init__(
+        self,
+        table: Table,
+        names: tuple[str, ...],
+        points: Setpoints,
+        meter: ContourMeter,
+        hints: Array,
+        bound: Bound,
+        feed_forward: bool,
+    ) -> None:
+        self.table = table
+        self.names = names
+        self.points = points
+        self.meter = meter
+        self.hints = hints
+        self.bound = bound
+        self.runs = 0
+        self.forward = len(_FORWARD) if feed_forward else 0
+        self.start = {name: _start(table.axes[name], points.period) for name in names}
+        self.tests = {name: BoundTest(axis, points.period, bound) for name, axis in self.start.items()}
+        self.width = {name: len(_GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
+        self.best = (math.inf, np.empty(0), table)
+
+    def run(self, allowed: int, rng: np.random.Generator, told: Callable[[int], None]) -> Table:
+        """The machine with the best gains that `allowed` runs find for these axes."""
+        from scipy.optimize import minimize
+
+        kept = all(np.min(self.tests[name].slacks(self.table.axes[name])) >= 0.0 for name in self.names)
+        own = self._error(self.table) if kept else math.inf
+        if self.runs < allowed:
+            self._try(np.concatenate([self._calmed(name) for name in self.names]), told)
+        for _ in range(max(math.ceil(DRAWN * allowed), 1 if not kept else 0) - self.runs):
+            self._try(np.concatenate([self._drawn(name, rng) for name in self.names]), told)
+        if not math.isfinite(min(own, self.best[0])):
+            raise InputError(
+                f"no gains of axis {', '.join(self.names)} were found that keep the bound ({self.bound.words}) and "
+                f"follow the path; ask for less margin, a lower feed, a shorter servo period or a smaller delay"
+            )
+        while self.runs < allowed and math.isfinite(self.best[0]):
+            reached = self.best[0]
+            minimize(
+                lambda x: self._try(x, told),
+                self.best[1],
+                method="COBYLA",
+                constraints=[{"type": "ineq", "fun": lambda x: self._slacks(x) - RESERVE}],
+                options={"rhobeg": FIRST_STEP, "maxiter": allowed - self.runs, "tol": LAST_STEP},
+            )
+            if self.best[0] > reached * (1.0 - WORTHWHILE):
+                break
+        return self.best[2] if self.best[0] < own else self.table
+
+    def _axis(self, name: str, x: Array) -> Axis:
+        """One axis with the gains at x, (width,)."""
+        axis = self.start[name]
+        control = axis.controller
+        keys = _GAINS[control.kind]
+        factors = np.exp(np.clip(x[: len(keys)], -FARTHEST, FARTHEST))
+        gains: dict[str, Any] = {key: getattr(control, key) * float(f) for key, f in zip(keys, factors, strict=True)}
+        new = replace(control, source="tuned on a path", **gains)
+        if self.forward:
+            whole = _whole_forward(axis, new)
+            shares = np.clip(x[len(keys) :], 0.0, FORWARD)
+            forward: dict[str, Any] = {
+                key: value * float(share) for key, value, share in zip(_FORWARD, whole, shares, strict=True)
+            }
+            new = replace(new, **forward)
+        return replace(axis, controller=new)
+
+    def _parts(self, x: Array) -> dict[str, Array]:
+        ends = np.cumsum([self.width[name] for name in self.names])
+        return dict(zip(self.names, np.split(np.asarray(x, dtype=np.float64), ends[:-1]), strict=True))
+
+    def _slacks(self, x: Array) -> Array:
+        """Slacks of all axes of the group, (5 axes,)."""
+        return np.concatenate([self.tests[n].slacks(self._axis(n, part)) for n, part in self._parts(x).items()])
+
+    def _try(self, x: Array, told: Callable[[int], None]) -> float:
+        """The logarithm of the error at x; the best that keeps the bound is remembered."""
+        axes = {name: self._axis(name, part) for name, part in self._parts(x).items()}
+        table = replace(self.table, axes={**self.table.axes, **axes})
+        error = self._error(table)
+        told(self.runs)
+        if error < self.best[0] and np.min(self._slacks(x)) >= 0.5 * RESERVE:
+            self.best = (error, np.array(x), table)
+        return math.log(min(error, RAN_AWAY) + SMALLEST)
+
+    def _error(self, table: Table) -> float:
+        """Largest contour error of the linear axes, mm, or tracking error of a rotary one, rad; of one run."""
+        self.runs += 1
+        response = follow(self.points, table)
+        if response.stopped is not None:
+            return math.inf
+        if self.names[0] in ROTARY_AXES:
+            return float(np.max(np.abs(response.tracking_error[:, self.points.axes.index(self.names[0])])))
+        return self.meter.measure(response.position, s_hint=self.hints).max
+
+    def _calmed(self, name: str) -> Array:
+        """The start, its gains lowered until they keep the bound; the place of no change if they never do."""
+        axis = self.start[name]
+        count = len(_GAINS[axis.controller.kind])
+        x = np.zeros(self.width[name])
+        for _ in range(CALMINGS):
+            if np.min(self.tests[name].slacks(self._axis(name, x))) >= RESERVE:
+                return x
+            x[:count] -= CALMING * (np.array([1.0, 2.0, 1.0]) if axis.controller.kind == "pid" else 1.0)
+        return np.zeros(self.width[name])
+
+    def _drawn(self, name: str, rng: np.random.Generator) -> Array:
+        """Gains drawn at random that keep the bound; the last ones drawn if none of MOST_DRAWS does."""
+        x = np.zeros(self.width[name])
+        count = len(x) - self.forward
+        for _ in range(MOST_DRAWS):
+            x[:count] = rng.uniform(math.log(SPREAD[0]), math.log(SPREAD[1]), count)
+            x[count:] = rng.uniform(0.0, 1.0, self.forward)
+            if np.min(self.tests[name].slacks(self._axis(name, x))) >= RESERVE:
+                break
+        return x
+
+
+def _start(axis: Axis, period: float) -> Axis:
+    """The axis with gains of which none is 0: those of Ziegler and Nichols, or its own where that rule has none."""
+    if axis.controller.kind == "pid":
+        try:
+            found = tuning.tune(axis, "ziegler-nichols", period=period).axis
+            return replace(found, controller=replace(found.controller, source=axis.controller.source))
+        except InputError:
+            pass
+    least: dict[str, Any] = {
+        key: getattr(axis.controller, key) or axis.controller.kp * share
+        for key, share in zip(_GAINS["pid"], (1.0, 10.0, 0.01), strict=True)
+        if axis.controller.kind == "pid"
+    }
+    if axis.controller.kind == "p-pi" and axis.controller.velocity_ki == 0.0:
+        least = {"velocity_ki": axis.controller.velocity_kp * axis.controller.position_gain}
+    return replace(axis, controller=replace(axis.controller, **least))
+
+
+def _whole_forward(axis: Axis, control: Controller) -> tuple[float, float]:
+    """Feed-forward of speed and acceleration that makes the rigid linear drive follow by itself."""
+    if axis.drive.mode == "velocity":
+        per_speed = 1.0 / float(axis.drive.speed_per_volt or 1.0)
+        per_acceleration = axis.drive.lag * per_speed
+    else:
+        volt = 1.0 / force_per_volt(axis)
+        per_speed = axis.friction.viscous * volt
+        per_acceleration = (axis.motor_inertia + axis.load_inertia) * volt
+    return (control.velocity_kp if control.kind == "p-pi" else per_speed), per_acceleration

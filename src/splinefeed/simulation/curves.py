@@ -1,0 +1,104 @@
+"""What a figure of a tuned axis shows: its loop over frequency, and its answer to a small step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinefeed.machine.parts import Axis
+from splinefeed.machine.table import Table
+from splinefeed.records import Array, Setpoints
+from splinefeed.simulation.follow import follow
+from splinefeed.simulation.linear import ComplexArray, controller_response, discrete_plant, margins
+
+#: Points of a curve over frequency, between these shares of half the servo rate.
+POINTS = 800
+LOWEST_SHARE, HIGHEST_SHARE = 1e-3, 0.98
+#: A step makes the linear loop put out this share of its limit at most.
+OUTPUT_SHARE = 0.5
+#: Ticks before the step; a step is watched for this many over the bandwidth of the slower loop, within these bounds, s.
+BEFORE = 5
+SWINGS = 8.0
+SHORTEST, LONGEST = 0.02, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class LoopCurves:
+    """frequency (n,) Hz; complex (n,): the loop L opened at the controller's output, T from reference to position."""
+
+    frequency: Array
+    loop: ComplexArray
+    closed: ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class StepResponse:
+    """What a step of `size`, mm or rad, does: t (n,) s from the step on, position (n,), and why it stopped or None."""
+
+    t: Array
+    position: Array
+    size: float
+    stopped: str | None
+
+
+def loop_curves(axis: Axis, period: float) -> LoopCurves:
+    """L and T of an axis at a servo period, s, up to half the servo rate."""
+    nyquist = 0.5 / period
+    frequency = np.geomspace(LOWEST_SHARE * nyquist, HIGHEST_SHARE * nyquist, POINTS)
+    omega = 2.0 * np.pi * frequency
+    plant = discrete_plant(axis, period).response(omega)
+    forward, back = controller_response(axis.controller, period, omega)
+    return LoopCurves(frequency, back * plant, forward * plant / (1.0 + back * plant))
+
+
+def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, StepResponse]:
+    """The full axis, friction, counts and codes included, after the same small step with its old and new controller.
+
+    Small enough that the linear loop stays within half the output: of 1, 2 or 5 times a power of ten, mm or deg.
+    """
+    loops = (margins(old, period), margins(new, period))
+    bandwidth = min((each.bandwidth for each in loops if each.stable), default=1.0 / SHORTEST)
+    duration = min(max(SWINGS / bandwidth, SHORTEST), LONGEST)
+    ticks = BEFORE + math.ceil(duration / period)
+    peaks = [
+        float(np.max(np.abs(_stepped(axis, period, ticks, 1.0, linear=True)[1]), initial=0.0)) for axis in (old, new)
+    ]
+    kept = [peak for peak, each in zip(peaks, loops, strict=True) if each.stable] or peaks
+    unit = math.radians(1.0) if old.rotary else 1.0
+    largest = min(OUTPUT_SHARE * old.controller.output_limit / max(*kept, 1e-300), 0.5 * old.controller.error_limit)
+    size = unit * _rounded(largest / unit)
+    return _response(old, period, ticks, size), _response(new, period, ticks, size)
+
+
+def _response(axis: Axis, period: float, ticks: int, size: float) -> StepResponse:
+    position, _, stopped = _stepped(axis, period, ticks, size, linear=False)
+    t = np.asarray((np.arange(len(position)) - BEFORE) * period, dtype=np.float64)
+    return StepResponse(t, position, size, stopped)
+
+
+def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool) -> tuple[Array, Array, str | None]:
+    """Position and output (n,) of an axis after a step, and why it stopped."""
+    if linear:
+        axis = replace(axis, controller=replace(axis.controller, error_limit=1e12))
+    nothing = np.zeros(ticks)
+    points = Setpoints(
+        t=np.asarray(np.arange(ticks) * period, dtype=np.float64),
+        curve=nothing.astype(np.int64),
+        u=nothing,
+        s=nothing,
+        feed=nothing,
+        position=np.where(np.arange(ticks) < BEFORE, 0.0, size)[:, None],
+        axes=(axis.name,),
+        period=period,
+        method="step",
+    )
+    response = follow(points, Table(name=axis.name, axes={axis.name: axis}), linear=linear)
+    return response.position[:, 0], response.output[:, 0], response.stopped
+
+
+def _rounded(value: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is not above `value`."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12))
