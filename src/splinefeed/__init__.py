@@ -28,12 +28,13 @@ if TYPE_CHECKING:
     from splinefeed.pipeline.compare import compare as compare
     from splinefeed.pipeline.follow import follow as follow
     from splinefeed.pipeline.run import run as run
+    from splinefeed.pipeline.tuning import tune as tune
+    from splinefeed.pipeline.tuning import tune_on_path as tune_on_path
     from splinefeed.records import Limits as Limits
     from splinefeed.records import Response as Response
     from splinefeed.records import Setpoints as Setpoints
     from splinefeed.records import TimeLaw as TimeLaw
     from splinefeed.records import Verdict as Verdict
-    from splinefeed.simulation.tuning import tune as tune
 
 from splinefeed import errors as errors
 
@@ -67,7 +68,8 @@ _PUBLIC = {
     "save": "formats.setpoints",
     "shapes": "geometry",
     "tangential": "geometry.tangential",
-    "tune": "simulation.tuning",
+    "tune": "pipeline.tuning",
+    "tune_on_path": "pipeline.tuning",
     "write": "formats.registry",
 }
 

@@ -164,7 +164,7 @@ def test_what_cannot_be_tuned_is_refused() -> None:
         (
             lambda: tune(force_axis()),
             "axis x: no ultimate gain: proportional control alone is unstable, or stable, at any gain; "
-            "rules that start from it need a drive in velocity mode",
+            "rules that start from it need a drive in velocity mode; rule 'path' does not",
         ),
         (lambda: relay(axis, PERIOD, 0.0), "the relay is 0.0 V; it must be greater than 0 and finite"),
         (lambda: relay(axis, PERIOD, 1.0, -1.0), "the hysteresis is -1.0; it must not be negative"),

@@ -22,6 +22,7 @@ COMMANDS = {
     "compare": "Every interpolation method on the same motion, in one table.",
     "check": "Whether setpoints lie on their path and hold every limit, judged independently.",
     "follow": "What the axes of a machine do with setpoints: tracking and contour errors.",
+    "tune": "Gains of a machine's axes: margins before and after, by a rule or for a path.",
     "info": "What a file or shape holds, and what its reader had to say.",
     "machine": "The machines there are, and what a machine file says, in words.",
     "methods": "The interpolation methods.",

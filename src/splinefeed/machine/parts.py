@@ -22,6 +22,11 @@ RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
 }
 
 
+#: Gains of each kind of controller, and those that both have.
+GAINS = {"pid": ("kp", "ki", "kd"), "p-pi": ("position_gain", "velocity_kp", "velocity_ki")}
+FEED_FORWARD = ("velocity_feed_forward", "acceleration_feed_forward")
+
+
 def quantity(kind: str, rule: str = "positive", default: Any = MISSING, *, motor: bool = False) -> Any:
     """A field that holds a quantity of `kind` (see `quantities.KINDS`); motor: of the motor's motion."""
     return field(default=default, metadata={"kind": kind, "rule": rule, "motor": motor})
@@ -202,6 +207,11 @@ class Controller(_Part):
     error_limit: float = quantity("position")
     source: str = words()
 
+    @property
+    def gains(self) -> dict[str, float]:
+        """The gains that this kind of controller uses, and its feed-forward, by name."""
+        return {name: getattr(self, name) for name in (*GAINS[self.kind], *FEED_FORWARD)}
+
 
 @dataclass(frozen=True, kw_only=True)
 class AxisLimits(_Part):
@@ -312,8 +322,7 @@ class Axis:
             yield "encoder: a linear motor has none; give a scale"
         if getattr(self, self.controller.feedback) is None:
             yield f"controller.feedback: {self.controller.feedback!r}; the axis has no {self.controller.feedback}"
-        used = {"pid": ("kp", "ki", "kd"), "p-pi": ("position_gain", "velocity_kp", "velocity_ki")}
-        for sort, keys in used.items():
+        for sort, keys in GAINS.items():
             for key in keys:
                 if sort != self.controller.kind and getattr(self.controller, key) != 0.0:
                     yield f"controller.{key}: not used by controller.kind {self.controller.kind!r}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, overload
 
@@ -12,7 +12,7 @@ import numpy as np
 from splinefeed.analysis.contour import Contour, ContourMeter
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
-from splinefeed.machine.parts import Axis, Controller
+from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
 from splinefeed.machine.table import Table
 from splinefeed.records import ROTARY_AXES, Array, Setpoints
 from splinefeed.simulation import tuning
@@ -48,9 +48,6 @@ SMALLEST = 1e-9
 CALMING, CALMINGS = 0.1, 60
 
 Progress = Callable[[int, int], None]
-
-_GAINS = {"pid": ("kp", "ki", "kd"), "p-pi": ("position_gain", "velocity_kp", "velocity_ki")}
-_FORWARD = ("velocity_feed_forward", "acceleration_feed_forward")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,7 +90,7 @@ class PathTuning:
         ]
         for name, each in self.axes.items():
             new = each.axis.controller
-            gains = ", ".join(f"{gain} {getattr(new, gain):.6g}" for gain in (*_GAINS[new.kind], *_FORWARD))
+            gains = ", ".join(f"{gain} {value:.6g}" for gain, value in new.gains.items())
             lines += [
                 f"axis {name}: {gains}",
                 f"  new gains {each.margins.sentence}",
@@ -131,6 +128,7 @@ def tune_on_path(
     points: Setpoints,
     path: Path,
     *,
+    axes: Sequence[str] | None = None,
     bound: Bound | None = None,
     evaluations: int = EVALUATIONS,
     seed: int = 0,
@@ -139,7 +137,8 @@ def tune_on_path(
 ) -> PathTuning:
     """Gains that make the largest contour error on a path small, every loop within a bound on its margins.
 
-    points        setpoints on `path`; their axes are tuned, and their period is the servo's
+    points        setpoints on `path`; their period is the servo's
+    axes          those to tune; all of the setpoints unless given
     bound         gain margin 6 dB, phase margin 40 deg and |1 / (1 + L)| <= 2 unless given
     evaluations   runs of the whole path at most; seed  of the random draws: the same seed gives the same gains
     feed_forward  whether the feed-forward of speed and acceleration is sought too
@@ -158,8 +157,13 @@ def tune_on_path(
         raise InputError(f"the path has axes {', '.join(path.axes)}, the setpoints {', '.join(points.axes)}")
     first = follow(points, table)
     meter, hints = ContourMeter(path), np.clip(points.s, 0.0, path.length)
-    groups = [tuple(name for name in points.axes if name not in ROTARY_AXES)]
-    groups += [(name,) for name in points.axes if name in ROTARY_AXES]
+    chosen = points.axes if axes is None else tuple(axes)
+    for name in chosen:
+        if name not in points.axes:
+            raise InputError(f"axis {name!r} does not move on this path; its axes are {', '.join(points.axes)}")
+    linear = tuple(name for name in chosen if name not in ROTARY_AXES)
+    groups = [linear] if linear else []
+    groups += [(name,) for name in chosen if name in ROTARY_AXES]
     made, done = table, 0
     for i, group in enumerate(groups):
         allowed = max((evaluations - done) // (len(groups) - i), 1)
@@ -186,6 +190,7 @@ def tune_on_path(
                 tracking=float(np.max(np.abs(last.tracking_error[:, i]))),
             )
             for i, name in enumerate(points.axes)
+            if name in chosen
         },
         before=None if first.stopped is not None else meter.measure(first.position, s_hint=hints),
         contour=meter.measure(last.position, s_hint=hints),
@@ -221,10 +226,10 @@ class _Search:
         self.hints = hints
         self.bound = bound
         self.runs = 0
-        self.forward = len(_FORWARD) if feed_forward else 0
+        self.forward = len(FEED_FORWARD) if feed_forward else 0
         self.start = {name: _start(table.axes[name], points.period) for name in names}
         self.tests = {name: BoundTest(axis, points.period, bound) for name, axis in self.start.items()}
-        self.width = {name: len(_GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
+        self.width = {name: len(GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
         self.best = (math.inf, np.empty(0), table)
 
     def run(self, allowed: int, rng: np.random.Generator, told: Callable[[int], None]) -> Table:
@@ -242,7 +247,8 @@ class _Search:
                 f"no gains of axis {', '.join(self.names)} were found that keep the bound ({self.bound.words}) and "
                 f"follow the path; ask for less margin, a lower feed, a shorter servo period or a smaller delay"
             )
-        while self.runs < allowed and math.isfinite(self.best[0]):
+        least = sum(self.width.values()) + 2  # that many runs COBYLA needs to take a first step
+        while self.runs + least <= allowed and math.isfinite(self.best[0]):
             reached = self.best[0]
             minimize(
                 lambda x: self._try(x, told),
@@ -259,7 +265,7 @@ class _Search:
         """One axis with the gains at x, (width,)."""
         axis = self.start[name]
         control = axis.controller
-        keys = _GAINS[control.kind]
+        keys = GAINS[control.kind]
         factors = np.exp(np.clip(x[: len(keys)], -FARTHEST, FARTHEST))
         gains: dict[str, Any] = {key: getattr(control, key) * float(f) for key, f in zip(keys, factors, strict=True)}
         new = replace(control, source="tuned on a path", **gains)
@@ -267,7 +273,7 @@ class _Search:
             whole = _whole_forward(axis, new)
             shares = np.clip(x[len(keys) :], 0.0, FORWARD)
             forward: dict[str, Any] = {
-                key: value * float(share) for key, value, share in zip(_FORWARD, whole, shares, strict=True)
+                key: value * float(share) for key, value, share in zip(FEED_FORWARD, whole, shares, strict=True)
             }
             new = replace(new, **forward)
         return replace(axis, controller=new)
@@ -303,7 +309,7 @@ class _Search:
     def _calmed(self, name: str) -> Array:
         """The start, its gains lowered until they keep the bound; the place of no change if they never do."""
         axis = self.start[name]
-        count = len(_GAINS[axis.controller.kind])
+        count = len(GAINS[axis.controller.kind])
         x = np.zeros(self.width[name])
         for _ in range(CALMINGS):
             if np.min(self.tests[name].slacks(self._axis(name, x))) >= RESERVE:
@@ -333,7 +339,7 @@ def _start(axis: Axis, period: float) -> Axis:
             pass
     least: dict[str, Any] = {
         key: getattr(axis.controller, key) or axis.controller.kp * share
-        for key, share in zip(_GAINS["pid"], (1.0, 10.0, 0.01), strict=True)
+        for key, share in zip(GAINS["pid"], (1.0, 10.0, 0.01), strict=True)
         if axis.controller.kind == "pid"
     }
     if axis.controller.kind == "p-pi" and axis.controller.velocity_ki == 0.0:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
 from splinefeed.report import theme
 from splinefeed.report.drawing import short
-from splinefeed.simulation.curves import LoopCurves, StepResponse
-from splinefeed.simulation.experiments import FrequencyResponse
+from splinefeed.simulation.curves import TunedAxis
 from splinefeed.simulation.linear import ComplexArray, Margins
 
 #: Decibels below the largest value that are shown of a loop.
@@ -24,29 +21,19 @@ DEPTH = 60.0
 PHASES = (-300.0, -30.0)
 
 
-@dataclass(frozen=True, eq=False)
-class TunedAxis:
-    """What the figures of one axis are drawn from; identified: the measured loop with the new gains, or None."""
-
-    axis: Axis
-    rule: str
-    old: tuple[LoopCurves, Margins]
-    new: tuple[LoopCurves, Margins]
-    steps: tuple[StepResponse, StepResponse]
-    identified: FrequencyResponse | None = None
-
-
 def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
     """Gain and phase of the opened loop with gain and phase margin, and gain of the closed loop with its bandwidth."""
-    (old, _), (new, after) = tuned.old, tuned.new
+    old, new, after = tuned.old, tuned.new, tuned.margins
     title = f"{theme.words(machine)}, axis {theme.words(tuned.axis.name, 12)}: {tuned.rule}\n{_margin_words(after)}"
     with theme.applied():
         figure = theme.new_figure(7.6, 8.2, title, gaps=(0.0, 0.2), grid=(3, 1))
         gain, phase, closed = figure.subplots(3, 1, sharex=True)
-        for curves, style in ((old, _OLD), (new, _NEW)):
-            gain.plot(curves.frequency, _decibels(curves.loop), **style)
+        for curves, style, loop in ((old, _OLD, tuned.before), (new, _NEW, after)):
+            label = style["label"] if loop.stable else f"{style['label']}: unstable"
+            gain.plot(curves.frequency, _decibels(curves.loop), **style | {"label": label})
             phase.plot(curves.frequency, _phase(curves.loop), **style)
-            closed.plot(curves.frequency, _decibels(curves.closed), **style)
+            if loop.stable:  # an unstable loop has no response to show
+                closed.plot(curves.frequency, _decibels(curves.closed), **style)
         if tuned.identified is not None:
             dots: dict[str, Any] = {
                 "linestyle": "",
@@ -61,14 +48,15 @@ def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
         gain.set_ylim(max(top - 2.0 * DEPTH, -DEPTH), min(top, 2.0 * DEPTH) + 3.0)
         phase.set_ylim(*PHASES)
         phase.set_yticks([-270.0, -225.0, -180.0, -135.0, -90.0, -45.0])
-        peak = max(float(np.max(_decibels(each.closed[np.isfinite(each.closed)]))) for each in (old, new))
+        peaks = [float(np.max(line.get_ydata())) for line in closed.get_lines()]
+        peak = max(peaks, default=0.0)
         closed.set_ylim(-DEPTH / 2.0, min(max(peak + 3.0, 6.0), 30.0))
         for ax, level in ((gain, 0.0), (phase, -180.0), (closed, -3.0)):
             ax.axhline(level, color=theme.FAINT, linewidth=0.8)
         _mark_margins(gain, phase, after)
         if np.isfinite(after.bandwidth):
             closed.plot([after.bandwidth], [-3.01], "o", color=theme.VERMILION, markersize=5)
-            _say(closed, after.bandwidth, -3.01, f"bandwidth {short(after.bandwidth)} Hz", above=False)
+            _say(closed, after.bandwidth, -3.01, f"bandwidth {short(after.bandwidth)} Hz")
         for ax, label in ((gain, "loop gain (dB)"), (phase, "loop phase (°)"), (closed, "closed loop (dB)")):
             ax.set_xscale("log")
             ax.set_ylabel(label)
@@ -77,12 +65,15 @@ def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
         closed.set_xlim(new.frequency[0], new.frequency[-1])
         theme.plain_ticks(closed.xaxis)
         closed.set_xlabel("frequency (Hz); the loop ends at half the servo rate")
-        gain.legend(loc="upper right", fontsize=8.5)
+        gain.legend(loc="upper right", fontsize=8.5, **_LEGEND)
         return figure
 
 
 _OLD: dict[str, Any] = {"color": theme.FAINT, "linewidth": 1.0, "linestyle": (0, (4, 2)), "label": "old gains"}
 _NEW: dict[str, Any] = {"color": theme.BLUE, "label": "new gains"}
+
+
+_LEGEND: dict[str, Any] = {"frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 0.85}
 
 
 def _margin_words(margins: Margins) -> str:
@@ -101,25 +92,26 @@ def _mark_margins(gain: Axes, phase: Axes, margins: Margins) -> None:
         at, low = margins.gain_frequency, -margins.gain_margin_db
         gain.plot([at, at], [low, 0.0], color=colour, linewidth=2.0)
         phase.axvline(at, color=colour, linewidth=0.7, linestyle=(0, (2, 2)))
-        _say(gain, at, 0.0, f"gain margin at {short(at)} Hz", above=True)
+        _say(gain, at, low, f"gain margin at {short(at)} Hz")
     if np.isfinite(margins.phase_margin):
         at, angle = margins.phase_frequency, -180.0 + margins.phase_margin
         phase.plot([at, at], [-180.0, angle], color=colour, linewidth=2.0)
         gain.axvline(at, color=colour, linewidth=0.7, linestyle=(0, (2, 2)))
-        _say(phase, at, angle, f"phase margin at {short(at)} Hz", above=True)
+        _say(phase, at, min(angle, -180.0), f"phase margin at {short(at)} Hz")
 
 
-def _say(ax: Axes, x: float, y: float, text: str, *, above: bool) -> None:
-    """A few words left of a place, above or below it."""
+def _say(ax: Axes, x: float, y: float, text: str) -> None:
+    """A few words left of a place and below it: a loop comes from above."""
     ax.annotate(
         text,
         (x, y),
-        xytext=(-6, 5 if above else -5),
+        xytext=(-5, -4),
         textcoords="offset points",
         ha="right",
-        va="bottom" if above else "top",
+        va="top",
         color=theme.VERMILION,
         fontsize=8.5,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
     )
 
 
@@ -144,23 +136,22 @@ def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
         rows = figure.subplots(count, 1, squeeze=False)[:, 0]
         for ax, tuned in zip(rows, axes, strict=True):
             factor, unit = (180.0 / np.pi, "°") if tuned.axis.rotary else (1e3, "µm")
-            for step, style in zip(tuned.steps, (_OLD, _NEW), strict=True):
-                label = f"{style['label']}, ran away" if step.stopped else style["label"]
-                shown = {**style, "label": label}
-                ax.step(1e3 * step.t, factor * step.position, where="post", **shown)
+            loops = (tuned.before, tuned.margins)
+            for step, style, loop in zip(tuned.steps, (_OLD, _NEW), loops, strict=True):
+                state = ": unstable" if not loop.stable else ""
+                label = f"{style['label']}{state}{', ran away' if step.stopped else ''}"
+                ax.step(1e3 * step.t, factor * step.position, where="post", **style | {"label": label})
             size = factor * tuned.steps[1].size
             ax.axhline(size, color=theme.FAINT, linewidth=0.8)
             worst = max(float(np.max(np.abs(step.position), initial=0.0)) * factor for step in tuned.steps)
-            ax.set_ylim(-0.15 * size, min(1.08 * max(worst, size), 2.5 * size))
+            ax.set_ylim(-0.4 * size, min(1.08 * max(worst, size), 2.5 * size))
             ax.set_xlim(1e3 * tuned.steps[1].t[0], 1e3 * max(step.t[-1] for step in tuned.steps))
             ax.set_ylabel(f"{theme.words(tuned.axis.name, 12)} ({unit})")
-            ax.set_title(
-                f"axis {theme.words(tuned.axis.name, 12)}: step of {short(size)}{'' if tuned.axis.rotary else ' '}{unit}",
-                fontsize=9.5,
-            )
+            gap = "" if tuned.axis.rotary else " "
+            ax.set_title(f"axis {theme.words(tuned.axis.name, 12)}: step of {short(size)}{gap}{unit}", fontsize=9.5)
             ax.yaxis.set_label_coords(-theme.LABEL_AT / (7.6 - theme.LEFT - theme.RIGHT), 0.5)
             theme.plain_ticks(ax.yaxis)
             theme.plain_ticks(ax.xaxis)
-            ax.legend(loc="lower right", fontsize=8.5)
+            ax.legend(loc="lower right", fontsize=8.5, **_LEGEND)
         rows[-1].set_xlabel("time after the step (ms)")
         return figure

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
@@ -20,11 +21,14 @@ from splinefeed.records import Response
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from splinefeed.simulation.curves import TunedAxis
+
 #: The page of numbers; a folder that has one written by us is ours.
 RECORD = "run.json"
 #: The pages of numbers of all commands that write a folder: files that one of them lists are ours.
 FOLLOW_RECORD = "follow.json"
-RECORDS = (RECORD, FOLLOW_RECORD)
+TUNE_RECORD = "tune.json"
+RECORDS = (RECORD, FOLLOW_RECORD, TUNE_RECORD)
 #: What the axes of a machine did.
 RESPONSE = "response.h5"
 #: Names of setpoint files by format.
@@ -129,6 +133,27 @@ def servo_figures(
     yield "errors", errors_figure(responses, name, machine)
     if beside is not None:
         yield "contour", contour_figure(beside, name, machine)
+
+
+def tune_names(axes: Iterable[str]) -> tuple[str, ...]:
+    """Names of all files that tuning these axes may leave."""
+    names = ("step", *(_bode_name(axis) for axis in axes))
+    return (TUNE_RECORD, *(f"{name}.{suffix}" for name in names for suffix in FIGURE_FORMATS))
+
+
+def tune_figures(axes: Sequence[TunedAxis], machine: str) -> Iterator[tuple[str, Figure]]:
+    """Name and figure of tuned axes, one at a time: a Bode plot of each, and the steps of all."""
+    from splinefeed.report.bode import bode_figure, step_figure
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    for tuned in axes:
+        yield _bode_name(tuned.axis.name), bode_figure(tuned, machine)
+    yield "step", step_figure(axes, machine)
+
+
+def _bode_name(axis: str) -> str:
+    """The name of an axis's figure; of an axis with a strange name only what is harmless in a file's name."""
+    return f"bode-{re.sub(r'[^A-Za-z0-9_-]', '-', axis)[:32]}"
 
 
 def write_record(page: Mapping[str, Any], file: File) -> None:

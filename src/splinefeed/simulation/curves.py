@@ -10,8 +10,9 @@ import numpy as np
 from splinefeed.machine.parts import Axis
 from splinefeed.machine.table import Table
 from splinefeed.records import Array, Setpoints
+from splinefeed.simulation.experiments import FrequencyResponse
 from splinefeed.simulation.follow import follow
-from splinefeed.simulation.linear import ComplexArray, controller_response, discrete_plant, margins
+from splinefeed.simulation.linear import ComplexArray, Margins, controller_response, discrete_plant, margins
 
 #: Points of a curve over frequency, between these shares of half the servo rate.
 POINTS = 800
@@ -41,6 +42,42 @@ class StepResponse:
     position: Array
     size: float
     stopped: str | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TunedAxis:
+    """What the figures of one axis show.
+
+    old, new    the loop before and after; before, margins: those of the two; steps: the two answers to a step
+    identified  the measured loop with the new gains: frequency and L, or None
+    """
+
+    axis: Axis
+    rule: str
+    old: LoopCurves
+    new: LoopCurves
+    before: Margins
+    margins: Margins
+    steps: tuple[StepResponse, StepResponse]
+    identified: FrequencyResponse | None = None
+
+
+def tuned_axis(old: Axis, new: Axis, rule: str, period: float, measured: FrequencyResponse | None = None) -> TunedAxis:
+    """Curves of an axis with its old and new controller; `measured`: its plant's response by an experiment, if any."""
+    identified = None
+    if measured is not None:
+        back = controller_response(new.controller, period, 2.0 * np.pi * measured.frequency)[1]
+        identified = FrequencyResponse(measured.frequency, back * measured.value, measured.source)
+    return TunedAxis(
+        axis=new,
+        rule=rule,
+        old=loop_curves(old, period),
+        new=loop_curves(new, period),
+        before=margins(old, period),
+        margins=margins(new, period),
+        steps=step_responses(old, new, period),
+        identified=identified,
+    )
 
 
 def loop_curves(axis: Axis, period: float) -> LoopCurves:

@@ -123,7 +123,13 @@ class Margins:
 
     def as_dict(self) -> dict[str, float | bool | str | None]:
         """Names and values, as `tune --json` prints them; what is infinite or is not there becomes null there."""
-        return {**asdict(self), "stable": self.stable, "close": self.close, "verdict": self.verdict}
+        return {
+            **asdict(self),
+            "gain_margin_db": self.gain_margin_db,
+            "stable": self.stable,
+            "close": self.close,
+            "verdict": self.verdict,
+        }
 
 
 def discrete_plant(axis: Axis, period: float) -> Discrete:

@@ -108,7 +108,7 @@ def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
     if not (found.stable and math.isfinite(found.gain_margin) and found.gain_reduction == 0.0):
         raise InputError(
             f"axis {axis.name}: no ultimate gain: proportional control alone is unstable, or stable, at any gain; "
-            f"rules that start from it need a drive in velocity mode"
+            f"rules that start from it need a drive in velocity mode; rule 'path' does not"
         )
     return UltimatePoint(kp * found.gain_margin, 1.0 / found.gain_frequency, "linear model")
 
@@ -145,7 +145,8 @@ def tune(
     rule        one of `rules()`; kind "p", "pi" or "pid"; period  servo period, s
     experiment  "model": the ultimate point of the linear plant; "sine": of its response to SINES sines of `volts`;
                 "relay": of sines around the swing that a relay of +-`volts` makes, see `experiments.relay`
-    K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Feed-forward and filter stay.
+    K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Filter and feed-forward stay, but
+    for that of speed where a P-PI cascade becomes a PID: there it went through the speed loop.
 
     Raises InputError for names that are none, and for an axis without an ultimate gain.
     """
@@ -159,6 +160,8 @@ def tune(
     kp = share * point.gain
     gains: dict[str, Any] = {"kp": kp, "ki": kp / (integral * point.period), "kd": kp * derivative * point.period}
     cascade: dict[str, Any] = {"position_gain": 0.0, "velocity_kp": 0.0, "velocity_ki": 0.0}
+    if axis.controller.kind == "p-pi":
+        cascade["velocity_feed_forward"] = 0.0
     source = f"{rule} ({kind}) from the ultimate point by {point.source}"
     tuned = replace(axis, controller=replace(axis.controller, kind="pid", source=source, **gains, **cascade))
     return Tuning(

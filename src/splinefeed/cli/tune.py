@@ -1,0 +1,324 @@
+"""`splinefeed tune`: gains of a machine's axes, with the margins before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from splinefeed.cli import options
+from splinefeed.cli.failures import DONE, NOT_KEPT
+
+if TYPE_CHECKING:
+    from splinefeed.cli.progress import Say
+    from splinefeed.machine.table import Table
+    from splinefeed.simulation.curves import TunedAxis
+
+    #: The machine with new gains, its page of numbers, and a function that makes what figures show.
+    Tuned = tuple[Table, dict[str, Any], Callable[[], list[TunedAxis]]]
+
+EXAMPLES = """\b
+Examples:
+  splinefeed tune xytheta
+  splinefeed tune xytheta --axis x --rule tyreus-luyben --identify relay -o x-tuned
+  splinefeed tune my-table.toml --rule path --path wing.dat --feed 20 --write my-table-tuned.toml
+
+"""
+
+#: Options that say what is driven along a path, and how, and are of no use without one.
+_FOR_PATH = (
+    *("source", "which", "chord", "tolerance", "feed_forward", "runs", "seed", "strategy"),
+    *("feed", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "chord_error", "centripetal"),
+    *("axis_velocity", "axis_acceleration", "axis_jerk"),
+)
+
+
+@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.argument("machine", metavar="MACHINE")
+@click.option("--axis", "axes", type=options.Names(), metavar="NAMES", help="Only these axes.  [default: all]")
+@click.option(
+    "--rule",
+    metavar="NAME",
+    default="ziegler-nichols",
+    show_default=True,
+    help="ziegler-nichols or tyreus-luyben, from the ultimate point; or path: small contour error on a path.",
+)
+@click.option("--kind", metavar="SORT", help="Sort of controller of a rule: p, pi or pid.  [default: pid]")
+@click.option(
+    "--identify",
+    metavar="HOW",
+    help="The ultimate point: of the linear model, or by an experiment on the full one: sine, relay.  [default: model]",
+)
+@click.option("--volts", type=float, metavar="V", help="Size of that experiment.  [default: 1]")
+@click.option("--path", "source", metavar="FILE|SHAPE", help="Rule path: the path.  [default: the paper's airfoil]")
+@click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
+@click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
+@click.option("--tolerance", type=options.Quantity("length"), metavar="LENGTH", help="As for run.")
+@click.option(
+    "--feed-forward", is_flag=True, default=None, help="Rule path: feed-forward of speed and acceleration too."
+)
+@click.option("--runs", type=int, metavar="N", help="Rule path: runs of the path at most.  [default: 300]")
+@click.option("--seed", type=int, metavar="N", help="Rule path: seed of the random draws.  [default: 0]")
+@options.limits
+@click.option("--write", "machine_file", metavar="FILE", help="Write the machine with the new gains, TOML.")
+@click.option("-o", "--output", metavar="DIR", help="Draw Bode and step figures to this folder.  [default: none]")
+@options.as_json
+@click.pass_context
+def command(ctx: click.Context, /, machine: str, as_json: bool, **given: Any) -> None:
+    """Find gains for the axes of MACHINE, and say how far they and the old ones are from instability.
+
+    MACHINE is the name of a table of the package (splinefeed machine list names them) or a machine file. Limits such as
+    --feed say how the path of rule path is driven. The exit code is 1 if an axis is unstable with its new gains.
+    """
+    from splinefeed.cli import output
+    from splinefeed.cli.progress import busy
+
+    with busy("tune") as say:
+        page = _tune(machine, given, say)
+    if as_json:
+        output.print_json(page)
+    else:
+        _print(page)
+    ctx.exit(DONE if page["ok"] else NOT_KEPT)
+
+
+def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
+    """Tune and write; the page of numbers, with `files` as seen from the current folder."""
+    import splinefeed
+    from splinefeed.cli.output import plain
+    from splinefeed.errors import InputError
+    from splinefeed.machine.table import Table
+    from splinefeed.pipeline.tuning import PATH_RULE
+
+    table = Table.load(machine)
+    names = given["axes"] or tuple(table.axes)
+    for name in names:
+        if name not in table.axes:
+            raise InputError(
+                f"--axis: machine {table.name!r} has no axis {name!r}; its axes are {', '.join(table.axes)}"
+            )
+    on_path = given["rule"] == PATH_RULE
+    _check_options(given, on_path)
+    new, page, pictures = (_on_path if on_path else _by_rule)(table, names, given, say)
+    page = plain(
+        {
+            "ok": all(each["margins"]["stable"] for each in page["axes"].values()),
+            "machine": table.name,
+            "machine_file": machine,
+            "rule": given["rule"],
+            **page,
+            "program": f"splinefeed {splinefeed.__version__}",
+        }
+    )
+    files: list[str] = []
+    if given["machine_file"]:
+        new.save(given["machine_file"])
+        files.append(given["machine_file"])
+    if given["output"] is not None:
+        say("drawing")
+        files += _draw(given["output"], table, page, pictures())
+    return {**page, "files": files}
+
+
+def _check_options(given: Mapping[str, Any], on_path: bool) -> None:
+    """InputError for options that the rule would not heed."""
+    from splinefeed.errors import InputError
+
+    wrong = ("kind", "identify", "volts") if on_path else _FOR_PATH
+    spelled = {"source": "path", "axis_acceleration": "axis-accel"}
+    for name in wrong:
+        if given[name] is not None:
+            use = "is for the rules that start from the ultimate point" if on_path else "is for --rule path"
+            raise InputError(f"--{spelled.get(name, name).replace('_', '-')}: {use}, not for {given['rule']}")
+
+
+def _by_rule(
+    table: Table, names: tuple[str, ...], given: Mapping[str, Any], say: Say
+) -> tuple[Table, dict[str, Any], Any]:
+    """Gains of single axes by a rule."""
+    from dataclasses import replace
+
+    from splinefeed.pipeline.run import PAPER_PERIOD
+    from splinefeed.simulation.curves import tuned_axis
+    from splinefeed.simulation.tuning import VOLTS, tune
+
+    period = PAPER_PERIOD if given["period"] is None else given["period"]
+    how = given["identify"] or "model"
+    volts = VOLTS if given["volts"] is None else given["volts"]
+    tunings = []
+    for name in names:
+        say(f"tuning axis {name}")
+        tunings.append(
+            tune(
+                table.axes[name], given["rule"], period=period, kind=given["kind"] or "pid", experiment=how, volts=volts
+            )
+        )
+    new = replace(table, axes={**table.axes, **{each.axis.name: each.axis for each in tunings}})
+    axes = {
+        each.axis.name: {
+            **_numbers(each.old, each.axis, each.before, each.margins),
+            "ultimate_gain": each.ultimate.gain,
+            "ultimate_period_s": each.ultimate.period,
+            "ultimate_source": each.ultimate.source,
+        }
+        for each in tunings
+    }
+
+    def pictures() -> list[TunedAxis]:
+        return [tuned_axis(t.old, t.axis, t.rule, period, t.response if how == "sine" else None) for t in tunings]
+
+    return new, {"period_s": period, "identify": how, "axes": axes}, pictures
+
+
+def _on_path(
+    table: Table, names: tuple[str, ...], given: Mapping[str, Any], say: Say
+) -> tuple[Table, dict[str, Any], Any]:
+    """Gains of all axes together that make contour error small on a path."""
+    from splinefeed.cli.source import read_path
+    from splinefeed.pipeline.run import PAPER_SHAPE, run
+    from splinefeed.pipeline.tuning import EVALUATIONS, tune_on_path
+    from splinefeed.simulation.curves import tuned_axis
+
+    limits, period, strategy = options.limits_from(dict(given))
+    source = given["source"] or PAPER_SHAPE
+    reading = {name: given[name] for name in ("which", "chord", "tolerance") if given[name] is not None}
+    say(f"reading {source}")
+    path = read_path(source, reading)
+    say("planning and interpolating")
+    points = run(path, limits, period=period, strategy=strategy).points
+    found = tune_on_path(
+        table,
+        points,
+        path,
+        axes=given["axes"],
+        evaluations=EVALUATIONS if given["runs"] is None else given["runs"],
+        seed=given["seed"] or 0,
+        feed_forward=bool(given["feed_forward"]),
+        on_progress=lambda done, total: say(f"tuning on {path.name}: {done} of {total} runs"),
+    )
+    axes = {
+        name: {
+            **_numbers(each.old, each.axis, each.before, each.margins),
+            "tracking_error_max_before": each.tracking_before,
+            "tracking_error_max": each.tracking,
+            "tracking_unit": "rad" if each.axis.rotary else "mm",
+        }
+        for name, each in found.axes.items()
+    }
+    page = {
+        "period_s": period,
+        "path": source,
+        "path_name": path.name,
+        "bound": found.bound.words,
+        "runs": found.evaluations,
+        "contour_error_max_before_mm": None if found.before is None else found.before.max,
+        "contour_error_max_mm": found.contour.max,
+        "contour_error_rms_mm": found.contour.rms,
+        "axes": axes,
+    }
+
+    def pictures() -> list[TunedAxis]:
+        return [tuned_axis(each.old, each.axis, f"rule path, {path.name}", period) for each in found.axes.values()]
+
+    return found.table, page, pictures
+
+
+def _numbers(old: Any, new: Any, before: Any, after: Any) -> dict[str, Any]:
+    """Gains and margins of an axis before and after, and how the gains are measured."""
+    return {
+        "unit": "V/rad" if new.rotary else "V/mm",
+        "gains_before": old.controller.gains,
+        "gains": new.controller.gains,
+        "kind_before": old.controller.kind,
+        "kind": new.controller.kind,
+        "margins_before": before.as_dict(),
+        "margins": after.as_dict(),
+    }
+
+
+def _draw(folder: str, table: Table, page: dict[str, Any], pictures: list[TunedAxis]) -> list[str]:
+    """Write figures and the page of numbers to a folder; their names as seen from the current folder."""
+    from pathlib import Path
+
+    from splinefeed.cli.folder import staged
+    from splinefeed.report import files
+
+    with staged(folder, files.TUNE_RECORD, files.tune_names(table.axes)) as stage:
+        names = [*files.save_figures(files.tune_figures(pictures, table.name), stage), files.TUNE_RECORD]
+        files.write_record({**page, "files": names}, stage / files.TUNE_RECORD)
+    return [str(Path(folder) / name) for name in names]
+
+
+def _print(page: Mapping[str, Any]) -> None:
+    from splinefeed import units
+    from splinefeed.cli.output import number, print_table, print_text
+    from splinefeed.cli.summary import length
+
+    print_text(
+        f"{page['machine']}: {page['rule']}, servo period {units.format_quantity(page['period_s'], 'time')}"
+        + (f", ultimate point by {page['identify']}" if "identify" in page else "")
+    )
+    for name, each in page["axes"].items():
+        if "ultimate_gain" in each:
+            print_text(
+                f"axis {name}: ultimate gain {number(each['ultimate_gain'])} {each['unit']}, ultimate period "
+                f"{number(1e3 * each['ultimate_period_s'])} ms"
+            )
+    if "bound" in page:
+        before = page["contour_error_max_before_mm"]
+        old = "an axis ran away" if before is None else length(before)
+        print_text(
+            f"largest contour error on {page['path_name']}: {length(page['contour_error_max_mm'])} with the new gains, "
+            f"with the old ones {old}; {page['runs']} runs"
+        )
+        print_text(f"bound     {page['bound']}")
+    print_text()
+    rows = []
+    for name, each in page["axes"].items():
+        for when, ending in (("old", "_before"), ("new", "")):
+            rows.append([name, when, _gain_words(each[f"gains{ending}"]), *_margin_cells(each[f"margins{ending}"])])
+    heads = ["axis", "gains", "", "gain margin", "phase margin", "delay margin", "bandwidth"]
+    print_table(heads, rows, texts=3)
+    print_text()
+    for name, each in page["axes"].items():
+        for when, ending in (("old", "_before"), ("new", "")):
+            print_text(f"{name}, {when} gains: {each[f'margins{ending}']['verdict']}")
+    if page["files"]:
+        print_text()
+        print_text(f"wrote {' '.join(page['files'])}")
+
+
+#: Short names of gains in a table.
+_SHORT = {
+    "position_gain": "kv",
+    "velocity_kp": "kp",
+    "velocity_ki": "ki",
+    "velocity_feed_forward": "vff",
+    "acceleration_feed_forward": "aff",
+}
+
+
+def _gain_words(gains: Mapping[str, float]) -> str:
+    from splinefeed.cli.output import number
+
+    return " ".join(f"{_SHORT.get(name, name)} {number(value)}" for name, value in gains.items() if value != 0.0)
+
+
+def _margin_cells(margins: Mapping[str, Any]) -> list[str]:
+    from splinefeed.cli.output import number
+
+    def cell(value: float | None, unit: str, at: float | None = None) -> str:
+        if value is None:
+            return "none"
+        return f"{number(value, 3)} {unit}" + ("" if at is None else f" at {number(at, 3)} Hz")
+
+    if not margins["stable"]:
+        return ["unstable", "", "", ""]
+    delay = margins["delay_margin"]
+    return [
+        cell(margins["gain_margin_db"], "dB", margins["gain_frequency"]),
+        cell(margins["phase_margin"], "deg", margins["phase_frequency"]),
+        cell(None if delay is None else 1e3 * delay, "ms"),
+        cell(margins["bandwidth"], "Hz"),
+    ]

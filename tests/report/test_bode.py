@@ -1,0 +1,80 @@
+"""Figures of tuned axes: margins where they are, the unstable named, everything within the paper."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from splinefeed.machine import Table
+from splinefeed.report.bode import bode_figure, step_figure
+from splinefeed.report.files import save_figure
+from splinefeed.simulation.curves import loop_curves, step_responses, tuned_axis
+from splinefeed.simulation.linear import loop_response, margins, scaled
+from splinefeed.simulation.tuning import tune
+
+
+@pytest.mark.parametrize("name", ["x", "theta"])
+def test_margins_are_drawn_where_they_are(name, tmp_path):
+    found = tune(Table.load("xytheta").axes[name], "tyreus-luyben", experiment="sine")
+    tuned = tuned_axis(found.old, found.axis, found.rule, 1e-3, found.response)
+    figure = bode_figure(tuned, "xytheta")
+    gain, phase, closed = figure.axes
+    marks = [line for line in (*gain.get_lines(), *phase.get_lines()) if line.get_linewidth() == 2.0]
+    (up, down), (low, high) = (line.get_ydata() for line in marks)
+    assert (up, down) == (-found.margins.gain_margin_db, 0.0)
+    assert (low, high) == (-180.0, -180.0 + found.margins.phase_margin)
+    omega = 2.0 * np.pi * np.array([marks[0].get_xdata()[0], marks[1].get_xdata()[0]])
+    loop = loop_response(found.axis, 1e-3, omega)
+    assert loop[0].real == pytest.approx(-1.0 / found.margins.gain_margin)
+    assert abs(loop[1]) == pytest.approx(1.0)
+    assert [text.get_text() for text in gain.get_legend().get_texts()] == [
+        "old gains",
+        "new gains",
+        "measured by sines",
+    ]
+    assert closed.get_xlabel().startswith("frequency (Hz)")
+    for suffix in ("svg", "png"):
+        save_figure(figure, tmp_path / f"bode.{suffix}")
+    measured = tuned.identified
+    low = measured.frequency < 100.0
+    expected = loop_response(found.axis, 1e-3, 2.0 * np.pi * measured.frequency[low])
+    np.testing.assert_allclose(measured.value[low], expected, rtol=0.05)
+
+
+def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):
+    axis = Table.load("xytheta").axes["x"]
+    wild = scaled(axis, 10.0)
+    tuned = tuned_axis(wild, axis, "none", 1e-3)
+    figure = bode_figure(tuned, "wild")
+    gain, _, closed = figure.axes
+    assert gain.get_legend().get_texts()[0].get_text() == "old gains: unstable"
+    assert len([line for line in closed.get_lines() if len(line.get_xdata()) > 2]) == 1
+    save_figure(step_figure([tuned, tuned], "wild"), tmp_path / "step.png")
+    assert (
+        bode_figure(tuned_axis(axis, wild, "none", 1e-3), "wild")
+        ._suptitle.get_text()
+        .endswith(margins(wild, 1e-3).verdict)
+    )
+
+
+def test_a_step_is_small_and_rounded_and_ends_at_its_size():
+    axis = Table.load("xytheta").axes["x"]
+    old, new = step_responses(axis, scaled(axis, 0.5), 1e-3)
+    assert old.size == new.size == 0.02
+    for step in (old, new):
+        assert step.stopped is None
+        assert np.all(step.position[step.t <= 0.0] == 0.0)
+        assert step.position[-1] == pytest.approx(0.02, abs=2e-3)
+    turning = Table.load("xytheta").axes["theta"]
+    assert np.degrees(step_responses(turning, turning, 1e-3)[0].size) in (pytest.approx(0.5), pytest.approx(0.2))
+
+
+def test_the_curves_are_those_of_the_loop():
+    axis = Table.load("lintable").axes["x"]
+    curves = loop_curves(axis, 1e-3)
+    np.testing.assert_allclose(curves.loop, loop_response(axis, 1e-3, 2.0 * np.pi * curves.frequency), rtol=1e-12)
+    assert np.abs(curves.closed[0]) == pytest.approx(1.0, rel=0.03)
+    strange = replace(axis, name="x")
+    assert loop_curves(strange, 1e-3).frequency[-1] < 500.0
