@@ -30,7 +30,7 @@ def test_the_machines_of_the_package_come_back_equal(name: str, tmp_path: Path) 
 
 @settings(max_examples=200)
 @given(
-    value=st.floats(min_value=1e-12, max_value=1e12),
+    value=st.floats(min_value=1e-12, max_value=1e12) | st.floats(min_value=-1e6, max_value=-1e-6),
     kind=st.sampled_from(sorted(KINDS)),
     rotary=st.booleans(),
 )

@@ -177,6 +177,9 @@ _READABLE = {
     "lead": (("mm/rev",), ("mm/rev",)),
     "position": (("um",), ("deg",)),
     "speed": ((), ("rpm",)),
+    "velocity": ((), ("deg/s",)),
+    "acceleration": ((), ("deg/s^2",)),
+    "jerk": ((), ("deg/s^3",)),
 }
 
 

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from splinefeed.machine.table import Table
 
 #: Sections in the order in which the package's own files have them.
-_ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scale", "controller")
+_ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scale", "limits", "controller")
+#: ... and those that are not written when they say nothing.
+_MAY_BE_LEFT_OUT = ("friction", "limits")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -54,7 +56,7 @@ def _axis(name: str, axis: Axis) -> Iterator[str]:
         if part is None:
             continue
         rows = list(_rows(part, axis))
-        if rows or section != "friction":
+        if rows or section not in _MAY_BE_LEFT_OUT:
             yield from ([] if first else [""])
             first = False
             yield f"[{place}.{section}]"
