@@ -45,11 +45,11 @@ $(BIN)/python:
 
 # One stamp for each set of packages: nothing is installed again until the project's recipe changes.
 $(VENV)/.installed: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable .
+	$(PIP) --editable '.[report]'
 	@touch $@
 
 $(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[dev,cad,parquet]'
+	$(PIP) --editable '.[dev,cad,parquet,report]'
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-bench: $(RECIPE_OF_VENV) | $(BIN)/python

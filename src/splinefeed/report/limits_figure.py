@@ -140,7 +140,7 @@ def _shares(figure: Figure, ax: Axes, use: LimitUse) -> None:
     peaks = padded.reshape(-1, size, len(use.names)).max(axis=1)
     mesh = ax.imshow(peaks.T, cmap=theme.feed_colours(), vmin=0.0, vmax=1.0, aspect="auto",
                      extent=(0.0, float(use.t[-1]), len(use.names) - 0.5, -0.5), interpolation="nearest")  # fmt: skip
-    ax.set_yticks(range(len(use.names)), [_words(name) for name in use.names], fontsize=8.5)
+    ax.set_yticks(range(len(use.names)), [words_of(name) for name in use.names], fontsize=8.5)
     for tick, name in zip(ax.get_yticklabels(), use.names, strict=True):
         tick.set_color(KINDS[name.partition(".")[0]])
     theme.plain_ticks(ax.xaxis)
@@ -164,7 +164,7 @@ def _colours(use: LimitUse) -> Sequence[str]:
 
 def _legend(figure: Figure, use: LimitUse) -> None:
     """A line under the title: colour, kind of limit, and the part of the time in which it binds."""
-    colours = {**{_words(kind): colour for kind, colour in KINDS.items()}, "none": NONE}
+    colours = {**{words_of(kind): colour for kind, colour in KINDS.items()}, "none": NONE}
     handles = [Patch(color=colours[kind], label=f"{kind} {part:.0%}") for kind, part in _parts(use)]
     at = (0.12 / WIDTH, 1.0 - 0.3 / HEIGHT)
     figure.legend(handles=handles, loc="upper left", bbox_to_anchor=at, ncols=5, columnspacing=1.2, handlelength=1.2)
@@ -174,7 +174,7 @@ def _parts(use: LimitUse) -> list[tuple[str, float]]:
     """Kinds of limits and the part of the time in which they bind, the longest first, "none" last."""
     kinds: dict[str, float] = {}
     for name, part in use.time_bound_by().items():
-        kind = "none" if name == "none" else _words(name.partition(".")[0])
+        kind = "none" if name == "none" else words_of(name.partition(".")[0])
         kinds[kind] = kinds.get(kind, 0.0) + part
     none = kinds.pop("none", 0.0)
     return [*sorted(kinds.items(), key=lambda each: -each[1]), ("none", none)]
@@ -185,6 +185,7 @@ def _sentence(use: LimitUse) -> str:
     return f"of the time: {', '.join(said)}"
 
 
-def _words(name: str) -> str:
+def words_of(name: str) -> str:
+    """The name of a limit in words: axis jerk x."""
     kind, _, axis = name.partition(".")
     return f"{kind.replace('_', ' ')}{f' {axis}' if axis else ''}"

@@ -1,0 +1,207 @@
+"""report.html: one file that says what was asked and what came out, with figures to look into; works offline."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from string import Template
+from typing import Any
+
+from splinefeed import units
+from splinefeed.errors import InputError
+from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.run import Run
+from splinefeed.records import ROTARY_AXES, Response
+from splinefeed.report import plotly_figures
+from splinefeed.report.drawing import short
+from splinefeed.report.limits_figure import words_of
+
+#: The file that it is written to.
+NAME = "report.html"
+_UNITS = {
+    "feed": "mm/s", "acceleration": "mm/s²", "deceleration": "mm/s²", "jerk": "mm/s³", "chord_error": "mm",
+    "centripetal": "mm/s²", "axis_velocity": "mm/s", "axis_acceleration": "mm/s²", "axis_jerk": "mm/s³",
+    "axis_velocity_step": "mm/s", "travel": "mm",
+}  # fmt: skip
+
+
+def available() -> bool:
+    """Whether Plotly, which the page is drawn with, is installed."""
+    try:
+        import plotly  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def page(
+    run: Run,
+    record: Mapping[str, Any],
+    traces: Sequence[MethodTrace] = (),
+    responses: Mapping[str, Response] | None = None,
+) -> str:
+    """The report of a run as the text of one HTML file.
+
+    record     the page of numbers, as `run.json` has it; responses  what a machine did, by method, the run's own first
+
+    Raises InputError where Plotly is not installed.
+    """
+    followed = dict(responses or {})
+    own = next(iter(followed.values()), None)
+    path, colours, space = plotly_figures.path(run, own)
+    figures = {"path": path, "motion": plotly_figures.motion(run)}
+    sections = []
+    if followed and own is not None:
+        figures["errors"] = plotly_figures.errors(followed)
+        figures["spectra"] = plotly_figures.spectra(own)
+        sections.append(_section("Errors of the axes", "errors", "errors of the axes over time"))
+        sections.append(_section("Spectra of the tracking errors", "spectra", "amplitude over frequency"))
+    if run.use.names:
+        figures["binding"] = plotly_figures.binding(run)
+        sections.append(_section("Which limit binds", "binding", "the share of each limit over time"))
+    if traces:
+        sections.append(_methods(traces))
+    parts = {name: resources.files("splinefeed.report").joinpath("page", name) for name in _PARTS}
+    data = json.dumps({"figures": figures, "colours": colours, "space": space}, separators=(",", ":"), allow_nan=False)
+    return Template(parts["page.html"].read_text(encoding="utf-8")).substitute(
+        title=_text(record.get("name", run.path.name)),
+        subtitle=_text(_subtitle(run)),
+        style=parts["page.css"].read_text(encoding="utf-8"),
+        script=parts["page.js"].read_text(encoding="utf-8"),
+        plotly=_plotly(),
+        data=data.replace("<", "\\u003c"),
+        state="good" if record.get("ok", run.ok) else "bad",
+        verdict=_text(_verdict(run, record)),
+        problems=_list(record.get("problems", run.verdict.problems), "said bad"),
+        cards=_cards(run, record),
+        limits=_limits(run),
+        notes=_list(record.get("notes", ()), "said"),
+        colours="".join(f"<option>{_text(name)}</option>" for name in colours),
+        sections="".join(sections),
+        command=_text(record.get("command", "")),
+        settings=_settings(record),
+    )
+
+
+_PARTS = ("page.html", "page.css", "page.js")
+
+
+def _plotly() -> str:
+    """Plotly's JavaScript, whole, so that the page needs no network."""
+    try:
+        place = resources.files("plotly").joinpath("package_data", "plotly.min.js")
+    except ModuleNotFoundError:
+        raise InputError("report.html needs Plotly: pip install 'splinefeed[report]'") from None
+    return place.read_text(encoding="utf-8").replace("</script", "<\\/script")
+
+
+def _text(value: object) -> str:
+    return html.escape("".join(c if c.isprintable() else " " for c in str(value)))
+
+
+def _subtitle(run: Run) -> str:
+    period = units.format_quantity(run.points.period, "time")
+    return (
+        f"{run.path.length:.7g} mm, {len(run.path.curves)} curve(s), axes {' '.join(run.path.axes)}; strategy "
+        f"{run.law.strategy}, method {run.points.method}, {len(run.points)} setpoints, one every {period}"
+    )
+
+
+def _verdict(run: Run, record: Mapping[str, Any]) -> str:
+    if record.get("ok", run.ok):
+        return f"Checked: every limit holds, in {run.law.duration:.6g} s."
+    over = [words_of(name) for name, each in run.verdict.limits.items() if not each.holds]
+    return f"Not kept: {', '.join(over) if over else 'see the problems below'}."
+
+
+def _cards(run: Run, record: Mapping[str, Any]) -> str:
+    duration, bound = run.law.duration, run.law.settings.get("lower_bound_s")
+    cards = [("cycle time", f"{duration:.6g} s", "")]
+    if bound:
+        gap = f"no plan can be faster; gap {100.0 * (duration / bound - 1.0):.2g} %"
+        cards.append(("lower bound", f"{bound:.6g} s", gap))
+    worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
+    if worst is not None:
+        cards.append(("largest share", f"{100.0 * worst[1].share:.4g} %", words_of(worst[0])))
+    cards += [
+        ("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"),
+        ("chord error", _length(run.chord_error_mm), "largest, between setpoints"),
+        ("end error", _length(run.end_error_mm), ""),
+    ]
+    if record.get("contour_error_max_mm") is not None:
+        rms = record.get("contour_error_rms_mm")
+        cards.append(("contour error", _length(record["contour_error_max_mm"]), f"rms {_length(rms)}" if rms else ""))
+    for axis, value in (record.get("tracking_error_max") or {}).items():
+        shown = f"{value:.3g}°" if axis in ROTARY_AXES else _length(value)
+        cards.append((f"tracking error {axis}", shown, "largest"))
+    return "".join(
+        f"<div><dt>{_text(name)}</dt><dd>{_text(value)}<small>{_text(small)}</small></dd></div>"
+        for name, value, small in cards
+    )
+
+
+def _length(value: float) -> str:
+    """A length in the unit that suits it."""
+    if value == 0.0:
+        return "0"
+    for unit, factor, least in (("mm", 1.0, 1.0), ("µm", 1e3, 1e-3), ("nm", 1e6, 1e-6)):
+        if abs(value) >= least:
+            return f"{value * factor:.3g} {unit}"
+    return f"{value:.2g} mm"
+
+
+def _limits(run: Run) -> str:
+    """The table of limits, with a bar for each share."""
+    rows = []
+    bound = run.use.time_bound_by()
+    for name, each in run.verdict.as_dict()["limits"].items():
+        kind, _, axis = name.partition(".")
+        unit = _UNITS.get(kind, "")
+        unit = unit.replace("mm", "°") if axis in ROTARY_AXES else unit
+        state = "good" if each["ok"] else "bad"
+        width = min(100.0 * each["share"], 100.0)
+        part = bound.get(name, 0.0)
+        rows.append(
+            f"<tr><td>{_text(words_of(name))}</td><td>{short(each['worst'])} {unit}</td>"
+            f"<td>{short(each['limit'])} {unit}</td><td>{100.0 * each['share']:.4f} %</td>"
+            f'<td class="share"><span class="{state}" style="width:{width:.2f}%"></span></td>'
+            f"<td>{each['at_s']:.6g} mm</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td>"
+            f'<td class="{state}">{"holds" if each["ok"] else "OVER"}</td></tr>'
+        )
+    head = "".join(f"<th>{name}</th>" for name in ("limit", "worst", "allowed", "share", "", "at s", "binds", ""))
+    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+
+
+def _methods(traces: Sequence[MethodTrace]) -> str:
+    rows = []
+    for trace in traces:
+        r = trace.result
+        rows.append(
+            f"<tr><td>{_text(r.method)}</td><td>{r.ripple_max:.2g}</td><td>{r.ripple_rms:.2g}</td>"
+            f"<td>{r.drift_mm:+.2g} mm</td><td>{_length(r.chord_error_mm)}</td><td>{r.ns_per_tick:.0f}</td></tr>"
+        )
+    names = ("method", "ripple max", "ripple rms", "drift at end", "chord error", "ns a tick")
+    head = "".join(f"<th>{name}</th>" for name in names)
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    return f'<section><h2>Methods compared</h2><div class="scroll">{table}</div></section>'
+
+
+def _section(title: str, place: str, label: str) -> str:
+    return (
+        f'<section><h2>{_text(title)}</h2><div id="{place}" class="figure" role="img" '
+        f'aria-label="{_text(label)}"></div></section>'
+    )
+
+
+def _list(sentences: Sequence[str], kind: str) -> str:
+    items = "".join(f"<li>{_text(each)}</li>" for each in sentences)
+    return f'<ul class="{kind}">{items}</ul>' if items else ""
+
+
+def _settings(record: Mapping[str, Any]) -> str:
+    """Settings, versions and the hash of the input, folded away."""
+    shown = {key: record[key] for key in ("source", "settings", "program", "versions") if key in record}
+    text = json.dumps(shown, indent=2, ensure_ascii=False)
+    return f"<details><summary>settings, versions, input hash</summary><pre>{html.escape(text)}</pre></details>"

@@ -1,0 +1,126 @@
+"""report.html: what it says, that it stands alone, and that no peak is lost on its way to the screen."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import html.parser
+import json
+import re
+
+import numpy as np
+import pytest
+
+import motions
+import splinefeed as sf
+from splinefeed.cli.record import record
+from splinefeed.report import html as report
+from splinefeed.report import plotly_figures
+from splinefeed.report.html import page
+
+LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450, axis_jerk=18000)
+
+
+@pytest.fixture(scope="module")
+def made():
+    path = motions.smooth()
+    run = sf.run(path, LIMITS, strategy="time-optimal")
+    response = sf.follow(run.points, sf.Table.load("xytheta"), path=path)
+    traces = list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
+    said = record(run, traces, "smooth.json", {}, ["hdf5"])
+    return run, response, traces, said, page(run, said, traces, {"arc-length": response, "taylor-2": response})
+
+
+def data_of(text: str) -> dict:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert found
+    return json.loads(found[1])
+
+
+class Tags(html.parser.HTMLParser):
+    """Start tags with their attributes, and ids."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+
+def test_it_stands_alone_and_is_small(made):
+    text = made[-1]
+    assert len(text.encode()) < 8_000_000
+    tags = Tags(re.sub(r"<script>.*?</script>", "", text, flags=re.DOTALL)).found
+    for _, attributes in tags:
+        assert not {"src", "href"} & set(attributes)
+    ids = [attributes["id"] for _, attributes in tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    assert set(data_of(text)["figures"]) == {"path", "motion", "errors", "spectra", "binding"} <= set(ids)
+
+
+def test_the_first_screen_says_what_came_out(made):
+    run, _, _, said, text = made
+    assert "Checked: every limit holds" in text
+    assert f"{run.law.duration:.6g} s" in text
+    assert "no plan can be faster" in text
+    for name in run.verdict.limits:
+        assert name.replace("_", " ").replace(".", " ") in text
+    assert said["command"].replace("'", "&#x27;") in text
+    broken = dataclasses.replace(run, verdict=sf.check(run.points, run.path, dataclasses.replace(LIMITS, feed=30.0)))
+    over = page(broken, {**said, "ok": False, "problems": list(broken.verdict.problems)})
+    assert "Not kept: feed." in over
+    assert "% over the limit of 30 mm/s" in over
+
+
+def test_peaks_survive_thinning(made):
+    run = made[0]
+    lines = {line["name"]: line for line in data_of(made[-1])["figures"]["motion"]["data"]}
+    for name, values in (
+        ("feed", run.points.feed),
+        ("jerk", run.law.jerk(run.points.t)),
+        ("x jerk", run.motion.jerk[:, 0]),
+    ):
+        drawn = np.frombuffer(base64.b64decode(lines[name]["y"]["bdata"]))
+        assert drawn.max() == values.max()
+        assert drawn.min() == values.min()
+        assert len(drawn) <= 2 * plotly_figures.COLUMNS + 2
+    colours = data_of(made[-1])["colours"]
+    assert max(colours["feed"]["values"]) == pytest.approx(run.points.feed.max(), rel=1e-4)
+    assert {"feed", "curvature", "contour error", "nearest limit", "share of axis jerk x"} <= set(colours)
+
+
+def test_hostile_names_stay_text(made):
+    run, _, _, said, _ = made
+    name = '</script><script>alert(1)</script> & "x" ${title} \x00'
+    text = page(run, {**said, "name": name, "notes": [name], "settings": {"source": name}})
+    assert "<script>alert(1)" not in text
+    assert "&lt;/script&gt;&lt;script&gt;alert(1)" in text
+
+
+def test_in_space_on_one_axis_and_with_a_rotary_one():
+    paths = [
+        sf.shapes.helix(),
+        sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0.0], [20.0]])]),
+        sf.tangential(motions.smooth()),
+    ]
+    for path in paths:
+        run = sf.run(path)
+        figure, colours, space = plotly_figures.path(run, None)
+        assert space == (path.linear == 3)
+        assert len(figure["data"][0 if space else 1]["customdata"]) == len(colours["feed"]["values"])
+        json.dumps(plotly_figures.motion(run), allow_nan=False)
+
+
+def test_without_plotly_the_mend_is_said(made, monkeypatch):
+    real = report.resources.files
+
+    def files(name):
+        if name == "plotly":
+            raise ModuleNotFoundError(name)
+        return real(name)
+
+    monkeypatch.setattr(report.resources, "files", files)
+    with pytest.raises(sf.SplinefeedError, match=r"pip install 'splinefeed\[report\]'"):
+        page(made[0], made[3])
