@@ -1,0 +1,169 @@
+"""SVG drawings out (mm, y down as SVG has it): lines, Beziers and arcs exactly, other curves within a tolerance."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from splinefeed import units
+from splinefeed.errors import CurveError, FormatError
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.drawing import many
+from splinefeed.formats.losses import losses, three_axes
+from splinefeed.geometry.arcs import as_circle
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.fitting.function import fit_function
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array
+
+#: Largest distance of a curve that SVG cannot hold from what is written in its place, mm.
+DEFAULT_TOLERANCE = 1e-3
+#: Width of the lines on the page, as a share of its diagonal.
+_LINE_WIDTH = 2e-3
+_ORIGIN = "data-splinefeed-origin"
+
+
+def write(
+    paths: Sequence[Path], target: str | os.PathLike[str], *, tolerance: float | str = DEFAULT_TOLERANCE
+) -> list[str]:
+    """Write `paths`, one element each, to the drawing `target`; 1 user unit is 1 mm, coordinates keep every digit.
+
+    The page is the box around all curves; where it lies is kept in an attribute that the reader here understands.
+    Curves of a degree above 3 and rational ones that are no arcs become cubics within `tolerance`, mm, which is
+    checked; returns what was approximated and what SVG has no place for.
+    """
+    page = _Page(paths, units.parse(tolerance, "length"))
+    elements = [page.element(path) for path in paths]
+    width, height = page.size
+    stroke = _LINE_WIDTH * math.hypot(width, height)
+    low = " ".join(repr(float(value)) for value in page.low)
+    text = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width!r}mm" height="{height!r}mm" '
+        f'viewBox="0 0 {width!r} {height!r}" {_ORIGIN}="{low}">\n'
+        f'<g fill="none" stroke="black" stroke-width="{stroke:.3g}">\n' + "\n".join(elements) + "\n</g>\n</svg>\n"
+    )
+    with atomic_write(target) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    if page.approximated:
+        count = many(page.approximated, "curve is", "curves are")
+        page.notes.append(
+            f"{count} approximated by cubics, at most {page.worst:.3g} mm away (tolerance {page.tolerance:g} mm)"
+        )
+    return page.notes + losses(paths, "SVG", depth=False)
+
+
+class _Page:
+    """The box around all paths, and the maker of elements within it."""
+
+    def __init__(self, paths: Sequence[Path], tolerance: float) -> None:
+        boxes = np.array([_box(path) for path in paths])
+        self.low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+        extent = high - self.low
+        least = 1e-3 * float(extent.max()) or 1.0  # a page needs an area, though a straight line has none
+        self.size = float(max(extent[0], least)), float(max(extent[1], least))
+        self.tolerance = tolerance
+        self.approximated = 0
+        self.worst = 0.0
+        self.notes: list[str] = []
+
+    def element(self, path: Path) -> str:
+        """One element with all curves of a path."""
+        name = f"id={quoteattr(_id(path.name))}"
+        curves = [self._flat(curve, path) for curve in path.curves]
+        if len(curves) == 1:
+            circle = as_circle(curves[0])
+            if circle is not None and circle[3] <= -2.0 * math.pi and circle[2] == 0.0:
+                (x, y), radius = circle[:2]
+                return f'<circle {name} cx="{x!r}" cy="{y!r}" r="{radius!r}"/>'
+        data: list[str] = []
+        here: Array | None = None
+        start = curves[0].ends[0]
+        for curve in curves:
+            begin = curve.ends[0]
+            if here is None:
+                data.append(f"M{_pair(begin)}")
+            elif not np.array_equal(begin, here):
+                data.append(f"L{_pair(begin)}")
+            data += self._commands(curve)
+            here = curve.ends[1]
+        if here is not None and np.array_equal(here, start):
+            data.append("Z")
+        return f'<path {name} d="{" ".join(data)}"/>'
+
+    def _flat(self, curve: NurbsCurve, path: Path) -> NurbsCurve:
+        """The curve on the page: x to the right from its left edge, y down from its upper edge."""
+        points = three_axes(curve.control_points, path)[:, :2] - self.low
+        points[:, 1] = self.size[1] - points[:, 1]
+        if np.all(points == points[0]):
+            raise FormatError(f"path {path.name!r} has a curve along z alone, which SVG cannot show")
+        return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
+
+    def _commands(self, curve: NurbsCurve) -> list[str]:
+        circle = as_circle(curve)
+        if circle is not None and abs(circle[3]) < 2.0 * math.pi:
+            _, radius, _, sweep = circle
+            large = int(abs(sweep) > math.pi)
+            return [f"A{radius!r} {radius!r} 0 {large} {int(sweep > 0.0)} {_pair(curve.ends[1])}"]
+        whole = curve.with_clamped_ends()
+        if curve.degree == 1 and not curve.rational:
+            return [f"L{_pair(point)}" for point in whole.control_points[1:]]
+        inner = whole.breaks[1:-1]
+        pieces = whole.split(*inner) if inner.size else [whole]
+        written = [_exact(piece) for piece in pieces]
+        if all(each is not None for each in written):
+            return [each for each in written if each is not None]
+        try:
+            near, error = fit_function(curve, self.tolerance, 3, curve.domain, inner.tolist())
+        except CurveError as error_of_fit:
+            raise FormatError(f"a curve cannot be written as cubics: {error_of_fit}") from None
+        self.approximated += 1
+        self.worst = max(self.worst, error)
+        cubics = near.split(*near.breaks[1:-1]) if len(near.breaks) > 2 else [near]
+        return [_bezier(piece.control_points) for piece in cubics]
+
+
+def _exact(piece: NurbsCurve) -> str | None:
+    """The command of one Bezier piece; None if SVG has none for it."""
+    points = piece.control_points
+    if piece.weights is None:
+        return _bezier(points) if piece.degree <= 3 else None
+    if piece.degree != 2:
+        return None
+    w = piece.weights[1] / math.sqrt(piece.weights[0] * piece.weights[2])
+    if not w < 1.0:
+        return None
+    # an ellipse about C with conjugate radii: half the chord / sin h, and towards the middle point, where cos h = w
+    middle = 0.5 * (points[0] + points[2])
+    center = middle + (middle - points[1]) * w * w / (1.0 - w * w)
+    radii = np.column_stack([0.5 * (points[2] - points[0]) / math.sqrt(1.0 - w * w), (points[1] - center) * w])
+    axes, lengths, _ = np.linalg.svd(radii)
+    if not lengths[1] > 1e-9 * lengths[0]:
+        return None
+    angle = math.degrees(math.atan2(axes[1, 0], axes[0, 0]))
+    sweep = int(np.linalg.det(np.column_stack([points[1] - points[0], points[2] - points[1]])) > 0.0)
+    return f"A{float(lengths[0])!r} {float(lengths[1])!r} {angle!r} 0 {sweep} {_pair(points[2])}"
+
+
+def _bezier(points: Array) -> str:
+    letter = {2: "L", 3: "Q", 4: "C"}[len(points)]
+    return letter + " ".join(_pair(point) for point in points[1:])
+
+
+def _pair(point: Array) -> str:
+    x, y = point.tolist()
+    return f"{x!r} {y!r}"
+
+
+def _box(path: Path) -> tuple[Array, Array]:
+    low, high = path.bounding_box()
+    corners = three_axes(np.array([low, high]), path)[:, :2]
+    return corners[0], corners[1]
+
+
+def _id(name: str) -> str:
+    """`name` as an id: without blanks and what XML cannot hold."""
+    return "".join(c if c.isprintable() and not c.isspace() else "_" for c in name) or "path"
