@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError
+from splinefeed.feed.look_ahead import STRATEGY as LOOK_AHEAD
+from splinefeed.feed.look_ahead import plan_look_ahead
 from splinefeed.feed.seven_phase import STRATEGY, Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.stretches import check_ends, with_dwells
@@ -24,7 +26,11 @@ from splinefeed.records import Limits, TimeLaw, positive
 Strategy = Callable[[Any, Limits, float | None], TimeLaw]
 
 #: Every strategy by the name that `plan` and the command line know it by; a new one is one entry.
-STRATEGIES: dict[str, Strategy] = {STRATEGY: plan_seven_phase, TIME_OPTIMAL: plan_time_optimal}
+STRATEGIES: dict[str, Strategy] = {
+    STRATEGY: plan_seven_phase,
+    LOOK_AHEAD: plan_look_ahead,
+    TIME_OPTIMAL: plan_time_optimal,
+}
 
 
 def plan(path: Stretched, limits: Limits, strategy: str = STRATEGY, period: float | None = None) -> TimeLaw:

@@ -1,0 +1,168 @@
+"""Look-ahead plans: near the best known times, and never over a limit by the independent check."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import motions
+import splinefeed as sf
+from splinefeed.geometry.path import Path
+
+#: Best known times, s, rest to rest; axis velocity = feed; A, B: feed, axis acceleration, axis jerk; C: the paper's.
+SETTINGS = {"A": (60.0, 500.0, 20000.0), "B": (100.0, 2000.0, 50000.0), "C": (60.0, 50.0, 2000.0)}
+BEST = {
+    ("butterfly", "A"): 7.709,
+    ("butterfly", "B"): 4.470,
+    ("butterfly", "C"): 19.840,
+    ("airfoil12", "A"): 1.2691,
+    ("airfoil12", "B"): 0.7502,
+    ("airfoil12", "C"): 3.1142,
+}
+PERIOD = 1e-3
+
+
+def airfoil12() -> Path:
+    points = [(1, 0), (0.75, 0.06), (0.5, 0.11), (0.25, 0.15), (0.05, 0.12), (0, 0.05)]
+    points += [(x, -y) for x, y in reversed(points)]
+    knots = np.r_[np.zeros(6), np.linspace(0, 1, 8)[1:-1], np.ones(6)]
+    return Path([sf.NurbsCurve(5, knots, 30 * np.array(points))], name="airfoil12")
+
+
+PATHS = {"butterfly": motions.butterfly(), "airfoil12": airfoil12()}
+
+
+def axis_limits(name: str) -> sf.Limits:
+    feed, acceleration, jerk = SETTINGS[name]
+    return sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+
+
+def checked(path: Path, limits: sf.Limits, period: float = PERIOD) -> sf.TimeLaw:
+    """The law, once the independent check has found nothing."""
+    law = sf.plan(path, limits, "look-ahead", period=period)
+    verdict = sf.check(sf.interpolate(path, law), path, limits, law)
+    assert verdict.ok, verdict.problems
+    return law
+
+
+@pytest.mark.parametrize(("name", "setting"), BEST)
+def test_within_twelve_percent_of_the_best_known_times(name, setting):
+    law = checked(PATHS[name], axis_limits(setting))
+    assert 0.999 * BEST[name, setting] <= law.duration <= 1.12 * BEST[name, setting]
+    assert law.length == pytest.approx(PATHS[name].length, rel=1e-14)
+
+
+def line(*points: tuple[float, ...]) -> sf.NurbsCurve:
+    return sf.NurbsCurve.bezier(np.array(points, dtype=float))
+
+
+def arc(center: tuple[float, float], radius: float, start: float, turn: float) -> sf.NurbsCurve:
+    """A circular arc of less than half a turn."""
+    half = 0.5 * turn
+    angles = start + np.array([0.0, half, turn])
+    points = np.array(center) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    points[1] = np.array(center) + (points[1] - center) / np.cos(half)
+    return sf.NurbsCurve.bezier(points, [1.0, np.cos(half), 1.0])
+
+
+def test_a_straight_line_is_the_seven_phase_profile():
+    path = Path([line((0, 0), (60, 80))])
+    limits = sf.Limits(feed=60, acceleration=500, jerk=20000)
+    assert sf.plan(path, limits, "look-ahead").duration == pytest.approx(sf.plan(path, limits).duration, rel=1e-12)
+    axes = sf.Limits(feed=60, axis_acceleration=400, axis_jerk=16000)  # y takes 0.8 of what the path does
+    assert sf.plan(path, axes, "look-ahead").duration == pytest.approx(sf.plan(path, limits).duration, rel=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e-3, 1.0, 1e3, 1e6])
+def test_lines_and_arcs_of_any_size(scale):
+    path = Path(
+        [
+            line((0, 0), (20 * scale, 0)),
+            arc((20 * scale, 5 * scale), 5 * scale, -np.pi / 2, np.pi / 2),
+            line((25 * scale, 5 * scale), (25 * scale, 20 * scale)),
+            line((25 * scale, 20 * scale), (0, 20 * scale)),
+            arc((0, 10 * scale), 10 * scale, np.pi / 2, np.pi / 2),
+        ],
+        tolerance=1e-6 * max(scale, 1.0),
+    )
+    assert len(path.stops) == 1
+    feed = 60 * max(scale, 1e-3)
+    law = checked(path, sf.Limits(feed=feed, axis_acceleration=10 * feed, axis_jerk=300 * feed))
+    assert float(law.feed(law.breaks[np.argmin(np.abs(law(law.breaks) - path.stops[0]))])) <= 1e-6 * feed
+
+
+def test_tangential_limits_alone_and_all_at_once():
+    path = motions.smooth()
+    limits = sf.Limits(feed=60, acceleration=500, deceleration=300, jerk=20000)
+    best = sf.plan(path, limits).duration
+    assert best * (1 - 1e-9) <= checked(path, limits).duration <= 1.03 * best
+    checked(PATHS["butterfly"], sf.Limits(feed=60, acceleration=500, jerk=20000, chord_error=1e-4, centripetal=200))
+    everything = sf.Limits(
+        feed=50, acceleration=400, deceleration=300, jerk=9000, chord_error=2e-4, centripetal=250,
+        axis_velocity={"x": 45, "y": 40}, axis_acceleration={"x": 300, "y": 450}, axis_jerk={"x": 15000, "y": 8000},
+    )  # fmt: skip
+    checked(PATHS["butterfly"], everything)
+
+
+def test_a_rotary_axis_keeps_its_own_limits():
+    path = sf.tangential(sf.shapes.naca("0025", chord=15.5))
+    turns = {"axis_velocity": {"theta": 3.0}, "axis_acceleration": {"theta": 40.0}, "axis_jerk": {"theta": 2000.0}}
+    law = checked(path, sf.Limits(feed=20, acceleration=300, jerk=9000, **turns))
+    free = checked(path, sf.Limits(feed=20, acceleration=300, jerk=9000))
+    assert free.duration < law.duration < 10 * free.duration
+
+
+def test_the_feed_of_each_curve():
+    curves = [line((0, 0), (30, 0)), line((30, 0), (60, 0)), arc((60, 9), 9, -np.pi / 2, np.pi / 2)]
+    path = Path(curves, feeds=[40.0, 10.0, np.inf])
+    law = checked(path, sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000))
+    t = np.linspace(0, law.duration, 20_001)
+    slow = (law(t) > 30) & (law(t) < 60)
+    assert np.max(law.feed(t[slow])) <= 10 * (1 + 1e-9)
+    assert np.max(law.feed(t[law(t) < 30])) > 39
+
+
+def random_path(rng: np.random.Generator) -> Path:
+    degree = int(rng.integers(1, 6))
+    count = degree + 1 + int(rng.integers(0, 15))
+    axes = int(rng.integers(2, 4))
+    points = np.cumsum(rng.normal(size=(count, axes)), axis=0) * 10 ** rng.uniform(-1, 2)
+    knots = np.r_[np.zeros(degree + 1), np.sort(rng.random(count - degree - 1)), np.ones(degree + 1)]
+    weights = rng.uniform(0.3, 3, count) if rng.random() < 0.5 else None
+    return Path([sf.NurbsCurve(degree, knots, points, weights)])
+
+
+def check_random(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    path = random_path(rng)
+    feed = 10 ** rng.uniform(0.5, 2.5)
+    acceleration = feed * 10 ** rng.uniform(0, 1.5)
+    jerk = acceleration * 10 ** rng.uniform(0.5, 2)
+    law = sf.plan(path, sf.Limits(feed=feed, axis_acceleration=acceleration, axis_jerk=jerk), "look-ahead", PERIOD)
+    limits = sf.Limits(feed=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+    verdict = sf.check(sf.interpolate(path, law), path, limits, law)
+    assert verdict.ok, (seed, verdict.problems)
+
+
+@pytest.mark.parametrize("block", range(10))
+def test_random_curves_and_limits(block):
+    for seed in range(10 * block, 10 * block + 10):
+        check_random(seed)
+
+
+@pytest.mark.torture
+@pytest.mark.timeout(7200)
+def test_random_curves_and_limits_many():
+    for seed in range(1000, 11000):
+        check_random(seed)
+
+
+def test_bad_input():
+    path = motions.smooth()
+    with pytest.raises(sf.errors.LimitsError, match="the look-ahead strategy needs a limit on acceleration or jerk"):
+        sf.plan(path, sf.Limits(feed=60), "look-ahead")
+    with pytest.raises(sf.errors.PlanError, match="begins and ends at rest; leave start_feed and end_feed at 0"):
+        sf.plan(path, sf.Limits(feed=60, acceleration=500, start_feed=5), "look-ahead")
+    jumping = Path([line((0, 0), (30, 0)), arc((30, 5), 5, -np.pi / 2, np.pi / 2)])
+    with pytest.raises(sf.errors.LimitsError, match=r"the curvature jumps at s = 30 mm, where axis jerk is infinite"):
+        sf.plan(jumping, sf.Limits(feed=60, axis_jerk=20000), "look-ahead")
