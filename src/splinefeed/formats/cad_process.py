@@ -15,6 +15,7 @@ import pathlib
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +30,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import JOIN_TOLERANCE
 
 #: Time that a library gets for a file, s, and for each MB of it.
-MAX_SECONDS = 60.0
+MAX_SECONDS = 30.0
 SECONDS_PER_MB = 5.0
 #: Names that files give to their units.
 _UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "um", "inch": "in", "foot": "ft"}
@@ -108,7 +109,8 @@ class _Worker:
             process.wait()
             for stream in (process.stdin, process.stdout):
                 if stream is not None:
-                    stream.close()
+                    with suppress(OSError):  # words that did not get through before the process died
+                        stream.close()
 
 
 _worker = _Worker()

@@ -69,7 +69,7 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
         before = max(before, place)
         counts[letter] += 1
         sequence = line[_TEXT + 1 : _TEXT + 8].strip().decode("ascii", "replace")
-        if letter != ord("T") and sequence.lstrip("0") != str(counts[letter]):
+        if sequence.lstrip("0") != str(counts[letter]):
             fault(f"line {number}: is number {counts[letter]} of section {chr(letter)}, but says {sequence!r}")
         end = line if letter == ord("T") else end
     said = _COUNTS.match(end)
