@@ -23,6 +23,7 @@ COMMANDS = {
     "check": "Whether setpoints lie on their path and hold every limit, judged independently.",
     "follow": "What the axes of a machine do with setpoints: tracking and contour errors.",
     "tune": "Gains of a machine's axes: margins before and after, by a rule or for a path.",
+    "tune-feed": "The highest feed at which a machine keeps to a contour tolerance.",
     "info": "What a file or shape holds, and what its reader had to say.",
     "machine": "The machines there are, and what a machine file says, in words.",
     "methods": "The interpolation methods.",
@@ -41,7 +42,7 @@ class LazyGroup(click.Group):
         """Import the command `cmd_name`; None if there is none."""
         if cmd_name not in COMMANDS:
             return None
-        command = import_module(f"splinefeed.cli.{cmd_name}").command
+        command = import_module(f"splinefeed.cli.{cmd_name.replace('-', '_')}").command
         assert isinstance(command, click.Command)
         return command
 

@@ -57,9 +57,9 @@ def record(
         {
             **numbers,
             "name": run.path.name,
-            "source": {"text": source, **_digest(source)},
+            "source": source_of(source),
             "settings": {**settings, "reading": dict(reading)},
-            "command": command(source, settings, reading, formats, machine),
+            "command": command(None if "experiment" in numbers else source, settings, reading, formats, machine),
             "program": f"splinefeed {splinefeed.__version__}",
             "versions": versions(),
         }
@@ -68,14 +68,17 @@ def record(
 
 
 def command(
-    source: str,
+    source: str | None,
     settings: Mapping[str, Any],
     reading: Mapping[str, Any],
     formats: Sequence[str],
     machine: str | None = None,
 ) -> str:
-    """The command line that makes the same run again, every setting said, each number to its last digit."""
-    words = ["splinefeed", "run", source, *_limit_words(settings["limits"])]
+    """The command line that makes the same run again, every setting said, each number to its last digit.
+
+    Without source: the paper's experiment, whose limits are not those of its machine.
+    """
+    words = ["splinefeed", "run", *([] if source is None else [source]), *_limit_words(settings["limits"])]
     if machine is not None:
         words += ["--machine", machine]
     for name in ("period", "strategy", "method", "corrections"):
@@ -130,11 +133,11 @@ def version_of(name: str) -> str | None:
         return None
 
 
-def _digest(source: str) -> dict[str, str]:
-    """The SHA-256 of a file, so that a later run can tell whether it is still the same; nothing for a shape."""
+def source_of(source: str) -> dict[str, str]:
+    """What the user called the source, and of a file its SHA-256, so that a later command can tell a change."""
     from splinefeed.geometry import shapes
 
     if shapes.is_shape(source) or not os.path.isfile(source):
-        return {}
+        return {"text": source}
     with open(source, "rb") as stream:
-        return {"sha256": hashlib.file_digest(stream, "sha256").hexdigest()}
+        return {"text": source, "sha256": hashlib.file_digest(stream, "sha256").hexdigest()}

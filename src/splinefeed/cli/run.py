@@ -30,6 +30,12 @@ Examples:
 @click.argument("source", required=False)
 @options.limits
 @options.machine
+@click.option(
+    "--contour-tolerance",
+    type=options.Quantity("length"),
+    metavar="LENGTH",
+    help="Scale the limits down until the machine's contour error keeps this; see splinefeed tune-feed.",
+)
 @click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
 @click.option("--method", metavar="NAME", help="Interpolation method.  [default: milne-simpson-anchored]")
 @options.corrections
@@ -79,9 +85,11 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.cli.folder import default_name, staged
     from splinefeed.cli.record import record
     from splinefeed.cli.source import read_path
+    from splinefeed.errors import InputError
     from splinefeed.interpolation import registry
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.compare import compare
+    from splinefeed.pipeline.contour_feed import limits_within
     from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
     from splinefeed.pipeline.run import PAPER_SHAPE, run
     from splinefeed.report import files
@@ -102,6 +110,13 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     limits, period, strategy = options.limits_from(given, planned_for, path.axes)
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
+        if given["contour_tolerance"] is not None:
+            if table is None:
+                raise InputError("--contour-tolerance: needs a machine; give --machine NAME or --machine FILE")
+            limits = limits_within(
+                path, limits, table, given["contour_tolerance"],
+                period=period, strategy=strategy, method=method, corrections=corrections, on_progress=say,
+            )  # fmt: skip
         say("planning and interpolating")
         result = run(path, limits, period=period, strategy=strategy, method=method, corrections=corrections)
         served: list[Served] = []

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.setpoints import FORMATS, save
 from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.contour_feed import FeedTuning
 from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.run import Run
@@ -28,7 +29,10 @@ RECORD = "run.json"
 #: The pages of numbers of all commands that write a folder: files that one of them lists are ours.
 FOLLOW_RECORD = "follow.json"
 TUNE_RECORD = "tune.json"
-RECORDS = (RECORD, FOLLOW_RECORD, TUNE_RECORD)
+TUNE_FEED_RECORD = "tune-feed.json"
+RECORDS = (RECORD, FOLLOW_RECORD, TUNE_RECORD, TUNE_FEED_RECORD)
+#: Limits that a search found.
+LIMITS = "limits.toml"
 #: What the axes of a machine did.
 RESPONSE = "response.h5"
 #: Names of setpoint files by format.
@@ -43,6 +47,13 @@ FOLLOW_NAMES = (
     FOLLOW_RECORD,
     RESPONSE,
     *(f"{name}.{suffix}" for name in SERVO_FIGURES for suffix in FIGURE_FORMATS),
+)
+TUNE_FEED_NAMES = (
+    TUNE_FEED_RECORD,
+    LIMITS,
+    SETPOINTS["hdf5"],
+    RESPONSE,
+    *(f"feed-curve.{suffix}" for suffix in FIGURE_FORMATS),
 )
 NAMES = (
     RECORD,
@@ -154,6 +165,14 @@ def tune_figures(axes: Sequence[TunedAxis], machine: str) -> Iterator[tuple[str,
 def _bode_name(axis: str) -> str:
     """The name of an axis's figure; of an axis with a strange name only what is harmless in a file's name."""
     return f"bode-{re.sub(r'[^A-Za-z0-9_-]', '-', axis)[:32]}"
+
+
+def feed_curve(tuning: FeedTuning, name: str, machine: str) -> Iterator[tuple[str, Figure]]:
+    """Name and figure of a search for the highest feed."""
+    from splinefeed.report.feed_curve import feed_curve_figure
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    yield "feed-curve", feed_curve_figure(tuning, name, machine)
 
 
 def write_record(page: Mapping[str, Any], file: File) -> None:

@@ -1,0 +1,224 @@
+"""The highest feed at which a machine keeps to a contour tolerance, found by simulating it at many feeds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import InputError, LimitsError
+from splinefeed.feed.planning import plan
+from splinefeed.geometry.path import Path
+from splinefeed.interpolation.interpolator import interpolate
+from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.machine.table import Table
+from splinefeed.pipeline.experiment import Served, serve
+from splinefeed.pipeline.run import MOST_TICKS, check_ticks
+from splinefeed.records import Limits, TimeLaw, positive
+
+#: Scales that are tried first, from 1 down to LOWEST in equal ratios, and where the search for the boundary ends.
+GRID = 10
+LOWEST = 0.05
+CLOSE_ENOUGH = 1.002
+#: What may be scaled: all limits as one stretches time, or the feed alone.
+VARY = ("all", "feed")
+#: Power of the scale with which each limit goes when time is stretched; what is not here is a length and stays.
+_POWERS = {
+    "feed": 1,
+    "start_feed": 1,
+    "end_feed": 1,
+    "axis_velocity": 1,
+    "axis_velocity_step": 1,
+    "acceleration": 2,
+    "deceleration": 2,
+    "centripetal": 2,
+    "axis_acceleration": 2,
+    "jerk": 3,
+    "deceleration_jerk": 3,
+    "axis_jerk": 3,
+}
+_FEEDS = ("feed", "start_feed", "end_feed")
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One simulated run under limits scaled by `scale`; feed is the highest of its law, mm/s.
+
+    error, rms  contour error, mm; at_s  where it is largest, mm; stopped  why an axis ran away, or None
+    """
+
+    scale: float
+    limits: Limits
+    law: TimeLaw
+    feed: float
+    duration: float
+    error: float
+    rms: float
+    at_s: float | None
+    stopped: str | None
+
+    def keeps(self, tolerance: float) -> bool:
+        """Whether the contour error stays within the tolerance, mm, and no axis runs away."""
+        return self.stopped is None and self.error <= tolerance
+
+    def numbers(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        limit = self.limits.feed
+        return {
+            "scale": self.scale,
+            "feed_limit_mm_s": limit if math.isfinite(limit) else None,
+            "feed_max_mm_s": self.feed,
+            "duration_s": self.duration,
+            "contour_error_max_mm": self.error,
+            "contour_error_rms_mm": self.rms,
+            "at_s_mm": self.at_s,
+            "stopped": self.stopped,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class FeedTuning:
+    """Trials by increasing scale, the best that keeps the tolerance, mm, with what the machine made of it, or None.
+
+    notes  what the search found out of the ordinary, one sentence each
+    """
+
+    tolerance: float
+    trials: tuple[Trial, ...]
+    best: Trial | None
+    served: Served | None
+    notes: tuple[str, ...]
+
+    @property
+    def least(self) -> Trial:
+        """The trial with the least contour error of those that no axis ran away in, or of all."""
+        sound = [trial for trial in self.trials if trial.stopped is None]
+        return min(sound or self.trials, key=lambda trial: trial.error)
+
+    def numbers(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {
+            "ok": self.best is not None,
+            "contour_tolerance_mm": self.tolerance,
+            "best": None if self.best is None else self.best.numbers(),
+            "limits": None if self.best is None else self.best.limits.as_dict(),
+            "trials": [trial.numbers() for trial in self.trials],
+            "notes": list(self.notes),
+        }
+
+
+def scaled(limits: Limits, scale: float, vary: str = "all") -> Limits:
+    """The limits of the same motion in 1 / scale of its time: velocities by scale, accelerations by scale^2, jerks ^3.
+
+    vary="feed": the feed along the path alone. Chord error and travel are lengths, and stay.
+    """
+    if vary not in VARY:
+        raise InputError(f"vary is {vary!r}; choose one of {', '.join(VARY)}")
+    flat = {}
+    for key, value in limits.as_dict().items():
+        name = key.partition(".")[0]
+        power = _POWERS.get(name, 0) if vary == "all" or name in _FEEDS else 0
+        flat[key] = value * scale**power
+    if vary == "feed" and "feed" not in flat:
+        raise InputError("there is no feed along the path to vary; give a feed, or let all limits vary")
+    return Limits.from_dict(flat)
+
+
+def tune_feed(
+    path: Path,
+    limits: Limits,
+    table: Table,
+    tolerance: float,
+    *,
+    period: float,
+    strategy: str,
+    method: str = DEFAULT_METHOD,
+    corrections: int = 1,
+    vary: str = "all",
+    on_progress: Callable[[str], None] | None = None,
+) -> FeedTuning:
+    """The fastest motion along `path`, of those under `limits` scaled down, whose contour error keeps `tolerance`, mm.
+
+    Each trial plans, interpolates, and lets the machine follow. Friction, counts and saturation make the error no
+    monotone function of the feed. So scales from 1 to LOWEST in equal ratios come first; the highest that keeps the
+    tolerance is bracketed by the next one above, which does not, and the boundary between them is halved until it is
+    known within CLOSE_ENOUGH. The answer is a trial that was simulated as it stands, never interpolated between two.
+    Raises what `plan`, `interpolate` and `follow` raise, and LimitsError for a tolerance that is not positive.
+    """
+    allowed = positive(tolerance, "contour tolerance")
+    found: dict[float, Trial] = {}
+    kept: dict[float, Served] = {}
+
+    def attempt(scale: float) -> Trial:
+        if on_progress is not None:
+            on_progress(f"trial {len(found) + 1}: {scale:.4g} of the limits")
+        law = plan(path, scaled(limits, scale, vary), strategy=strategy, period=period)
+        check_ticks(law, period)
+        points = interpolate(path, law, period=period, method=method, corrections=corrections)
+        served = serve(path, law, points, table)
+        contour = served.tally.contour
+        assert contour is not None  # there is a path
+        trial = Trial(
+            scale=scale,
+            limits=scaled(limits, scale, vary),
+            law=law,
+            feed=float(np.max(points.feed)),
+            duration=law.duration,
+            error=contour.value,
+            rms=served.tally.rms(contour),
+            at_s=contour.s,
+            stopped=served.tally.stopped,
+        )
+        found[scale] = trial
+        if trial.keeps(allowed) and scale >= max(kept, default=0.0):
+            kept.clear()
+            kept[scale] = served
+        return trial
+
+    notes = []
+    for scale in _grid():
+        if found and found[min(found)].duration / period * (min(found) / scale) > MOST_TICKS:
+            notes.append(f"scales below {min(found):.3g} would take more than {MOST_TICKS} ticks and were not tried")
+            break
+        attempt(scale)
+    good = [scale for scale, trial in found.items() if trial.keeps(allowed)]
+    if good and max(good) < 1.0:
+        low = max(good)
+        high = min(scale for scale in found if scale > low)
+        while high / low > CLOSE_ENOUGH:
+            middle = math.sqrt(low * high)
+            if attempt(middle).keeps(allowed):
+                low = middle
+            else:
+                high = middle
+    trials = tuple(found[scale] for scale in sorted(found))
+    best = max((trial for trial in trials if trial.keeps(allowed)), key=lambda trial: trial.scale, default=None)
+    if best is not None:
+        holes = [trial for trial in trials if trial.scale < best.scale and not trial.keeps(allowed)]
+        if holes:
+            feeds = ", ".join(f"{trial.feed:.4g}" for trial in holes)
+            notes.append(f"slower is not always better here: at top feeds of {feeds} mm/s the tolerance is exceeded")
+        if best.scale == 1.0:
+            notes.append("the limits themselves keep the tolerance; higher ones were not asked for")
+    return FeedTuning(allowed, trials, best, None if best is None else kept[best.scale], tuple(notes))
+
+
+def limits_within(path: Path, limits: Limits, table: Table, tolerance: float, **options: Any) -> Limits:
+    """The limits that `tune_feed` finds; LimitsError, with the least error of all trials, if it finds none."""
+    tuning = tune_feed(path, limits, table, tolerance, **options)
+    if tuning.best is None:
+        least = tuning.least
+        raise LimitsError(
+            f"no feed tried keeps a contour error of {1e3 * tolerance:g} um on {table.name}; the least is "
+            f"{1e3 * least.error:.4g} um at {least.feed:.4g} mm/s: allow more, or mend the machine (splinefeed tune)"
+        )
+    return tuning.best.limits
+
+
+def _grid() -> Iterator[float]:
+    """Scales from 1 to LOWEST in equal ratios."""
+    for i in range(GRID):
+        yield LOWEST ** (i / (GRID - 1))
