@@ -305,7 +305,7 @@ def test_order_changes_nothing():
 def test_moves_with_the_path_and_never_exceeds_the_tracking_error(s, away, angle, shift):
     path = motions.smooth()
     place = s * path.length
-    q = path([place]) + np.array([[away, -0.5 * away]])
+    q = path([place]) + np.array([[away, 0.5 * away]])  # not along the tangent of an end, where sides are rounding
     rotation = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     found = contour_error(q, path, s_hint=[place], signed=True)
     assert abs(found[0]) <= np.hypot(away, 0.5 * away) * (1 + 1e-12) + 1e-13

@@ -202,15 +202,16 @@ def test_inversion_in_a_row_from_any_guess(guess):
 def test_a_table_with_too_few_rows_says_how_many_would_do():
     curve = butterfly()
     wanted = len(curve.arc.table)
-    rough = arc_length.rough_length(*curve.table)
+    rough = arc_length.rough_length(curve.table[0], 0, 47, curve.table[1])
     assert rough == pytest.approx(curve.length, rel=1e-2)
     small = np.full((7, curve.arc.table.shape[1]), np.nan)
+    shape = curve.arc.shape
     needed = arc_length.arc_pieces(
-        curve.knots, curve.control_points, curve.kernel_weights, curve.spans, curve.arc.shape, rough, small
+        curve.knots, curve.control_points, curve.kernel_weights, shape, rough, small, 0, shape, arc_length.arc_room(99)
     )
     assert needed == wanted
     assert np.array_equal(small, curve.arc.table[:7])
     cells = np.empty((2, nearest.ENDS + 4))
     assert nearest.make_cells(curve.arc.table, curve.arc.shape, cells) == len(curve.arc.nearest.cells)
     rows = np.zeros((1, curve.table[0].shape[1]))
-    assert pieces.fill_rows(rows, curve.knots, curve.control_points, curve.weights, curve.spans, curve.table[1]) == 48
+    assert pieces.fill_rows(rows, 0, curve.knots, curve.control_points, curve.weights, shape, shape) == 48

@@ -114,15 +114,6 @@ def test_rotary_axes_have_no_length():
 
 
 @pytest.mark.nojit
-def test_a_curve_that_only_turns_a_rotary_axis_is_refused():
-    path = Path([line([0, 0], [1, 0]), line([1, 0], [1, 2])], axes=("x", "a"))
-    with pytest.raises(CurveError) as caught:
-        _ = path.length
-    kind = "NurbsCurve(degree 1, 2 control points, 2 axes, polynomial, u 0 to 1)"
-    assert str(caught.value) == f"curve 1 of the path: {kind} has no length over its linear axes"
-
-
-@pytest.mark.nojit
 def test_closed_paths():
     assert Path([ellipse(3.0, 2.0)]).closed
     assert Path([line([0, 0], [1, 0], [1, 1]), line([1, 1], [0, 0])]).closed
@@ -343,7 +334,6 @@ def test_gaps():
             lambda a, b: Path([b], axes=("x", "a", "y")),
             "axes ('x', 'a', 'y'): put the linear axes first and the rotary ones (a, b, c, theta) last",
         ),
-        (lambda a, b: Path([a], axes=("a", "b")), "axes ('a', 'b'): at least one linear axis is needed"),
         (lambda a, b: Path([a], tolerance=-1.0), "tolerance is -1 mm; it must be 0 or more"),
         (lambda a, b: Path([a], tolerance=np.nan), "tolerance is nan mm; it must be 0 or more"),
         (lambda a, b: Path([a]).locate(1.5), "arc length 1.5 mm is outside the path's [0, 1] mm"),

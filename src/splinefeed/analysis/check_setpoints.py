@@ -53,7 +53,7 @@ class Judge:
         rows, linear = len(path.table), path.linear
         self._boxes = np.empty((rows, search.bounds_width(linear)))
         search.fill_bounds(path.table, path.shape, self._boxes)
-        size = float(np.max(np.abs(self._boxes[:, : 2 * linear])))
+        size = float(np.max(np.abs(self._boxes[:, : 2 * linear]), initial=0.0))
         self._search_tolerance = search.TOLERANCE * size
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
         self.allowed = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
@@ -231,7 +231,7 @@ class Judge:
     @property
     def chord_floor(self) -> float:
         """Rounding of the distance of a point from a chord, mm: that of a second difference, without a period."""
-        return 4.0 * max(self.rounding(1 + k) for k in range(self.bounds.path.linear))
+        return 4.0 * max((self.rounding(1 + k) for k in range(self.bounds.path.linear)), default=0.0)
 
     def _follow_law(self, t: Array, s: Array, travelled: Array) -> None:
         if self.law is None:

@@ -62,7 +62,7 @@ class ContourMeter:
         self._nearest = Nearest(path.table, path.shape)
         self._bounds = np.empty((len(path.table), kernels.bounds_width(path.linear)))
         kernels.fill_bounds(path.table, path.shape, self._bounds)
-        size = float(np.max(np.abs(self._bounds[:, : 2 * path.linear])))
+        size = float(np.max(np.abs(self._bounds[:, : 2 * path.linear]), initial=0.0))
         self._tolerance = kernels.TOLERANCE * size
 
     def measure(

@@ -22,7 +22,7 @@ class Placer:
         self.path = path
         self._bounds = np.empty((len(path.table), kernels.bounds_width(path.linear)))
         kernels.fill_bounds(path.table, path.shape, self._bounds)
-        self._tolerance = kernels.TOLERANCE * float(np.max(np.abs(self._bounds[:, : 2 * path.linear])))
+        self._tolerance = kernels.TOLERANCE * float(np.max(np.abs(self._bounds[:, : 2 * path.linear]), initial=0.0))
         self._state: Array | None = None
         #: Largest distance so far of a setpoint without arc length from the path, mm.
         self.apart = 0.0

@@ -40,31 +40,16 @@ class Ripple:
 
 
 def steps(points: Setpoints, path: Path) -> Array:
-    """Arc length over the linear axes from each setpoint to the next, (n - 1,), mm, negative where one goes back.
+    """Arc length along the path from each setpoint to the next, (n - 1,), mm, negative where one goes back.
 
     By adaptive quadrature of |C'(u)|, independent of the arc-length table that the interpolators use.
     """
     out = np.zeros(max(len(points) - 1, 0))
     if not out.size:
         return out
-    changes = np.flatnonzero(np.diff(points.curve)) + 1
-    for first, last in zip((0, *changes), (*changes, len(points)), strict=True):
-        table, shape = _spans(path, int(points.curve[first]))
-        measure.travelled_each(table, shape, points.u[first:last], out[first : last - 1])
-    for i in changes - 1:
-        before, after = int(points.curve[i]), int(points.curve[i + 1])
-        table, shape = _spans(path, before)
-        total = measure.travelled(table, shape, float(points.u[i]), path.curves[before].domain[1])
-        for between in range(before + 1, after):
-            total += float(path.curve_starts[between + 1] - path.curve_starts[between])
-        table, shape = _spans(path, after)
-        out[i] = total + measure.travelled(table, shape, path.curves[after].domain[0], float(points.u[i + 1]))
+    table, rows = path.spans
+    measure.travelled_each(table, rows, path.shape, path.curve_starts, points.curve, points.u, out)
     return out
-
-
-def _spans(path: Path, curve: int) -> tuple[Array, tuple[int, int, int, int]]:
-    table, (degree, axes, _, rational) = path.curves[curve].table
-    return table, (degree, axes, path.linear, rational)
 
 
 def feed_ripple(points: Setpoints, path: Path, law: TimeLaw) -> Ripple:

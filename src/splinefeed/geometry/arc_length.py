@@ -26,6 +26,7 @@ MAX_ROWS = 2_000_000
 class ArcLength:
     """Arc length over the first `linear` axes of a curve, to 1e-12 of its length, and its inverse.
 
+    linear  the number of linear axes, or minus that number to count stretches on which only the others move, in degrees
     table   (pieces, width)  see `kernels.pieces`; length  mm
     Raises CurveError for a curve without length over these axes.
     """
@@ -33,23 +34,23 @@ class ArcLength:
     def __init__(self, curve: NurbsCurve, linear: int) -> None:
         table, (degree, axes, _, rational) = curve.table
         self.shape = (degree, axes, linear, rational)
-        rough = kernels.rough_length(table, self.shape)
+        rough = kernels.rough_length(table, 0, len(table) - 1, self.shape)
         if not np.isfinite(rough):
             raise CurveError(f"the length of {curve!r} is not finite; its coordinates are too large")
         if not rough > 0.0:
             raise CurveError(f"{curve!r} has no length over its linear axes")
         rows = min(FIRST_ROWS, 4 * len(table)) if degree == 1 else FIRST_ROWS
+        given = curve.knots, curve.control_points, curve.kernel_weights, self.shape, rough
+        room = kernels.arc_room(pieces.width(self.shape))
         while True:
-            room = np.empty((rows, pieces.width(self.shape)))
-            needed = kernels.arc_pieces(
-                curve.knots, curve.control_points, curve.kernel_weights, curve.spans, self.shape, rough, room
-            )
+            out = np.empty((rows, pieces.width(self.shape)))
+            needed = kernels.arc_pieces(*given, out, 0, self.shape, room)
             if needed <= rows:
                 break
             if needed > MAX_ROWS:
                 raise CurveError(f"{curve!r} would need {needed} arc-length pieces; at most {MAX_ROWS} are kept")
             rows = needed
-        self.table: Array = room[:needed].copy()
+        self.table: Array = out[:needed].copy()
         self.table.setflags(write=False)
         self.curve = curve
         self.length = float(self.at(curve.domain[1]))

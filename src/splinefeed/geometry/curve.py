@@ -273,9 +273,9 @@ class NurbsCurve:
         from splinefeed.kernels import pieces
 
         shape = (self.degree, self.axes, self.axes, int(self.rational))
-        table = np.zeros((len(self.spans), pieces.width(shape)))
+        table = np.zeros((len(self.breaks) - 1, pieces.width(shape)))
         while True:
-            needed = pieces.fill_rows(table, self.knots, self.control_points, self.kernel_weights, self.spans, shape)
+            needed = pieces.fill_rows(table, 0, self.knots, self.control_points, self.kernel_weights, shape, shape)
             if needed == len(table):
                 break
             table = np.zeros((needed, pieces.width(shape)))

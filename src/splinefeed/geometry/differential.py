@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import pieces
+from splinefeed.kernels.pieces import DEGREES
 from splinefeed.records import Array
 
 #: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
@@ -28,6 +29,14 @@ GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 GOLDEN_STEPS = 80
 
 
+#: Which axes count: the first so many, or a slice of them.
+Axes = int | slice | None
+
+
+def _columns(linear: Axes) -> slice:
+    return linear if isinstance(linear, slice) else slice(linear)
+
+
 def curvatures(derivatives: Array, linear: int | None = None) -> Array:
     """Curvature, 1/mm, (...) from derivatives (..., 3 or more, axes), over the first `linear` axes (default: all).
 
@@ -45,11 +54,18 @@ def curvatures(derivatives: Array, linear: int | None = None) -> Array:
 def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
     """dr/ds, d2r/ds2, d3r/ds3 with r, as (n, 4, axes), from derivatives by u (n, 4, axes); s over `linear` axes.
 
+    Where none of these moves (all three derivatives are 0) but those behind them do, s is in degrees over those.
+
     With v = |C'|:  u_s = 1/v,  u_ss = -(C'.C'')/v^4,  u_sss = 4 (C'.C'')^2/v^7 - (C''.C'' + C'.C''')/v^5,
     r_s = C' u_s,  r_ss = C'' u_s^2 + C' u_ss,  r_sss = C''' u_s^3 + 3 C'' u_s u_ss + C' u_sss  (the chain rule).
     """
     c1, c2, c3 = (derivatives[:, k, :] for k in (1, 2, 3))
     l1, l2, l3 = (c[:, :linear] for c in (c1, c2, c3))
+    if linear is not None and linear < derivatives.shape[2]:
+        turning = ~np.any(derivatives[:, 1:4, :linear], axis=(1, 2))
+        if turning.any():
+            unit = np.where(np.arange(derivatives.shape[2]) < linear, ~turning[:, None], DEGREES * turning[:, None])
+            l1, l2, l3 = (c * unit for c in (c1, c2, c3))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         v = np.linalg.norm(l1, axis=1)
         m = np.sum(l1 * l2, axis=1)
@@ -65,14 +81,15 @@ def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
     return out
 
 
-def unit_tangents(curve: NurbsCurve, u: ArrayLike, linear: int | None = None, side: str = "right") -> Array:
-    """Unit tangents (..., linear) at u (...). Where C' = 0, the limit: by the first derivative that is not 0.
+def unit_tangents(curve: NurbsCurve, u: ArrayLike, linear: Axes = None, side: str = "right") -> Array:
+    """Unit tangents (..., linear) at u (...), over the axes `linear`.
 
-    With side="left", and at the end of the domain, the piece before u counts. Zero where no piece on that side moves.
+    Where C' = 0, the limit: by the first derivative that is not 0. With side="left", and at the end of the domain, the
+    piece before u counts. Zero where no piece on that side moves.
     """
     given = curve.check_parameters(u)
     values = given.ravel()
-    out = curve.derivatives(values, 1, side=side)[:, 1, :linear].copy()
+    out = curve.derivatives(values, 1, side=side)[:, 1, _columns(linear)].copy()
     norm = np.linalg.norm(out, axis=1)
     table, _ = curve.table
     row = np.clip(np.searchsorted(table[:, pieces.LOW], values, side="right") - 1, 0, len(table) - 1)
@@ -83,7 +100,7 @@ def unit_tangents(curve: NurbsCurve, u: ArrayLike, linear: int | None = None, si
     return out.reshape(*given.shape, out.shape[1])
 
 
-def _limit_direction(curve: NurbsCurve, u: float, linear: int | None, backwards: bool) -> Array:
+def _limit_direction(curve: NurbsCurve, u: float, linear: Axes, backwards: bool) -> Array:
     """The direction (linear,) of the curve as it leaves u, or arrives there if `backwards`; zero if it does not move.
 
     Where C - C(u) = sum_k n_k x^k / w, x = t - t(u), the first n_k that is not 0 points along x^k, and with x < 0
@@ -100,18 +117,19 @@ def _limit_direction(curve: NurbsCurve, u: float, linear: int | None, backwards:
         about = np.array([[math.comb(j, k) * t ** (j - k) if j >= k else 0.0 for k in power] for j in power])
         taylor = columns @ about
         local = taylor[:axes] - taylor[:axes, :1] * (taylor[axes] / taylor[axes, 0] if rational else power == 0)
-        lengths = np.linalg.norm(local[:linear], axis=0)
+        local = local[_columns(linear)]
+        lengths = np.linalg.norm(local, axis=0)
         moving = np.flatnonzero(lengths[1:] > VANISHING * lengths.max())
         if len(moving):
             k = int(moving[0]) + 1
-            direction: Array = local[:linear, k] * ((-1.0) ** (k - 1) if backwards else 1.0)
+            direction: Array = local[:, k] * ((-1.0) ** (k - 1) if backwards else 1.0)
             return direction
         row += -1 if backwards else 1  # a span that stands still
-    return np.zeros(axes)[:linear]
+    return np.zeros(axes)[_columns(linear)]
 
 
-def cusps(curve: NurbsCurve, grid: Array, linear: int | None = None) -> Array:
-    """Parameters (m,) strictly between knots at which the curve, over the first `linear` axes, turns straight back.
+def cusps(curve: NurbsCurve, grid: Array, linear: Axes = None) -> Array:
+    """Parameters (m,) strictly between knots at which the curve, over the axes `linear`, turns straight back.
 
     There C' = 0 within rounding: the speed falls below CUSP_SPEED of its greatest value, and the tangents before and
     after have an obtuse angle. grid (n,) increases over the domain and is finer at cusps, as arc-length pieces are.
@@ -122,7 +140,7 @@ def cusps(curve: NurbsCurve, grid: Array, linear: int | None = None) -> Array:
     u = np.append((grid[:-1, None] + np.diff(grid)[:, None] * fractions).ravel(), grid[-1])
 
     def velocity(at: Array) -> Array:
-        return curve.derivatives(at, 1)[:, 1, :linear]
+        return curve.derivatives(at, 1)[:, 1, _columns(linear)]
 
     def speed(at: Array) -> Array:
         return np.asarray(np.linalg.norm(velocity(at), axis=1))

@@ -132,20 +132,28 @@ def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
 
 
 def transformed(curve: NurbsCurve, matrix: ArrayLike, offset: ArrayLike | None = None) -> NurbsCurve:
-    """The affine image of the curve: control points matrix @ P + offset; weights stay.
+    """The affine image of the curve: its control points by `moved_points`; weights stay.
 
-    matrix (new axes, axes) or one number, offset (new axes,), mm. Source: The NURBS Book, 2nd ed., property P4.2.
+    Source: The NURBS Book, 2nd ed., property P4.2.
+    """
+    return NurbsCurve(curve.degree, curve.knots, moved_points(curve.control_points, matrix, offset), curve.weights)
+
+
+def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = None) -> Array:
+    """matrix @ P + offset for each of the points (n, axes), as (n, new axes).
+
+    matrix (new axes, axes) or one number, offset (new axes,), mm.
     Raises InputError for shapes that do not fit or values that are not finite.
     """
+    axes = points.shape[1]
     number = np.isscalar(matrix) or (isinstance(matrix, np.ndarray) and matrix.ndim == 0)
-    square = frozen_array(np.diag([matrix] * curve.axes) if number else matrix, "matrix", 2)
+    square = frozen_array(np.diag([matrix] * axes) if number else matrix, "matrix", 2)
     check_finite(square, "matrix")
-    if square.shape[1] != curve.axes or not 1 <= square.shape[0] <= MAX_AXES:
-        raise InputError(f"matrix has shape {square.shape}; (1 to {MAX_AXES}, {curve.axes}) is needed")
+    if square.shape[1] != axes or not 1 <= square.shape[0] <= MAX_AXES:
+        raise InputError(f"matrix has shape {square.shape}; (1 to {MAX_AXES}, {axes}) is needed")
     shift = frozen_array(np.zeros(square.shape[0]) if offset is None else offset, "offset", 1)
     check_finite(shift, "offset")
     if shift.shape != (square.shape[0],):
         raise InputError(f"offset has shape {shift.shape}; ({square.shape[0]},) is needed")
     with np.errstate(over="ignore", invalid="ignore"):  # the new curve says which coordinate is too large
-        points = curve.control_points @ square.T + shift
-    return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
+        return np.asarray(points @ square.T + shift)

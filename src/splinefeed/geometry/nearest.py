@@ -16,7 +16,7 @@ FARTHEST = 1e150
 
 
 class Nearest:
-    """Nearest points over the first `linear` axes of an arc-length table; made once, asked often.
+    """Nearest points over the linear axes of an arc-length table; made once, asked often.
 
     table  (pieces, width) and shape as in `kernels.pieces`: of a curve's `arc`, or of a `Path`
     """
@@ -24,7 +24,7 @@ class Nearest:
     def __init__(self, table: Array, shape: pieces.Shape) -> None:
         self.table = table
         self.shape = shape
-        linear = shape[2]
+        linear = abs(shape[2])
         cells = np.empty((2 * len(table), kernels.ENDS + 2 * linear))
         while (needed := kernels.make_cells(table, shape, cells)) > len(cells):
             cells = np.empty((needed, cells.shape[1]))
@@ -39,7 +39,7 @@ class Nearest:
         Global: of all points of the curve none is nearer, by more than rounding; of several as near, any one.
         Points in order along the curve are found fastest. Raises InputError for a wrong shape or values not finite.
         """
-        linear = self.shape[2]
+        linear = abs(self.shape[2])
         try:
             queries = np.array(points, dtype=np.float64, order="C")
         except (TypeError, ValueError) as error:
@@ -50,7 +50,7 @@ class Nearest:
         if queries.size and np.abs(queries).max() > FARTHEST:
             raise InputError(f"points: a coordinate is beyond {FARTHEST:g} mm; distances to it cannot be told")
         shape = queries.shape[:-1]
-        flat = queries.reshape(-1, linear)
+        flat = queries.reshape(int(np.prod(shape)), linear)
         rows = np.empty(len(flat), dtype=np.int64)
         parameters = np.empty(len(flat))
         distances = np.empty(len(flat))

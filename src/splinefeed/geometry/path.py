@@ -13,9 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry.arc_length import ArcLength
+from splinefeed.geometry.arc_length import MAX_ROWS, ArcLength
+from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
+from splinefeed.geometry.corners import Corner as Corner
+from splinefeed.geometry.corners import Corners, find_corners
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
-from splinefeed.geometry.differential import curvatures, cusps, unit_tangents
+from splinefeed.geometry.curves import Flat, Lines
+from splinefeed.geometry.differential import curvatures
+from splinefeed.geometry.editing import moved_points
 from splinefeed.kernels import arc_length as arc_kernels
 from splinefeed.kernels import pieces
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_array
@@ -23,36 +28,12 @@ from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_a
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
 JOIN_TOLERANCE = 1e-6
-#: A tangent that turns by more than this at one point, rad, is a corner. Below it is the rounding of CAD files.
-CORNER_ANGLE = 1e-6
-#: A corner that turns by more than this, rad, cannot be taken in motion: the tool rests there.
-STOP_ANGLE = 1e-4
-#: A speed below this, relative to size over width of the domain, counts as none: the curvature there is no number.
-STILL = 1e-9
-#: Corners less than this apart, relative to the length of the path, are one.
-SAME_PLACE = 1e-14
-#: A curvature jump below this, relative to the curvature itself and to 1 / size, is rounding.
-CURVATURE_JUMP = 1e-6
-
-
-@dataclass(frozen=True)
-class Corner:
-    """A point of the path where tangent or curvature jumps.
-
-    s  mm; curve, u  where (the end of `curve` if between two); angle  of the tangents, rad;
-    curvature_jump  length of the change of the curvature vector, 1/mm; infinite where C' = 0 on one side
-    """
-
-    s: float
-    curve: int
-    u: float
-    angle: float
-    curvature_jump: float
-
-    @property
-    def stop(self) -> bool:
-        """Whether the tool must rest here."""
-        return self.angle > STOP_ANGLE
+#: Linear axes that move by no more roundings than this, on a curve that turns rotary ones, do not move.
+STILL_ROUNDINGS = 8.0
+#: Arc-length pieces looked at in one go.
+BLOCK = 1 << 14
+#: Rows of a table that a curved span is given room for at first.
+ROWS_A_SPAN = 8
 
 
 @dataclass(frozen=True)
@@ -78,13 +59,16 @@ class Marker:
 class Path:
     """Curves joined end to end.
 
-    curves      one or more NurbsCurve of the same number of axes, each beginning where the last one ends
+    curves      one or more NurbsCurve of the same number of axes, each beginning where the last one ends, or Lines
     axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
     name        what files and figures call it; findings  what a reader had to say of it, one sentence each
     tolerance   the gap that is still no gap, mm (rotary axes rad)
     feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
     markers     what is no motion, at its place; kept in the order of the places
+
+    Arc length s counts the linear axes, in mm. Where none of them moves but rotary axes do, it counts those, and 1 mm
+    of s is 1 degree: a feed of 60 mm/s is 60 degrees a second there.
 
     Raises CurveError that names the curve, for a gap or for axes that do not fit; InputError for feeds, tolerances or
     markers that do not fit the curves.
@@ -103,7 +87,7 @@ class Path:
         markers: Iterable[Marker] = (),
     ) -> None:
         try:
-            self.curves = tuple(curves)
+            self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, Lines) else tuple(curves)
         except TypeError:
             raise CurveError(f"curves are a {type(curves).__name__}; a list of NurbsCurve is needed") from None
         self.name = name
@@ -113,7 +97,7 @@ class Path:
             raise InputError(f"tolerance is {self.tolerance:g} mm; it must be 0 or more")
         if not self.curves:
             raise CurveError("a path needs at least one curve")
-        for i, curve in enumerate(self.curves):
+        for i, curve in enumerate(() if isinstance(curves, Lines) else self.curves):
             if not isinstance(curve, NurbsCurve):
                 raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; a NurbsCurve is needed")
             if curve.axes != self.curves[0].axes:
@@ -128,8 +112,8 @@ class Path:
             raise CurveError(
                 f"axes {self.axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last"
             )
-        if self.linear == 0:
-            raise CurveError(f"axes {self.axes}: at least one linear axis is needed")
+        self.flat = self.curves.flat if isinstance(self.curves, Lines) else Flat.of(self.curves)
+        self._check_still()
         self._check_joints()
         self.feeds = self._of_curves(feeds, "feeds", "greater than 0", lambda values: values > 0.0)
         self.tolerances = self._of_curves(tolerances, "tolerances", "0 or more", lambda values: values >= 0.0)
@@ -172,8 +156,66 @@ class Path:
             raise InputError(f"{name}[{i}] is {values[i]:g}; it must be {wanted}")
         return values
 
+    @classmethod
+    def polyline(
+        cls,
+        points: ArrayLike,
+        axes: Sequence[str] | None = None,
+        *,
+        name: str = "path",
+        findings: Sequence[str] = (),
+        feeds: ArrayLike | None = None,
+        tolerances: ArrayLike | None = None,
+        markers: Iterable[Marker] = (),
+        repair: bool = False,
+    ) -> Path:
+        """The straight lines between neighbouring points (n + 1, axes), mm, rotary axes rad; a million in a second.
+
+        The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only when they are
+        looked at. With `repair`, lines without length are left out with a finding, their feeds and tolerances with
+        them, and markers stay between the same neighbours. Otherwise they raise CurveError, as values that are not
+        finite do; and all that `Path` raises.
+        """
+        if not repair:
+            lines = Lines(points)
+            return cls(lines, axes, name=name, findings=findings, feeds=feeds, tolerances=tolerances, markers=markers)
+        given = frozen_array(points, "points", 2)
+        kept = np.flatnonzero(~Lines.without_length(given)) if len(given) > 1 else np.arange(0)
+        dropped = max(len(given) - 1, 0) - len(kept)
+        if dropped == 0 or not len(kept):
+            return cls.polyline(
+                given, axes, name=name, findings=findings, feeds=feeds, tolerances=tolerances, markers=markers
+            )
+        first = int(np.setdiff1d(np.arange(len(given) - 1), kept)[0])
+        rows = np.append(kept, kept[-1] + 1)
+        said = f"{dropped} line(s) without length left out, the first between points {first} and {first + 1}"
+        return cls(
+            Lines(given[rows]),
+            axes,
+            name=name,
+            findings=(*findings, said),
+            feeds=None if feeds is None else np.asarray(feeds)[kept],
+            tolerances=None if tolerances is None else np.asarray(tolerances)[kept],
+            markers=[dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in markers],
+        )
+
+    def _check_still(self) -> None:
+        """Refuse a curve whose linear axes move by rounding only while rotary ones turn: s would be rounding."""
+        if self.linear in (0, len(self.axes)):
+            return
+        moved, turned = self.flat.sizes(slice(self.linear)), self.flat.sizes(slice(self.linear, None))
+        first, last = self.flat.point_starts[:-1], self.flat.points[:, : self.linear]
+        largest = np.max(np.maximum.reduceat(np.abs(last), first), axis=1)
+        rounding = (moved > 0.0) & (moved <= STILL_ROUNDINGS * np.finfo(float).eps * largest) & (turned > moved)
+        if rounding.any():
+            i = int(np.argmax(rounding))
+            raise CurveError(
+                f"curve {i} turns its rotary axes by {math.degrees(turned[i]):.6g} deg while the linear ones move by "
+                f"{moved[i]:.3g} mm, which is rounding; give its linear axes one position"
+            )
+
     def _check_joints(self) -> None:
-        ends = np.array([c.ends for c in self.curves])
+        ends = self.flat.ends(self.curves)
         ends.setflags(write=False)
         gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
         if np.any(gaps > self.tolerance):
@@ -183,45 +225,86 @@ class Path:
                 f"join them, or allow it with tolerance="
             )
         self._ends = ends
-        self.gaps = tuple(float(g) for g in gaps)
+
+    @cached_property
+    def gaps(self) -> tuple[float, ...]:
+        """How far the end of each curve is from the start of the next one, mm (rotary axes rad)."""
+        return tuple(np.linalg.norm(self._ends[1:, 0] - self._ends[:-1, 1], axis=1).tolist())
 
     # --- its length -------------------------------------------------------------------------------------------------
 
     @cached_property
     def shape(self) -> tuple[int, int, int, int]:
-        """Highest degree, axes, linear axes, and whether any curve is rational: the shape of `table`."""
-        degree = max(c.degree for c in self.curves)
-        return degree, len(self.axes), self.linear, int(any(c.rational for c in self.curves))
+        """Highest degree, axes, linear axes, and whether any curve is rational: the shape of `table`.
+
+        Minus the number of linear axes, if somewhere only rotary ones move; see `kernels.pieces`.
+        """
+        mixed = bool(self.flat.turning(self.linear).any())
+        degree, rational = int(self.flat.degrees.max()), int(self.flat.rational.max())
+        return degree, len(self.axes), -self.linear if mixed else self.linear, rational
+
+    @cached_property
+    def spans(self) -> tuple[Array, IntArray]:
+        """Knot spans, some in parts, as polynomial pieces (pieces, width), and first and last row of each curve."""
+        if self.shape[0] == 1 and not self.shape[3]:
+            return self.table, self.curve_rows  # a line is its own arc-length piece
+        if len(self.flat) == 1:
+            return self.curves[0].table[0], np.array([[0, len(self.curves[0].table[0]) - 1]])
+        table = np.empty((int(np.sum(np.diff(self.flat.point_starts) - self.flat.degrees)), pieces.width(self.shape)))
+        rows = np.empty((len(self.flat), 2), dtype=np.int64)
+        curve = filled = 0
+        while True:
+            curve, filled = pieces.fill_spans(*self.flat.for_kernels, self.shape, curve, table, filled, rows)
+            if curve == len(self.flat):
+                break
+            table = np.concatenate([table[:filled], np.empty_like(table)])
+        return _kept(table, filled), _read_only(rows)
 
     @cached_property
     def _tables(self) -> tuple[Array, IntArray, Array]:
         """All arc-length pieces (pieces, width), first and last row of each curve, and where each curve starts, mm."""
-        axes = len(self.axes)
-        tables = []
-        rows = np.empty((len(self.curves), 2), dtype=np.int64)
-        starts = np.empty(len(self.curves) + 1)
-        row = 0
-        start = lost = 0.0
-        for i, curve in enumerate(self.curves):
-            try:
-                arc = curve.arc if self.linear == axes else ArcLength(curve, self.linear)
-            except CurveError as error:
-                raise CurveError(f"curve {i} of the path: {error}") from None
-            table = _widened(arc.table, arc.shape, self.shape)
-            table[:, pieces.START] += start
-            starts[i] = start
-            tables.append(table)
-            rows[i] = row, row + len(table) - 1
-            row += len(table)
-            step = arc.length - lost  # Kahan, so that a long path keeps its last digit
-            after = start + step
-            lost = (after - start) - step
-            start = after
-        starts[-1] = start
-        whole = np.ascontiguousarray(np.concatenate(tables))
-        for array in (whole, rows, starts):
-            array.setflags(write=False)
-        return whole, rows, starts
+        flat, shape = self.flat, self.shape
+        if len(flat) == 1 and self.linear == len(self.axes):
+            arc = self._arc_of(0)
+            rows = np.array([[0, len(arc.table) - 1]])
+            return arc.table, _read_only(rows), _read_only(np.array([0.0, arc.length]))
+        counts = np.diff(flat.point_starts) - flat.degrees
+        counts = np.where((flat.degrees > 1) | (flat.rational > 0), ROWS_A_SPAN * counts, counts)
+        spans, span_rows = np.empty((0, 0)), np.empty((0, 2), dtype=np.int64)
+        if shape[0] > 1 or shape[3]:
+            spans, span_rows = self.spans
+        table = np.empty((int(np.sum(counts)), pieces.width(shape)))
+        rows, starts, state = np.empty((len(flat), 2), dtype=np.int64), np.zeros(len(flat) + 1), np.zeros(2)
+        curve = filled = 0
+        while True:
+            curve, filled = arc_kernels.fill_curves(
+                *flat.for_kernels,
+                shape[2],
+                spans,
+                span_rows,
+                shape,
+                curve,
+                MAX_ROWS,
+                table,
+                filled,
+                rows,
+                starts,
+                state,
+            )
+            if filled < 0:
+                try:
+                    self._arc_of(curve)
+                except CurveError as error:
+                    raise CurveError(f"curve {curve} of the path: {error}") from None
+            if curve == len(flat):
+                break
+            table = np.concatenate([table[:filled], np.empty((max(len(table) // 2, 4096), table.shape[1]))])
+        return _kept(table, filled), _read_only(rows), _read_only(starts)
+
+    def _arc_of(self, index: int) -> ArcLength:
+        """The arc-length table of one curve alone; CurveError for a curve without one."""
+        curve = self.curves[index]
+        return curve.arc if self.linear == len(self.axes) else ArcLength(curve, self.shape[2])
 
     @property
     def table(self) -> Array:
@@ -240,19 +323,19 @@ class Path:
 
     @cached_property
     def length(self) -> float:
-        """Arc length over the linear axes, mm."""
+        """Arc length over the linear axes, mm, and where only rotary ones move over these, degrees, in one sum."""
         return float(self.curve_starts[-1])
 
     @cached_property
     def size(self) -> float:
         """Diagonal of the bounding box of all control points over the linear axes, mm."""
-        points = np.concatenate([c.control_points[:, : self.linear] for c in self.curves])
-        return float(np.linalg.norm(np.ptp(points, axis=0)))
+        return float(np.linalg.norm(np.ptp(self.flat.points[:, : self.linear], axis=0)))
 
     @cached_property
     def closed(self) -> bool:
-        """Whether it ends where it begins, within its tolerance, over the linear axes."""
-        gap = self._ends[-1, 1, : self.linear] - self._ends[0, 0, : self.linear]
+        """Whether it ends where it begins, within its tolerance, over the linear axes, or over all if it has none."""
+        columns = slice(self.linear or None)
+        gap = self._ends[-1, 1, columns] - self._ends[0, 0, columns]
         return bool(np.linalg.norm(gap) <= max(self.tolerance, 1e-9 * self.size))
 
     # --- where it is ------------------------------------------------------------------------------------------------
@@ -268,7 +351,7 @@ class Path:
         table = self.table
         out = np.empty(flat.size)
         arc_kernels.parameters_at(table, 0, len(table) - 1, flat, out)
-        out[flat == self.length] = self.curves[-1].domain[1]  # not a rounding may keep a path from its end
+        out[flat == self.length] = self.flat.domains[-1, 1]  # not a rounding may keep a path from its end
         curve = np.clip(np.searchsorted(self.curve_starts, flat, side="right") - 1, 0, len(self.curves) - 1)
         return curve.reshape(values.shape).astype(np.int64), out.reshape(values.shape)
 
@@ -285,13 +368,21 @@ class Path:
         index, values = self._places(curve, u)
         if len(self.curves) == 1:
             return self.curves[0].derivatives(values, order, side=side)
-        out = np.empty((*values.shape, order + 1, len(self.axes)))
-        flat = out.reshape(values.size, order + 1, len(self.axes))
-        by_curve = np.argsort(index, axis=None, kind="stable")
-        which, first = np.unique(index.ravel()[by_curve], return_index=True)
-        for i, at in zip(which, np.split(by_curve, first)[1:], strict=True):
-            flat[at] = self.curves[i].derivatives(values.ravel()[at], order, side=side)
-        return out
+        if order not in (0, 1, 2, 3):
+            raise InputError(f"order is {order!r}; derivatives of order 0 to 3 are there")
+        out = np.empty((values.size, order + 1, len(self.axes)))
+        table, rows = self.spans
+        pieces.evaluate_on(table, rows, self.shape, index.ravel(), values.ravel(), order, _is_left(side), out)
+        return out.reshape(*values.shape, order + 1, len(self.axes))
+
+    def turning(self, curve: ArrayLike, u: ArrayLike, *, side: str = "right") -> BoolArray:
+        """Whether only rotary axes move, (...), at parameters u (...) of the curves `curve` (...)."""
+        index, values = self._places(curve, u)
+        out = np.zeros(values.size, dtype=bool)
+        if self.shape[2] <= 0:
+            table, rows = self.spans
+            pieces.turning_at(table, rows, self.shape, index.ravel(), values.ravel(), _is_left(side), out)
+        return out.reshape(values.shape)
 
     def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
         """Arc length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
@@ -309,80 +400,40 @@ class Path:
             raise InputError(
                 f"curve {index[missing].flat[0]} is not there; the path has curves 0 to {len(self.curves) - 1}"
             )
-        start, end = np.moveaxis(self._domains[index], -1, 0)
+        start, end = np.moveaxis(self.flat.domains[index], -1, 0)
         slack = 4.0 * np.finfo(float).eps * np.maximum(np.abs(start), np.abs(end))
         outside = ~((values >= start - slack) & (values <= end + slack))
         if np.any(outside):
             k = int(np.flatnonzero(outside)[0])
-            low, high = self.curves[int(index.flat[k])].domain
+            low, high = self.flat.domains[int(index.flat[k])]
             raise InputError(f"parameter {values.flat[k]:g} is outside the curve's domain [{low:g}, {high:g}]")
         return index, np.clip(values, start, end)
 
-    @cached_property
-    def _domains(self) -> Array:
-        """First and last parameter of each curve, (curves, 2)."""
-        return np.array([c.domain for c in self.curves])
-
     def bounding_box(self) -> tuple[Array, Array]:
         """Least and greatest coordinates (axes,), mm, rotary axes rad."""
-        boxes = [c.bounding_box() for c in self.curves]
-        return np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
+        flat = self.flat
+        low, high = self._ends.min(axis=(0, 1)), self._ends.max(axis=(0, 1))
+        lows = np.minimum.reduceat(flat.points, flat.point_starts[:-1])
+        highs = np.maximum.reduceat(flat.points, flat.point_starts[:-1])
+        # the furthest reaching ones first: then most of the others lie within the box that is there already
+        reach = np.max(np.maximum(low - lows, highs - high), axis=1)
+        for i in np.argsort(-reach):
+            if np.all(lows[i] >= low) and np.all(highs[i] <= high):
+                if reach[i] <= 0.0:
+                    break
+                continue
+            box = self.curves[int(i)].bounding_box()
+            low, high = np.minimum(low, box[0]), np.maximum(high, box[1])
+        return low, high
 
     @cached_property
-    def corners(self) -> tuple[Corner, ...]:
-        """Points inside the path where tangent or curvature jumps, in order of s; a cusp is one of pi."""
-        found: list[Corner] = []
-        for i, curve in enumerate(self.curves):
-            inner = curve.breaks[1:-1]
-            if inner.size:
-                left, right = (self._turn(curve, inner, side) for side in ("left", "right"))
-                times = np.searchsorted(curve.knots, inner, "right") - np.searchsorted(curve.knots, inner, "left")
-                rough = (times >= curve.degree - 1) | np.isnan(left[1][:, 0]) | np.isnan(right[1][:, 0])
-                found += self._jumps(i, inner, left, right, rough)
-            if curve.degree > 1:
-                grid = self.table[self.curve_rows[i, 0] : self.curve_rows[i, 1] + 1]
-                at = cusps(curve, np.append(grid[:, pieces.LOW], grid[-1, pieces.HIGH]), self.linear)
-                found += [
-                    Corner(float(s), i, float(u), float(np.pi), float("inf"))
-                    for s, u in zip(self.arc_length(np.full(len(at), i), at), at, strict=True)
-                ]
-                found.sort(key=lambda corner: (corner.curve, corner.u))
-            if i < len(self.curves) - 1:
-                after = self.curves[i + 1]
-                end, start = np.array([curve.domain[1]]), np.array([after.domain[0]])
-                left, right = self._turn(curve, end, "left"), self._turn(after, start, "right")
-                found += self._jumps(i, end, left, right, np.array([True]))
-        # a point that is given twice, or a span that stands still, is one corner and not two
-        apart = [k for k in range(len(found)) if k == 0 or found[k].s - found[k - 1].s > SAME_PLACE * self.length]
-        return tuple(found[k] for k in apart)
+    def corners(self) -> Corners:
+        """Points inside the path where the tangent of all axes or the curvature jumps, in order of s; a cusp is one.
 
-    def _turn(self, curve: NurbsCurve, u: Array, side: str) -> tuple[Array, Array]:
-        """Unit tangents and curvature vectors (n, linear) of a curve at u (n,); no numbers (NaN) where C' = 0."""
-        first, second = np.moveaxis(curve.derivatives(u, 2, side=side)[:, 1:, : self.linear], 1, 0)
-        square = np.sum(first * first, axis=1, keepdims=True)
-        still = np.sqrt(square) <= STILL * curve.size / (curve.domain[1] - curve.domain[0])
-        safe = np.where(still, 1.0, square)
-        bends = (second - np.sum(first * second, axis=1, keepdims=True) / safe * first) / safe
-        tangents = unit_tangents(curve, u, self.linear, side) if np.any(still) else first / np.sqrt(safe)
-        return tangents, np.where(still, np.nan, bends)
-
-    def _jumps(
-        self, index: int, u: Array, left: tuple[Array, Array], right: tuple[Array, Array], rough: BoolArray
-    ) -> list[Corner]:
-        """Corners among the points u (n,) of curve `index`, where `rough`, with what `_turn` says of both sides."""
-        (tangent, bend), (next_tangent, next_bend) = left, right
-        # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
-        angle = 2.0 * np.arctan2(
-            np.linalg.norm(next_tangent - tangent, axis=1), np.linalg.norm(next_tangent + tangent, axis=1)
-        )
-        jump = np.linalg.norm(next_bend - bend, axis=1)
-        floor = CURVATURE_JUMP * (1.0 / self.size + np.linalg.norm(bend, axis=1) + np.linalg.norm(next_bend, axis=1))
-        corner = rough & ((angle > CORNER_ANGLE) | (jump > floor))
-        s = self.arc_length(np.full(len(u), index), u)
-        jump = np.where(np.isnan(jump), np.inf, jump)
-        return [
-            Corner(float(s[k]), index, float(u[k]), float(angle[k]), float(jump[k])) for k in np.flatnonzero(corner)
-        ]
+        The tangent of all axes says how far each of them moves for 1 mm of s, rotary ones in degrees: between a move
+        of rotary axes alone and another one it turns.
+        """
+        return find_corners(self)
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
@@ -390,7 +441,7 @@ class Path:
 
         Corners of the tangent, and markers that ask for rest.
         """
-        corners = {c.s for c in self.corners if c.stop}
+        corners = set(self.corners.s[self.corners.stop].tolist())
         markers = {float(self.curve_starts[marker.before]) for marker in self.markers if marker.stop}
         return tuple(sorted(s for s in corners | markers if 0.0 < s < self.length))
 
@@ -406,21 +457,23 @@ class Path:
 
     def minimum_radius(self) -> float:
         """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
-        degree, _, linear, rational = self.shape
-        if degree == 1 and not rational:
-            return float("inf")
+        flat, fractions = self.flat, np.linspace(0.0, 1.0, 33)
+        owner = np.repeat(np.arange(len(flat)), np.diff(self.curve_rows)[:, 0] + 1)
+        curved = np.flatnonzero(((flat.degrees > 1) | (flat.rational > 0))[owner])
         top = 0.0
-        for i, curve in enumerate(self.curves):
-            rows = self.table[self.curve_rows[i, 0] : self.curve_rows[i, 1] + 1]
-            fractions = np.linspace(0.0, 1.0, 33)
-            u = rows[:, pieces.LOW, None] + fractions * (rows[:, pieces.HIGH] - rows[:, pieces.LOW])[:, None]
-            kappa = curvatures(curve.derivatives(u.ravel(), 2), linear)
-            finite = kappa[np.isfinite(kappa)]
-            top = max(top, float(finite.max())) if finite.size else top
+        for first in range(0, len(curved), BLOCK):
+            at = curved[first : first + BLOCK]
+            low, high = self.table[at, pieces.LOW, None], self.table[at, pieces.HIGH, None]
+            u = np.minimum(low + fractions * (high - low), high)
+            kappa = curvatures(self.evaluate(owner[at, None], u, 2), self.linear)
+            kappa = kappa[np.isfinite(kappa)]
+            top = max(top, float(kappa.max())) if kappa.size else top
         return 1.0 / top if top > 0.0 else float("inf")
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
         """The affine image of every curve; see `NurbsCurve.transformed`."""
+        if isinstance(self.curves, Lines):
+            return Path(Lines(moved_points(self.curves.points, matrix, offset)), self.axes, **self._said())
         return Path([c.transformed(matrix, offset) for c in self.curves], self.axes, **self._said())
 
     def reversed(self) -> Path:
@@ -431,24 +484,26 @@ class Path:
             "tolerances": None if self.tolerances is None else self.tolerances[::-1],
             "markers": [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)],
         }
-        curves = [c.reversed() for c in reversed(self.curves)]
+        curves: Iterable[NurbsCurve] = [c.reversed() for c in reversed(self.curves)]
+        if isinstance(self.curves, Lines):
+            curves = Lines(self.curves.points[::-1])
         return Path(curves, self.axes, **{**self._said(), **turned}, tolerance=self.tolerance)
 
     def __repr__(self) -> str:
         return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"
 
 
-def _widened(table: Array, shape: tuple[int, int, int, int], wanted: tuple[int, int, int, int]) -> Array:
-    """A copy of `table` in a shape of the same axes, of a degree at least as high and at least as rational."""
-    if shape == wanted:
-        return table.copy()
-    out = np.zeros((len(table), pieces.width(wanted)))
-    axes = shape[1]
-    first = pieces.ORIGIN + axes
-    out[:, :first] = table[:, :first]
-    given = table[:, first:].reshape(len(table), axes + shape[3], shape[0] + 1)
-    room = out[:, first:].reshape(len(table), axes + wanted[3], wanted[0] + 1)
-    room[:, : axes + shape[3], : shape[0] + 1] = given
-    if wanted[3] and not shape[3]:
-        room[:, axes, 0] = 1.0
-    return out
+def _is_left(side: str) -> bool:
+    if side not in ("right", "left"):
+        raise InputError(f"side is {side!r}; choose 'right' or 'left'")
+    return side == "left"
+
+
+def _read_only(array: Any) -> Any:
+    array.setflags(write=False)
+    return array
+
+
+def _kept(table: Array, rows: int) -> Array:
+    """The first rows of a table, read-only, without the room behind them."""
+    return frozen_array(table[:rows], "table", 2) if rows < len(table) else _read_only(table)

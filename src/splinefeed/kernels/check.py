@@ -10,7 +10,21 @@ from splinefeed.kernels.arc_length import arc_length, parameter_in_row
 from splinefeed.kernels.contour import DISTANCE, PLACE, ROW, STACK, WHOLE, nearest_in_window, search_row
 from splinefeed.kernels.jit import kernel
 from splinefeed.kernels.measure import _from_chord, _within_row
-from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape, derivatives, find_row, point, speed
+from splinefeed.kernels.pieces import (
+    DEGREES,
+    HIGH,
+    LOW,
+    MIDDLE,
+    SCALE,
+    START,
+    Shape,
+    derivatives,
+    find_row,
+    measured,
+    point,
+    speed,
+    turns,
+)
 from splinefeed.records import Array, IntArray
 
 #: Columns of what `locate` finds: parameter, arc length mm, distance over the linear axes mm, largest deviation of a
@@ -24,6 +38,10 @@ CHORD_STEPS = 30
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 #: What is sampled below this share of the largest so far is not looked at more closely.
 WORTH_A_LOOK = 0.9
+
+#: Rows that turn, either way, which are searched for a position that its linear axes do not place, and Newton steps.
+TURNING_ROWS = 64
+TURNING_STEPS = 10
 
 #: What `law_extremes` keeps the largest value of (SHARE is the feed as a share of its limit there); velocity,
 #: acceleration and jerk of each axis stand behind these.
@@ -50,6 +68,60 @@ def _apart(at: Array, position: Array, linear: int) -> tuple[float, float]:
 
 
 @kernel
+def _apart_squared(
+    table: Array, row: int, shape: Shape, t: float, position: Array, work: Array
+) -> tuple[float, float, float]:
+    """|C - Q|^2 / 2 over all axes, 1 degree as 1 mm, with its first and second derivative by u, at t of one row."""
+    derivatives(table, row, shape, t, 2, work)
+    square = 0.0
+    slope = 0.0
+    bend = 0.0
+    for a in range(shape[1]):
+        unit = 1.0 if a < abs(shape[2]) else DEGREES
+        apart = unit * (work[0, a] - position[a])
+        square += 0.5 * apart * apart
+        slope += apart * unit * work[1, a]
+        bend += unit * unit * work[1, a] * work[1, a] + apart * unit * work[2, a]
+    return square, slope, bend
+
+
+@kernel
+def _turned_to(
+    table: Array, shape: Shape, row: int, t: float, hint: float, position: Array, work: Array
+) -> tuple[int, float]:
+    """Row and t of the better of a place and the nearest one, over all axes, beside it or beside the hint.
+
+    hint  arc length, mm. Looked at are rows on which no linear axis moves, for there a position over the linear axes
+    says nothing, as far as they follow each other, and the row before and behind them.
+    """
+    last_row = table.shape[0] - 1
+    best, _, _ = _apart_squared(table, row, shape, t, position, work)
+    found = row
+    place = t
+    for begin in (row, find_row(table, 0, last_row, START, hint)):
+        for way in (-1, 1):
+            each = begin if way > 0 else begin - 1
+            for _ in range(TURNING_ROWS):
+                if each < 0 or each > last_row:
+                    break
+                for k in range(CHORD_INTERVALS + 1):
+                    t = 2.0 * k / CHORD_INTERVALS - 1.0
+                    for _ in range(TURNING_STEPS):
+                        square, slope, bend = _apart_squared(table, each, shape, t, position, work)
+                        if square < best:
+                            best = square
+                            found = each
+                            place = t
+                        if not bend > 0.0:
+                            break
+                        t = min(max(t - slope / bend * table[each, SCALE], -1.0), 1.0)
+                if each != begin and not turns(table, each, shape):
+                    break
+                each += way
+    return found, place
+
+
+@kernel
 def locate(
     table: Array,
     curve_rows: IntArray,
@@ -72,7 +144,7 @@ def locate(
     state (3,): expected arc length, last one, row; carried on.
     """
     axes = shape[1]
-    linear = shape[2]
+    linear = abs(shape[2])
     last_row = table.shape[0] - 1
     length = arc_length(table, last_row, 1.0)
     at = np.empty(axes)
@@ -80,6 +152,7 @@ def locate(
     hint = np.empty(1)
     result = np.empty((1, 3))
     stack = np.empty((STACK, 2))
+    work = np.empty((3, axes))
     row = int(state[2])
     along = 0.0
     for i in range(u.shape[0]):
@@ -121,6 +194,11 @@ def locate(
             value = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])
             point(table, row, shape, t, at)
             distance, turned = _apart(at, position[i], linear)
+            if shape[2] <= 0 and not (distance <= allowed and turned <= allowed):
+                row, t = _turned_to(table, shape, row, t, hint[0], position[i], work)
+                value = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])
+                point(table, row, shape, t, at)
+                distance, turned = _apart(at, position[i], linear)
         s = arc_length(table, row, t)
         rows[i] = row
         found[i, U] = value
@@ -228,17 +306,17 @@ def chords(table: Array, shape: Shape, rows: IntArray, u: Array, position: Array
 
 @kernel
 def _curvature(table: Array, row: int, shape: Shape, u: float, work: Array) -> float:
-    """Curvature over the linear axes at u of one row, 1/mm, infinite where C' = 0; work (4, axes)."""
+    """Curvature over the linear axes at u of one row, 1/mm, infinite where C' = 0 in motion; work (4, axes)."""
     derivatives(table, row, shape, (u - table[row, MIDDLE]) * table[row, SCALE], 2, work)
     square = 0.0
     product = 0.0
-    for a in range(shape[2]):
+    for a in range(abs(shape[2])):
         square += work[1, a] * work[1, a]
         product += work[1, a] * work[2, a]
     if square == 0.0:
-        return math.inf
+        return 0.0 if shape[2] <= 0 and turns(table, row, shape) else math.inf
     across = 0.0
-    for a in range(shape[2]):
+    for a in range(abs(shape[2])):
         across += (work[2, a] - product / square * work[1, a]) ** 2
     return math.sqrt(across) / square
 
@@ -294,7 +372,7 @@ def _motion(
     rule: u_s = 1/c, u_ss = -(C'.C'')/c^4, u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5, c = |C'|.
     """
     axes = shape[1]
-    linear = shape[2]
+    begin, end = measured(table, row, shape)
     whole = arc_length(table, row, 1.0) - table[row, START]
     ahead = min(max(s - table[row, START], 0.0), whole)
     guess = 2.0 * ahead / whole - 1.0 if whole > 0.0 else 0.0
@@ -310,10 +388,15 @@ def _motion(
     square = 0.0
     product = 0.0
     third = 0.0
-    for k in range(linear):
+    for k in range(begin, end):
         square += work[1, k] * work[1, k]
         product += work[1, k] * work[2, k]
         third += work[2, k] * work[2, k] + work[1, k] * work[3, k]
+    turning = shape[2] <= 0 and end == axes
+    if turning:
+        square *= DEGREES * DEGREES
+        product *= DEGREES * DEGREES
+        third *= DEGREES * DEGREES
     c = math.sqrt(square)
     us = 1.0 / c
     uss = -product / (square * square)
@@ -324,7 +407,7 @@ def _motion(
         r1 = work[1, k] * us
         r2 = work[2, k] * us * us + work[1, k] * uss
         r3 = work[3, k] * us * us * us + 3.0 * work[2, k] * us * uss + work[1, k] * usss
-        if k < linear:
+        if k < end and not turning:
             bend += r2 * r2
         out[AXES + k] = abs(r1 * v)
         out[AXES + axes + k] = abs(r2 * v * v + r1 * a)

@@ -22,7 +22,7 @@ import numpy as np
 from splinefeed.kernels.arc_length import arc_length, parameter_in_row
 from splinefeed.kernels.jit import kernel
 from splinefeed.kernels.nearest import squared_distance
-from splinefeed.kernels.pieces import SCALE, START, Shape, derivatives, find_row
+from splinefeed.kernels.pieces import SCALE, START, Shape, derivatives, find_row, turns
 from splinefeed.records import Array
 
 #: Chebyshev-Lobatto points at which the derivatives of a row are looked at.
@@ -72,7 +72,7 @@ def fill_bounds(table: Array, shape: Shape, bounds: Array) -> None:
 
     On a row |C(t) - chord(t)| <= (1 - t^2) max|C''| / 2: the box of its ends, wider by that, holds the row.
     """
-    linear = shape[2]
+    linear = abs(shape[2])
     at = np.empty((4, shape[1]))
     for row in range(table.shape[0]):
         scale = table[row, SCALE]
@@ -165,7 +165,7 @@ def search_row(
 
     tolerance  mm: what cannot be nearer than the best by more than this is left alone. stack (STACK, 2) is room.
     """
-    linear = shape[2]
+    linear = abs(shape[2])
     v = bounds[row, 2 * linear]
     a = bounds[row, 2 * linear + 1]
     b = bounds[row, 2 * linear + 2]
@@ -238,7 +238,7 @@ def _search_stretch(
     search_row(table, first, shape, bounds, q, low, 1.0, tolerance, best, stack)
     search_row(table, last, shape, bounds, q, -1.0, high, tolerance, best, stack)
     for row in range(first + 1, last):
-        if _box_distance(bounds[row], shape[2], q) < best[DISTANCE]:
+        if _box_distance(bounds[row], abs(shape[2]), q) < best[DISTANCE]:
             search_row(table, row, shape, bounds, q, -1.0, 1.0, tolerance, best, stack)
 
 
@@ -252,6 +252,26 @@ def _offset(s: float, hint: float, length: float, closed: bool) -> float:
         elif offset < -0.5 * length:
             offset += length
     return offset
+
+
+@kernel
+def _reach(table: Array, shape: Shape, hint: float, half: float, way: int) -> float:
+    """How far from arc length `hint` the window reaches, mm, one way: `half`, not counting rows that only turn."""
+    if shape[2] > 0:
+        return half
+    last_row = table.shape[0] - 1
+    row = find_row(table, 0, last_row, START, hint)
+    s = hint
+    left = half
+    while 0 <= row <= last_row:
+        end = table[row, START] if way < 0 else arc_length(table, row, 1.0)
+        if not turns(table, row, shape):
+            if abs(end - s) >= left:
+                break
+            left -= abs(end - s)
+        s = end
+        row += way
+    return abs(s - hint) + left
 
 
 @kernel
@@ -270,7 +290,8 @@ def nearest_in_window(
 
     The window is [s_hint - h, s_hint + h] with h = max(window, REACH |position - r(s_hint)|), doubled until its
     nearest point is not one of its own ends, unless that is an end of the path; on a closed path it runs over the seam.
-    Where it has grown to the whole path, the search is left to others: ROW is WHOLE.
+    Where it has grown to the whole path, the search is left to others: ROW is WHOLE. Stretches on which only rotary
+    axes move are points and do not count for h.
     """
     stack = np.empty((STACK, 2))
     best = np.empty(3)
@@ -291,7 +312,9 @@ def nearest_in_window(
         for _ in range(MOST_DOUBLINGS):
             if best[DISTANCE] == 0.0:
                 break
-            if (closed and 2.0 * half >= length) or (not closed and half >= max(hint, length - hint)):
+            back = _reach(table, shape, hint, half, -1)
+            forth = _reach(table, shape, hint, half, 1)
+            if (closed and back + forth >= length) or (not closed and back >= hint and forth >= length - hint):
                 best[ROW] = WHOLE
                 break
             settled = False
@@ -299,17 +322,17 @@ def nearest_in_window(
             for exact in (False, True):
                 for k in range(3):
                     best[k] = at_hint[k]
-                start = max(hint - half, 0.0)
-                end = min(hint + half, length)
+                start = max(hint - back, 0.0)
+                end = min(hint + forth, length)
                 _search_stretch(table, shape, bounds, start, end, exact, q, tolerance, best, stack)
-                if closed and hint - half < 0.0:
-                    start = hint - half + length
+                if closed and hint - back < 0.0:
+                    start = hint - back + length
                     _search_stretch(table, shape, bounds, start, length, exact, q, tolerance, best, stack)
-                elif closed and hint + half > length:
-                    end = hint + half - length
+                elif closed and hint + forth > length:
+                    end = hint + forth - length
                     _search_stretch(table, shape, bounds, 0.0, end, exact, q, tolerance, best, stack)
                 s = arc_length(table, int(best[ROW]), best[PLACE])
-                inside = abs(_offset(s, hint, length, closed)) < half * (1.0 - ON_EDGE)
+                inside = -back * (1.0 - ON_EDGE) < _offset(s, hint, length, closed) < forth * (1.0 - ON_EDGE)
                 at_end = not closed and (s <= ON_EDGE * half or s >= length - ON_EDGE * half)
                 if inside or (at_end and exact):
                     settled = True

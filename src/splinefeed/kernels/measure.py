@@ -95,10 +95,29 @@ def travelled(table: Array, shape: Shape, start: float, end: float) -> float:
 
 
 @kernel
-def travelled_each(table: Array, shape: Shape, u: Array, out: Array) -> None:
-    """Arc length from u[i] to u[i + 1] on one curve, mm, into out (n - 1,); see `travelled`."""
+def travelled_each(
+    table: Array, curve_rows: IntArray, shape: Shape, curve_starts: Array, curve: IntArray, u: Array, out: Array
+) -> None:
+    """Arc length from each setpoint to the next along a path, mm, negative if backwards, into out (n - 1,).
+
+    See `travelled`; table, curve_rows (curves, 2): knot spans of all curves; curve (n,), u (n,). Whole curves between
+    two setpoints count as long as curve_starts (curves + 1,) says.
+    """
     for i in range(u.shape[0] - 1):
-        out[i] = travelled(table, shape, u[i], u[i + 1])
+        sign = 1.0 if curve[i] <= curve[i + 1] else -1.0
+        k = i if sign > 0.0 else i + 1
+        before = curve[k]
+        start = u[k]
+        k = 2 * i + 1 - k
+        after = curve[k]
+        rows = table[curve_rows[before, 0] : curve_rows[before, 1] + 1]
+        if after == before:
+            out[i] = travelled(rows, shape, start, u[k])
+            continue
+        total = travelled(rows, shape, start, rows[rows.shape[0] - 1, HIGH])
+        total += curve_starts[after] - curve_starts[before + 1]
+        rows = table[curve_rows[after, 0] : curve_rows[after, 1] + 1]
+        out[i] = sign * (total + travelled(rows, shape, rows[0, LOW], u[k]))
 
 
 @kernel
@@ -115,12 +134,12 @@ def _from_chord(
     _point_at(table, first, last, shape, u, at)
     square = 0.0
     along = 0.0
-    for a in range(shape[2]):
+    for a in range(abs(shape[2])):
         square += (end[a] - start[a]) ** 2
         along += (at[a] - start[a]) * (end[a] - start[a])
     nearest = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
     total = 0.0
-    for a in range(shape[2]):
+    for a in range(abs(shape[2])):
         total += (at[a] - start[a] - nearest * (end[a] - start[a])) ** 2
     return math.sqrt(total)
 

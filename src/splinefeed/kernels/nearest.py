@@ -10,7 +10,8 @@ Row of the cells (cells, 6 + 2 linear):
     ENDS + a             first end, one per linear axis, then the last end
 
 Boxes (2 leaves, 2 linear) are a binary heap: node i holds nodes 2 i and 2 i + 1, node leaves + i holds cell i; least
-coordinates, then greatest. Only the first `linear` axes of the shape count for distances.
+coordinates, then greatest. Only the linear axes of the shape count for distances; a row on which none of them moves is
+one cell, a point.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 
 from splinefeed.kernels.arc_length import SLOW_PLACES, SMALL_STEP, arc_length, slow_places
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, ORIGIN, SCALE, Shape, derivatives, point
+from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, ORIGIN, SCALE, Shape, derivatives, point, turns
 from splinefeed.records import Array, IntArray
 
 ROW, T_LOW, T_HIGH, REACH, SPEED, BEND, ENDS = 0, 1, 2, 3, 4, 5, 6
@@ -51,7 +52,7 @@ def squared_distance(table: Array, row: int, shape: Shape, t: float, query: Arra
 
     C - Q is taken as (origin - Q) + A / w, so that a part far from zero loses nothing.
     """
-    degree, axes, linear, rational = shape
+    degree, axes, _, rational = shape
     base = ORIGIN + axes
     inverse = 1.0
     w1 = 0.0
@@ -68,7 +69,7 @@ def squared_distance(table: Array, row: int, shape: Shape, t: float, query: Arra
     slope = 0.0
     along = 0.0
     velocity = 0.0
-    for a in range(linear):
+    for a in range(abs(shape[2])):
         at = base + a * (degree + 1)
         c0 = table[row, at + degree]
         c1 = 0.0
@@ -96,7 +97,7 @@ def speed_and_bend(
 
     Curvature peaks where the curve is slow, and is infinite where C' = 0; slow (slow_count,) in t, work (3, axes).
     """
-    linear = shape[2]
+    linear = abs(shape[2])
     speed = 0.0
     bend = 0.0
     for i in range(SAMPLES + slow_count):
@@ -128,7 +129,7 @@ def make_cells(table: Array, shape: Shape, cells: Array) -> int:
     All points of an arc of length l between two ends c apart lie in the ellipsoid with the ends as foci, and so no
     further than sqrt(l^2 - c^2) / 2 from the chord. If `cells` has too few rows it is filled as far as it goes.
     """
-    linear = shape[2]
+    linear = abs(shape[2])
     count = 0
     work = np.empty((3, shape[1]))
     first = np.empty(shape[1])
@@ -148,8 +149,12 @@ def make_cells(table: Array, shape: Shape, cells: Array) -> int:
             waiting -= 1
             low = low_of[waiting]
             high = high_of[waiting]
-            length = arc_length(table, row, high) - arc_length(table, row, low)
-            speed, bend = speed_and_bend(table, row, shape, low, high, slow, slow_count, work)
+            length = 0.0
+            speed = 0.0
+            bend = 0.0
+            if shape[2] > 0 or not turns(table, row, shape):
+                length = arc_length(table, row, high) - arc_length(table, row, low)
+                speed, bend = speed_and_bend(table, row, shape, low, high, slow, slow_count, work)
             if bend * length > CELL_TURN and length > NO_LENGTH * total and high - low > 1.5 * shortest:
                 # the second half waits below the first, so that cells come out in order
                 low_of[waiting] = 0.5 * (low + high)
@@ -398,7 +403,7 @@ def nearest_points(
 
     The place of the last answer is looked at first, so that queries in order along the curve find a bound at once.
     """
-    linear = shape[2]
+    linear = abs(shape[2])
     leaves = boxes.shape[0] // 2
     low_of = np.empty(MAX_BISECTIONS + 2)
     high_of = np.empty(MAX_BISECTIONS + 2)

@@ -10,8 +10,11 @@ Row of a table (pieces, width), with `shape = (degree, axes, linear, rational)`:
     then per column  (axes, and the weight if rational) degree + 1 coefficients of t^k
 
 The curve is origin + A(t) / w(t). Taken about a near point and a middle parameter, the power basis loses no digits
-that matter up to degree 12, and Horner's rule on it is the fastest evaluation there is. The first `linear` axes make
-the arc length; those behind them are rotary.
+that matter up to degree 12, and Horner's rule on it is the fastest evaluation there is.
+
+The first `linear` axes make the arc length; those behind them are rotary. On a row over which no linear axis moves the
+rotary ones make it, 1 degree counting as 1 mm. A table that has such rows says so by `linear` <= 0: minus the number of
+linear axes. So a table without them, as almost all are, pays nothing for it.
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ import numpy as np
 
 from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.kernels.nurbs import power_form
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 LOW, HIGH, MIDDLE, SCALE, START, ARC = 0, 1, 2, 3, 4, 5
 ARC_TERMS = 11
@@ -33,7 +36,10 @@ MOST_ROUNDINGS = 128.0
 #: ... unless it covers no more than this share of its knot span: weights that differ by many decades.
 LEAST_SHARE = 2.0**-20
 
-#: (degree, axes, linear axes, 1 if rational else 0)
+#: Length of a row on which only rotary axes move, for each rad: degrees.
+DEGREES = 180.0 / math.pi
+
+#: (degree, axes, linear axes or minus their number, 1 if rational else 0)
 Shape = tuple[int, int, int, int]
 
 
@@ -41,6 +47,27 @@ def width(shape: Shape) -> int:
     """Number of columns of a table."""
     degree, axes, _, rational = shape
     return ORIGIN + axes + (degree + 1) * (axes + rational)
+
+
+@kernel
+def turns(table: Array, row: int, shape: Shape) -> bool:
+    """Whether no linear axis moves on one row. There A is 0 exactly: it is taken about one of its own points."""
+    degree, axes, linear, _ = shape
+    for a in range(abs(linear)):
+        at = ORIGIN + axes + a * (degree + 1)
+        for k in range(degree + 1):
+            if table[row, at + k] != 0.0:
+                return False
+    return True
+
+
+@kernel
+def measured(table: Array, row: int, shape: Shape) -> tuple[int, int]:
+    """First axis that makes the arc length of one row, and the one behind the last: behind all axes if it turns."""
+    linear = abs(shape[2])
+    if shape[2] <= 0 and turns(table, row, shape):
+        return linear, shape[1]
+    return 0, linear
 
 
 @kernel
@@ -124,7 +151,7 @@ def point(table: Array, row: int, shape: Shape, t: float, out: Array) -> None:
 
 @hot_kernel
 def speed(table: Array, row: int, shape: Shape, t: float) -> float:
-    """|C'(u)| over the linear axes at t of one row, mm per unit of u: C' = (A' - w' A / w) / w."""
+    """|C'(u)| over the measured axes at t of one row, mm per unit of u: C' = (A' - w' A / w) / w."""
     degree, axes, linear, rational = shape
     base = ORIGIN + axes
     inverse = 1.0
@@ -138,8 +165,12 @@ def speed(table: Array, row: int, shape: Shape, t: float) -> float:
             weight = weight * t + table[row, at + k]
         inverse = 1.0 / weight
         ratio = slope * inverse
+    begin = 0
+    end = linear
+    if linear <= 0:
+        begin, end = measured(table, row, shape)
     total = 0.0
-    for a in range(linear):
+    for a in range(begin, end):
         at = base + a * (degree + 1)
         value = table[row, at + degree]
         slope = 0.0
@@ -148,12 +179,14 @@ def speed(table: Array, row: int, shape: Shape, t: float) -> float:
             value = value * t + table[row, at + k]
         slope = (slope - ratio * value) * inverse
         total += slope * slope
+    if linear <= 0 and end == axes:
+        total *= DEGREES * DEGREES
     return math.sqrt(total) * table[row, SCALE]
 
 
 @hot_kernel
 def first_two(table: Array, row: int, shape: Shape, t: float) -> tuple[float, float]:
-    """C'.C' and C'.C'' over the linear axes at t of one row: what the second Taylor term of eq. (3) needs."""
+    """C'.C' and C'.C'' over the measured axes at t of one row: what the second Taylor term of eq. (3) needs."""
     degree, axes, linear, rational = shape
     base = ORIGIN + axes
     scale = table[row, SCALE]
@@ -168,9 +201,13 @@ def first_two(table: Array, row: int, shape: Shape, t: float) -> tuple[float, fl
             w1 = w1 * t + w0
             w0 = w0 * t + table[row, at + k]
         inverse = 1.0 / w0
+    begin = 0
+    end = linear
+    if linear <= 0:
+        begin, end = measured(table, row, shape)
     square = 0.0
     product = 0.0
-    for a in range(linear):
+    for a in range(begin, end):
         at = base + a * (degree + 1)
         c0 = table[row, at + degree]
         c1 = 0.0
@@ -184,6 +221,9 @@ def first_two(table: Array, row: int, shape: Shape, t: float) -> tuple[float, fl
         c2 = 2.0 * (c2 - w1 * c1 - w2 * c0) * inverse
         square += c1 * c1
         product += c1 * c2
+    if linear <= 0 and end == axes:
+        square *= DEGREES * DEGREES
+        product *= DEGREES * DEGREES
     return square * scale * scale, product * scale * scale * scale
 
 
@@ -256,6 +296,33 @@ def evaluate(table: Array, first: int, last: int, shape: Shape, u: Array, order:
 
 
 @kernel
+def evaluate_on(
+    table: Array, rows: IntArray, shape: Shape, curve: IntArray, u: Array, order: int, left: bool, out: Array
+) -> None:
+    """`evaluate` at u (n,) of the curves `curve` (n,), whose first and last rows are in rows (curves, 2)."""
+    row = 0
+    for i in range(u.shape[0]):
+        value = u[i]
+        first = rows[curve[i], 0]
+        last = rows[curve[i], 1]
+        if row < first or row > last or value < table[row, LOW] or value >= table[row, HIGH]:
+            row = find_row(table, first, last, LOW, value)
+        at = row - 1 if left and row > first and value == table[row, LOW] else row
+        derivatives(table, at, shape, (value - table[at, MIDDLE]) * table[at, SCALE], order, out[i])
+
+
+@kernel
+def turning_at(
+    table: Array, rows: IntArray, shape: Shape, curve: IntArray, u: Array, left: bool, out: BoolArray
+) -> None:
+    """Whether the row at u (n,) of the curves `curve` (n,) turns, into out (n,); sides as in `evaluate_on`."""
+    for i in range(u.shape[0]):
+        first = rows[curve[i], 0]
+        row = find_row(table, first, rows[curve[i], 1], LOW, u[i])
+        out[i] = turns(table, row - 1 if left and row > first and u[i] == table[row, LOW] else row, shape)
+
+
+@kernel
 def keeps_digits(row: Array, shape: Shape, share: float) -> bool:
     """Whether the power form of a row that covers `share` of its knot span gives points as good as their rounding.
 
@@ -283,16 +350,32 @@ def keeps_digits(row: Array, shape: Shape, share: float) -> bool:
 
 
 @kernel
-def fill_rows(table: Array, knots: Array, points: Array, weights: Array, spans: IntArray, shape: Shape) -> int:
-    """Bisect the knot spans until every row keeps its digits; fill `table` (rows, width), return the rows needed.
+def widen(source: Array, shape: Shape, table: Array, row: int, wide: Shape) -> None:
+    """Copy one row in `shape` to a row of a table in `wide`, of a degree as high or higher and rational or more so."""
+    degree, axes, _, rational = shape
+    for c in range(ORIGIN + axes):
+        table[row, c] = source[c]
+    for a in range(axes + wide[3]):
+        at = ORIGIN + axes + a * (wide[0] + 1)
+        for k in range(wide[0] + 1):
+            table[row, at + k] = 0.0
+        if a < axes + rational:
+            for k in range(degree + 1):
+                table[row, at + k] = source[ORIGIN + axes + a * (degree + 1) + k]
+        else:
+            table[row, at] = 1.0
 
-    spans (m,) are the indices of the spans that are not empty. If `table` has too few rows it is filled as far as it
-    goes, and the number that would do is returned.
+
+@kernel
+def fill_rows(table: Array, filled: int, knots: Array, points: Array, weights: Array, shape: Shape, wide: Shape) -> int:
+    """Bisect the knot spans of a curve until every row keeps its digits; fill `table`, return the rows that it needs.
+
+    points (n, axes), weights (n,) or none. The first `filled` rows of the table are there and count; it is in the shape
+    `wide`, of the same axes. If it has too few rows it is filled as far as it goes.
     """
-    rows = 0
-    scratch = np.zeros(table.shape[1])
-    for j in range(spans.shape[0]):
-        span = spans[j]
+    one = np.zeros((1, table.shape[1]))
+    scratch = one[0]
+    for span in range(shape[0], points.shape[0]):
         width = knots[span + 1] - knots[span]
         low = knots[span]
         high = knots[span + 1]
@@ -303,10 +386,50 @@ def fill_rows(table: Array, knots: Array, points: Array, weights: Array, spans: 
             if low < middle < high and not keeps_digits(scratch, shape, (high - low) / width):
                 high = middle
                 continue
-            if rows < table.shape[0]:
-                for c in range(table.shape[1]):  # table[rows] = scratch is slow to compile
-                    table[rows, c] = scratch[c]
-            rows += 1
+            if filled < table.shape[0]:
+                widen(scratch, shape, table, filled, wide)
+            filled += 1
             low = high
             high = knots[span + 1]
-    return rows
+    return filled
+
+
+@kernel
+def fill_spans(
+    degrees: IntArray,
+    rational: IntArray,
+    knot_starts: IntArray,
+    knots: Array,
+    point_starts: IntArray,
+    points: Array,
+    weights: Array,
+    wide: Shape,
+    first: int,
+    table: Array,
+    filled: int,
+    rows: IntArray,
+) -> tuple[int, int]:
+    """`fill_rows` of many curves, from curve `first` on.
+
+    degrees, rational (n,); knots, points (m, axes) and weights (m,) of all curves in a row, those of curve i from
+    knot_starts[i] and point_starts[i] on. First and last row of each curve go into rows (n, 2). Returns the first curve
+    for which there was no room any more, or n, and the rows filled.
+    """
+    axes = points.shape[1]
+    for i in range(first, degrees.shape[0]):
+        own = slice(point_starts[i], point_starts[i + 1] if rational[i] else point_starts[i])
+        after = fill_rows(
+            table,
+            filled,
+            knots[knot_starts[i] : knot_starts[i + 1]],
+            points[point_starts[i] : point_starts[i + 1]],
+            weights[own],
+            (degrees[i], axes, axes, rational[i]),
+            wide,
+        )
+        if after > table.shape[0]:
+            return i, filled
+        rows[i, 0] = filled
+        rows[i, 1] = after - 1
+        filled = after
+    return degrees.shape[0], filled

@@ -36,7 +36,7 @@ def path_figure(path: Path, points: Setpoints) -> Figure:
         place = points.position[:, : min(path.linear, 3)]
         duration, top = float(points.t[-1]), float(np.max(points.feed))
         title = f"{theme.words(path.name)}: {short(path.length)} mm in {short(duration)} s, top feed {short(top)} mm/s"
-        if place.shape[1] == 1:
+        if place.shape[1] <= 1:
             return _over_time(path, points, title)
         elif place.shape[1] == 3 and np.ptp(place[:, 2]) > 0.0:
             return _in_space(path, points, place, title)

@@ -1,0 +1,204 @@
+"""Corners: where the tangent or the curvature of a path jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+
+from splinefeed.geometry.differential import cusps, unit_tangents
+from splinefeed.kernels import arc_length as arc_kernels
+from splinefeed.kernels import pieces
+from splinefeed.records import Array, BoolArray, IntArray
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.path import Path
+
+#: A tangent that turns by more than this at one point, rad, is a corner. Below it is the rounding of CAD files.
+CORNER_ANGLE = 1e-6
+#: A corner that turns by more than this, rad, cannot be taken in motion: the tool rests there.
+STOP_ANGLE = 1e-4
+#: A speed below this, relative to size over width of the domain, counts as none: the curvature there is no number.
+STILL = 1e-9
+#: Corners less than this apart, relative to the length of the path, are one.
+SAME_PLACE = 1e-14
+#: A curvature jump below this, relative to the curvature itself and to 1 / size, is rounding.
+CURVATURE_JUMP = 1e-6
+#: A curve whose speed, as sampled, is nowhere below this share of its greatest one has no cusp: `cusps` asks for 0.1.
+NO_CUSP = 0.2
+#: Points looked at in one go: what bounds the memory that a path of a million lines takes.
+BLOCK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A point of the path where tangent or curvature jumps.
+
+    s  mm; curve, u  where (the end of `curve` if between two); angle  of the tangents, rad;
+    curvature_jump  length of the change of the curvature vector, 1/mm; infinite where C' = 0 on one side
+    """
+
+    s: float
+    curve: int
+    u: float
+    angle: float
+    curvature_jump: float
+
+    @property
+    def stop(self) -> bool:
+        """Whether the tool must rest here."""
+        return self.angle > STOP_ANGLE
+
+
+class Corners(Sequence[Corner]):
+    """Corners in order of s, as arrays; each one a Corner when it is looked at.
+
+    s, u, angle, curvature_jump (n,), curve (n,): see Corner
+    """
+
+    def __init__(self, s: Array, curve: IntArray, u: Array, angle: Array, curvature_jump: Array) -> None:
+        self.s, self.curve, self.u, self.angle, self.curvature_jump = s, curve, u, angle, curvature_jump
+        for array in (s, curve, u, angle, curvature_jump):
+            array.setflags(write=False)
+
+    @property
+    def stop(self) -> BoolArray:
+        """Whether the tool must rest there, (n,)."""
+        return np.asarray(self.angle > STOP_ANGLE)
+
+    def __len__(self) -> int:
+        return len(self.s)
+
+    @overload
+    def __getitem__(self, index: int) -> Corner: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Corner]: ...
+
+    def __getitem__(self, index: int | slice) -> Corner | Sequence[Corner]:
+        if isinstance(index, slice):
+            return tuple(self[i] for i in range(*index.indices(len(self))))
+        columns = self.s, self.curve, self.u, self.angle, self.curvature_jump
+        s, curve, u, angle, jump = (column[index] for column in columns)
+        return Corner(float(s), int(curve), float(u), float(angle), float(jump))
+
+    def __iter__(self) -> Iterator[Corner]:
+        columns = self.s, self.curve, self.u, self.angle, self.curvature_jump
+        return (Corner(*values) for values in zip(*(column.tolist() for column in columns), strict=True))
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, (Corners, tuple)):
+            return tuple(self) == tuple(other)
+        return NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(tuple(self))
+
+    def __repr__(self) -> str:
+        return f"Corners({len(self)})"
+
+
+def find_corners(path: Path) -> Corners:
+    """Points inside the path where the tangent of all axes or the curvature jumps; a cusp is a corner of pi."""
+    flat = path.flat
+    owner, inner, times = flat.inner_knots()
+    last = np.arange(len(flat) - 1)
+    # knots inside a curve, then joints
+    before = np.concatenate([owner, last]), np.concatenate([inner, flat.domains[:-1, 1]])
+    after = np.concatenate([owner, last + 1]), np.concatenate([inner, flat.domains[1:, 0]])
+    rough = np.concatenate([times >= flat.degrees[owner] - 1, np.ones(len(last), dtype=bool)])
+    sizes = flat.sizes() / np.diff(flat.domains)[:, 0]
+    parts = [(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0), np.empty(0))]
+    for first in range(0, len(rough), BLOCK):
+        block = slice(first, first + BLOCK)
+        curve, u = before[0][block], before[1][block]
+        angle, jump, corner = _jumps(path, sizes, (curve, u), (after[0][block], after[1][block]), rough[block])
+        parts.append((curve[corner], u[corner], angle[corner], jump[corner]))
+    at_curve, at = _cusps(path)
+    parts.append((at_curve, at, np.full(len(at), np.pi), np.full(len(at), np.inf)))
+    curve, u, angle, jump = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    order = np.lexsort((u, curve))
+    s = path.arc_length(curve[order], u[order])
+    # a point that is given twice, or a span that stands still, is one corner and not two
+    keep = np.ones(len(order), dtype=bool)
+    keep[1:] = np.diff(s) > SAME_PLACE * path.length
+    chosen = order[keep]
+    return Corners(s[keep], curve[chosen], u[chosen], angle[chosen], jump[chosen])
+
+
+def _jumps(
+    path: Path, sizes: Array, before: tuple[IntArray, Array], after: tuple[IntArray, Array], rough: BoolArray
+) -> tuple[Array, Array, BoolArray]:
+    """Angle between the tangents and jump of the curvature of points (n,), and whether each is a corner.
+
+    sizes  (curves,) of the curves over the widths of their domains; rough  (n,) where something can jump at all
+    """
+    tangent, bend, rate = _turn(path, sizes, *before, "left")
+    next_tangent, next_bend, next_rate = _turn(path, sizes, *after, "right")
+    still = np.isnan(bend[:, 0]) | np.isnan(next_bend[:, 0])
+    if rate.shape[1]:  # rotary axes that turn along with the linear ones; where C' = 0 their rate is no number
+        known = ~still[:, None]
+        tangent = np.column_stack([tangent, np.where(known, rate, 0.0)])
+        next_tangent = np.column_stack([next_tangent, np.where(known, next_rate, 0.0)])
+        for each in (tangent, next_tangent):
+            norm = np.linalg.norm(each, axis=1, keepdims=True)
+            each /= np.where(norm > 0.0, norm, 1.0)
+    # 2 atan2 of difference and sum keeps small and straight-back angles alike to rounding
+    apart = np.linalg.norm(next_tangent - tangent, axis=1)
+    angle = 2.0 * np.arctan2(apart, np.linalg.norm(next_tangent + tangent, axis=1))
+    jump = np.linalg.norm(next_bend - bend, axis=1)
+    size = path.size if path.size > 0.0 else path.length
+    floor = CURVATURE_JUMP * (1.0 / size + np.linalg.norm(bend, axis=1) + np.linalg.norm(next_bend, axis=1))
+    corner = (rough | still) & ((angle > CORNER_ANGLE) | (jump > floor))
+    return angle, np.where(still, np.inf, jump), corner
+
+
+def _turn(path: Path, sizes: Array, curve: IntArray, u: Array, side: str) -> tuple[Array, Array, Array]:
+    """Unit tangents and curvature vectors (n, measured axes) and rates of rotary axes, deg/mm, (n, rotary or 0).
+
+    On paths with moves of rotary axes alone the measured axes are all of them, in mm and degrees; those that do not
+    make the arc length there are 0. Curvature vectors are no numbers (NaN) where C' = 0.
+    """
+    linear = path.linear
+    derivatives = path.evaluate(curve, u, 2, side=side)[:, 1:]
+    measured = derivatives[..., :linear]
+    turning = np.zeros(len(u), dtype=bool)
+    if path.shape[2] <= 0:
+        turning = path.turning(curve, u, side=side)
+        measured = derivatives.copy()
+        measured[..., linear:] *= pieces.DEGREES
+        measured[turning, :, :linear] = 0.0
+        measured[~turning, :, linear:] = 0.0
+    first, second = measured[:, 0], measured[:, 1]
+    square = np.sum(first * first, axis=1, keepdims=True)
+    still = np.sqrt(square[:, 0]) <= STILL * sizes[curve]
+    safe = np.where(still[:, None], 1.0, square)
+    bends = (second - np.sum(first * second, axis=1, keepdims=True) / safe * first) / safe
+    tangents = first / np.sqrt(safe)
+    for k in np.flatnonzero(still):
+        columns = slice(linear, None) if turning[k] else slice(linear)
+        limit = unit_tangents(path.curves[int(curve[k])], u[k], columns, side)
+        tangents[k] = 0.0
+        tangents[k, columns if measured.shape[2] > linear else slice(None)] = limit
+    rates = pieces.DEGREES * derivatives[:, 0, linear:] / np.sqrt(safe)
+    rates[turning] = 0.0
+    return tangents, np.where(still[:, None], np.nan, bends), rates
+
+
+def _cusps(path: Path) -> tuple[IntArray, Array]:
+    """Curve and parameter (m,) of every cusp inside a knot span, in order."""
+    flat, rows = path.flat, path.curve_rows
+    ranges = np.empty((len(flat), 2))
+    curved = np.flatnonzero(flat.degrees > 1)
+    arc_kernels.speed_ranges(path.table, rows[curved], ranges[: len(curved)])
+    slow = curved[ranges[: len(curved), 0] <= NO_CUSP * ranges[: len(curved), 1]]
+    curves, places = [np.empty(0, dtype=np.int64)], [np.empty(0)]
+    for i in slow:
+        grid = path.table[rows[i, 0] : rows[i, 1] + 1]
+        columns = slice(path.linear, None) if flat.sizes(slice(path.linear))[i] == 0.0 else slice(path.linear)
+        at = cusps(path.curves[int(i)], np.append(grid[:, pieces.LOW], grid[-1, pieces.HIGH]), columns)
+        curves.append(np.full(len(at), i))
+        places.append(at)
+    return np.concatenate(curves), np.concatenate(places)

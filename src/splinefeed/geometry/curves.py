@@ -1,0 +1,200 @@
+"""Many curves in a row: as flat arrays that kernels walk through, and lines that are curves only when looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.curve import LARGEST, MAX_AXES, NurbsCurve
+from splinefeed.records import Array, BoolArray, IntArray, check_finite, frozen_array
+
+#: Knots of every line.
+LINE_KNOTS: Array = frozen_array([0.0, 0.0, 1.0, 1.0], "knots", 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Flat:
+    """Degree, knots, control points and weights of all curves of a path, one curve behind the other.
+
+    degrees, rational  (n,)    of each curve; rational is 0 or 1
+    knots              (k,)    of all curves; those of curve i are knots[knot_starts[i]:knot_starts[i + 1]]
+    points             (m, axes)  and likewise weights (m,), which count where a curve is rational only; point_starts
+    """
+
+    degrees: IntArray
+    rational: IntArray
+    knot_starts: IntArray
+    knots: Array
+    point_starts: IntArray
+    points: Array
+    weights: Array
+
+    @classmethod
+    def of(cls, curves: Sequence[NurbsCurve]) -> Flat:
+        """The arrays of curves that have the same number of axes."""
+        counts = [len(curve.control_points) for curve in curves]
+        degrees = np.array([curve.degree for curve in curves], dtype=np.int64)
+        point_starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        knot_starts = np.concatenate([[0], np.cumsum(counts + degrees + 1)]).astype(np.int64)
+        rational = np.array([curve.weights is not None for curve in curves], dtype=np.int64)
+        weights = np.ones(point_starts[-1] if rational.any() else 0)
+        for i in np.flatnonzero(rational).tolist():
+            weights[point_starts[i] : point_starts[i + 1]] = curves[i].weights
+        knots = np.concatenate([curve.knots for curve in curves])
+        return cls(
+            degrees, rational, knot_starts, knots, point_starts, np.vstack([c.control_points for c in curves]), weights
+        )
+
+    @classmethod
+    def lines(cls, points: Array) -> Flat:
+        """The arrays of the lines between neighbouring points (n + 1, axes)."""
+        n = len(points) - 1
+        return cls(
+            np.ones(n, dtype=np.int64),
+            np.zeros(n, dtype=np.int64),
+            4 * np.arange(n + 1, dtype=np.int64),
+            np.tile(LINE_KNOTS, n),
+            2 * np.arange(n + 1, dtype=np.int64),
+            np.stack([points[:-1], points[1:]], axis=1).reshape(2 * n, points.shape[1]),
+            np.empty(0),
+        )
+
+    def __len__(self) -> int:
+        return len(self.degrees)
+
+    @property
+    def for_kernels(self) -> tuple[IntArray, IntArray, IntArray, Array, IntArray, Array, Array]:
+        """All arrays in the order in which kernels take them."""
+        return (
+            self.degrees, self.rational, self.knot_starts, self.knots, self.point_starts, self.points, self.weights,
+        )  # fmt: skip
+
+    @cached_property
+    def domains(self) -> Array:
+        """First and last parameter of each curve, (n, 2)."""
+        first = self.knots[self.knot_starts[:-1] + self.degrees]
+        return np.column_stack([first, self.knots[self.knot_starts[1:] - self.degrees - 1]])
+
+    def sizes(self, columns: slice = slice(None)) -> Array:
+        """Diagonal of the bounding box of each curve's control points over some of the axes, (n,), mm."""
+        points, starts = self.points[:, columns], self.point_starts[:-1]
+        spread = np.maximum.reduceat(points, starts) - np.minimum.reduceat(points, starts)
+        return np.asarray(np.linalg.norm(spread, axis=1))
+
+    def ends(self, curves: Sequence[NurbsCurve]) -> Array:
+        """First and last point of each of these curves, (n, 2, axes): their control points, if they are clamped."""
+        first, last = self.point_starts[:-1], self.point_starts[1:] - 1
+        ends = np.stack([self.points[first], self.points[last]], axis=1)
+        start, end = self.knot_starts[:-1], self.knot_starts[1:] - 1
+        loose = self.knots[start + 1] != self.knots[start + self.degrees]
+        loose |= self.knots[end - 1] != self.knots[end - self.degrees]
+        for i in np.flatnonzero(loose).tolist():
+            ends[i] = curves[i](self.domains[i])
+        return ends
+
+    def inner_knots(self) -> tuple[IntArray, Array, IntArray]:
+        """Curve (k,), value (k,) and multiplicity (k,) of every distinct knot strictly inside a domain, in order."""
+        owner = np.repeat(np.arange(len(self)), np.diff(self.knot_starts))
+        new = np.ones(len(self.knots), dtype=bool)
+        new[1:] = (np.diff(self.knots) > 0.0) | (np.diff(owner) > 0)
+        first = np.flatnonzero(new)
+        times = np.diff(np.append(first, len(self.knots)))
+        owner, value = owner[first], self.knots[first]
+        inside = (value > self.domains[owner, 0]) & (value < self.domains[owner, 1])
+        return owner[inside], value[inside], times[inside]
+
+    def turning(self, linear: int) -> BoolArray:
+        """Curves (n,) some span of which stands still over the first `linear` axes, but not over those behind them."""
+        if linear == self.points.shape[1]:
+            return np.zeros(len(self), dtype=bool)
+        owner = np.repeat(np.arange(len(self)), np.diff(self.point_starts))
+        degree = self.degrees[owner]
+        here = np.arange(len(owner))
+        fits = np.flatnonzero(here + degree < self.point_starts[owner + 1])  # a span has degree + 1 points
+
+        def moves(columns: slice) -> IntArray:
+            steps = np.any(np.diff(self.points[:, columns], axis=0) != 0.0, axis=1)
+            moved = np.concatenate([[0], np.cumsum(steps)])
+            return np.asarray(moved[(here + degree)[fits]] - moved[fits])
+
+        turns = (moves(slice(linear)) == 0) & (moves(slice(linear, None)) > 0)
+        out = np.zeros(len(self), dtype=bool)
+        out[owner[fits[turns]]] = True
+        return out
+
+
+class Lines(Sequence[NurbsCurve]):
+    """The straight lines between neighbouring points, a sequence of curves that are made when they are asked for.
+
+    points  (n + 1, axes), mm (rotary axes rad), n at least 1
+    Raises CurveError that names the point or the line: values that are not finite or too large, lines without length.
+    """
+
+    __slots__ = ("__dict__", "points")
+
+    def __init__(self, points: ArrayLike) -> None:
+        try:
+            self.points = frozen_array(points, "points", 2)
+            check_finite(self.points, "points")
+        except InputError as error:
+            raise CurveError(str(error)) from None
+        count, axes = self.points.shape
+        if not 1 <= axes <= MAX_AXES:
+            raise CurveError(f"points have {axes} axes; 1 to {MAX_AXES} are possible")
+        if count < 2:
+            raise CurveError(f"{count} point(s) for a polyline; at least 2 are needed")
+        if np.max(np.abs(self.points)) > LARGEST:
+            place = np.unravel_index(int(np.argmax(np.abs(self.points))), self.points.shape)
+            index = ", ".join(str(int(i)) for i in place)
+            raise CurveError(f"points[{index}] is {self.points[place]:g}; values up to {LARGEST:g} are possible")
+        if (short := self.without_length(self.points)).any():
+            i = int(np.argmax(short))
+            raise CurveError(f"line {i} from points[{i}] to points[{i + 1}] has no length; leave one of them out")
+
+    @staticmethod
+    def without_length(points: Array) -> BoolArray:
+        """Lines (n,) between neighbouring points (n + 1, axes) that are too short to be one, nearly always 0 mm."""
+        return np.asarray(np.max(np.abs(np.diff(points, axis=0)), axis=1) < 1.0 / LARGEST)
+
+    @cached_property
+    def flat(self) -> Flat:
+        """All of them as arrays."""
+        return Flat.lines(self.points)
+
+    def __len__(self) -> int:
+        return len(self.points) - 1
+
+    @overload
+    def __getitem__(self, index: int) -> NurbsCurve: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[NurbsCurve]: ...
+
+    def __getitem__(self, index: int | slice) -> NurbsCurve | Sequence[NurbsCurve]:
+        if isinstance(index, slice):
+            return tuple(self[i] for i in range(*index.indices(len(self))))
+        i = range(len(self))[index]
+        return NurbsCurve.trusted(1, LINE_KNOTS, self.points[i : i + 2])
+
+    def __iter__(self) -> Iterator[NurbsCurve]:
+        return (self[i] for i in range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Lines):
+            return np.array_equal(self.points, other.points)
+        return NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((self.points + 0.0).tobytes())
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Lines, (self.points,)
+
+    def __repr__(self) -> str:
+        return f"Lines({len(self)} lines, {self.points.shape[1]} axes)"

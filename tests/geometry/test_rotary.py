@@ -1,0 +1,216 @@
+"""Moves of rotary axes alone: s in degrees, stops about them, and the way from a plan to a check that holds."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.analysis.contour import contour_error
+from splinefeed.errors import CurveError
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.path import Path
+
+HALF = 0.5 * np.pi
+LINE = NurbsCurve.bezier
+
+
+def paths() -> dict[str, Path]:
+    circle = [[3, 1, 0], [3, 1, 1], [3, 0, 1]]
+    mixed = [
+        LINE([[0, 0, 0, 0], [10, 0, 0, 1], [10, 10, 2, 3], [0, 10, 5, 4]]),
+        LINE([[0, 10, 5, 4], [0, 10, 5, 2]]),
+        LINE([[0, 10, 5, 2], [-5, 10, 5, 2]]),
+    ]
+    return {
+        "a alone": Path([LINE([[0.0], [HALF]])], axes=("a",)),
+        "x, a, x": Path.polyline([[0, 0], [10, 0], [10, HALF], [30, HALF]], axes=("x", "a")),
+        "helix, a, x": Path(mixed, axes=("x", "y", "z", "a")),
+        "an arc of b and c": Path([LINE(circle, [1.0, math.sqrt(0.5), 1.0])], axes=("x", "b", "c")),
+    }
+
+
+PATHS = paths()
+
+
+def limits(path: Path) -> sf.Limits:
+    def of(linear: float, rotary: float) -> dict[str, float]:
+        return {axis: linear if k < path.linear else rotary for k, axis in enumerate(path.axes)}
+
+    return sf.Limits(feed=60, axis_velocity=of(50, 1.0), axis_acceleration=of(500, 5.0), axis_jerk=of(2e4, 100.0))
+
+
+@pytest.mark.nojit
+def test_s_counts_degrees_where_only_rotary_axes_move():
+    lengths = {name: path.length for name, path in PATHS.items()}
+    assert lengths["a alone"] == pytest.approx(90.0, rel=1e-15)
+    assert lengths["x, a, x"] == pytest.approx(120.0, rel=1e-15)
+    assert lengths["an arc of b and c"] == pytest.approx(90.0, rel=1e-13)  # a quarter of a circle of 1 rad
+    helix = PATHS["helix, a, x"]
+    assert np.diff(helix.curve_starts)[1:] == pytest.approx([math.degrees(2.0), 5.0], rel=1e-15)
+    plain = LINE(helix.curves[0].control_points[:, :3])
+    assert helix.curve_starts[1] == pytest.approx(plain.length, rel=1e-14)
+    path = PATHS["x, a, x"]
+    s = np.array([5.0, 10.0, 55.0, 100.0, 110.0])
+    assert np.allclose(path(s), [[5, 0], [10, 0], [10, HALF / 2], [10, HALF], [20, HALF]], rtol=1e-15)
+    index, u = path.locate(s)
+    assert index.tolist() == [0, 1, 1, 2, 2]
+    assert path.arc_length(index, u) == pytest.approx(s, rel=1e-15)
+    assert path.turning(index, u).tolist() == [False, True, True, False, False]
+    assert (path.linear, path.shape[2], PATHS["a alone"].linear) == (1, -1, 0)
+
+
+@pytest.mark.nojit
+def test_several_axes_count_by_their_euclidean_norm():
+    path = Path.polyline([[1, 0, 0], [1, 0.3, 0.4], [1, 0.3, 0.0]], axes=("x", "b", "c"))
+    assert np.diff(path.curve_starts) == pytest.approx(np.degrees([0.5, 0.4]), rel=1e-14)
+    assert path.stops == (path.curve_starts[1],)
+    cubic = LINE([[1, 0, 0], [1, 0.2, 0.1], [1, 0.1, 0.5], [1, 1, 1]])
+    flat = LINE(np.degrees(cubic.control_points[:, 1:]))
+    assert Path([cubic], axes=("x", "b", "c")).length == pytest.approx(flat.length, rel=1e-14)
+
+
+@pytest.mark.nojit
+def test_a_span_of_one_curve_that_only_turns():
+    """A polyline in one curve: x, then a, then x again, joined at knots."""
+    points = [[0, 0], [10, 0], [10, HALF], [30, HALF]]
+    one = Path([NurbsCurve(1, [0, 0, 1, 2, 3, 3], points)], axes=("x", "a"))
+    assert one.length == pytest.approx(120.0, rel=1e-15)
+    assert one.stops == pytest.approx([10.0, 100.0], rel=1e-15)
+    s = np.linspace(0.0, 120.0, 97)
+    assert np.allclose(one(s), PATHS["x, a, x"](s), atol=1e-13)
+
+
+@pytest.mark.nojit
+def test_joints_to_and_from_a_move_of_rotary_axes_alone_are_stops():
+    assert PATHS["x, a, x"].stops == pytest.approx([10.0, 100.0], rel=1e-15)
+    assert PATHS["x, a, x"].corners.angle == pytest.approx([HALF, HALF], rel=1e-15)
+    assert PATHS["helix, a, x"].stops == tuple(PATHS["helix, a, x"].curve_starts[1:-1])
+    turns = Path.polyline([[0.0], [1.0], [2.0], [1.5]], axes=("a",))  # on in the same direction, then back
+    assert turns.stops == (turns.curve_starts[2],)
+    assert turns.corners.angle == pytest.approx([np.pi], rel=1e-15)
+    corner = Path.polyline([[0, 0, 0], [0, 1, 0], [0, 1, 1]], axes=("x", "b", "c"))  # b, then c
+    assert corner.corners.angle == pytest.approx([HALF], rel=1e-15)
+
+
+@pytest.mark.nojit
+def test_a_rotary_axis_that_sets_off_at_once_is_a_stop():
+    """x goes on, a begins to turn by 1 degree a millimetre: the tangent of all axes turns by 45 degrees."""
+    step = math.radians(10.0)
+    path = Path.polyline([[0, 0], [10, 0], [20, step], [30, 2.0 * step], [40, 2.0 * step]], axes=("x", "a"))
+    assert path.length == pytest.approx(40.0, rel=1e-15)
+    assert path.corners.angle == pytest.approx([np.pi / 4, np.pi / 4], rel=1e-12)
+    assert path.stops == pytest.approx([10.0, 30.0], rel=1e-15)
+
+
+@pytest.mark.nojit
+def test_cusps_of_rotary_axes_are_found():
+    there = NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[5, 0], [5, 1.0], [5, 0]])
+    path = Path([there], axes=("x", "a"))
+    assert path.length == pytest.approx(math.degrees(1.0), rel=1e-12)
+    (corner,) = path.corners
+    assert corner.u == pytest.approx(0.5, abs=1e-9) and corner.angle == np.pi
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("name", PATHS)
+def test_derivatives_by_arc_length_have_unit_length(name):
+    path = PATHS[name]
+    s = np.linspace(0.0, path.length, 200)
+    curve, u = path.locate(s)
+    first, _, third = np.moveaxis(by_arc_length(path.evaluate(curve, u, 3), path.linear)[:, 1:], 1, 0)
+    assert np.isfinite(third).all()
+    measured = np.where(path.turning(curve, u)[:, None], np.degrees(first), first)
+    linear = np.arange(len(path.axes)) < path.linear
+    counted = np.where(path.turning(curve, u)[:, None], ~linear, linear)
+    assert np.sqrt(np.sum(np.where(counted, measured, 0.0) ** 2, axis=1)) == pytest.approx(np.ones(200), rel=1e-12)
+    h = 1e-4 * path.length
+    middle = s[(s > 2 * h) & (s < path.length - 2 * h)]
+    middle = middle[np.all(np.abs(middle[:, None] - np.array([-1.0, *path.stops])) > 2 * h, axis=1)]
+    curve, u = path.locate(middle)
+    exact = by_arc_length(path.evaluate(curve, u, 3), path.linear)
+    for order, wanted in ((1, (path(middle + h) - path(middle - h)) / (2.0 * h)),):
+        assert np.abs(exact[:, order] - wanted).max() <= 1e-5 * np.abs(exact[:, order]).max()
+
+
+@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize("strategy", [pytest.param("seven-phase", marks=pytest.mark.nojit), "time-optimal"])
+def test_a_plan_on_it_holds_every_limit(name, strategy):
+    path = PATHS[name]
+    along = sf.Limits(feed=60, acceleration=500, jerk=20000)
+    wanted = along if strategy == "seven-phase" else limits(path)
+    period = 4e-3
+    law = sf.plan(path, wanted, strategy=strategy, period=period)
+    for method in ("milne-simpson-anchored", "arc-length"):
+        points = sf.interpolate(path, law, method=method)
+        verdict = sf.check(points, path, wanted, law=law)
+        assert verdict.ok, verdict.problems
+        assert verdict.limits["feed"].worst <= 60.0 * (1.0 + 1e-9)
+        assert sf.feed_ripple(points, path, law).max <= 1e-10
+        # against the definitions: differences of the angle itself, rad
+        seen = np.abs(np.diff(points.position[:, path.linear :], axis=0)) / period
+        if strategy == "time-optimal":
+            assert 0.9 <= seen.max() <= 1.0 + 1e-9  # rad/s: the axis limit, and it binds
+    # without curve and u, as from another program, it is found all the same
+    bare = dataclasses.replace(
+        points, u=np.full(len(points), np.nan), s=np.full(len(points), np.nan), feed=np.full(len(points), np.nan)
+    )
+    verdict = sf.check(bare, path, wanted)
+    assert verdict.ok, verdict.problems
+
+
+@pytest.mark.nojit
+def test_feed_of_an_index_move_is_degrees_a_second():
+    path = PATHS["a alone"]
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=1e5, jerk=1e8), period=1e-3)
+    assert law.duration == pytest.approx(1.5, abs=5e-3)  # 90 degrees at 60 degrees a second
+    points = sf.interpolate(path, law)
+    speed = np.degrees(np.diff(points.position[:, 0])) / 1e-3
+    assert speed.max() == pytest.approx(60.0, rel=1e-3) and points.position[-1, 0] == HALF
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("method", sf.methods())
+def test_every_method_goes_where_the_law_says(method):
+    path = PATHS["x, a, x"]
+    law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=4e-3)
+    points = sf.interpolate(path, law, method=method)
+    apart = np.abs(points.position - path(np.minimum(law(points.t), path.length))) * [1.0, 180.0 / np.pi]
+    assert apart.max() <= 60.0 * 4e-3  # one step: what Euler's method may be behind
+    assert sf.feed_ripple(points, path, law).max <= 0.2
+
+
+@pytest.mark.nojit
+def test_an_axis_that_lags_on_an_index_move_is_no_contour_error():
+    path = PATHS["x, a, x"]
+    s = np.linspace(0.0, path.length, 61)
+    position = path(s)
+    position[:, 1] += 0.05
+    position[20:, 0] += 0.25
+    for hint in (None, s, np.maximum(s - 1.0, 0.0), np.minimum(s + 1.0, path.length)):
+        error = contour_error(position, path, s_hint=hint)
+        assert np.abs(error - np.maximum(position[:, 0] - 30.0, 0.0)).max() <= 1e-12
+    alone = PATHS["a alone"]
+    assert np.array_equal(contour_error(np.linspace(0, 1, 5)[:, None], alone), np.zeros(5))
+
+
+@pytest.mark.nojit
+def test_linear_axes_that_move_by_rounding_only_are_refused():
+    points = [[0.1, 0], [1.1, 0], [1.1 + 3e-16, HALF], [2, HALF]]
+    with pytest.raises(CurveError) as caught:
+        Path.polyline(points, axes=("x", "a"))
+    assert str(caught.value) == (
+        "curve 1 turns its rotary axes by 90 deg while the linear ones move by 2.22e-16 mm, which is rounding; "
+        "give its linear axes one position"
+    )
+    assert Path.polyline([[1.1, 0], [1.1 + 3e-16, 0]], axes=("x", "a")).length == 2.220446049250313e-16
+
+
+@pytest.mark.nojit
+def test_a_path_without_such_moves_pays_nothing():
+    path = Path([LINE([[0, 0], [10, 1]])], axes=("x", "a"))
+    assert path.shape[2] == 1 and path.length == 10.0
