@@ -30,7 +30,7 @@ def test_json_is_the_api(splinefeed, folder, api_run):
     expected = json.loads(json.dumps(api_run.numbers()))
     assert {key: page[key] for key in expected} == expected
     assert [each["method"] for each in page["methods"]] == list(sf.methods())
-    assert page["files"] == ["splinefeed-smooth/setpoints.h5", "splinefeed-smooth/run.json"]
+    assert page["files"] == [f"splinefeed-smooth/{name}" for name in ("setpoints.h5", "law.h5", "run.json")]
     assert all((folder / name).is_file() for name in page["files"])
     written = json.loads((folder / "splinefeed-smooth/run.json").read_text())
     assert {**written, "files": page["files"]} == page
@@ -40,8 +40,8 @@ def test_setpoints_load_back_with_all_that_repeats_the_run(splinefeed, folder, a
     words = ["run", "smooth.json", *LIMITS, "-o", "out", "--no-figures", "--no-compare"]
     assert splinefeed(*words, "--format", "hdf5", "--format", "csv", "--format", "mat").exit_code == 0
     page = json.loads((folder / "out/run.json").read_text())
-    assert page["files"] == ["setpoints.h5", "setpoints.csv", "setpoints.mat", "run.json"]
-    for name in page["files"][:-1]:
+    assert page["files"] == ["setpoints.h5", "setpoints.csv", "setpoints.mat", "law.h5", "run.json"]
+    for name in page["files"][:-2]:
         points = sf.load(folder / "out" / name)
         assert np.array_equal(points.position, api_run.points.position)
         assert points.settings["limits"] == api_run.limits.as_dict()
@@ -72,16 +72,22 @@ def test_what_people_read(splinefeed, folder):
     assert "the limit of 60 mm/s is never reached" in lines[1] or "feed limit of 60 mm/s reached" in lines[1]
     for name in ("feed", "acceleration", "deceleration", "jerk", "x", "y", *sf.methods()):
         assert any(line.split()[:1] == [name] for line in lines)
-    assert "wrote out/setpoints.h5 out/path.svg out/path.png " in text
+    assert "wrote out/setpoints.h5 out/law.h5 out/path.svg out/path.png " in text
     drawn = {f"{n}.{suffix}" for n in ("path", "feed", "axes", "ripple") for suffix in files.FIGURE_FORMATS}
-    assert {each.name for each in (folder / "out").iterdir()} == {"run.json", "setpoints.h5", *drawn}
+    assert {each.name for each in (folder / "out").iterdir()} == {
+        "run.json",
+        "setpoints.h5",
+        "law.h5",
+        "report.html",
+        *drawn,
+    }
 
 
 def test_a_second_run_replaces_the_first(splinefeed, folder):
     splinefeed("run", "smooth.json", "-o", "out", "--no-figures", "--no-compare", "--format", "csv")
     result = splinefeed("run", "smooth.json", "-o", "out", "--no-figures", "--no-compare", "--feed", "10")
     assert result.exit_code == 0
-    assert sorted(each.name for each in (folder / "out").iterdir()) == ["run.json", "setpoints.h5"]
+    assert sorted(each.name for each in (folder / "out").iterdir()) == ["law.h5", "run.json", "setpoints.h5"]
     assert sf.load(folder / "out/setpoints.h5").feed.max() <= 10
 
 

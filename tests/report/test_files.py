@@ -75,7 +75,7 @@ def test_the_same_run_gives_the_same_figures(finished, folder, tmp_path):
 
 def test_no_figures_and_no_other_methods(finished, tmp_path):
     run, _ = finished
-    assert files.write(run, tmp_path, with_figures=False) == ["setpoints.h5", "run.json"]
+    assert files.write(run, tmp_path, with_figures=False) == ["setpoints.h5", "law.h5", "run.json"]
     names = [name for name, _ in files.figures(run, [])]
     assert names == ["path", "feed", "axes", "limits", "binding"]
     along = sf.run(run.path, LIMITS)

@@ -28,7 +28,13 @@ def made():
     response = sf.follow(run.points, sf.Table.load("xytheta"), path=path)
     traces = list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
     said = record(run, traces, "smooth.json", {}, ["hdf5"])
-    return run, response, traces, said, page(run, said, traces, {"arc-length": response, "taylor-2": response})
+    return (
+        run,
+        response,
+        traces,
+        said,
+        page(run, said, [each.result for each in traces], {"arc-length": response, "taylor-2": response}),
+    )
 
 
 def data_of(text: str) -> dict:

@@ -21,6 +21,7 @@ COMMANDS = {
     "plan": "Only the time law: how far along the path by when.",
     "compare": "Every interpolation method on the same motion, in one table.",
     "check": "Whether setpoints lie on their path and hold every limit, judged independently.",
+    "report": "The HTML report of a run, made again from its folder.",
     "follow": "What the axes of a machine do with setpoints: tracking and contour errors.",
     "tune": "Gains of a machine's axes: margins before and after, by a rule or for a path.",
     "tune-feed": "The highest feed at which a machine keeps to a contour tolerance.",

@@ -140,14 +140,18 @@ def run(
     law = plan(path, limits, strategy=strategy, period=period)
     check_ticks(law, period)
     points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
-    motion = axis_motion(points, path, law)
+    return measured(path, limits, law, points)
+
+
+def measured(path: Path, limits: Limits, law: TimeLaw, points: Setpoints) -> Run:
+    """Setpoints that are there already, measured and checked as those of a run."""
     return Run(
         path=path,
         limits=limits,
         law=law,
         points=points,
         ripple=feed_ripple(points, path, law),
-        motion=motion,
+        motion=axis_motion(points, path, law),
         verdict=check(points, path, limits, law),
         chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
     )

@@ -18,6 +18,7 @@ from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Response
+from splinefeed.report import html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,6 +34,10 @@ TUNE_FEED_RECORD = "tune-feed.json"
 RECORDS = (RECORD, FOLLOW_RECORD, TUNE_RECORD, TUNE_FEED_RECORD)
 #: Limits that a search found.
 LIMITS = "limits.toml"
+#: The time law.
+LAW = "law.h5"
+#: The page to look at.
+REPORT = html.NAME
 #: What the axes of a machine did.
 RESPONSE = "response.h5"
 #: Names of setpoint files by format.
@@ -57,6 +62,8 @@ TUNE_FEED_NAMES = (
 )
 NAMES = (
     RECORD,
+    LAW,
+    REPORT,
     *SETPOINTS.values(),
     *(f"{name}.{suffix}" for name in FIGURES for suffix in FIGURE_FORMATS),
     *FOLLOW_NAMES[1:],
@@ -109,6 +116,8 @@ def write(
     for form in dict.fromkeys(formats):
         names.append(SETPOINTS[form])
         save(run.points, place / names[-1])
+    names.append(LAW)
+    save(run.law, place / LAW)
     if served:
         names.append(RESPONSE)
         save(served[-1].response, place / RESPONSE)
@@ -119,9 +128,19 @@ def write(
             machine = str((record or {}).get("machine", ""))
             beside = deviation(served[-1].response, run.path, run.points.s)
             names += save_figures(servo_figures(responses, run.path.name, machine, beside), place)
+        if html.available():
+            own_first = {each.points.method: each.response for each in reversed(served)}
+            names.append(REPORT)
+            write_report(html.page(run, record or {}, [trace.result for trace in traces], own_first), place / REPORT)
     names.append(RECORD)
     write_record({**(record or {}), "files": names}, place / RECORD)
     return names
+
+
+def write_report(page: str, file: File) -> None:
+    """Write the text of a report, whole or not at all."""
+    with atomic_write(file) as temporary:
+        temporary.write_text(page, encoding="utf-8")
 
 
 def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File) -> list[str]:

@@ -11,7 +11,7 @@ from typing import Any
 
 from splinefeed import units
 from splinefeed.errors import InputError
-from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Response
 from splinefeed.report import plotly_figures
@@ -39,7 +39,7 @@ def available() -> bool:
 def page(
     run: Run,
     record: Mapping[str, Any],
-    traces: Sequence[MethodTrace] = (),
+    results: Sequence[MethodResult] = (),
     responses: Mapping[str, Response] | None = None,
 ) -> str:
     """The report of a run as the text of one HTML file.
@@ -61,8 +61,8 @@ def page(
     if run.use.names:
         figures["binding"] = plotly_figures.binding(run)
         sections.append(_section("Which limit binds", "binding", "the share of each limit over time"))
-    if traces:
-        sections.append(_methods(traces))
+    if results:
+        sections.append(_methods(results))
     parts = {name: resources.files("splinefeed.report").joinpath("page", name) for name in _PARTS}
     data = json.dumps({"figures": figures, "colours": colours, "space": space}, separators=(",", ":"), allow_nan=False)
     return Template(parts["page.html"].read_text(encoding="utf-8")).substitute(
@@ -174,10 +174,9 @@ def _limits(run: Run) -> str:
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
 
 
-def _methods(traces: Sequence[MethodTrace]) -> str:
+def _methods(results: Sequence[MethodResult]) -> str:
     rows = []
-    for trace in traces:
-        r = trace.result
+    for r in results:
         rows.append(
             f"<tr><td>{_text(r.method)}</td><td>{r.ripple_max:.2g}</td><td>{r.ripple_rms:.2g}</td>"
             f"<td>{r.drift_mm:+.2g} mm</td><td>{_length(r.chord_error_mm)}</td><td>{r.ns_per_tick:.0f}</td></tr>"

@@ -1,0 +1,117 @@
+"""`splinefeed report`: the HTML report of a run, made again from what it left."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from splinefeed.cli import options
+from splinefeed.cli.failures import DONE, NOT_KEPT
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from splinefeed.cli.progress import Say
+
+EXAMPLES = """\b
+Examples:
+  splinefeed report splinefeed-butterfly
+  splinefeed report splinefeed-wing -o wing.html
+
+"""
+
+
+@click.command(epilog=EXAMPLES)
+@click.argument("folder")
+@click.option("-o", "--output", metavar="FILE", help="File to write.  [default: report.html in the folder]")
+@options.as_json
+@click.pass_context
+def command(ctx: click.Context, /, folder: str, output: str | None, as_json: bool) -> None:
+    """Make the report of the run that left FOLDER: one HTML file that works offline.
+
+    The setpoints are measured and checked anew, against the path and limits that they name. The exit code is 1 where a
+    limit or a check does not hold.
+    """
+    from splinefeed.cli.output import print_json, print_text
+    from splinefeed.cli.progress import busy
+
+    with busy("report") as say:
+        page = _report(folder, output, say)
+    if as_json:
+        print_json(page)
+    else:
+        print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {len(page['problems'])} problem(s)")
+        print_text(f"wrote {page['files'][0]}")
+    ctx.exit(DONE if page["ok"] else NOT_KEPT)
+
+
+def _report(folder: str, output: str | None, say: Say) -> dict[str, Any]:
+    from pathlib import Path
+
+    from splinefeed.cli.output import plain
+    from splinefeed.cli.setpoints_file import path_of
+    from splinefeed.formats.setpoints import load
+    from splinefeed.pipeline.compare import MethodResult
+    from splinefeed.pipeline.run import measured
+    from splinefeed.records import Limits, Response, Setpoints, TimeLaw
+    from splinefeed.report import files, html
+
+    place = Path(folder)
+    said = _record(place)
+    say(f"reading {folder}")
+    points, law = _loaded(place, _setpoints_of(place), Setpoints), _loaded(place, files.LAW, TimeLaw)
+    path, _ = path_of(points.settings, {"source": None, "which": None, "chord": None}, str(place))
+    say("measuring and checking")
+    run = measured(path, Limits.from_dict(points.settings["limits"]), law, points)
+    responses = {}
+    if (place / files.RESPONSE).is_file():
+        response = load(place / files.RESPONSE)
+        if isinstance(response, Response):
+            responses[points.method] = response
+    page: dict[str, Any] = {**said, **plain(run.numbers())}
+    results = [MethodResult(**each) for each in said.get("methods", [])]
+    target = Path(output) if output else place / files.REPORT
+    say(f"writing {target}")
+    files.write_report(html.page(run, page, results, responses), target)
+    return {**page, "files": [str(target)]}
+
+
+def _record(place: Path) -> dict[str, Any]:
+    """The page of numbers of the run."""
+    import json
+
+    from splinefeed.errors import FormatError
+    from splinefeed.report.files import RECORD
+
+    try:
+        said = json.loads((place / RECORD).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise FormatError(f"{place}: has no {RECORD}; give a folder that splinefeed run wrote") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise FormatError(f"{place / RECORD}: cannot be read: {error}") from None
+    if not isinstance(said, dict):
+        raise FormatError(f"{place / RECORD}: is no page of numbers of a run")
+    return said
+
+
+def _setpoints_of(place: Path) -> str:
+    """Name of the setpoints that keep every digit and all settings."""
+    from splinefeed.errors import FormatError
+    from splinefeed.report.files import SETPOINTS
+
+    for form in ("hdf5", "npz", "parquet", "mat", "csv"):
+        if (place / SETPOINTS[form]).is_file():
+            return SETPOINTS[form]
+    raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
+
+
+def _loaded(place: Path, name: str, kind: type) -> Any:
+    """The record in a file of the folder; FormatError if it is another one."""
+    from splinefeed.errors import FormatError
+    from splinefeed.formats.setpoints import load
+
+    found = load(place / name)
+    if not isinstance(found, kind):
+        raise FormatError(f"{place / name}: holds {type(found).__name__}; expected {kind.__name__}")
+    return found

@@ -1,0 +1,30 @@
+"""`splinefeed report`: the page of a run made again, and what cannot be reported on."""
+
+from __future__ import annotations
+
+import json
+
+
+def test_the_report_is_made_again_from_the_folder(splinefeed, folder):
+    words = ["run", "smooth.json", "--no-compare", "-o", "out", "--axis-jerk", "20000", "--axis-accel", "500", "--json"]
+    page = json.loads(splinefeed(*words).stdout)
+    assert "out/report.html" in page["files"]
+    assert "out/law.h5" in page["files"]
+    first = (folder / "out/report.html").read_text(encoding="utf-8")
+    again = splinefeed("report", "out", "-o", "again.html", "--json")
+    assert again.exit_code == 0
+    said = json.loads(again.stdout)
+    assert said["files"] == ["again.html"]
+    assert said["limits"] == page["limits"]
+    assert (folder / "again.html").read_text(encoding="utf-8") == first
+
+
+def test_what_cannot_be_reported_on(splinefeed, folder):
+    result = splinefeed("report", "nowhere")
+    assert result.exit_code == 2
+    assert "nowhere: has no run.json; give a folder that splinefeed run wrote" in result.stderr
+    (folder / "odd").mkdir()
+    (folder / "odd/run.json").write_text("[]")
+    assert "is no page of numbers of a run" in splinefeed("report", "odd").stderr
+    (folder / "odd/run.json").write_text("{}")
+    assert "has no setpoints that can be read again" in splinefeed("report", "odd").stderr
