@@ -296,7 +296,7 @@ def test_a_drawing_without_units_is_in_mm_and_says_so(tmp_path: Path) -> None:
     document.header["$MEASUREMENT"] = 0
     document.modelspace().add_line((0, 0), (2, 0))
     (path,) = read_all(saved(document, tmp_path))
-    assert path.findings == ("the drawing has no units; read as mm ($MEASUREMENT says inch; if so, give units=in)",)
+    assert path.findings == ("the drawing has no units; read as mm ($MEASUREMENT says inch: if so, give units in)",)
     with pytest.raises(InputError, match="units 'furlong' are not known; choose one of mm, cm"):
         read_all(tmp_path / "part.dxf", units="furlong")
 

@@ -10,6 +10,7 @@ import click
 from splinefeed.cli import options
 
 if TYPE_CHECKING:
+    from splinefeed.formats.contents import Contents
     from splinefeed.geometry.path import Path
 
 #: Curves and corners that the text lists; --json lists all.
@@ -34,24 +35,26 @@ def command(source: str, as_json: bool, **given: Any) -> None:
     from splinefeed.cli.progress import busy
 
     with busy("info") as say:
-        from splinefeed.cli.source import read_paths
+        from splinefeed.cli.source import read_contents
 
         say(f"reading {source}")
-        page = _page(read_paths(source, options.reading_from(given)))
+        page = _page(read_contents(source, options.reading_from(given)))
     if as_json:
         output.print_json(page)
     else:
         _print(page)
 
 
-def _page(paths: list[Path]) -> dict[str, Any]:
+def _page(paths: Contents) -> dict[str, Any]:
+    """All of it; `units` are those of the file, every number of the page is in mm and degrees."""
     findings = dict.fromkeys(finding for path in paths for finding in path.findings)
     return {
         "paths": [_path(path) for path in paths],
         "curves": [
             _curve(path, i, number) for number, path in enumerate(paths, start=1) for i in range(len(path.curves))
         ],
-        "units": "mm",
+        "format": paths.format,
+        "units": paths.units,
         "findings": list(findings),
     }
 
@@ -108,7 +111,8 @@ def _print(page: dict[str, Any]) -> None:
     from splinefeed.cli.output import print_table, print_text
     from splinefeed.cli.summary import print_notes
 
-    for path in page["paths"]:
+    print_text(f"{page['format']}, {len(page['paths'])} path(s), in {page['units']}")
+    for path in page["paths"][:MOST_LISTED]:
         shape = "closed" if path["closed"] else "open"
         print_text(f"{path['name']}: {shape}, {words(path['length_mm'], 7)} mm, axes {' '.join(path['axes'])}")
         for axis, unit, low, high in zip(
@@ -124,6 +128,7 @@ def _print(page: dict[str, Any]) -> None:
         _print_more(len(path["corner_places"]))
         if path["gaps"]:
             print_text(f"  {path['gaps']} gaps, the largest {words(path['largest_gap_mm'])} mm")
+    _print_more(len(page["paths"]), "paths")
     print_text()
     rows = [
         [
@@ -141,8 +146,8 @@ def _print(page: dict[str, Any]) -> None:
     print_notes(page["findings"])
 
 
-def _print_more(count: int) -> None:
+def _print_more(count: int, what: str = "") -> None:
     from splinefeed.cli.output import print_text
 
     if count > MOST_LISTED:
-        print_text(f"    ... and {count - MOST_LISTED} more; --json lists all")
+        print_text(f"    ... and {count - MOST_LISTED} more{' ' * bool(what)}{what}; --json lists all")

@@ -116,24 +116,33 @@ def _all(*decorators: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
-def _quantity(*names: str, kind: str, text: str) -> Callable[[F], F]:
+def quantity(*names: str, kind: str, text: str) -> Callable[[F], F]:
+    """An option that is a quantity of `kind`, with `text` as its help."""
     return click.option(*names, type=Quantity(kind), metavar=kind.upper(), help=text)
 
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else, on stdout.")
 
+#: How a SOURCE is read, but for the tolerance.
+reading_alone = _all(
+    click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
+    click.option("--layer", metavar="NAME,NAME", help="DXF, 3DM, SVG (groups): these layers alone."),
+    click.option("--units", "file_units", metavar="UNIT", help="DXF: mm, in, ..., whatever the file says."),
+    quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
+    click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: the edges of faces too, not free curves alone."),
+    click.option("--dialect", metavar="NAME", help="G-code: the control it is for, where that cannot be told."),
+    click.option("--repair", is_flag=True, help="Mend what is safe to mend in a faulty file, and say so as findings."),
+)
+
 #: How a SOURCE is read.
 reading = _all(
-    click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
-    _quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
-    _quantity(
+    reading_alone,
+    quantity(
         "--tolerance",
         kind="length",
         text="Airfoil .dat: largest distance of the fit from the points.  [default: 0.001 mm]  "
-        "JSON: gap between curves that is still none.  [default: 1e-6 mm]",
+        "Drawings, CAD, JSON: gap between curves that is still none.  [default: 1e-6 mm]",
     ),
-    click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: the edges of faces too, not free curves alone."),
-    click.option("--repair", is_flag=True, help="Mend what is safe to mend in a faulty file, and say so as findings."),
 )
 
 #: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.
@@ -156,7 +165,7 @@ def limits_alone(default: str = "") -> Callable[[F], F]:
     return _all(
         click.option("--limits", "limits_file", metavar="FILE", help=file),
         *(
-            _quantity(*flags, kind=kind, text=f"{text}  [default: {paper}]" if paper and not default else text)
+            quantity(*flags, kind=kind, text=f"{text}  [default: {paper}]" if paper and not default else text)
             for flags, kind, text, paper in _SINGLE
         ),
         _axis_limit("--axis-velocity", "axis_velocity", "Highest velocity of each linear axis, or x=60,theta=90deg/s."),
@@ -172,7 +181,7 @@ def limits_alone(default: str = "") -> Callable[[F], F]:
 #: What the motion along the path must never exceed, the servo period, and who plans it.
 limits = _all(
     limits_alone(),
-    _quantity("--period", kind="time", text="Servo period: one setpoint each.  [default: 1 ms]"),
+    quantity("--period", kind="time", text="Servo period: one setpoint each.  [default: 1 ms]"),
     click.option(
         "--strategy",
         metavar="NAME",
@@ -261,7 +270,13 @@ def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, f
     return out
 
 
+#: Options of `reading` by the names that readers have for them.
+_READING = {"which": "which", "layer": "layer", "file_units": "units", "chord": "chord", "dialect": "dialect"}
+
+
 def reading_from(given: dict[str, Any]) -> dict[str, Any]:
     """How to read a SOURCE, from what the options of `reading` were `given`."""
-    said = {name: given[name] for name in ("which", "chord", "tolerance") if given[name] is not None}
+    said = {name: given[option] for option, name in _READING.items() if given[option] is not None}
+    if given.get("tolerance") is not None:
+        said["tolerance"] = given["tolerance"]
     return said | {name: True for name in ("edges", "repair") if given[name]}

@@ -10,26 +10,21 @@ from typing import TYPE_CHECKING, Any
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
+    from splinefeed.formats.contents import Contents
     from splinefeed.geometry.path import Path
 
 
 def read_path(source: str, reading: Mapping[str, Any]) -> Path:
-    """The path that `source` means, read as `options.reading_from` says; with theta behind if `tangential` is true."""
-    known = {name: value for name, value in reading.items() if name != "tangential"}
-    path = _read(source, known, all_of_them=False)[0]
-    if not reading.get("tangential"):
-        return path
-    from splinefeed.geometry.tangential import tangential
+    """The path that `source` means, read as `options.reading_from` says."""
+    from splinefeed.formats import registry
 
-    return tangential(path)
+    paths = read_contents(source, reading)
+    return paths[0] if len(paths) == 1 else registry.choose(paths, None, source)
 
 
-def read_paths(source: str, reading: Mapping[str, Any]) -> list[Path]:
-    """Every path of `source`, or the one that `--path` chooses."""
-    return _read(source, reading, all_of_them=True)
-
-
-def _read(source: str, reading: Mapping[str, Any], all_of_them: bool) -> list[Path]:
+def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
+    """Every path of `source`, or the one that `--path` chooses, with the units and the format of the file."""
+    from splinefeed.formats.contents import Contents
     from splinefeed.geometry import shapes
 
     if not source.strip():
@@ -38,7 +33,9 @@ def _read(source: str, reading: Mapping[str, Any], all_of_them: bool) -> list[Pa
         for name in reading:
             option = "--path" if name == "which" else f"--{name}"
             raise InputError(f"{option}: is for files; {source!r} is a shape, whose options stand behind its '?'")
-        return [shapes.from_text(source)]
+        shape = Contents([shapes.from_text(source)])
+        shape.format = "shape"
+        return shape
     if not os.path.exists(source) and not os.path.splitext(source)[1] and os.sep not in source:
         name = source.partition(":")[0].partition("?")[0]
         close = difflib.get_close_matches(name, shapes.names(), n=1)
@@ -48,6 +45,9 @@ def _read(source: str, reading: Mapping[str, Any], all_of_them: bool) -> list[Pa
 
     which = reading.get("which")
     options = {name: value for name, value in reading.items() if name != "which"}
-    if all_of_them and which is None:
-        return registry.read_all(source, **options)
-    return [registry.read(source, path=which, **options)]
+    found = registry.read_all(source, **options)
+    if which is None:
+        return found
+    chosen = Contents([registry.choose(found, which, source)], found.units)
+    chosen.format = found.format
+    return chosen

@@ -106,9 +106,9 @@ def _units(tags: Tags, found: Sections, drawing: Drawing, override: str | None) 
     if number in INSERT_UNITS:
         return INSERT_UNITS[number]
     if number:
-        raise FormatError(f"{tags.source}: $INSUNITS is {number}, no unit of workpieces; give units=")
+        raise FormatError(f"{tags.source}: $INSUNITS is {number}, no unit of workpieces; give units")
     imperial = _header_number(tags, found, "$MEASUREMENT") == 0
-    hint = " ($MEASUREMENT says inch; if so, give units=in)" if imperial else ""
+    hint = " ($MEASUREMENT says inch: if so, give units in)" if imperial else ""
     drawing.findings.append(f"the drawing has no units; read as mm{hint}")
     return "mm", 1.0
 

@@ -68,6 +68,11 @@ class Format:
         found: Callable[..., list[str]] | None = getattr(self.load(), "write", None)
         return found
 
+    @property
+    def writing_options(self) -> set[str]:
+        """Names of the options that its writer takes; none if it is only read."""
+        return set() if self.writer is None else _options(self.writer)
+
 
 #: Where two formats look alike the first one that holds a file is taken, unless the name says the other.
 FORMATS = (
@@ -136,7 +141,9 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
                 _ = each.length  # is refused here, where its file can be named
     except CurveError as error:
         raise FormatError(f"{source}: {error}") from None
-    return paths if isinstance(paths, Contents) else Contents(paths)
+    contents = paths if isinstance(paths, Contents) else Contents(paths)
+    contents.format = found.title
+    return contents
 
 
 def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **options: Any) -> tuple[str, ...]:
@@ -145,17 +152,24 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     Returns what had to be approximated and what the format cannot hold, one sentence each; empty if nothing is lost.
     Raises FormatError for a suffix that no format writes, InputError for an option that is not one of the format.
     """
-    suffix = pathlib.Path(target).suffix.lower()
-    found = next((each for each in FORMATS if suffix in each.suffixes), None)
-    writer = None if found is None else found.writer
-    if found is None or writer is None:
-        can = [each for each in FORMATS if each.writer is not None]
-        raise FormatError(f"{target}: no path can be written so; name the file as one of {_listed(can)}")
-    _check_options(found, _options(writer), options)
+    found = format_to_write(target)
+    writer = found.writer
+    assert writer is not None
+    _check_options(found, found.writing_options, options)
     chosen = (paths,) if isinstance(paths, Path) else tuple(paths)
     if not chosen:
         raise InputError(f"{target}: there is no path to write")
     return tuple(writer(chosen, target, **options))
+
+
+def format_to_write(target: str | os.PathLike[str]) -> Format:
+    """The format that the suffix of `target` says; FormatError for one that nothing writes."""
+    suffix = pathlib.Path(target).suffix.lower()
+    found = next((each for each in FORMATS if suffix in each.suffixes), None)
+    if found is None or found.writer is None:
+        can = [each for each in FORMATS if each.writer is not None]
+        raise FormatError(f"{target}: no path can be written so; name the file as one of {_listed(can)}")
+    return found
 
 
 def format_of(source: str | os.PathLike[str]) -> Format:

@@ -22,6 +22,8 @@ from splinefeed.records import Array
 
 #: Largest distance of a curve that SVG cannot hold from what is written in its place, mm.
 DEFAULT_TOLERANCE = 1e-3
+#: Ends closer than this share of the page are one point.
+SAME_POINT = 1e-14
 #: Width of the lines on the page, as a share of its diagonal.
 _LINE_WIDTH = 2e-3
 _ORIGIN = "data-splinefeed-origin"
@@ -48,6 +50,8 @@ def write(
     )
     with atomic_write(target) as temporary:
         temporary.write_text(text, encoding="utf-8")
+    if page.split:
+        page.notes.append(f"{many(page.split, 'curve has', 'curves have')} several pieces now, each exact")
     if page.approximated:
         count = many(page.approximated, "curve is", "curves are")
         page.notes.append(
@@ -68,6 +72,7 @@ class _Page:
         self.tolerance = tolerance
         self.approximated = 0
         self.worst = 0.0
+        self.split = 0
         self.notes: list[str] = []
 
     def element(self, path: Path) -> str:
@@ -84,11 +89,12 @@ class _Page:
         start = curves[0].ends[0]
         for curve in curves:
             begin = curve.ends[0]
-            if here is None:
-                data.append(f"M{_pair(begin)}")
-            elif not np.array_equal(begin, here):
-                data.append(f"L{_pair(begin)}")
-            data += self._commands(curve)
+            if here is None or np.linalg.norm(begin - here) > SAME_POINT * max(self.size):
+                data.append(f"M{_pair(begin)}")  # a gap stays one; readers that join gaps join this one too
+            commands = self._commands(curve)
+            if len(commands) > 1 and curve.degree > 1:
+                self.split += 1
+            data += commands
             here = curve.ends[1]
         if here is not None and np.array_equal(here, start):
             data.append("Z")
@@ -121,6 +127,7 @@ class _Page:
         except CurveError as error_of_fit:
             raise FormatError(f"a curve cannot be written as cubics: {error_of_fit}") from None
         self.approximated += 1
+        self.split -= 1
         self.worst = max(self.worst, error)
         cubics = near.split(*near.breaks[1:-1]) if len(near.breaks) > 2 else [near]
         return [_bezier(piece.control_points) for piece in cubics]

@@ -1,0 +1,88 @@
+"""`splinefeed convert`: from any format to any other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from splinefeed.cli import options
+
+EXAMPLES = """\b
+Examples:
+  splinefeed convert part.dxf part.svg
+  splinefeed convert drawing.svg outline.json --path outline --repair
+  splinefeed convert butterfly butterfly.svg --tolerance 0.1um --json
+
+"""
+
+
+@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.argument("source", metavar="IN")
+@click.argument("target", metavar="OUT")
+@options.reading_alone
+@options.quantity(
+    "--join", kind="length", text="Gap between curves of a drawing that is still none.  [default: 1e-6 mm]"
+)
+@options.quantity(
+    "--tolerance",
+    kind="length",
+    text="Largest distance of what OUT cannot hold exactly, and of fits to points.  [default: 0.001 mm]",
+)
+@options.as_json
+def command(source: str, target: str, as_json: bool, **given: Any) -> None:
+    """Write what IN holds, a file or a shape, to OUT, whose suffix says the format.
+
+    Every curve is kept exactly where OUT can hold it; what is approximated or lost is said. OUT is then read back and
+    its distance from the curves of IN is measured.
+    """
+    from splinefeed.cli import output
+    from splinefeed.cli.progress import busy
+
+    with busy("convert") as say:
+        from splinefeed.cli.source import read_contents
+        from splinefeed.formats import registry
+        from splinefeed.pipeline.convert import convert
+
+        registry.format_to_write(target)  # before anything long begins
+        say(f"reading {source}")
+        reading = options.reading_from({**given, "tolerance": None})
+        if given["join"] is not None:
+            reading["tolerance"] = given["join"]
+        elif given["tolerance"] is not None and source.lower().endswith(".dat"):
+            reading["tolerance"] = given["tolerance"]  # an airfoil is a fit to points
+        paths = read_contents(source, reading)
+        say(f"writing {target}")
+        done = convert(paths, target, tolerance=given["tolerance"])
+    page = {
+        "ok": True,
+        "source": source,
+        "file": target,
+        "from": paths.format,
+        "to": done.format,
+        "units": paths.units,
+        "paths": len(paths),
+        "curves": sum(len(path.curves) for path in paths),
+        "curves_written": done.curves,
+        "largest_distance_mm": done.distance,
+        "notes": list(done.notes),
+        "findings": list(dict.fromkeys(finding for path in paths for finding in path.findings)),
+    }
+    if as_json:
+        output.print_json(page)
+    else:
+        _print(page)
+
+
+def _print(page: dict[str, Any]) -> None:
+    from splinefeed.cli.output import number, print_text
+    from splinefeed.cli.summary import print_notes
+
+    print_text(
+        f"{page['source']} ({page['from']}): {page['paths']} path(s), {page['curves']} curve(s) "
+        f"-> {page['file']} ({page['to']})"
+    )
+    if page["largest_distance_mm"] is not None:
+        distance = f"{number(page['largest_distance_mm'], 2)} mm" if page["largest_distance_mm"] else "0 mm"
+        print_text(f"read back: {page['curves_written']} curve(s), at most {distance} from those read")
+    print_notes(page["notes"] + page["findings"])
