@@ -7,8 +7,10 @@ edges of faces. Curves in the parameters of a surface are no tool paths.
 
 from __future__ import annotations
 
+import math
 import pathlib
 import re
+from collections.abc import Callable
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import cad_process
@@ -20,6 +22,11 @@ from splinefeed.geometry.path import JOIN_TOLERANCE
 _OCCT = cad_process.Library("iges", "OCP", "OCCT (package cadquery-ocp-novtk)")
 _SECTIONS = b"SGDPT"
 _COUNTS = re.compile(rb"S\s*([0-9]{1,7})G\s*([0-9]{1,7})D\s*([0-9]{1,7})P\s*([0-9]{1,7})")
+_STRING = re.compile(rb"\s*([0-9]{1,6})H")
+#: Columns of a line of parameters, place of the resolution in section G, and words of an arc: its type and seven more.
+_DATA, _RESOLUTION, _ARC = 64, 18, 8
+#: Resolution below which a file's word for it is not believed, units of the file: what ten digits are worth.
+LEAST_RESOLUTION = 1e-6
 _CUT = "is the file cut off?"
 #: Columns of a line before the letter of its section.
 _TEXT = 72
@@ -50,16 +57,15 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
         findings.append(what)
 
     counts = dict.fromkeys(_SECTIONS, 0)
+    sections: dict[int, list[bytes]] = {letter: [] for letter in _SECTIONS}
     before = 0
-    end = b""
     for number, line in enumerate(content.splitlines(), start=1):
         if not line.strip(b" \0\x1a"):
             continue
         letter = line[_TEXT] if len(line) > _TEXT else 0
         if letter in b"BC" and number == 1:
-            raise FormatError(
-                f"{file}: is IGES in its {'binary' if letter == 66 else 'compressed'} form; save it as ASCII"
-            )
+            form = "binary" if letter == ord("B") else "compressed"
+            raise FormatError(f"{file}: is IGES in its {form} form; save it as ASCII")
         if letter not in counts:
             fault(f"line {number}: has none of S, G, D, P, T in column 73; is this IGES, and is it whole?")
             continue
@@ -68,10 +74,11 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
             fault(f"line {number}: section {chr(letter)} stands behind section {chr(_SECTIONS[before])}")
         before = max(before, place)
         counts[letter] += 1
+        sections[letter].append(line)
         sequence = line[_TEXT + 1 : _TEXT + 8].strip().decode("ascii", "replace")
         if sequence.lstrip("0") != str(counts[letter]):
             fault(f"line {number}: is number {counts[letter]} of section {chr(letter)}, but says {sequence!r}")
-        end = line if letter == ord("T") else end
+    end = sections[ord("T")][-1] if sections[ord("T")] else b""
     said = _COUNTS.match(end)
     if said is None:
         fault(f"the line that counts the others (S, G, D, P) is missing behind line {sum(counts.values())}; {_CUT}")
@@ -81,4 +88,60 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
                 fault(f"section {chr(letter)} has {counts[letter]} lines, but the last line says {int(count)}")
     if counts[ord("D")] < 2 or counts[ord("D")] % 2:
         fault(f"section D has {counts[ord('D')]} lines; two an entity are needed")
+    if not findings:
+        _check_arcs(sections, fault)
     return findings
+
+
+def _check_arcs(sections: dict[int, list[bytes]], fault: Callable[[str], None]) -> None:
+    """Say which arcs (entity 100) do not end on the circle about their centre that they begin on.
+
+    The error that the file allows itself is its resolution, the 19th word of section G.
+    """
+    words = _words(b"".join(line[:_TEXT] for line in sections[ord("G")]), b",", b";")
+    allowed = max(_number(words[_RESOLUTION]) if len(words) > _RESOLUTION else 0.0, LEAST_RESOLUTION)
+    separators = [
+        words[i][2:3] if len(words) > i and words[i].startswith(b"1H") else standard
+        for i, standard in enumerate((b",", b";"))
+    ]
+    entries, parameters = sections[ord("D")], sections[ord("P")]
+    for i in range(0, len(entries) - 1, 2):
+        if entries[i][:8].strip() != b"100":
+            continue
+        first, count = _number(entries[i][8:16]), _number(entries[i + 1][24:32])
+        lines = parameters[int(first) - 1 : int(first + count) - 1] if first >= 1.0 and count >= 1.0 else []
+        values = [_number(word) for word in _words(b"".join(line[:_DATA] for line in lines), *separators)]
+        if len(values) < _ARC:
+            fault(f"entity D{i + 1}: an arc has {max(len(values) - 1, 0)} parameters; {_ARC - 1} are needed")
+            continue
+        _, _, x, y, *ends = values[:_ARC]
+        begin, end = (math.hypot(ends[k] - x, ends[k + 1] - y) for k in (0, 2))
+        if not abs(end - begin) <= allowed:
+            fault(
+                f"entity D{i + 1}: an arc begins with radius {begin:.9g} and ends with {end:.9g}; "
+                f"{abs(end - begin):.3g} apart, and {allowed:.3g} is the resolution of the file"
+            )
+
+
+def _words(text: bytes, separator: bytes, end: bytes) -> list[bytes]:
+    """The parameters in `text` up to its `end`; in strings such as 3Ha,b separators have no meaning."""
+    words = []
+    at = 0
+    while at < len(text):
+        string = _STRING.match(text, at)
+        begin = string.end() + int(string[1]) if string else at
+        stops = [place for place in (text.find(separator, begin), text.find(end, begin)) if place >= 0]
+        stop = min(stops, default=len(text))
+        words.append(text[at:stop].strip())
+        if text[stop : stop + 1] == end:
+            break
+        at = stop + 1
+    return words
+
+
+def _number(word: bytes) -> float:
+    """A number of IGES, D for e allowed; not a number for what is none."""
+    try:
+        return float(word.replace(b"D", b"E").replace(b"d", b"e") or b"0")
+    except ValueError:
+        return math.nan

@@ -38,7 +38,7 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
     if not holds(content):
         raise FormatError(f"{file}: does not begin with {START.decode()}; is it STEP?")
     text = _SILENT.sub(lambda match: b"\n" * match[0].count(b"\n") + b"''", content)
-    sections = text.rstrip(b" \t\r\n\0;").endswith(END), b"DATA" in text, b"ENDSEC" in text
+    sections = END in text, b"DATA" in text, b"ENDSEC" in text
     if not all(sections):
         fault(f"{END.decode()} does not end it, at byte {len(content)}; is the file cut off?")
     if b"'" in text.replace(b"''", b""):
@@ -47,7 +47,6 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
     used: dict[int, int] = {}
     line = 1
     for statement in text.split(b";"):
-        begin = line + len(statement) - len(statement.lstrip())
         begin = line + statement[: len(statement) - len(statement.lstrip())].count(b"\n")
         line += statement.count(b"\n")
         if not statement.lstrip().startswith(b"#"):
