@@ -247,10 +247,11 @@ def test_an_iges_arc_that_misses_its_circle_is_named(tmp_path: Path, data_dir: P
     file.write_text(text.replace(whole, "100,0.0,0.0,0.0,-1.5,0.0,1.6,0.0;"))
     with pytest.raises(FormatError) as caught:
         read(file)
-    fault = "entity D21: an arc begins with radius 1.5 and ends with 1.6; 0.1 apart, and 0.001 is the resolution of the file"
+    ends = "an arc begins with radius 1.5 and ends with 1.6"
+    fault = f"entity D21: {ends}; 0.1 apart, and 0.001 is the resolution of the file"
     assert str(caught.value) == f"{file}: {fault}"
     assert read_all(file, repair=True)[0].findings == (fault,)
-    file.write_text(text.replace(whole, "100,0.0,0.0,0.0,-1.5,0.0,1.5009,.0;"))
+    file.write_text(text.replace(whole, "100,0.,0.0,0.,-1.5,.0,1.5009,.0;".ljust(len(whole))))
     assert read_all(file)[0].findings == ()
     file.write_text(text.replace(whole, "100,0.0,0.0,0.0;".ljust(len(whole))))
     with pytest.raises(FormatError, match="entity D21: an arc has 3 parameters; 7 are needed"):
