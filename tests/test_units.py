@@ -60,7 +60,7 @@ def test_a_quantity_is_read_in_base_units(quantity: str | float, kind: str, valu
             "time",
             "'1000hz' is a frequency; its period is 1 ms; expected a time such as 1ms or 0.001s",
         ),
-        ("0hz", "time", "'0hz' is of no kind that is known here; expected a time such as 1ms or 0.001s"),
+        ("0hz", "time", "'0hz' is a frequency; expected a time such as 1ms or 0.001s"),
         ("1e999", "feed", "'1e999' is not finite; expected a feed such as 60mm/s or 3600mm/min"),
         ("1e308m", "length", "'1e308m' is not finite; expected a length such as 12.5mm or 0.5in"),
         ("nan", "angle", "'nan' cannot be read; expected an angle such as 15deg or 0.26rad"),

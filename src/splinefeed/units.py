@@ -31,6 +31,7 @@ KINDS = {
     "acceleration": Kind("an acceleration", "mm/s^2", "50mm/s^2 or 0.05m/s^2"),
     "jerk": Kind("a jerk", "mm/s^3", "2000mm/s^3 or 2m/s^3"),
     "angle": Kind("an angle", "rad", "15deg or 0.26rad"),
+    "frequency": Kind("a frequency", "hz", "256khz or 256000hz"),
 }
 
 #: The units a user may write, in Pint's words; small letters, since case says nothing here (MM/MIN is mm/min).
@@ -95,6 +96,8 @@ def format_quantity(value: float, kind: str) -> str:
         value, unit = math.degrees(value), "deg"
     elif kind == "time" and 0.0 < abs(value) < 1.0:
         value, unit = (value * 1e3, "ms") if abs(value) >= 1e-3 else (value * 1e6, "us")
+    elif kind == "frequency":
+        value, unit = (value * 1e-3, "kHz") if abs(value) >= 1e3 else (value, "Hz")
     return f"{value:.6g} {unit}"
 
 
@@ -137,12 +140,12 @@ def _factor(unit: str, quantity: str, number: float, wanted: Kind) -> float:
 
 def _other_kind(given: pint.Quantity[float], number: float) -> str:
     """Say what a quantity of the wrong kind is, and, for a frequency, the period that was probably meant."""
-    for kind in KINDS.values():
-        if given.is_compatible_with(kind.base):
-            return f"is {kind.title}"
     frequency = number * given.m_as("hz") if given.is_compatible_with("hz") else 0.0
     if 0.0 < frequency < math.inf:
         return f"is a frequency; its period is {format_quantity(1.0 / frequency, 'time')}"
+    for kind in KINDS.values():
+        if given.is_compatible_with(kind.base):
+            return f"is {kind.title}"
     return "is of no kind that is known here"
 
 

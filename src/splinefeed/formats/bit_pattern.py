@@ -146,13 +146,13 @@ def encode_chunks(
             raise InputError(f"the setpoints from tick {ticks} on are empty; leave such a chunk out")
         if first is None:
             first = chunk
-            scales = _scales(pulses_per_unit, chunk.axes, rotary)
+            scales = scales_of(pulses_per_unit, chunk.axes, rotary)
             last = np.empty((0, len(chunk.axes)), dtype=np.int64)
         for name in ("axes", "period"):
             here, there = getattr(chunk, name), getattr(first, name)
             if here != there:
                 raise InputError(f"the chunk at tick {ticks} has {name} {here!r}, the first one {there!r}")
-        counts = np.concatenate([last, _counts(chunk, scales, ticks)])
+        counts = np.concatenate([last, counts_of(chunk, scales, ticks)])
         before = ticks - len(last)
         _check_rate(counts, slots, before, first, scales)
         words = np.empty((len(counts) - 1, len(chunk.axes), 2, slots // SLOTS), dtype=np.uint16)
@@ -175,10 +175,10 @@ def decode(pattern: BitPattern) -> Array:
     Exactly round(position * pulses_per_unit) / pulses_per_unit of what was encoded. Raises InputError, naming
     period, axis and slot, where plus and minus are set in the same slot.
     """
-    return np.asarray(_tallied(pattern) / pattern.pulses_per_unit)
+    return np.asarray(pulses_at(pattern) / pattern.pulses_per_unit)
 
 
-def _tallied(pattern: BitPattern) -> IntArray:
+def pulses_at(pattern: BitPattern) -> IntArray:
     """Pulses from zero at the beginning of the first period and the end of every one, (n + 1, axes); see `decode`."""
     counts = np.empty((len(pattern) + 1, len(pattern.axes)), dtype=np.int64)
     counts[0] = pattern.start
@@ -210,9 +210,9 @@ def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[s
             if first is None:
                 first = pattern
                 dataset = _create_dataset(file, pattern)
-            elif not _follows(pattern, first, end):
+            elif not follows_on(pattern, first, end):
                 raise InputError(f"{path}: the pattern at period {periods} does not go on where the one before ends")
-            end = _tallied(pattern)[-1]  # words that no card may get are refused here
+            end = pulses_at(pattern)[-1]  # words that no card may get are refused here
             dataset.resize(periods + len(pattern), axis=0)
             dataset[periods:] = pattern.words
             periods += len(pattern)
@@ -257,7 +257,7 @@ def read_chunks(path: str | os.PathLike[str], periods: int = CHUNK_PERIODS) -> I
                     pulses_per_unit=pattern.pulses_per_unit,
                     first=pattern.first + first,
                 )
-                start = _tallied(chunk)[-1]
+                start = pulses_at(chunk)[-1]
                 yield chunk
     except FormatError:
         raise
@@ -278,7 +278,7 @@ def _checked_slots(slots_per_period: object) -> int:
     return slots
 
 
-def _scales(pulses_per_unit: Mapping[str, float], axes: tuple[str, ...], rotary: str) -> Array:
+def scales_of(pulses_per_unit: Mapping[str, float], axes: tuple[str, ...], rotary: str) -> Array:
     """Pulses per mm or rad, (axes,)."""
     if rotary not in ("rad", "deg"):
         raise InputError(f"rotary is {rotary!r}; choose 'rad' or 'deg'")
@@ -302,7 +302,7 @@ def _scales(pulses_per_unit: Mapping[str, float], axes: tuple[str, ...], rotary:
     return scales
 
 
-def _counts(chunk: Setpoints, scales: Array, ticks: int) -> IntArray:
+def counts_of(chunk: Setpoints, scales: Array, ticks: int) -> IntArray:
     """Pulses from zero at each tick, (n, axes)."""
     check_finite(chunk.position, "Setpoints.position")
     with np.errstate(over="ignore"):
@@ -330,7 +330,8 @@ def _check_rate(counts: IntArray, slots: int, before: int, points: Setpoints, sc
     )
 
 
-def _follows(pattern: BitPattern, first: BitPattern, end: IntArray) -> bool:
+def follows_on(pattern: BitPattern, first: BitPattern, end: IntArray) -> bool:
+    """Whether `pattern` goes on where one of the same making as `first` has come to `end`, pulses from zero (axes,)."""
     return (
         pattern.axes == first.axes
         and pattern.period == first.period

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import hdf5, plans_hdf5, response_hdf5, setpoints_hdf5
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
 
-Record = Setpoints | TimeLaw | Limits | Response
+if TYPE_CHECKING:
+    from splinefeed.formats.bit_pattern import BitPattern
+
+Record: TypeAlias = "Setpoints | TimeLaw | Limits | Response | BitPattern"
 
 
 @dataclass(frozen=True)
@@ -36,19 +40,33 @@ FORMATS = {
     "halstreamer": SetpointFormat((".halstream",), "setpoints_halstreamer", loads=False),
     "pvt": SetpointFormat((".pvt",), "setpoints_pvt", loads=False),
 }
+#: Pulse words of a motion card as its driver takes them.
+_BITS = ".bits"
+
+
+def _read_pattern(file: Any, path: Path) -> BitPattern:
+    from splinefeed.formats import bit_pattern
+
+    return bit_pattern.read(path)
+
+
 _HDF5_READERS: dict[str, Callable[[Any, Path], Record]] = {
     "Setpoints": setpoints_hdf5.read,
     "TimeLaw": plans_hdf5.read_law,
     "Limits": plans_hdf5.read_limits,
     "Response": response_hdf5.read,
+    "BitPattern": _read_pattern,
 }
 
 
 def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> None:
-    """Save a record: any as HDF5 (.h5, .hdf5), setpoints in every one of FORMATS; whole or not at all.
+    """Save a record, whole or not at all: any as HDF5 (.h5), setpoints in every one of FORMATS, pulse words as .bits.
 
     Setpoints may come as an iterable of chunks, of which all formats but .mat hold one at a time in memory.
     """
+    if _is_pattern(record):
+        _pattern_module(path).write(record, path)
+        return
     name = _format_of(path)
     if isinstance(record, TimeLaw | Limits | Response) and name != "hdf5":
         raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 alone; name the file .h5")
@@ -64,6 +82,9 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
 
 def load(path: str | os.PathLike[str]) -> Record:
     """Load a record that `save` wrote; a tuple in its settings comes back as a list, for JSON knows no other."""
+    if Path(path).suffix.lower() == _BITS:
+        pattern: BitPattern = _pattern_module(path).read(path)
+        return pattern
     name = _format_of(path)
     if name == "hdf5":
         return hdf5.read(path, _HDF5_READERS)
@@ -83,6 +104,17 @@ def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
     assert isinstance(points, Setpoints)
     for start in range(0, len(points), rows):
         yield points.part(start, start + rows)
+
+
+def _is_pattern(record: object) -> bool:
+    """Whether it is pulse words; their module, which needs a compiler, is not imported to find out."""
+    module = sys.modules.get("splinefeed.formats.bit_pattern")
+    return module is not None and isinstance(record, module.BitPattern)
+
+
+def _pattern_module(path: str | os.PathLike[str]) -> ModuleType:
+    raw = Path(path).suffix.lower() == _BITS
+    return import_module(f"splinefeed.formats.bit_pattern{'_raw' if raw else ''}")
 
 
 def _module(name: str) -> ModuleType:

@@ -1,0 +1,122 @@
+"""Setpoints to the pulse words of a motion card, each word decoded again before it is written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.formats import bit_pattern
+from splinefeed.formats.bit_pattern import BitPattern
+from splinefeed.kernels.bit_pattern import SLOTS
+from splinefeed.machine.table import Table
+from splinefeed.records import ROTARY_AXES, Setpoints
+
+
+@dataclass
+class Survey:
+    """What setpoints ask of a pulse clock, gathered chunk by chunk.
+
+    ticks    setpoints; period  s
+    fastest  most pulses of one axis in one period, at tick `at` (the period after it), of axis `axis`
+    """
+
+    ticks: int = 0
+    period: float = math.nan
+    axes: tuple[str, ...] = ()
+    fastest: int = 0
+    at: int = 0
+    axis: str = ""
+
+    @property
+    def slots(self) -> int:
+        """The fewest slots of a period, a multiple of 16, that hold its pulses."""
+        return max(-(-self.fastest // SLOTS), 1) * SLOTS
+
+    @property
+    def rate(self) -> float:
+        """The highest rate of pulses of one axis over a period, Hz."""
+        return self.fastest / self.period
+
+
+def survey(chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], *, rotary: str = "rad") -> Survey:
+    """How many pulses a period the setpoints need at most, and where; see `formats.bit_pattern.encode_chunks`."""
+    found = Survey()
+    last = None
+    for chunk in chunks:
+        scales = bit_pattern.scales_of(pulses_per_unit, chunk.axes, rotary)
+        counts = bit_pattern.counts_of(chunk, scales, found.ticks)
+        found.period, found.axes = chunk.period, chunk.axes
+        both = counts if last is None else np.concatenate([last, counts])
+        steps = np.abs(np.diff(both, axis=0))
+        if steps.size and int(steps.max()) > found.fastest:
+            i, axis = np.unravel_index(int(np.argmax(steps)), steps.shape)
+            found.fastest, found.axis = int(steps[i, axis]), chunk.axes[int(axis)]
+            found.at = found.ticks + int(i) - (0 if last is None else 1)
+        last = counts[-1:]
+        found.ticks += len(chunk)
+    if not found.ticks:
+        raise InputError("there are no setpoints to make pulses of")
+    return found
+
+
+@dataclass
+class Tally:
+    """What the words came to, decoded again: periods, pulses each way by axis, and the largest distance in pulses."""
+
+    periods: int = 0
+    plus: dict[str, int] = field(default_factory=dict)
+    minus: dict[str, int] = field(default_factory=dict)
+    off: float = 0.0
+
+    def see(self, pattern: BitPattern, points: Setpoints) -> None:
+        """Take in a pattern and the setpoints (n, axes) at the beginning of its first period and the end of each."""
+        self.periods += len(pattern)
+        bits = np.bitwise_count(pattern.words).sum(axis=(0, 3), dtype=np.int64)
+        for i, axis in enumerate(pattern.axes):
+            self.plus[axis] = self.plus.get(axis, 0) + int(bits[i, 0])
+            self.minus[axis] = self.minus.get(axis, 0) + int(bits[i, 1])
+        decoded = bit_pattern.decode(pattern)[-len(points) :]
+        off = np.abs((decoded - points.position) * pattern.pulses_per_unit)
+        self.off = max(self.off, float(np.max(off, initial=0.0)))
+
+
+def encoded(
+    chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], slots: int, tally: Tally, *, rotary: str = "rad"
+) -> Iterator[BitPattern]:
+    """The words chunk by chunk, each decoded again and held against its setpoints by `tally`."""
+    kept: list[Setpoints] = []
+
+    def remembered() -> Iterator[Setpoints]:
+        for chunk in chunks:
+            kept.append(chunk)
+            yield chunk
+
+    for pattern in bit_pattern.encode_chunks(remembered(), pulses_per_unit, slots, rotary=rotary):
+        tally.see(pattern, kept.pop())
+        yield pattern
+
+
+def pulses_of(table: Table, axes: Iterable[str]) -> dict[str, float]:
+    """Pulses per mm or rad of the named axes of a machine: the counts of their encoders."""
+    found = {}
+    for name in axes:
+        if name not in table.axes:
+            listed = ", ".join(table.axes)
+            raise InputError(f"machine {table.name!r} has no axis {name!r}; its axes are {listed}")
+        axis = table.axes[name]
+        if axis.encoder is None:
+            raise InputError(
+                f"machine {table.name!r}: axis {name} has no encoder to take pulses from; give them yourself, such as "
+                f"--pulses {name}=1000"
+            )
+        found[name] = 1.0 / axis.encoder_resolution
+    return found
+
+
+def per_degree(pulses_per_unit: Mapping[str, float]) -> dict[str, float]:
+    """The same with rotary axes per degree, as people read them."""
+    return {axis: value * math.pi / 180.0 if axis in ROTARY_AXES else value for axis, value in pulses_per_unit.items()}
