@@ -89,6 +89,8 @@ def _nurbs(said: dict[str, Any]) -> NurbsCurve | None:
     knots = [said["knots"][1], *said["knots"][1:-1], said["knots"][-2]]
     curve = NurbsCurve(said["degree"], knots, points, said["weights"])
     low, high = curve.domain
+    if (said["first"], said["last"]) == (low, high):
+        return curve if curve.clamped else clamped(curve)
     first, last = (_at_knot(curve, float(np.clip(said[name], low, high))) for name in ("first", "last"))
     if not first < last:
         return None

@@ -255,8 +255,8 @@ def _is_reversed(edge: Any) -> bool:
     return bool(edge.Orientation() == TopAbs_REVERSED)
 
 
-def _xyz(point: Any) -> list[float]:
-    return [point.X(), point.Y(), point.Z()]
+def _xyz(point: Any) -> tuple[float, float, float]:
+    return point.X(), point.Y(), point.Z()
 
 
 def _conic(kind: str, adaptor: Any, circle: bool, first: float, last: float) -> dict[str, Any]:
