@@ -53,5 +53,5 @@ $(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-bench: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[bench]'
+	$(PIP) --editable '.[bench,cad]'
 	@touch $@ $(VENV)/.installed

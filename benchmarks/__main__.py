@@ -14,7 +14,19 @@ from benchmarks.tables import Headline, read_results, summary, write_into, write
 NAMES = ("ticks", "points", "arc", "online", "start", "stream", "methods", "cad")
 RESULTS = Path(__file__).with_name("results.json")
 README = Path(__file__).parents[1] / "README.md"
-PACKAGES = ("splinefeed", "numpy", "scipy", "numba", "llvmlite", "h5py", "geomdl", "splipy", "nurbspy", "cadquery-ocp-novtk", "rhino3dm")
+PACKAGES = (
+    "splinefeed",
+    "numpy",
+    "scipy",
+    "numba",
+    "llvmlite",
+    "h5py",
+    "geomdl",
+    "splipy",
+    "nurbspy",
+    "cadquery-ocp-novtk",
+    "rhino3dm",
+)
 
 
 def main() -> int:
