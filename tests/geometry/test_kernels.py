@@ -11,6 +11,7 @@ import reference
 from sample_curves import KINDS, KNOWN, STILL, along_a_wave, butterfly, random_curve, with_cusp
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import arc_length, nearest, nurbs, pieces
+from splinefeed.kernels import cells as cells_of
 
 EPSILON = np.finfo(float).eps
 pytestmark = pytest.mark.nojit
@@ -211,7 +212,7 @@ def test_a_table_with_too_few_rows_says_how_many_would_do():
     )
     assert needed == wanted
     assert np.array_equal(small, curve.arc.table[:7])
-    cells = np.empty((2, nearest.ENDS + 4))
-    assert nearest.make_cells(curve.arc.table, curve.arc.shape, cells) == len(curve.arc.nearest.cells)
+    cells = np.empty((2, cells_of.ENDS + 4))
+    assert cells_of.make_cells(curve.arc.table, curve.arc.shape, cells) == len(curve.arc.nearest.cells)
     rows = np.zeros((1, curve.table[0].shape[1]))
     assert pieces.fill_rows(rows, 0, curve.knots, curve.control_points, curve.weights, shape, shape) == 48

@@ -254,7 +254,7 @@ def test_path_of_many_curves_over_its_linear_axes():
 def test_cells_hold_their_curve():
     curve = butterfly()
     search = curve.arc.nearest
-    from splinefeed.kernels import nearest as kernels
+    from splinefeed.kernels import cells as kernels
     from splinefeed.kernels import pieces
 
     u = np.linspace(*curve.domain, 997)

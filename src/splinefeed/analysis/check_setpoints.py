@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.analysis.check_bounds import Bounds, Fault
+from splinefeed.geometry.nearest import Nearest
 from splinefeed.kernels import check as kernels
-from splinefeed.kernels import contour as search
 from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -50,11 +50,8 @@ class Judge:
         self.last_position = np.full(len(path.axes), np.nan)
         self.last_s = 0.0
         self._centripetal_feed = 0.0
-        rows, linear = len(path.table), path.linear
-        self._boxes = np.empty((rows, search.bounds_width(linear)))
-        search.fill_bounds(path.table, path.shape, self._boxes)
-        size = float(np.max(np.abs(self._boxes[:, : 2 * linear]), initial=0.0))
-        self._search_tolerance = search.TOLERANCE * size
+        self._nearest = Nearest(path.table, path.shape)
+        size = float(np.max(np.abs(self._nearest.boxes[1]), initial=0.0))
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
         self.allowed = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
         self._state = np.zeros(3)
@@ -178,7 +175,7 @@ class Judge:
         rows = np.empty(len(points), dtype=np.int64)
         found = np.empty((len(points), kernels.FOUND))
         along = kernels.locate(
-            path.table, path.curve_rows, path.shape, self._boxes, self._search_tolerance,
+            path.table, path.curve_rows, path.shape, self._nearest.cells, self._nearest.boxes,
             self.allowed, points.curve, points.u, points.position, self._state, rows, found,
         )  # fmt: skip
         self.scale[0] = max(self.scale[0], along)

@@ -60,10 +60,6 @@ class ContourMeter:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._nearest = Nearest(path.table, path.shape)
-        self._bounds = np.empty((len(path.table), kernels.bounds_width(path.linear)))
-        kernels.fill_bounds(path.table, path.shape, self._bounds)
-        size = float(np.max(np.abs(self._bounds[:, : 2 * path.linear]), initial=0.0))
-        self._tolerance = kernels.TOLERANCE * size
 
     def measure(
         self,
@@ -88,7 +84,7 @@ class ContourMeter:
         With `signed`, for two linear axes, the error is positive on the left of the path, seen along it. At a corner
         that is the side of the mean of its two tangents, where the path turns straight back of the one before.
 
-        The tolerance of the search is 4e-15 of the largest coordinate. Positions in the order of the motion are fast.
+        What is found is the nearest point to rounding. Positions in the order of the motion are fast.
         Raises InputError for shapes that do not fit, values that are not finite, and s_hint outside the path.
         """
         path = self.path
@@ -105,12 +101,8 @@ class ContourMeter:
         else:
             hint = _hints(s_hint, len(points), path.length)
             found = np.empty((len(points), 3))
-            kernels.nearest_in_window(
-                path.table, path.shape, self._bounds, self._tolerance, path.closed, width, points, hint, found
-            )
-            whole = found[:, kernels.ROW] == kernels.WHOLE
-            if whole.any():
-                found[whole] = self._of_whole_path(points[whole])
+            cells, boxes = self._nearest.cells, self._nearest.boxes
+            kernels.nearest_in_window(path.table, path.shape, cells, boxes, path.closed, width, points, hint, found)
         s = np.empty(len(points))
         kernels.arc_lengths(path.table, found, s)
         error = found[:, kernels.DISTANCE].copy()

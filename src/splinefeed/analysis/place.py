@@ -6,9 +6,9 @@ import numpy as np
 
 from splinefeed.analysis.contour import ContourMeter
 from splinefeed.errors import InputError
+from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import check as search
-from splinefeed.kernels import contour as kernels
 from splinefeed.records import Array, Setpoints
 
 #: A closed path's end counts as its start for a first setpoint within this, relative to the length of the path.
@@ -20,9 +20,7 @@ class Placer:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._bounds = np.empty((len(path.table), kernels.bounds_width(path.linear)))
-        kernels.fill_bounds(path.table, path.shape, self._bounds)
-        self._tolerance = kernels.TOLERANCE * float(np.max(np.abs(self._bounds[:, : 2 * path.linear]), initial=0.0))
+        self._nearest = Nearest(path.table, path.shape)
         self._state: Array | None = None
         #: Largest distance so far of a setpoint without arc length from the path, mm.
         self.apart = 0.0
@@ -45,7 +43,7 @@ class Placer:
             self._state = np.array([first, first, 0.0])
         rows, found = np.empty(n, dtype=np.int64), np.empty((n, search.FOUND))
         search.locate(
-            self.path.table, self.path.curve_rows, self.path.shape, self._bounds, self._tolerance, 0.0,
+            self.path.table, self.path.curve_rows, self.path.shape, self._nearest.cells, self._nearest.boxes, 0.0,
             np.full(n, -1), np.full(n, np.nan), position, self._state, rows, found,
         )  # fmt: skip
         self.apart = max(self.apart, float(np.max(found[:, search.APART], initial=0.0)))

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from splinefeed.errors import InputError
 from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.kernels import cells as cell_kernels
 from splinefeed.kernels import nearest as kernels
 from splinefeed.kernels import pieces
 from splinefeed.records import Array, IntArray, check_finite
@@ -25,13 +26,13 @@ class Nearest:
         self.table = table
         self.shape = shape
         linear = abs(shape[2])
-        cells = np.empty((2 * len(table), kernels.ENDS + 2 * linear))
-        while (needed := kernels.make_cells(table, shape, cells)) > len(cells):
+        cells = np.empty((2 * len(table), cell_kernels.ENDS + 2 * linear))
+        while (needed := cell_kernels.make_cells(table, shape, cells)) > len(cells):
             cells = np.empty((needed, cells.shape[1]))
         self.cells: Array = cells[:needed].copy()
         leaves = 1 << (needed - 1).bit_length()
         self.boxes: Array = np.empty((2 * leaves, 2 * linear))
-        kernels.make_boxes(self.cells, linear, self.boxes)
+        cell_kernels.make_boxes(self.cells, linear, self.boxes)
 
     def find(self, points: ArrayLike) -> tuple[IntArray, Array, Array]:
         """Row of the table (...), parameter u on it (...) and distance (...), mm, for points (..., linear), mm.

@@ -19,10 +19,9 @@ from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines
-from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.editing import moved_points
 from splinefeed.kernels import arc_length as arc_kernels
-from splinefeed.kernels import pieces
+from splinefeed.kernels import measure, pieces
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_array
 
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
@@ -30,8 +29,6 @@ DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 JOIN_TOLERANCE = 1e-6
 #: Linear axes that move by no more roundings than this, on a curve that turns rotary ones, do not move.
 STILL_ROUNDINGS = 8.0
-#: Arc-length pieces looked at in one go.
-BLOCK = 1 << 14
 #: Rows of a table that a curved span is given room for at first.
 ROWS_A_SPAN = 8
 
@@ -457,17 +454,8 @@ class Path:
 
     def minimum_radius(self) -> float:
         """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
-        flat, fractions = self.flat, np.linspace(0.0, 1.0, 33)
-        owner = np.repeat(np.arange(len(flat)), np.diff(self.curve_rows)[:, 0] + 1)
-        curved = np.flatnonzero(((flat.degrees > 1) | (flat.rational > 0))[owner])
-        top = 0.0
-        for first in range(0, len(curved), BLOCK):
-            at = curved[first : first + BLOCK]
-            low, high = self.table[at, pieces.LOW, None], self.table[at, pieces.HIGH, None]
-            u = np.minimum(low + fractions * (high - low), high)
-            kappa = curvatures(self.evaluate(owner[at, None], u, 2), self.linear)
-            kappa = kappa[np.isfinite(kappa)]
-            top = max(top, float(kappa.max())) if kappa.size else top
+        degree, _, _, rational = self.shape
+        top = measure.greatest_curvature(self.table, self.shape) if degree > 1 or rational else 0.0
         return 1.0 / top if top > 0.0 else float("inf")
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from splinefeed.kernels.arc_length import arc_length, parameter_in_row
-from splinefeed.kernels.contour import DISTANCE, PLACE, ROW, STACK, WHOLE, nearest_in_window, search_row
+from splinefeed.kernels.contour import PLACE, ROW, nearest_in_window
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.measure import _from_chord, _within_row
+from splinefeed.kernels.measure import _from_chord, _within_row, curvature_at
 from splinefeed.kernels.pieces import (
     DEGREES,
     HIGH,
@@ -126,8 +126,8 @@ def locate(
     table: Array,
     curve_rows: IntArray,
     shape: Shape,
-    bounds: Array,
-    search_tolerance: float,
+    cells: Array,
+    boxes: Array,
     allowed: float,
     curve: IntArray,
     u: Array,
@@ -151,7 +151,6 @@ def locate(
     query = np.empty((1, linear))
     hint = np.empty(1)
     result = np.empty((1, 3))
-    stack = np.empty((STACK, 2))
     work = np.empty((3, axes))
     row = int(state[2])
     along = 0.0
@@ -184,11 +183,7 @@ def locate(
         if not good:
             for a in range(linear):
                 query[0, a] = position[i, a]
-            nearest_in_window(table, shape, bounds, search_tolerance, False, 0.0, query, hint, result)
-            if result[0, ROW] == WHOLE:
-                result[0, DISTANCE] = math.inf
-                for each in range(last_row + 1):
-                    search_row(table, each, shape, bounds, query[0], -1.0, 1.0, search_tolerance, result[0], stack)
+            nearest_in_window(table, shape, cells, boxes, False, 0.0, query, hint, result)
             row = int(result[0, ROW])
             t = result[0, PLACE]
             value = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])
@@ -305,23 +300,6 @@ def chords(table: Array, shape: Shape, rows: IntArray, u: Array, position: Array
 
 
 @kernel
-def _curvature(table: Array, row: int, shape: Shape, u: float, work: Array) -> float:
-    """Curvature over the linear axes at u of one row, 1/mm, infinite where C' = 0 in motion; work (4, axes)."""
-    derivatives(table, row, shape, (u - table[row, MIDDLE]) * table[row, SCALE], 2, work)
-    square = 0.0
-    product = 0.0
-    for a in range(abs(shape[2])):
-        square += work[1, a] * work[1, a]
-        product += work[1, a] * work[2, a]
-    if square == 0.0:
-        return 0.0 if shape[2] <= 0 and turns(table, row, shape) else math.inf
-    across = 0.0
-    for a in range(abs(shape[2])):
-        across += (work[2, a] - product / square * work[1, a]) ** 2
-    return math.sqrt(across) / square
-
-
-@kernel
 def least_curvatures(table: Array, shape: Shape, rows: IntArray, u: Array, out: Array) -> None:
     """Least curvature between neighbouring setpoints, (n - 1,), 1/mm: ends and middle of each row's part."""
     work = np.empty((4, shape[1]))
@@ -333,7 +311,7 @@ def least_curvatures(table: Array, shape: Shape, rows: IntArray, u: Array, out: 
             begin = table[k, LOW] if k > row else (u[i] if rows[i] == row else u[i + 1])
             end = table[k, HIGH] if k < end_row else (u[i + 1] if rows[i + 1] == end_row else u[i])
             for j in range(3):
-                least = min(least, _curvature(table, k, shape, begin + 0.5 * j * (end - begin), work))
+                least = min(least, curvature_at(table, k, shape, begin + 0.5 * j * (end - begin), work))
         out[i] = least
 
 

@@ -1,16 +1,6 @@
-"""Nearest point of a stretch of a path: bounds of its arc-length pieces, and the search within a window.
+"""Nearest point of a stretch of a path, on which side of it a position is, and the arc length of what was found.
 
-The nearest point of the whole path is the matter of `kernels.nearest`.
-
-Everything is said in the parameter t in [-1, 1] of one row of a path's table (`kernels.pieces`). With q the position
-and r(t) = C(t) - q over the linear axes, the square of the distance and its derivatives are
-
-    f = r.r / 2,   f' = r.r',   f'' = r'.r' + r.r'',   f''' = 3 r'.r'' + r.r'''
-
-and |f'''| <= 3 v a + (|r(m)| + h v) b =: M on [m - h, m + h] with v, a, b the largest |C'|, |C''|, |C'''| of the row.
-So one evaluation at the middle m bounds f from below by its second-order polynomial less M h^3 / 6, and tells an
-interval on which f is convex (f''(m) > M h), concave or monotone from one that must be halved. Cusps need nothing of
-their own: no bound divides by |C'|.
+The search itself, of a stretch as of a whole path, is that of `kernels.nearest`.
 """
 
 from __future__ import annotations
@@ -20,30 +10,13 @@ import math
 import numpy as np
 
 from splinefeed.kernels.arc_length import arc_length, parameter_in_row
+from splinefeed.kernels.cells import ROW as CELL_ROW
+from splinefeed.kernels.cells import T_HIGH, T_LOW, find_cell
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.nearest import squared_distance
-from splinefeed.kernels.pieces import SCALE, START, Shape, derivatives, find_row, turns
+from splinefeed.kernels.nearest import search, search_room, squared_distance
+from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape, derivatives, find_row, turns
 from splinefeed.records import Array
 
-#: Chebyshev-Lobatto points at which the derivatives of a row are looked at.
-SAMPLES = 33
-#: A polynomial of degree 12 is nowhere larger than 1 / cos(12 pi / 64) = 1.21 times its largest value at these points
-#: (Ehlich and Zeller, Math. Z. 86, 1964); the rest of the margin is for rational pieces, which are no polynomials.
-SAMPLE_MARGIN = 1.5
-#: The search may be this far off, relative to the largest coordinate: a few roundings.
-TOLERANCE = 4e-15
-#: An interval of t no wider than this either side, still undecided, is settled by one descent.
-LEAST_HALF = 2.0**-10
-#: Intervals of one row looked at for one position; only a position from which a whole arc is equally far needs many.
-MOST_INTERVALS = 1024
-#: Intervals that wait, one a halving.
-STACK = 64
-#: Steps of one descent, the first ones by Newton's method; should they not do, bisection does.
-NEWTON_STEPS = 30
-MOST_STEPS = 90
-#: A step in t after which the next, of the order of its square, is below rounding, and the same of a bisection.
-SMALL_STEP = 1e-8
-LEAST_STEP = 1e-16
 #: Half-width of the window about the commanded arc length, in units of the distance from the commanded point.
 REACH = 4.0
 #: ... and at least this, relative to the length of the path.
@@ -55,191 +28,8 @@ ON_EDGE = 1e-9
 #: A derivative this much shorter than the next ones over a row is none.
 VANISHING = 1e-12
 
-#: Columns of what a search found.
+#: Columns of what a search found: distance, mm; row; t, exactly -1 or 1 at the ends of the row.
 DISTANCE, ROW, PLACE = 0, 1, 2
-#: ROW of a position whose window is the whole path.
-WHOLE = -1.0
-
-
-def bounds_width(linear: int) -> int:
-    """Columns of the bounds of a row: least and greatest coordinates over the linear axes, then v, a, b."""
-    return 2 * linear + 3
-
-
-@kernel
-def fill_bounds(table: Array, shape: Shape, bounds: Array) -> None:
-    """Box and largest |C'|, |C''|, |C'''| by t of every row, into bounds (rows, 2 linear + 3), mm.
-
-    On a row |C(t) - chord(t)| <= (1 - t^2) max|C''| / 2: the box of its ends, wider by that, holds the row.
-    """
-    linear = abs(shape[2])
-    at = np.empty((4, shape[1]))
-    for row in range(table.shape[0]):
-        scale = table[row, SCALE]
-        for a in range(linear):
-            bounds[row, a] = np.inf
-            bounds[row, linear + a] = -np.inf
-        for k in range(3):
-            bounds[row, 2 * linear + k] = 0.0
-        for i in range(SAMPLES):
-            derivatives(table, row, shape, math.cos(math.pi * i / (SAMPLES - 1)), 3, at)
-            factor = SAMPLE_MARGIN
-            for k in range(1, 4):
-                factor /= scale
-                total = 0.0
-                for a in range(linear):
-                    total += at[k, a] * at[k, a]
-                bounds[row, 2 * linear + k - 1] = max(bounds[row, 2 * linear + k - 1], factor * math.sqrt(total))
-            if i == 0 or i == SAMPLES - 1:
-                for a in range(linear):
-                    bounds[row, a] = min(bounds[row, a], at[0, a])
-                    bounds[row, linear + a] = max(bounds[row, linear + a], at[0, a])
-        for a in range(linear):
-            bounds[row, a] -= 0.5 * bounds[row, 2 * linear + 1]
-            bounds[row, linear + a] += 0.5 * bounds[row, 2 * linear + 1]
-
-
-@kernel
-def _box_distance(box: Array, linear: int, q: Array) -> float:
-    """Distance of q from a box (least, then greatest coordinates), 0 inside, mm."""
-    total = 0.0
-    for a in range(linear):
-        out = max(box[a] - q[a], q[a] - box[linear + a], 0.0)
-        total += out * out
-    return math.sqrt(total)
-
-
-@kernel
-def _descend(table: Array, row: int, shape: Shape, q: Array, low: float, high: float, t: float) -> float:
-    """t in [low, high] where f' = 0, or the end that f falls to, by Newton's method kept inside a bracket."""
-    low_known = False
-    high_known = False
-    for k in range(MOST_STEPS):
-        _, slope, bend, _ = squared_distance(table, row, shape, t, q)
-        if slope > 0.0:
-            high = t
-            high_known = True
-        elif slope < 0.0:
-            low = t
-            low_known = True
-        else:
-            break
-        after = t - slope / bend if bend > 0.0 else (low - 1.0 if slope > 0.0 else high + 1.0)
-        small = SMALL_STEP
-        if k >= NEWTON_STEPS or (after < low and low_known) or (after > high and high_known):
-            after = 0.5 * (low + high)
-            small = LEAST_STEP
-        after = min(max(after, low), high)
-        step = abs(after - t)
-        t = after
-        if step < small:
-            break
-    return t
-
-
-@kernel
-def _try(table: Array, row: int, shape: Shape, q: Array, t: float, best: Array) -> None:
-    """Take the point at t of one row for the best if it is nearer."""
-    square, _, _, _ = squared_distance(table, row, shape, t, q)
-    distance = math.sqrt(square)
-    if distance < best[DISTANCE]:
-        best[DISTANCE] = distance
-        best[ROW] = row
-        best[PLACE] = t
-
-
-@kernel
-def search_row(
-    table: Array,
-    row: int,
-    shape: Shape,
-    bounds: Array,
-    q: Array,
-    low: float,
-    high: float,
-    tolerance: float,
-    best: Array,
-    stack: Array,
-) -> None:
-    """Improve `best` by the nearest point of one row with t in [low, high]; branch and bound, see the module.
-
-    tolerance  mm: what cannot be nearer than the best by more than this is left alone. stack (STACK, 2) is room.
-    """
-    linear = abs(shape[2])
-    v = bounds[row, 2 * linear]
-    a = bounds[row, 2 * linear + 1]
-    b = bounds[row, 2 * linear + 2]
-    stack[0, 0] = low
-    stack[0, 1] = high
-    stacked = 1
-    for _ in range(MOST_INTERVALS):
-        if stacked == 0:
-            break
-        stacked -= 1
-        low = stack[stacked, 0]
-        high = stack[stacked, 1]
-        middle = 0.5 * (low + high)
-        half = 0.5 * (high - low)
-        square, slope, bend, _ = squared_distance(table, row, shape, middle, q)
-        distance = math.sqrt(square)
-        if distance < best[DISTANCE]:
-            best[DISTANCE] = distance
-            best[ROW] = row
-            best[PLACE] = middle
-        third = (3.0 * v * a + (distance + half * v) * b) * half
-        least = 0.5 * square - third * half * half / 6.0
-        if bend > 0.0 and abs(slope) < bend * half:
-            least -= 0.5 * slope * slope / bend
-        else:
-            least += (0.5 * bend * half - abs(slope)) * half
-        wanted = best[DISTANCE] - tolerance if best[DISTANCE] > tolerance else best[DISTANCE]
-        if least >= 0.5 * wanted * wanted:
-            continue
-        if abs(slope) > half * (abs(bend) + 0.5 * third):
-            _try(table, row, shape, q, low if slope > 0.0 else high, best)
-        elif bend > third or half <= LEAST_HALF:
-            start = best[PLACE] if best[ROW] == row and low <= best[PLACE] <= high else middle
-            _try(table, row, shape, q, _descend(table, row, shape, q, low, high, start), best)
-        elif bend < -third:
-            _try(table, row, shape, q, low, best)
-            _try(table, row, shape, q, high, best)
-        else:
-            # the half that f falls towards is looked at first
-            near = 1 if slope > 0.0 else 0
-            stack[stacked + near, 0] = low
-            stack[stacked + near, 1] = middle
-            stack[stacked + 1 - near, 0] = middle
-            stack[stacked + 1 - near, 1] = high
-            stacked += 2
-
-
-@kernel
-def _search_stretch(
-    table: Array,
-    shape: Shape,
-    bounds: Array,
-    start: float,
-    end: float,
-    exact: bool,
-    q: Array,
-    tolerance: float,
-    best: Array,
-    stack: Array,
-) -> None:
-    """Improve `best` by the rows that hold arc lengths start ... end, mm; with `exact` by no more than that stretch."""
-    last_row = table.shape[0] - 1
-    first = find_row(table, 0, last_row, START, start)
-    last = find_row(table, first, last_row, START, end)
-    low = parameter_in_row(table, first, start, 0.0) if exact else -1.0
-    high = parameter_in_row(table, last, end, 0.0) if exact else 1.0
-    if first == last:
-        search_row(table, first, shape, bounds, q, low, high, tolerance, best, stack)
-        return
-    search_row(table, first, shape, bounds, q, low, 1.0, tolerance, best, stack)
-    search_row(table, last, shape, bounds, q, -1.0, high, tolerance, best, stack)
-    for row in range(first + 1, last):
-        if _box_distance(bounds[row], abs(shape[2]), q) < best[DISTANCE]:
-            search_row(table, row, shape, bounds, q, -1.0, 1.0, tolerance, best, stack)
 
 
 @kernel
@@ -275,11 +65,40 @@ def _reach(table: Array, shape: Shape, hint: float, half: float, way: int) -> fl
 
 
 @kernel
+def _search_stretch(
+    table: Array,
+    shape: Shape,
+    cells: Array,
+    boxes: Array,
+    start: float,
+    end: float,
+    exact: bool,
+    query: Array,
+    found: int,
+    t: float,
+    best: float,
+    room: Array,
+) -> tuple[int, float, float]:
+    """`search` of the cells that hold arc lengths start ... end, mm; with `exact` of no more than that stretch."""
+    last_row = table.shape[0] - 1
+    row = find_row(table, 0, last_row, START, start)
+    low = parameter_in_row(table, row, start, 0.0)
+    first = find_cell(cells, row, low)
+    row = find_row(table, row, last_row, START, end)
+    high = parameter_in_row(table, row, end, 0.0)
+    last = max(find_cell(cells, row, high), first)
+    if not exact:
+        low = cells[first, T_LOW]
+        high = cells[last, T_HIGH]
+    return search(table, shape, cells, boxes, first, last, low, high, query, found, t, best, -1, room)
+
+
+@kernel
 def nearest_in_window(
     table: Array,
     shape: Shape,
-    bounds: Array,
-    tolerance: float,
+    cells: Array,
+    boxes: Array,
     closed: bool,
     window: float,
     position: Array,
@@ -290,13 +109,11 @@ def nearest_in_window(
 
     The window is [s_hint - h, s_hint + h] with h = max(window, REACH |position - r(s_hint)|), doubled until its
     nearest point is not one of its own ends, unless that is an end of the path; on a closed path it runs over the seam.
-    Where it has grown to the whole path, the search is left to others: ROW is WHOLE. Stretches on which only rotary
-    axes move are points and do not count for h.
+    It ends as the whole path. Stretches on which only rotary axes move are points and do not count for h.
     """
-    stack = np.empty((STACK, 2))
-    best = np.empty(3)
-    at_hint = np.empty(3)
+    room = search_room()
     last_row = table.shape[0] - 1
+    last_cell = cells.shape[0] - 1
     length = arc_length(table, last_row, 1.0)
     for i in range(position.shape[0]):
         q = position[i]
@@ -304,34 +121,40 @@ def nearest_in_window(
         row = find_row(table, 0, last_row, START, hint)
         whole = arc_length(table, row, 1.0) - table[row, START]
         guess = 2.0 * (hint - table[row, START]) / whole - 1.0 if whole > 0.0 else 0.0
-        best[DISTANCE] = np.inf
-        _try(table, row, shape, q, parameter_in_row(table, row, hint, guess), best)
-        for k in range(3):
-            at_hint[k] = best[k]
-        half = max(window, REACH * best[DISTANCE], LEAST_WINDOW * length)
+        hint_t = parameter_in_row(table, row, hint, guess)
+        hint_cell = find_cell(cells, row, hint_t)
+        hint_square, _, _, _ = squared_distance(table, row, shape, hint_t, q)
+        found, t, best = hint_cell, hint_t, hint_square
+        half = max(window, REACH * math.sqrt(hint_square), LEAST_WINDOW * length)
         for _ in range(MOST_DOUBLINGS):
-            if best[DISTANCE] == 0.0:
+            if best == 0.0:
                 break
             back = _reach(table, shape, hint, half, -1)
             forth = _reach(table, shape, hint, half, 1)
             if (closed and back + forth >= length) or (not closed and back >= hint and forth >= length - hint):
-                best[ROW] = WHOLE
+                low, high = cells[0, T_LOW], cells[last_cell, T_HIGH]
+                found, t, best = search(
+                    table, shape, cells, boxes, 0, last_cell, low, high, q, hint_cell, hint_t, hint_square, -1, room
+                )
                 break
             settled = False
-            # whole rows first: if their nearest point lies in the window, it is the window's; else only the window
+            # whole cells first: if their nearest point lies in the window, it is the window's; else only the window
             for exact in (False, True):
-                for k in range(3):
-                    best[k] = at_hint[k]
-                start = max(hint - back, 0.0)
-                end = min(hint + forth, length)
-                _search_stretch(table, shape, bounds, start, end, exact, q, tolerance, best, stack)
+                found, t, best = _search_stretch(
+                    table, shape, cells, boxes, max(hint - back, 0.0), min(hint + forth, length), exact, q,
+                    hint_cell, hint_t, hint_square, room,
+                )  # fmt: skip
                 if closed and hint - back < 0.0:
                     start = hint - back + length
-                    _search_stretch(table, shape, bounds, start, length, exact, q, tolerance, best, stack)
+                    found, t, best = _search_stretch(
+                        table, shape, cells, boxes, start, length, exact, q, found, t, best, room
+                    )
                 elif closed and hint + forth > length:
                     end = hint + forth - length
-                    _search_stretch(table, shape, bounds, 0.0, end, exact, q, tolerance, best, stack)
-                s = arc_length(table, int(best[ROW]), best[PLACE])
+                    found, t, best = _search_stretch(
+                        table, shape, cells, boxes, 0.0, end, exact, q, found, t, best, room
+                    )
+                s = arc_length(table, int(cells[found, CELL_ROW]), t)
                 inside = -back * (1.0 - ON_EDGE) < _offset(s, hint, length, closed) < forth * (1.0 - ON_EDGE)
                 at_end = not closed and (s <= ON_EDGE * half or s >= length - ON_EDGE * half)
                 if inside or (at_end and exact):
@@ -340,7 +163,14 @@ def nearest_in_window(
             if settled:
                 break
             half *= 2.0
-        out[i] = best
+        row = int(cells[found, CELL_ROW])
+        out[i, DISTANCE] = math.sqrt(best)
+        out[i, ROW] = row
+        out[i, PLACE] = t
+        if t <= (table[row, LOW] - table[row, MIDDLE]) * table[row, SCALE]:
+            out[i, PLACE] = -1.0
+        elif t >= (table[row, HIGH] - table[row, MIDDLE]) * table[row, SCALE]:
+            out[i, PLACE] = 1.0
 
 
 @kernel

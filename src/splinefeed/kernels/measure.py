@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, Shape, find_row, point, speed
+from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, Shape, derivatives, find_row, point, speed, turns
 from splinefeed.records import Array, IntArray
 
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -17,6 +17,8 @@ AGREEMENT = 3e-15
 MAX_DEPTH = 45
 #: Points of the curve looked at between two setpoints, when its distance from their chord is measured.
 CHORD_SAMPLES = 17
+#: Points of every row at which the greatest curvature is looked for.
+CURVATURE_SAMPLES = 33
 
 
 @kernel
@@ -202,3 +204,35 @@ def chord_errors(table: Array, curve_rows: IntArray, shape: Shape, curve: IntArr
             table, next_first, next_last, shape, table[next_first, LOW], u[i + 1], start, end, at
         )
         out[i] = max(before, after)
+
+
+@kernel
+def curvature_at(table: Array, row: int, shape: Shape, u: float, work: Array) -> float:
+    """Curvature over the linear axes at u of one row, 1/mm, infinite where C' = 0 in motion; work (4, axes)."""
+    derivatives(table, row, shape, (u - table[row, MIDDLE]) * table[row, SCALE], 2, work)
+    square = 0.0
+    product = 0.0
+    for a in range(abs(shape[2])):
+        square += work[1, a] * work[1, a]
+        product += work[1, a] * work[2, a]
+    if square == 0.0:
+        return 0.0 if shape[2] <= 0 and turns(table, row, shape) else math.inf
+    across = 0.0
+    for a in range(abs(shape[2])):
+        across += (work[2, a] - product / square * work[1, a]) ** 2
+    return math.sqrt(across) / square
+
+
+@kernel
+def greatest_curvature(table: Array, shape: Shape) -> float:
+    """Greatest curvature that is a number over the linear axes, 1/mm, at CURVATURE_SAMPLES places of every row."""
+    work = np.empty((4, shape[1]))
+    greatest = 0.0
+    for row in range(table.shape[0]):
+        width = table[row, HIGH] - table[row, LOW]
+        for k in range(CURVATURE_SAMPLES):
+            u = table[row, LOW] + width * k / (CURVATURE_SAMPLES - 1)
+            curvature = curvature_at(table, row, shape, u, work)
+            if curvature < math.inf:
+                greatest = max(greatest, curvature)
+    return greatest
