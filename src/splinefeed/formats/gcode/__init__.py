@@ -14,9 +14,9 @@ from typing import Any
 from splinefeed.formats.gcode.dialects import holds as holds
 
 #: Where the rest lives; it needs the kernels, and telling formats apart does not.
-_LATER = {"from_file": "to_path"}
+_LATER = {"from_file": "to_path", "summary": "summary"}
 
-__all__ = ["from_file", "holds"]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = ["from_file", "holds", "summary"]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:

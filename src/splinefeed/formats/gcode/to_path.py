@@ -18,7 +18,18 @@ from splinefeed.errors import CurveError, FormatError, InputError
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.gcode import arcs as arc_maker
 from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, PATH_ORDER, RAPID, ROTARY, SPLINE, Findings, Moves
+from splinefeed.formats.gcode.moves import (
+    AXES,
+    LETTERS,
+    LINE,
+    PATH_ORDER,
+    RAPID,
+    ROTARY,
+    SPLINE,
+    Findings,
+    Moves,
+    Spline,
+)
 from splinefeed.formats.gcode.offsets import SYSTEMS
 from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
@@ -215,15 +226,20 @@ def lengths(moves: Moves, arcs: arc_maker.Arcs) -> Array:
     step[:, list(ROTARY)] = 0.0
     found: Array = np.linalg.norm(step, axis=1)
     found[arcs.move] = arc_maker.arc_lengths(moves, arcs)
-    linear = [column for column in range(AXES) if column not in ROTARY]
     for i in np.flatnonzero(moves.kind == SPLINE).tolist():
-        spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
-        moving = [column for column in linear if np.ptp(spline.points[:, column]) > 0.0]
-        found[i] = 0.0
-        if moving:
-            curve = NurbsCurve(spline.degree, spline.knots, spline.points[:, moving], spline.weights)
-            found[i] = curve.length
+        path = spline_path(moves.splines[int(moves.codes[i, layout.SPLINE])])
+        found[i] = 0.0 if path is None else path.length
     return found
+
+
+def spline_path(spline: Spline) -> Path | None:
+    """A spline over the linear axes that it moves; None if there are none."""
+    linear = (column for column in range(AXES) if column not in ROTARY)
+    moving = [column for column in linear if np.ptp(spline.points[:, column]) > 0.0]
+    if not moving:
+        return None
+    curve = NurbsCurve(spline.degree, spline.knots, spline.points[:, moving], spline.weights)
+    return Path([curve], [LETTERS[column].lower() for column in moving])
 
 
 def _markers(moves: Moves, kept: IntArray) -> list[Marker]:

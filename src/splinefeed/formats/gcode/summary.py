@@ -1,0 +1,307 @@
+"""What is in a program, from its moves alone: no curve is made of a line, so that any size will do.
+
+Lengths, boxes, corners and radii are those that the path of the same program has; a test holds them together.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import pathlib
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import FormatError
+from splinefeed.formats.gcode.arcs import Arcs, arc_lengths
+from splinefeed.formats.gcode.moves import (
+    AXES,
+    CLOCKWISE,
+    COUNTERCLOCKWISE,
+    LETTERS,
+    LINE,
+    RAPID,
+    ROTARY,
+    SPLINE,
+    Moves,
+)
+from splinefeed.formats.gcode.reader import Reading
+from splinefeed.formats.gcode.to_path import NO_LENGTH, find_arcs, leading, path_columns, spline_path
+from splinefeed.formats.metadata import axis_units, to_degrees
+from splinefeed.geometry.path import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
+from splinefeed.kernels import gcode as layout
+from splinefeed.records import Array, BoolArray
+
+_LINEAR = [axis for axis in range(AXES) if axis not in ROTARY]
+_KINDS = {RAPID: "G0", LINE: "G1", CLOCKWISE: "G2", COUNTERCLOCKWISE: "G3", SPLINE: "splines"}
+
+
+@dataclass
+class Summary:
+    """Counts and measures of a program; lengths mm, times s. Made by `summary`."""
+
+    name: str
+    dialect: str = ""
+    lines: int = 0
+    units: str = "mm"
+    moves: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_KINDS.values(), 0))
+    lengths: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_KINDS.values(), 0.0))
+    without_length: int = 0
+    left_out: int = 0
+    feed_time: float = 0.0
+    dwell_time: float = 0.0
+    feeds: tuple[float, float] = (math.inf, 0.0)
+    markers: int = 0
+    ends: bool = False
+    degrees: set[int] = field(default_factory=set)
+    min_radius: float = math.inf
+    corners: int = 0
+    stops: int = 0
+    used: int = 0
+    low: Array = field(default_factory=lambda: np.full(AXES, np.inf))
+    high: Array = field(default_factory=lambda: np.full(AXES, -np.inf))
+    first: Array | None = None
+    last: Array | None = None
+    findings: list[str] = field(default_factory=list)
+
+    @property
+    def length(self) -> float:
+        """Length of the path over the linear axes, mm."""
+        return math.fsum(self.lengths.values())
+
+    def page(self, file: str | os.PathLike[str]) -> dict[str, Any]:
+        """The keys of `info --json`: `paths` with one entry, `program`, `units`, `findings`; no curves one by one."""
+        columns = path_columns(self.used, file)
+        axes = tuple(LETTERS[column].lower() for column in columns)
+        assert self.first is not None and self.last is not None
+        size = float(np.linalg.norm((self.high - self.low)[_LINEAR]))
+        gap = float(np.linalg.norm((self.last - self.first)[_LINEAR]))
+        path = {
+            "name": self.name,
+            "axes": list(axes),
+            "axis_units": axis_units(axes, rotary="deg"),
+            "curves": sum(self.moves.values()) - self.without_length - self.left_out,
+            "degrees": sorted(self.degrees),
+            "length_mm": self.length,
+            "bbox_min": to_degrees(self.low[columns][None], axes)[0].tolist(),
+            "bbox_max": to_degrees(self.high[columns][None], axes)[0].tolist(),
+            "closed": gap <= max(1e-6, 1e-9 * size),
+            "min_radius_mm": self.min_radius if math.isfinite(self.min_radius) else None,
+            "corners": self.corners,
+            "stops": self.stops,
+            "corner_places": [],
+            "gaps": 0,
+            "largest_gap_mm": 0.0,
+        }
+        return {"paths": [path], "program": self.program(), "units": self.units, "findings": self.findings}
+
+    def program(self) -> dict[str, Any]:
+        """What only a program has."""
+        low, high = self.feeds
+        return {
+            "dialect": self.dialect,
+            "lines": self.lines,
+            "motion_blocks": {kind: count for kind, count in self.moves.items() if count},
+            "lengths_mm": {kind: length for kind, length in self.lengths.items() if self.moves[kind]},
+            "without_length": self.without_length,
+            "left_out": self.left_out,
+            "feed_min_mm_s": low if high else None,
+            "feed_max_mm_s": high or None,
+            "feed_time_s": self.feed_time,
+            "dwell_s": self.dwell_time,
+            "markers": self.markers,
+            "ends": self.ends,
+        }
+
+
+def summary(file: str | os.PathLike[str], *, reading: Reading | None = None, keep_start: bool = False) -> Summary:
+    """Measure the program in `file`; FormatError for a line that is wrong, or where nothing moves."""
+    reading = reading or Reading()
+    found = Summary(pathlib.Path(file).stem)
+    joint = _Joint()
+    for part in reading.moves(file):
+        found.markers += sum(bool(mark.text) for mark in part.marks)
+        found.dwell_time += math.fsum(mark.dwell for mark in part.marks)
+        if len(part):
+            _add(found, part, joint, reading, file, keep_start)
+    if found.first is None:
+        raise FormatError(f"{file}: no line of it moves an axis")
+    if not found.degrees:
+        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+    found.dialect = "" if reading.dialect is None else reading.dialect.name
+    found.lines, found.ends, found.units = reading.lines, reading.ended, "in" if reading.inch else "mm"
+    if found.without_length:
+        reading.findings.say(f"{found.without_length} move(s) without length are left out")
+    found.findings = reading.findings.all()
+    return found
+
+
+@dataclass
+class _Joint:
+    """How the last move ends: tangent and curvature vector over the linear axes, and where."""
+
+    tangent: Array | None = None
+    bend: Array | None = None
+
+
+def _add(
+    found: Summary, moves: Moves, joint: _Joint, reading: Reading, file: str | os.PathLike[str], keep_start: bool
+) -> None:
+    found.used |= moves.used
+    arcs = find_arcs(moves, file, reading.findings, reading.repair)
+    first = 0
+    if found.first is None:
+        used = np.array([axis for axis in range(AXES) if moves.used >> axis & 1], dtype=np.int64)
+        first = 0 if keep_start else leading(moves, used, reading.findings)
+        found.first = moves.starts[first]
+        found.left_out = first
+    found.last = moves.ends[-1].copy()
+    step = moves.ends - moves.starts
+    ends = _Ends.of(moves, arcs, step)
+    kept = np.arange(len(moves)) >= first
+    straight = (moves.kind == RAPID) | (moves.kind == LINE)
+    none = straight & (np.max(np.abs(step), axis=1) <= NO_LENGTH)
+    _splines(found, moves, ends, none)
+    found.without_length += int(np.sum(none & kept))
+    for kind, name in _KINDS.items():
+        chosen = kept & (moves.kind == kind)
+        found.moves[name] += int(np.sum(moves.kind == kind))
+        found.lengths[name] += float(np.sum(ends.length[chosen]))
+    kept &= ~none
+    if not kept.any():
+        return
+    _feeds(found, moves, ends.length, kept, reading)
+    _boxes(found, moves, arcs, kept)
+    if np.any(straight & kept):
+        found.degrees.add(1)
+    _arc_shapes(found, moves, arcs, step)
+    _corners(found, moves, ends, kept, joint)
+
+
+@dataclass
+class _Ends:
+    """Lengths (n,), and tangents and curvature vectors (n, linear) at both ends."""
+
+    length: Array
+    tangents: tuple[Array, Array]
+    bends: tuple[Array, Array]
+
+    @classmethod
+    def of(cls, moves: Moves, arcs: Arcs, step: Array) -> _Ends:
+        """Of lines and arcs; those of splines are filled in later."""
+        linear = step[:, _LINEAR]
+        length = np.linalg.norm(linear, axis=1)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            leave = linear / length[:, None]
+        arrive = leave.copy()
+        bends = np.zeros_like(leave), np.zeros_like(leave)
+        if len(arcs):
+            length[arcs.move] = arc_lengths(moves, arcs)
+            rows = np.arange(len(arcs))
+            a, b = arcs.axes.T
+            rise = linear[arcs.move]  # X, Y, Z are the first linear axes too
+            rise[rows, a] = rise[rows, b] = 0.0
+            rise /= np.abs(arcs.sweep)[:, None]
+            turn = np.sign(arcs.sweep)
+            for angle, radius, tangent, bend in (
+                (arcs.angle, arcs.first, leave, bends[0]),
+                (arcs.angle + arcs.sweep, arcs.last, arrive, bends[1]),
+            ):
+                there = rise.copy()
+                there[rows, a], there[rows, b] = -turn * radius * np.sin(angle), turn * radius * np.cos(angle)
+                speed = np.linalg.norm(there, axis=1)
+                tangent[arcs.move] = there / speed[:, None]
+                inward = np.zeros_like(there)
+                inward[rows, a], inward[rows, b] = -radius * np.cos(angle), -radius * np.sin(angle)
+                bend[arcs.move] = inward / (speed**2)[:, None]
+        return cls(length, (leave, arrive), bends)
+
+
+def _splines(found: Summary, moves: Moves, ends: _Ends, none: BoolArray) -> None:
+    """Measure every spline as the curve that it is."""
+    for i in np.flatnonzero(moves.kind == SPLINE).tolist():
+        spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
+        path = spline_path(spline)
+        if path is None:
+            none[i] = True
+            ends.length[i] = 0.0
+            continue
+        (curve,) = path.curves
+        columns = [_LINEAR.index(LETTERS.index(axis.upper())) for axis in path.axes]
+        ends.length[i] = path.length
+        found.corners += len(path.corners)
+        found.stops += len(path.stops)
+        found.degrees.add(curve.degree)
+        found.min_radius = min(found.min_radius, path.minimum_radius())
+        low, high = path.bounding_box()
+        axes = [_LINEAR[column] for column in columns]
+        found.low[axes], found.high[axes] = np.minimum(found.low[axes], low), np.maximum(found.high[axes], high)
+        for k, u in enumerate(curve.domain):
+            ends.tangents[k][i] = 0.0
+            ends.tangents[k][i][columns] = curve.tangent(u)
+            _, velocity, second = curve.derivatives(u, 2, side=("right", "left")[k])
+            square = float(velocity @ velocity)
+            if square > 0.0:
+                ends.bends[k][i] = 0.0
+                ends.bends[k][i][columns] = (second - (second @ velocity) / square * velocity) / square
+
+
+def _feeds(found: Summary, moves: Moves, length: Array, kept: BoolArray, reading: Reading) -> None:
+    feeds = moves.values[:, layout.ROW_FEED] / 60.0
+    inverse = moves.flags & layout.INVERSE_FEED != 0
+    feeds = np.where(inverse, feeds * length, feeds)
+    cutting = kept & (moves.kind != RAPID)
+    said = cutting & (feeds > 0.0)
+    if np.any(cutting & ~said):
+        reading.findings.say("there are moves without a feed before them (F)")
+    if np.any(said):
+        found.feed_time += float(np.sum(length[said] / feeds[said]))
+        found.feeds = min(found.feeds[0], float(feeds[said].min())), max(found.feeds[1], float(feeds[said].max()))
+
+
+def _boxes(found: Summary, moves: Moves, arcs: Arcs, kept: BoolArray) -> None:
+    first = int(np.argmax(kept))
+    for places in (moves.starts[first][None], moves.ends[kept]):
+        found.low, found.high = np.minimum(found.low, places.min(axis=0)), np.maximum(found.high, places.max(axis=0))
+    for quarter in range(4):
+        angle = 0.5 * math.pi * quarter
+        ahead = np.mod(np.where(arcs.sweep > 0.0, angle - arcs.angle, arcs.angle - angle), 2.0 * math.pi)
+        reached = (ahead <= np.abs(arcs.sweep)) & kept[arcs.move]
+        part = ahead[reached] / np.abs(arcs.sweep[reached])
+        radius = arcs.first[reached] + (arcs.last - arcs.first)[reached] * part
+        axis = arcs.axes[reached, quarter % 2]
+        place = arcs.centre[reached, quarter % 2] + (radius if quarter < 2 else -radius)
+        (np.maximum if quarter < 2 else np.minimum).at(found.high if quarter < 2 else found.low, axis, place)
+
+
+def _arc_shapes(found: Summary, moves: Moves, arcs: Arcs, step: Array) -> None:
+    """Degrees and least radii: that of a helix is r (1 + (rise / (r sweep))^2)."""
+    if not len(arcs):
+        return
+    rows = np.arange(len(arcs))[:, None]
+    rest = step[arcs.move].copy()
+    rest[rows, arcs.axes] = 0.0
+    found.degrees |= {7 if steep else 2 for steep in np.any(rest != 0.0, axis=1).tolist()}
+    rest[:, list(ROTARY)] = 0.0
+    least = np.minimum(arcs.first, arcs.last)
+    slope = np.linalg.norm(rest, axis=1) / (least * np.abs(arcs.sweep))
+    found.min_radius = min(found.min_radius, float(np.min(least * (1.0 + slope**2))))
+
+
+def _corners(found: Summary, moves: Moves, ends: _Ends, kept: BoolArray, joint: _Joint) -> None:
+    """Joints at which the tangent turns or the curvature jumps, the one to the part before included."""
+    moving = kept & (ends.length > 0.0)
+    leave, bend = ends.tangents[0][moving], ends.bends[0][moving]
+    if not len(leave):
+        return
+    arrive, bent = ends.tangents[1][moving], ends.bends[1][moving]
+    before = arrive[:-1] if joint.tangent is None else np.concatenate([joint.tangent[None], arrive[:-1]])
+    was = bent[:-1] if joint.bend is None else np.concatenate([joint.bend[None], bent[:-1]])
+    after, now = (leave[1:], bend[1:]) if joint.tangent is None else (leave, bend)
+    angle = 2.0 * np.arctan2(np.linalg.norm(after - before, axis=1), np.linalg.norm(after + before, axis=1))
+    size = float(np.linalg.norm((found.high - found.low)[_LINEAR]))
+    floor = CURVATURE_JUMP * (1.0 / size + np.linalg.norm(was, axis=1) + np.linalg.norm(now, axis=1))
+    found.corners += int(np.sum((angle > CORNER_ANGLE) | (np.linalg.norm(now - was, axis=1) > floor)))
+    found.stops += int(np.sum(angle > STOP_ANGLE))
+    joint.tangent, joint.bend = arrive[-1], bent[-1]
