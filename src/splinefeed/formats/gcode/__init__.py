@@ -1,9 +1,9 @@
 """G-code: programs of machine tools, read to paths with feeds and markers, and written again.
 
 `words` and `expressions` read a line, `interpreter` knows what it does to the state (`state`, `codes`, `offsets`),
-`reader` runs a whole file into flat arrays of moves (`moves`), `arcs`, `splines` and `to_path` make curves of them,
-`summary` counts them without making any; `dialects` tells controls apart. `write` and its neighbours go the other way.
-docs/gcode.md says what each dialect holds.
+`reader` runs a whole file into flat arrays of moves (`moves`), `arcs`, `spline_words` and `to_path` make curves of
+them, `overview` counts them without making any; `dialects` tells controls apart. `writer` goes the other way, with
+`write_curves`, `fit_lines`, `fit_arcs` and `text`. docs/gcode.md says what each dialect holds.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any
 from splinefeed.formats.gcode.dialects import holds as holds
 
 #: Where the rest lives; it needs the kernels, and telling formats apart does not.
-_LATER = {"from_file": "to_path", "summary": "summary"}
+_LATER = {"from_file": "to_path", "summary": "overview", "write": "writer"}
 
-__all__ = ["from_file", "holds", "summary"]  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = ["from_file", "holds", "summary", "write"]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:

@@ -155,13 +155,13 @@ class ArcError(LineError):
 
 
 def arc_lengths(moves: Moves, arcs: Arcs) -> Array:
-    """Lengths (m,) of the arcs over the linear axes, mm: sqrt((r sweep)^2 + rise^2) with the mean radius."""
+    """Lengths (m,) of the arcs over the linear axes, mm: sqrt((r sweep)^2 + dr^2 + rise^2) with the mean radius."""
     step = (moves.ends - moves.starts)[arcs.move]
     rows = np.arange(len(arcs))[:, None]
     step[rows, arcs.axes] = 0.0
     step[:, 3:6] = 0.0
     along = 0.5 * (arcs.first + arcs.last) * arcs.sweep
-    lengths: Array = np.hypot(along, np.linalg.norm(step, axis=1))
+    lengths: Array = np.hypot(np.hypot(along, arcs.last - arcs.first), np.linalg.norm(step, axis=1))
     return lengths
 
 

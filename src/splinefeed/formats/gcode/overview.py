@@ -74,7 +74,8 @@ class Summary:
         """The keys of `info --json`: `paths` with one entry, `program`, `units`, `findings`; no curves one by one."""
         columns = path_columns(self.used, file)
         axes = tuple(LETTERS[column].lower() for column in columns)
-        assert self.first is not None and self.last is not None
+        assert self.first is not None
+        assert self.last is not None
         size = float(np.linalg.norm((self.high - self.low)[_LINEAR]))
         gap = float(np.linalg.norm((self.last - self.first)[_LINEAR]))
         path = {
@@ -139,10 +140,11 @@ def summary(file: str | os.PathLike[str], *, reading: Reading | None = None, kee
 
 @dataclass
 class _Joint:
-    """How the last move ends: tangent and curvature vector over the linear axes, and where."""
+    """How the last move ends: tangent and curvature vector over the linear axes, and whether the tool rests there."""
 
     tangent: Array | None = None
     bend: Array | None = None
+    rest: bool = False
 
 
 def _add(
@@ -170,6 +172,7 @@ def _add(
         found.lengths[name] += float(np.sum(ends.length[chosen]))
     kept &= ~none
     if not kept.any():
+        joint.rest |= any(mark.stop for mark in moves.marks)
         return
     _feeds(found, moves, ends.length, kept, reading)
     _boxes(found, moves, arcs, kept)
@@ -293,6 +296,11 @@ def _corners(found: Summary, moves: Moves, ends: _Ends, kept: BoolArray, joint: 
     """Joints at which the tangent turns or the curvature jumps, the one to the part before included."""
     moving = kept & (ends.length > 0.0)
     leave, bend = ends.tangents[0][moving], ends.bends[0][moving]
+    rest = np.zeros(len(leave) + 1, dtype=bool)  # before each move, and behind the last one
+    rest[np.searchsorted(np.flatnonzero(moving), [mark.move for mark in moves.marks if mark.stop])] = True
+    rest[1:] |= moves.flags[moving] & layout.STOPS != 0
+    rest[0] |= joint.rest
+    joint.rest = bool(rest[-1])
     if not len(leave):
         return
     arrive, bent = ends.tangents[1][moving], ends.bends[1][moving]
@@ -303,5 +311,5 @@ def _corners(found: Summary, moves: Moves, ends: _Ends, kept: BoolArray, joint: 
     size = float(np.linalg.norm((found.high - found.low)[_LINEAR]))
     floor = CURVATURE_JUMP * (1.0 / size + np.linalg.norm(was, axis=1) + np.linalg.norm(now, axis=1))
     found.corners += int(np.sum((angle > CORNER_ANGLE) | (np.linalg.norm(now - was, axis=1) > floor)))
-    found.stops += int(np.sum(angle > STOP_ANGLE))
+    found.stops += int(np.sum((angle > STOP_ANGLE) | rest[1 if joint.tangent is None else 0 : -1]))
     joint.tangent, joint.bend = arrive[-1], bent[-1]
