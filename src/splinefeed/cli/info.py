@@ -35,10 +35,15 @@ def command(source: str, as_json: bool, **given: Any) -> None:
     from splinefeed.cli.progress import busy
 
     with busy("info") as say:
+        from splinefeed.cli.program import program_page
         from splinefeed.cli.source import read_contents
 
         say(f"reading {source}")
-        page = _page(read_contents(source, options.reading_from(given)))
+        reading = options.reading_from(given)
+        page, program = program_page(source, reading)
+        page = page or _page(read_contents(source, reading))
+        if program is not None:
+            page["program"] = program
     if as_json:
         output.print_json(page)
     else:
@@ -129,6 +134,10 @@ def _print(page: dict[str, Any]) -> None:
         if path["gaps"]:
             print_text(f"  {path['gaps']} gaps, the largest {words(path['largest_gap_mm'])} mm")
     _print_more(len(page["paths"]), "paths")
+    if "program" in page:
+        from splinefeed.cli.program import print_program
+
+        print_program(page["program"])
     print_text()
     rows = [
         [
@@ -141,8 +150,9 @@ def _print(page: dict[str, Any]) -> None:
         ]
         for i, curve in enumerate(page["curves"])
     ]
-    print_table(["curve", "kind", "degree", "control points", "spans", "length mm"], rows[:MOST_LISTED], texts=2)
-    _print_more(len(rows))
+    if rows:
+        print_table(["curve", "kind", "degree", "control points", "spans", "length mm"], rows[:MOST_LISTED], texts=2)
+        _print_more(len(rows))
     print_notes(page["findings"])
 
 

@@ -131,6 +131,8 @@ reading_alone = _all(
     quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
     click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: the edges of faces too, not free curves alone."),
     click.option("--dialect", metavar="NAME", help="G-code: the control it is for, where that cannot be told."),
+    click.option("--start", metavar="X,Y,Z,...", help="G-code: where the tool is before the first line, mm and deg."),
+    click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: where coordinate systems lie.  [default: at 0]"),
     click.option("--repair", is_flag=True, help="Mend what is safe to mend in a faulty file, and say so as findings."),
 )
 
@@ -271,7 +273,15 @@ def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, f
 
 
 #: Options of `reading` by the names that readers have for them.
-_READING = {"which": "which", "layer": "layer", "file_units": "units", "chord": "chord", "dialect": "dialect"}
+_READING = {
+    "which": "which",
+    "layer": "layer",
+    "file_units": "units",
+    "chord": "chord",
+    "dialect": "dialect",
+    "start": "start",
+    "offsets": "offsets",
+}
 
 
 def reading_from(given: dict[str, Any]) -> dict[str, Any]:

@@ -104,6 +104,14 @@ def test_feeds_tolerances_and_markers(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+def test_rotary_axes_alone_have_feeds_in_degrees(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "G1 A90 F600", "G20 C30 F60", "X1", "G93 A0 F2")
+    assert path.axes == ("x", "a", "c") and path.feeds is not None
+    assert path.feeds.tolist() == pytest.approx([10.0, 1.0, 25.4, 3.0])
+    assert np.diff(path.curve_starts).tolist() == pytest.approx([90.0, 30.0, 25.4, 90.0])
+    assert path_of(tmp_path, "G1 A90 F600").length == pytest.approx(90.0)
+
+
 def test_a_move_before_any_feed_runs_as_fast_as_the_limits_allow(tmp_path: Path) -> None:
     path = path_of(tmp_path, "G1 X1", "X2 F60")
     assert path.feeds is not None and path.feeds.tolist() == [math.inf, 1]
@@ -147,7 +155,6 @@ def test_a_move_before_any_feed_runs_as_fast_as_the_limits_allow(tmp_path: Path)
         (["G10 L2 P12 X1"], "line 1: G10 P12: coordinate systems are 1 to 9, or 0 for the one in force"),
         (["G53 G2 X1 I1"], "line 1: G53 needs G0 or G1"),
         (["G1 X1 F1", "X" + " " * 5000 + "2"], "line 2: has 5002 characters; at most 4096 can be read"),
-        (["G1 A90 F1"], "moves rotary axes only"),
         (["G1 X1 Y1 Z1 U1 V1 W1 A1 F1"], "moves the 7 axes X Y Z U V W A; a path has at most 6"),
         (["M3 S100"], "no line of it moves an axis"),
         (["G1 X0 F1"], "no move of it has a length; is the program complete?"),

@@ -1,6 +1,7 @@
 """What is in a program, from its moves alone: no curve is made of a line, so that any size will do.
 
-Lengths, boxes, corners and radii are those that the path of the same program has; a test holds them together.
+Lengths, boxes, corners and radii are those that the path of the same program has; a test holds them together. Corners
+are those of the linear axes alone.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 import pathlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,9 +29,18 @@ from splinefeed.formats.gcode.moves import (
     Moves,
 )
 from splinefeed.formats.gcode.reader import Reading
-from splinefeed.formats.gcode.to_path import NO_LENGTH, find_arcs, leading, path_columns, spline_path
+from splinefeed.formats.gcode.to_path import (
+    NO_LENGTH,
+    find_arcs,
+    leading,
+    path_columns,
+    programmed_feeds,
+    reading_of,
+    spline_path,
+    straight_lengths,
+)
 from splinefeed.formats.metadata import axis_units, to_degrees
-from splinefeed.geometry.path import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
+from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array, BoolArray
 
@@ -138,6 +149,19 @@ def summary(file: str | os.PathLike[str], *, reading: Reading | None = None, kee
     return found
 
 
+def summary_as_read(
+    file: str | os.PathLike[str],
+    *,
+    dialect: str | None = None,
+    start: str | Sequence[float] | None = None,
+    offsets: str | Mapping[str, Sequence[float]] | None = None,
+    repair: bool = False,
+) -> Summary:
+    """`summary` with the options of `to_path.from_file`."""
+    reading = reading_of(dialect, start, offsets, repair)
+    return summary(file, reading=reading, keep_start=start is not None)
+
+
 @dataclass
 class _Joint:
     """How the last move ends: tangent and curvature vector over the linear axes, and whether the tool rests there."""
@@ -194,9 +218,9 @@ class _Ends:
     def of(cls, moves: Moves, arcs: Arcs, step: Array) -> _Ends:
         """Of lines and arcs; those of splines are filled in later."""
         linear = step[:, _LINEAR]
-        length = np.linalg.norm(linear, axis=1)
+        length = straight_lengths(step)
         with np.errstate(invalid="ignore", divide="ignore"):
-            leave = linear / length[:, None]
+            leave = linear / np.linalg.norm(linear, axis=1)[:, None]
         arrive = leave.copy()
         bends = np.zeros_like(leave), np.zeros_like(leave)
         if len(arcs):
@@ -251,9 +275,7 @@ def _splines(found: Summary, moves: Moves, ends: _Ends, none: BoolArray) -> None
 
 
 def _feeds(found: Summary, moves: Moves, length: Array, kept: BoolArray, reading: Reading) -> None:
-    feeds = moves.values[:, layout.ROW_FEED] / 60.0
-    inverse = moves.flags & layout.INVERSE_FEED != 0
-    feeds = np.where(inverse, feeds * length, feeds)
+    feeds = programmed_feeds(moves, length)
     cutting = kept & (moves.kind != RAPID)
     said = cutting & (feeds > 0.0)
     if np.any(cutting & ~said):
@@ -294,7 +316,7 @@ def _arc_shapes(found: Summary, moves: Moves, arcs: Arcs, step: Array) -> None:
 
 def _corners(found: Summary, moves: Moves, ends: _Ends, kept: BoolArray, joint: _Joint) -> None:
     """Joints at which the tangent turns or the curvature jumps, the one to the part before included."""
-    moving = kept & (ends.length > 0.0)
+    moving = kept & np.all(np.isfinite(ends.tangents[0]), axis=1)
     leave, bend = ends.tangents[0][moving], ends.bends[0][moving]
     rest = np.zeros(len(leave) + 1, dtype=bool)  # before each move, and behind the last one
     rest[np.searchsorted(np.flatnonzero(moving), [mark.move for mark in moves.marks if mark.stop])] = True

@@ -34,6 +34,7 @@ from splinefeed.formats.gcode.offsets import SYSTEMS
 from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.curves import LINE_KNOTS, Lines
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array, IntArray
@@ -42,6 +43,7 @@ from splinefeed.records import Array, IntArray
 MAX_MOVES = 1_000_000
 #: A move no longer than this, mm or rad, is none.
 NO_LENGTH = 1e-9
+_LINEAR = [column for column in range(AXES) if column not in ROTARY]
 
 
 def from_file(
@@ -61,17 +63,27 @@ def from_file(
     With `repair` arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
     Raises FormatError that names the line.
     """
-    reading = Reading(
-        dialect=None if dialect is None else named(dialect),
-        offsets=parse_offsets(offsets),
-        start=np.zeros(AXES) if start is None else _place(start, "start"),
-        repair=repair,
-    )
+    reading = reading_of(dialect, start, offsets, repair)
     moves = read_moves(reading, file)
     if not len(moves):
         raise FormatError(f"{file}: no line of it moves an axis")
     path = to_path(moves, reading, file, keep_start=start is not None)
     return Contents([path], units="in" if reading.inch else "mm")
+
+
+def reading_of(
+    dialect: str | None,
+    start: str | Sequence[float] | None,
+    offsets: str | Mapping[str, Sequence[float]] | None,
+    repair: bool,
+) -> Reading:
+    """How to read a program, from the options of `from_file`; InputError for one that is wrong."""
+    return Reading(
+        dialect=None if dialect is None else named(dialect),
+        offsets=parse_offsets(offsets),
+        start=np.zeros(AXES) if start is None else _place(start, "start"),
+        repair=repair,
+    )
 
 
 def read_moves(reading: Reading, file: str | os.PathLike[str], most: int = MAX_MOVES) -> Moves:
@@ -133,8 +145,6 @@ def path_columns(used: int, file: str | os.PathLike[str]) -> IntArray:
     if len(columns) > MAX_AXES:
         names = " ".join(LETTERS[column] for column in columns)
         raise FormatError(f"{file}: moves the {len(columns)} axes {names}; a path has at most {MAX_AXES}")
-    if all(column in ROTARY for column in columns):
-        raise FormatError(f"{file}: moves rotary axes only; a path needs a linear one")
     return columns
 
 
@@ -180,12 +190,12 @@ def _kept(moves: Moves, first: int, columns: IntArray, findings: Findings) -> tu
 
 def _curves(
     moves: Moves, arcs: arc_maker.Arcs, kept: IntArray, points: Array, columns: IntArray, file: str | os.PathLike[str]
-) -> list[NurbsCurve]:
+) -> Sequence[NurbsCurve]:
     """One curve a move, each from where the one before ends."""
     number_of_arc = {int(move): i for i, move in enumerate(arcs.move)}
     flat = points[:, columns]
-    linear = [i for i, column in enumerate(columns) if int(column) not in ROTARY]
-    still = np.all(flat[1:, linear] == flat[:-1, linear], axis=1)
+    if np.all(moves.kind[kept] <= LINE):
+        return Lines(flat)
     curves = []
     for n, i in enumerate(kept.tolist()):
         kind, line = int(moves.kind[i]), int(moves.line[i])
@@ -198,11 +208,7 @@ def _curves(
             elif i in number_of_arc:
                 curves.append(arc_maker.arc_curve(points[n], points[n + 1], arcs, number_of_arc[i], columns))
             else:
-                if still[n]:
-                    raise FormatError(
-                        f"{file}: line {line}: turns rotary axes while the linear ones rest, which a path cannot yet"
-                    )
-                curves.append(NurbsCurve.bezier(flat[n : n + 2]))
+                curves.append(NurbsCurve.trusted(1, LINE_KNOTS, flat[n : n + 2]))
         except CurveError as error:
             raise FormatError(f"{file}: line {line}: {error}") from None
     return curves
@@ -210,21 +216,37 @@ def _curves(
 
 def _feeds(moves: Moves, arcs: arc_maker.Arcs, kept: IntArray, findings: Findings) -> Array:
     """Feeds (n,), mm/s: infinite for rapid moves, and for those before any F, with a finding."""
-    feeds = moves.values[kept, layout.ROW_FEED] / 60.0
-    inverse = moves.flags[kept] & layout.INVERSE_FEED != 0
-    if inverse.any():
-        feeds[inverse] *= lengths(moves, arcs)[kept[inverse]]
+    feeds = programmed_feeds(moves, lengths(moves, arcs))[kept]
     unsaid = (feeds <= 0.0) & (moves.kind[kept] != RAPID)
     for line in moves.line[kept[unsaid]].tolist():
         findings.count("moves without a feed before them (F) run as fast as the limits allow", line)
     return np.where(unsaid | (moves.kind[kept] == RAPID), math.inf, feeds)
 
 
-def lengths(moves: Moves, arcs: arc_maker.Arcs) -> Array:
-    """Lengths (n,) of all moves over the linear axes, mm; splines by their arc-length tables."""
+def programmed_feeds(moves: Moves, length: Array) -> Array:
+    """Feeds (n,) as the program says them, mm/s, or deg/s where rotary axes move alone; 0 where it says none.
+
+    length  (n,) of the moves, for feeds by inverse time: F is one over the minutes that the move takes
+    """
+    feeds = moves.values[:, layout.ROW_FEED] / 60.0
+    inverse = moves.flags & layout.INVERSE_FEED != 0
+    feeds = np.where(inverse, feeds * length, feeds)
     step = moves.ends - moves.starts
-    step[:, list(ROTARY)] = 0.0
-    found: Array = np.linalg.norm(step, axis=1)
+    turns = (moves.kind <= LINE) & np.all(step[:, _LINEAR] == 0.0, axis=1) & ~inverse
+    inch = turns & (moves.flags & layout.INCH != 0)
+    return np.where(inch, feeds / 25.4, feeds)
+
+
+def straight_lengths(step: Array) -> Array:
+    """Lengths (n,) of straight moves by (n, 9), mm, or degrees where rotary axes move alone."""
+    length: Array = np.linalg.norm(step[:, _LINEAR], axis=1)
+    turned = np.rad2deg(np.linalg.norm(step[:, list(ROTARY)], axis=1))
+    return np.where(length > 0.0, length, turned)
+
+
+def lengths(moves: Moves, arcs: arc_maker.Arcs) -> Array:
+    """Lengths (n,) of all moves as `Path` counts them; splines by their arc-length tables."""
+    found = straight_lengths(moves.ends - moves.starts)
     found[arcs.move] = arc_maker.arc_lengths(moves, arcs)
     for i in np.flatnonzero(moves.kind == SPLINE).tolist():
         path = spline_path(moves.splines[int(moves.codes[i, layout.SPLINE])])
@@ -234,8 +256,7 @@ def lengths(moves: Moves, arcs: arc_maker.Arcs) -> Array:
 
 def spline_path(spline: Spline) -> Path | None:
     """A spline over the linear axes that it moves; None if there are none."""
-    linear = (column for column in range(AXES) if column not in ROTARY)
-    moving = [column for column in linear if np.ptp(spline.points[:, column]) > 0.0]
+    moving = [column for column in _LINEAR if np.ptp(spline.points[:, column]) > 0.0]
     if not moving:
         return None
     curve = NurbsCurve(spline.degree, spline.knots, spline.points[:, moving], spline.weights)
