@@ -25,6 +25,13 @@ Message.DefaultMessenger_s().ChangePrinters().Clear()
 SKEW = gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 1))
 
 
+def loop() -> Geom_BSplineCurve:
+    """Closed, with other weights at its end than at its beginning."""
+    rows = wiggle()
+    rows[-1] = rows[0]
+    return b_spline(rows, [0, 0.2, 0.5, 0.7, 0.8, 1.5], [4, 1, 1, 2, 1, 4], 3, [*WEIGHTS[:-1], 3.0])
+
+
 def edge(*arguments: Any) -> Any:
     return BRepBuilderAPI_MakeEdge(*arguments).Edge()
 
@@ -87,6 +94,7 @@ EDGES: dict[str, tuple[Any, tuple[int, int, bool]]] = {
     "trimmed rational spline": (edge(cubic(WEIGHTS), 0.5, 0.8), (3, 6, True)),
     "ring": (edge(ring()), (3, 9, False)),
     "rational ring": (edge(ring(WEIGHTS[:6])), (3, 9, True)),
+    "loop": (edge(loop()), (3, 9, True)),
     "part of a ring": (edge(ring(), 1.5, 4.5), (3, 7, False)),
 }
 

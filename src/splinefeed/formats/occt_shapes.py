@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
+import pathlib
+import tempfile
 from collections.abc import Iterator
 from typing import Any
 
 from splinefeed.errors import FormatError
+from splinefeed.formats import part21
 
 #: Ends of a line farther out than this, mm, are OCCT's sign for infinite.
 INFINITE = 1e50
@@ -45,8 +49,14 @@ def _step(file: str) -> tuple[Any, list[str], str]:
     from OCP.STEPControl import STEPControl_Reader
 
     reader = STEPControl_Reader()
-    if reader.ReadFile(file) != IFSelect_RetDone:
-        raise FormatError("OCCT finds no sound STEP in it; is the file complete?")
+    with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
+        content = pathlib.Path(file).read_bytes()
+        mended = part21.not_periodic(content)
+        if mended != content:
+            file = os.path.join(folder, "mended.stp")
+            pathlib.Path(file).write_bytes(mended)
+        if reader.ReadFile(file) != IFSelect_RetDone:
+            raise FormatError("OCCT finds no sound STEP in it; is the file complete?")
     return reader, _checks(reader), _step_units(reader)
 
 

@@ -71,3 +71,25 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
     if not defined:
         raise FormatError(f"{file}: has no instances in its DATA section; there is nothing to read")
     return findings
+
+
+_RATIONAL = re.compile(rb"#[0-9]+\s*=\s*\([^;']*RATIONAL_B_SPLINE_CURVE\s*\(\s*\(([^()]*)\)[^;]*;")
+_CLOSED = re.compile(rb"(B_SPLINE_CURVE\s*\(\s*[0-9]+\s*,\s*\([^()]*\)\s*,\s*\.[A-Z_]+\.\s*,\s*\.)[TU](?=\.)")
+
+
+def not_periodic(content: bytes) -> bytes:
+    """`content` with rational curves called open that are closed with different weights at their ends.
+
+    OCCT makes every curve that is called closed periodic, where first and last weight must be the same, and drops the
+    last one: the curve would be another. To be called closed changes no point of it.
+    """
+
+    def opened(match: re.Match[bytes]) -> bytes:
+        weights = match[1].split(b",")
+        try:
+            same = float(weights[0]) == float(weights[-1])
+        except ValueError:  # OCCT will say what is wrong with them
+            same = True
+        return match[0] if same else _CLOSED.sub(rb"\1F", match[0])
+
+    return _RATIONAL.sub(opened, content)
