@@ -104,7 +104,10 @@ class Drawing:
             curves = []
             for curve in piece:
                 count = len(curve.control_points)
-                curves.append(NurbsCurve.trusted(curve.degree, curve.knots, flat[row : row + count], curve.weights))
+                points = flat[row : row + count]
+                curves.append(
+                    NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights, clamped=curve.clamped)
+                )
                 row += count
             pieces.append(curves)
         return pieces

@@ -18,7 +18,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats import dxf_splines
 from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.dxf_tags import Entity, Tags, fields
-from splinefeed.geometry.arcs import arc, bulge_arc, polyline
+from splinefeed.geometry.arcs import arc, bulge_arc, moved, polyline
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array
 
@@ -361,10 +361,3 @@ def own_axes(normal: Array) -> Array:
     x = np.cross(world, normal)
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(normal, x), normal])
-
-
-def moved(curve: NurbsCurve, matrix: Array, offset: Array) -> NurbsCurve:
-    """The affine image of a curve that is right already."""
-    points = curve.control_points @ matrix.T + offset
-    points.setflags(write=False)
-    return NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights)

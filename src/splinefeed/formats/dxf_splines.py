@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import CurveError
 from splinefeed.formats.dxf_tags import Entity
-from splinefeed.geometry.arcs import polyline
+from splinefeed.geometry.arcs import moved, polyline
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array
 
@@ -48,12 +49,7 @@ def curves(reader: EntityReader, entity: Entity, matrix: Array, offset: Array) -
     ends = made[0].ends[0] - made[-1].ends[1]
     if flags & _CLOSED and np.linalg.norm(ends) > CLOSED_SLACK * made[0].size:
         reader.notes["open"] += 1
-    out = []
-    for curve in made:
-        points = curve.control_points @ matrix.T + offset
-        points.setflags(write=False)
-        out.append(NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights))
-    return out
+    return [moved(curve, matrix, offset) for curve in made]
 
 
 def _nurbs(
@@ -71,8 +67,8 @@ def _nurbs(
 
 def _without_rounding(reader: EntityReader, knots: Array) -> Array:
     """Knots that differ by no more than rounding made equal."""
-    steps = np.diff(knots)
-    small = (steps != 0.0) & (np.abs(steps) <= SAME_KNOT * np.ptp(knots))
+    steps = np.abs(knots[1:] - knots[:-1])
+    small = (steps != 0.0) & (steps <= SAME_KNOT * abs(knots[-1] - knots[0]))
     if not small.any():
         return knots
     reader.notes["knots"] += int(small.sum())
@@ -125,7 +121,13 @@ def _points(reader: EntityReader, entity: Entity, columns: dict[int, list[str | 
 
 
 def _numbers(reader: EntityReader, entity: Entity, code: int, values: list[str | float]) -> list[float]:
-    return [reader.finite(entity, code, value) for value in values]
+    try:
+        numbers = list(map(float, values))
+    except ValueError:
+        numbers = [math.nan]
+    if reader.tags.underscores or not math.isfinite(sum(numbers)):
+        return [reader.finite(entity, code, value) for value in values]  # says which one
+    return numbers
 
 
 def _single(

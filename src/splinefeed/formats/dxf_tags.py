@@ -6,6 +6,7 @@ entity, a block, the end of one. Source: Autodesk, DXF Reference (AutoCAD 2012),
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ _TYPES = (
     (430, 439, "s"), (440, 459, "i"), (460, 469, "d"), (470, 481, "s"), (999, 1003, "s"), (1004, 1004, "b"),
     (1005, 1009, "s"), (1010, 1059, "d"), (1060, 1070, "h"), (1071, 1071, "i"),
 )  # fmt: skip
+_UNDERSCORE = re.compile(r"\d_\d")
 _KIND = {code: kind for low, high, kind in _TYPES for code in range(low, high + 1)}
 _FIXED = {"d": struct.Struct("<d"), "h": struct.Struct("<h"), "i": struct.Struct("<i"), "q": struct.Struct("<q")}
 
@@ -45,6 +47,7 @@ class Tags:
     codes: list[int]
     values: list[str | float]
     binary: bool
+    underscores: bool = False  # whether there is a text such as 1_0, which Python takes for a number
 
     def place(self, index: int) -> str:
         """Where tag `index` stands, for a message."""
@@ -65,7 +68,8 @@ def read_tags(content: bytes, source: str) -> Tags:
         return _binary(content, source)
     if b"\0" in content:
         raise FormatError(f"{source}: byte {content.index(0)}: is binary; expected a text or binary DXF drawing")
-    lines = _decoded(content).split("\n")
+    text = _decoded(content)
+    lines = text.split("\n")
     while lines and not lines[-1].strip():
         lines.pop()
     if len(lines) > 2 * MAX_TAGS:
@@ -80,7 +84,7 @@ def read_tags(content: bytes, source: str) -> Tags:
         if not (codes[-1] == 0 or len(codes) < 2):
             raise FormatError(f"{source}: line {len(lines)}: a group code without a value; is the file complete?")
         codes.pop()
-    return Tags(source, codes, values, binary=False)
+    return Tags(source, codes, values, binary=False, underscores=_UNDERSCORE.search(text) is not None)
 
 
 def _is_code(line: str) -> bool:

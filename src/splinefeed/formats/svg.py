@@ -276,41 +276,39 @@ class _Reader:
 
 def _curves(subpath: Subpath, place: Affine) -> list[NurbsCurve]:
     """The curves of a subpath, placed; neighbouring straight lines are one curve of degree 1."""
+    a, b, c, d, e, f = place
+    flat = np.array([point for piece in subpath.pieces for point in piece.points])
+    points = flat.view(np.float64).reshape(-1, 2) @ np.array([[a, b], [c, d]]) + (e, f)
+    points.setflags(write=False)
+    doubled = bool((points[1:] == points[:-1]).all(axis=1).sum() >= len(subpath.pieces))  # more than the joints
     curves: list[NurbsCurve] = []
-    run: list[complex] = []
+    begin = row = 0  # of the straight run, and of the piece
     for piece in subpath.pieces:
-        straight = len(piece.points) == 2
-        if straight:
-            run = run or piece.points[:1]
-            run.append(piece.points[1])
-        if run and not straight:
-            curves += _straight(run, place)
-            run = []
-        if not straight:
-            curves += _bent(piece, place)
-    return curves + (_straight(run, place) if run else [])
+        after = row + len(piece.points)
+        if len(piece.points) > 2:
+            curves += _straight(points[begin:row], doubled)
+            curves += _bent(piece, points[row:after])
+            begin = after
+        row = after
+    return curves + _straight(points[begin:row], doubled)
 
 
-def _straight(run: list[complex], place: Affine) -> list[NurbsCurve]:
-    points = _placed(run, place)
-    moves = np.any(points[1:] != points[:-1], axis=1)
-    points = np.concatenate([points[:1], points[1:][moves]])
+def _straight(run: Array, doubled: bool) -> list[NurbsCurve]:
+    """One curve through pairs of points, each of which begins where the one before ends."""
+    if not len(run):
+        return []
+    points = run if len(run) == 2 else np.concatenate([run[:1], run[1::2]])
+    if doubled:  # points that were apart are one after the transform
+        points = np.concatenate([points[:1], points[1:][np.any(points[1:] != points[:-1], axis=1)]])
     return [polyline(points)] if len(points) > 1 else []
 
 
-def _bent(piece: Piece, place: Affine) -> list[NurbsCurve]:
-    points = _placed(piece.points, place)
-    if not np.any(points != points[0]):
+def _bent(piece: Piece, points: Array) -> list[NurbsCurve]:
+    if not (points[1:] != points[0]).any():
         return []
-    points.setflags(write=False)
     if piece.knots is not None:
         return [NurbsCurve.trusted(2, piece.knots, points, piece.weights)]
     return [NurbsCurve.trusted(len(points) - 1, _BEZIER_KNOTS[len(points) - 1], points)]
-
-
-def _placed(points: list[complex], place: Affine) -> Array:
-    a, b, c, d, e, f = place
-    return np.array([(a * p.real + c * p.imag + e, b * p.real + d * p.imag + f) for p in points])
 
 
 def _labels(node: Node) -> list[str]:

@@ -11,9 +11,7 @@ import re
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
-from splinefeed.geometry.arcs import bulge_arc
+from splinefeed.geometry.arcs import bulge_points
 from splinefeed.records import Array
 
 _NUMBER_TEXT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -225,7 +223,7 @@ def elliptical(
         if large:
             quarter_sweep = 0.5 * math.pi - quarter_sweep
     bulge = math.tan(quarter_sweep) if positive else -math.tan(quarter_sweep)
-    curve = bulge_arc(np.zeros(2), np.array([chord.real, chord.imag]), bulge)
-    points = [begin + complex(x * rx, y * ry) * turn for x, y in curve.control_points.tolist()]
-    points[0], points[-1] = begin, end
-    return Piece(points, curve.weights, curve.knots)
+    places, knots, weights = bulge_points(chord, bulge)
+    points = [begin + complex(place.real * rx, place.imag * ry) * turn for place in places]
+    points[-1] = end
+    return Piece(points, weights, knots)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from functools import lru_cache
 
@@ -60,24 +61,31 @@ def bulge_arc(begin: Array, end: Array, bulge: float) -> NurbsCurve:
     Above 0 it turns counterclockwise. It begins and ends exactly at the given points; its centre is not used, so that a
     flat arc keeps its digits. Source: DXF reference, LWPOLYLINE, group code 42.
     """
+    places, knots, weights = bulge_points(complex(end[0] - begin[0], end[1] - begin[1]), bulge)
+    points = np.empty((len(places), len(begin)))
+    points[:] = begin
+    points[:, :2] += np.array(places).view(np.float64).reshape(-1, 2)
+    points[-1] = end
+    points.setflags(write=False)
+    return NurbsCurve.trusted(2, knots, points, weights)
+
+
+def bulge_points(chord: complex, bulge: float) -> tuple[list[complex], Array, Array | None]:
+    """Control points x + i y from 0 to `chord`, knots and weights of the arc with the given bulge; see `bulge_arc`."""
     sweep = 4.0 * math.atan(bulge)
     spans = max(1, math.ceil(abs(sweep) / (0.5 * math.pi) - _QUARTER_SLACK))
     knots, weights = _frame(spans, abs(sweep))
     half = 0.5 * sweep / spans
-    chord = complex(end[0] - begin[0], end[1] - begin[1])
     diameter = chord / math.sin(0.5 * sweep)  # along the chord
-    turned = 2.0 * half * np.arange(spans + 1)
-    # the chord to the point at angle phi has length d sin(phi / 2) and lies (sweep - phi) / 2 behind the whole chord
-    on_arc = diameter * np.sin(0.5 * turned) * np.exp(0.5j * (turned - sweep))
-    tangents = 0.5 * diameter * math.tan(half) * np.exp(1j * (turned[:-1] - 0.5 * sweep))
-    points = np.empty((2 * spans + 1, len(begin)))
-    points[:, 2:] = begin[2:]
-    for places, values in ((slice(0, None, 2), on_arc), (slice(1, None, 2), on_arc[:-1] + tangents)):
-        points[places, 0] = begin[0] + values.real
-        points[places, 1] = begin[1] + values.imag
-    points[0], points[-1] = begin, end
-    points.setflags(write=False)
-    return NurbsCurve.trusted(2, knots, points, weights)
+    tangent = 0.5 * diameter * math.tan(half)
+    places = [0j]
+    for k in range(spans):
+        # a chord to the point at angle phi has length d sin(phi / 2) and lies (sweep - phi) / 2 behind the whole chord
+        begin, end = 2.0 * half * k, 2.0 * half * (k + 1)
+        places.append(places[-1] + tangent * cmath.rect(1.0, begin - 0.5 * sweep))
+        places.append(diameter * math.sin(0.5 * end) * cmath.rect(1.0, 0.5 * (end - sweep)))
+    places[-1] = chord
+    return places, knots, weights
 
 
 def polyline(points: Array) -> NurbsCurve:
@@ -97,6 +105,13 @@ def polyline(points: Array) -> NurbsCurve:
     knots[-1] = knots[-2]
     knots.setflags(write=False)
     return NurbsCurve.trusted(1, knots, fixed)
+
+
+def moved(curve: NurbsCurve, matrix: Array, offset: Array) -> NurbsCurve:
+    """The affine image matrix @ P + offset of a curve; the matrix must not be singular."""
+    points = curve.control_points @ matrix.T + offset
+    points.setflags(write=False)
+    return NurbsCurve.trusted(curve.degree, curve.knots, points, curve.weights, clamped=curve.clamped)
 
 
 def as_circle(curve: NurbsCurve) -> tuple[tuple[float, float], float, float, float] | None:

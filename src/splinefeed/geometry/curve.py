@@ -140,7 +140,9 @@ class NurbsCurve:
         return cls(degree, [0.0] * (degree + 1) + [1.0] * (degree + 1), points, weights)
 
     @classmethod
-    def trusted(cls, degree: int, knots: Array, control_points: Array, weights: Array | None = None) -> NurbsCurve:
+    def trusted(
+        cls, degree: int, knots: Array, control_points: Array, weights: Array | None = None, *, clamped: bool = True
+    ) -> NurbsCurve:
         """A curve of read-only float64 arrays that are right by construction, such as readers make by the thousand.
 
         Nothing is checked: what `NurbsCurve(...)` would refuse, and weights that are all equal, must not get here.
@@ -150,6 +152,7 @@ class NurbsCurve:
         object.__setattr__(curve, "knots", knots)
         object.__setattr__(curve, "control_points", control_points)
         object.__setattr__(curve, "weights", weights)
+        curve.__dict__["clamped"] = clamped
         return curve
 
     # --- what it is -------------------------------------------------------------------------------------------------

@@ -24,6 +24,8 @@ from splinefeed.kernels import arc_length as arc_kernels
 from splinefeed.kernels import measure, pieces
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_array
 
+#: Up to so many curves are faster looked at one by one than as arrays.
+_FEW = 8
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
 JOIN_TOLERANCE = 1e-6
@@ -109,7 +111,6 @@ class Path:
             raise CurveError(
                 f"axes {self.axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last"
             )
-        self.flat = self.curves.flat if isinstance(self.curves, Lines) else Flat.of(self.curves)
         self._check_still()
         self._check_joints()
         self.feeds = self._of_curves(feeds, "feeds", "greater than 0", lambda values: values > 0.0)
@@ -196,6 +197,11 @@ class Path:
             markers=[dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in markers],
         )
 
+    @cached_property
+    def flat(self) -> Flat:
+        """All curves as arrays."""
+        return self.curves.flat if isinstance(self.curves, Lines) else Flat.of(self.curves)
+
     def _check_still(self) -> None:
         """Refuse a curve whose linear axes move by rounding only while rotary ones turn: s would be rounding."""
         if self.linear in (0, len(self.axes)):
@@ -211,9 +217,18 @@ class Path:
                 f"{moved[i]:.3g} mm, which is rounding; give its linear axes one position"
             )
 
-    def _check_joints(self) -> None:
-        ends = self.flat.ends(self.curves)
+    @cached_property
+    def _ends(self) -> Array:
+        """First and last point of each curve, (curves, 2, axes)."""
+        few = not isinstance(self.curves, Lines) and len(self.curves) <= _FEW
+        ends = np.array([curve.ends for curve in self.curves]) if few else self.flat.ends(self.curves)
         ends.setflags(write=False)
+        return ends
+
+    def _check_joints(self) -> None:
+        if len(self.curves) == 1:
+            return
+        ends = self._ends
         gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
         if np.any(gaps > self.tolerance):
             i = int(np.argmax(gaps > self.tolerance))
@@ -221,7 +236,6 @@ class Path:
                 f"gap of {gaps[i]:.6g} mm between the end of curve {i} and the start of curve {i + 1}; "
                 f"join them, or allow it with tolerance="
             )
-        self._ends = ends
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:
