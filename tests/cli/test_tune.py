@@ -62,7 +62,7 @@ def test_a_path_with_figures_and_a_machine_file(splinefeed, folder):
     words = ("tune", "xytheta", "--rule", "path", "--path", "circle?radius=5", "--feed", "40", "--accel", "500")
     words += ("--jerk", "20000", "--runs", "12", "-o", "out", "--write", "tuned.toml", "--json")
     page = json.loads(splinefeed(*words).stdout)
-    assert page["contour_error_max_mm"] < 0.5 * page["contour_error_max_before_mm"]
+    assert page["contour_error_max_mm"] < 0.8 * page["contour_error_max_before_mm"]
     assert page["runs"] <= 12
     assert set(page["axes"]) == {"x", "y"}
     assert sorted(page["files"]) == sorted(

@@ -15,6 +15,7 @@ from splinefeed.machine import Table
 from splinefeed.pipeline.tuning import tune_on_path
 from splinefeed.records import Limits, Setpoints
 from splinefeed.simulation.bound import Bound, BoundTest
+from splinefeed.simulation.curves import hunts, rest_swing
 from splinefeed.simulation.linear import margins
 
 LIMITS = Limits(feed=40.0, acceleration=500.0, jerk=20_000.0)
@@ -38,7 +39,7 @@ def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], nam
     assert told[-1] == (60, 60)
     assert found.before is not None
     assert (
-        found.contour.max < (0.3 if name == "xytheta" else 1.01) * found.before.max
+        found.contour.max < (0.5 if name == "xytheta" else 1.01) * found.before.max
     )  # lintable's own gains are out of the bound
     again = response_contour(sf.follow(points, found.table), path, points)
     assert again.max == found.contour.max
@@ -49,6 +50,7 @@ def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], nam
         assert seen.gain_reduction <= 0.5
         assert seen.phase_margin >= 40.0
         assert seen.sensitivity <= 2.0
+        assert not hunts(found.table.axes[axis], rest_swing(found.table.axes[axis], 1e-3))
         assert (found.axes[axis].axis.controller.velocity_feed_forward > 0.0) == (forward or name == "lintable")
     assert found.table.axes.keys() == machine.axes.keys()
     assert name != "xytheta" or found.table.axes["theta"] == machine.axes["theta"]

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from splinefeed.machine import Table
+from splinefeed.machine import Friction, Table
 from splinefeed.report.bode import bode_figure, step_figure
 from splinefeed.report.files import save_figure
-from splinefeed.simulation.curves import loop_curves, step_responses, tuned_axis
+from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses, tuned_axis
 from splinefeed.simulation.linear import loop_response, margins, scaled
 from splinefeed.simulation.tuning import tune
 
@@ -69,6 +69,23 @@ def test_a_step_is_small_and_rounded_and_ends_at_its_size():
         assert step.position[-1] == pytest.approx(0.02, abs=2e-3)
     turning = Table.load("xytheta").axes["theta"]
     assert np.degrees(step_responses(turning, turning, 1e-3)[0].size) in (pytest.approx(0.5), pytest.approx(0.2))
+
+
+def test_gains_that_hunt_at_rest_are_known():
+    """Ziegler and Nichols' integral against the friction of X swings by some counts for ever; the paper's rests."""
+    table = Table.load("xytheta")
+    x = table.axes["x"]
+    hunting = tune(x).axis
+    assert rest_swing(x, 1e-3) <= 2e-3
+    assert not hunts(x, rest_swing(x, 1e-3))
+    assert 4e-3 < rest_swing(hunting, 1e-3) < 10e-3
+    assert hunts(hunting, rest_swing(hunting, 1e-3))
+    smooth = replace(hunting, friction=Friction())
+    assert rest_swing(smooth, 1e-3) <= 3e-3
+    creeping = table.axes["theta"]  # slowly to its goal, but one way
+    assert not hunts(creeping, rest_swing(creeping, 1e-3))
+    wild = scaled(replace(x, controller=replace(x.controller, error_limit=0.05)), 30.0)
+    assert rest_swing(wild, 1e-3) > 3e-3
 
 
 def test_the_curves_are_those_of_the_loop():

@@ -157,7 +157,7 @@ def _by_rule(
     new = replace(table, axes={**table.axes, **{each.axis.name: each.axis for each in tunings}})
     axes = {
         each.axis.name: {
-            **_numbers(each.old, each.axis, each.before, each.margins),
+            **_numbers(each.old, each.axis, each.before, each.margins, period),
             "ultimate_gain": each.ultimate.gain,
             "ultimate_period_s": each.ultimate.period,
             "ultimate_source": each.ultimate.source,
@@ -199,7 +199,7 @@ def _on_path(
     )
     axes = {
         name: {
-            **_numbers(each.old, each.axis, each.before, each.margins),
+            **_numbers(each.old, each.axis, each.before, each.margins, period),
             "tracking_error_max_before": each.tracking_before,
             "tracking_error_max": each.tracking,
             "tracking_unit": "rad" if each.axis.rotary else "mm",
@@ -224,8 +224,11 @@ def _on_path(
     return found.table, page, pictures
 
 
-def _numbers(old: Any, new: Any, before: Any, after: Any) -> dict[str, Any]:
+def _numbers(old: Any, new: Any, before: Any, after: Any, period: float) -> dict[str, Any]:
     """Gains and margins of an axis before and after, and how the gains are measured."""
+    from splinefeed.simulation.curves import hunts, rest_swing
+
+    swings = (rest_swing(old, period), rest_swing(new, period))
     return {
         "unit": "V/rad" if new.rotary else "V/mm",
         "gains_before": old.controller.gains,
@@ -234,6 +237,11 @@ def _numbers(old: Any, new: Any, before: Any, after: Any) -> dict[str, Any]:
         "kind": new.controller.kind,
         "margins_before": before.as_dict(),
         "margins": after.as_dict(),
+        "rest_swing_before": swings[0],
+        "rest_swing": swings[1],
+        "rest_swing_unit": "rad" if new.rotary else "mm",
+        "hunts_before": hunts(old, swings[0]),
+        "hunts": hunts(new, swings[1]),
     }
 
 
@@ -283,10 +291,22 @@ def _print(page: Mapping[str, Any]) -> None:
     print_text()
     for name, each in page["axes"].items():
         for when, ending in (("old", "_before"), ("new", "")):
-            print_text(f"{name}, {when} gains: {each[f'margins{ending}']['verdict']}")
+            print_text(f"{name}, {when} gains: {each[f'margins{ending}']['verdict']}{_hunting(each, ending)}")
     if page["files"]:
         print_text()
         print_text(f"wrote {' '.join(page['files'])}")
+
+
+def _hunting(each: Mapping[str, Any], ending: str) -> str:
+    """What is added to the verdict of a stable loop that does not come to rest on the full model."""
+    from splinefeed.cli.output import number
+    from splinefeed.cli.summary import length
+
+    swing = each[f"rest_swing{ending}"]
+    if not each[f"hunts{ending}"] or swing is None or not each[f"margins{ending}"]["stable"]:
+        return ""
+    size = length(swing) if each["rest_swing_unit"] == "mm" else f"{number(swing)} rad"
+    return f"; swings by {size} at rest: friction against ki, so take less of it"
 
 
 #: Short names of gains in a table.

@@ -17,6 +17,7 @@ from splinefeed.machine.table import Table
 from splinefeed.records import ROTARY_AXES, Array, Setpoints
 from splinefeed.simulation import tuning
 from splinefeed.simulation.bound import Bound, BoundTest
+from splinefeed.simulation.curves import HUNTING, hunts, rest_swing, seen_resolution
 from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import Margins, margins
 from splinefeed.simulation.plant import force_per_volt
@@ -144,7 +145,8 @@ def tune_on_path(
     feed_forward  whether the feed-forward of speed and acceleration is sought too
     on_progress   called with the runs made and allowed
 
-    Gains are drawn around those of Ziegler and Nichols (or the machine's, where that rule has none), those out of the
+    Gains with which an axis of the full model does not come to rest (`simulation.curves.rest_swing`) are out as well.
+    Gains are drawn around those of Tyreus and Luyben (or the machine's, where that rule has none), those out of the
     bound thrown away unsimulated, and the best is improved by COBYLA (M. J. D. Powell, in Advances in Optimization and
     Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the gains. Linear axes
     are tuned together for contour error; a rotary axis has no part in it and is tuned for its own tracking error. The
@@ -244,8 +246,8 @@ class _Search:
             self._try(np.concatenate([self._drawn(name, rng) for name in self.names]), told)
         if not math.isfinite(min(own, self.best[0])):
             raise InputError(
-                f"no gains of axis {', '.join(self.names)} were found that keep the bound ({self.bound.words}) and "
-                f"follow the path; ask for less margin, a lower feed, a shorter servo period or a smaller delay"
+                f"no gains of axis {', '.join(self.names)} were found that keep the bound ({self.bound.words}), "
+                f"come to rest and follow the path; allow less margin, or a lower feed, a shorter period or less delay"
             )
         least = sum(self.width.values()) + 2  # that many runs COBYLA needs to take a first step
         while self.runs + least <= allowed and math.isfinite(self.best[0]):
@@ -292,9 +294,10 @@ class _Search:
         table = replace(self.table, axes={**self.table.axes, **axes})
         error = self._error(table)
         told(self.runs)
-        if error < self.best[0] and np.min(self._slacks(x)) >= 0.5 * RESERVE:
+        unrest = max(_unrest(axis, self.points.period) for axis in axes.values())
+        if error < self.best[0] and unrest == 0.0 and np.min(self._slacks(x)) >= 0.5 * RESERVE:
             self.best = (error, np.array(x), table)
-        return math.log(min(error, RAN_AWAY) + SMALLEST)
+        return math.log(min(error, RAN_AWAY) + SMALLEST) + unrest
 
     def _error(self, table: Table) -> float:
         """Largest contour error of the linear axes, mm, or tracking error of a rotary one, rad; of one run."""
@@ -329,11 +332,17 @@ class _Search:
         return x
 
 
+def _unrest(axis: Axis, period: float) -> float:
+    """0 for an axis that comes to rest, else how far it is from that, as a logarithm."""
+    swing = rest_swing(axis, period)
+    return math.log(min(swing / (HUNTING * seen_resolution(axis)), RAN_AWAY)) if hunts(axis, swing) else 0.0
+
+
 def _start(axis: Axis, period: float) -> Axis:
-    """The axis with gains of which none is 0: those of Ziegler and Nichols, or its own where that rule has none."""
+    """The axis with gains of which none is 0: those of Tyreus and Luyben, or its own where that rule has none."""
     if axis.controller.kind == "pid":
         try:
-            found = tuning.tune(axis, "ziegler-nichols", period=period).axis
+            found = tuning.tune(axis, "tyreus-luyben", period=period).axis
             return replace(found, controller=replace(found.controller, source=axis.controller.source))
         except InputError:
             pass

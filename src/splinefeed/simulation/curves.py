@@ -21,6 +21,11 @@ LOWEST_SHARE, HIGHEST_SHARE = 1e-3, 0.98
 OUTPUT_SHARE = 0.5
 #: Ticks before the step; a step is watched for this many over the bandwidth of the slower loop, within these bounds, s.
 BEFORE = 5
+#: A step of so many counts, the times that it is given to settle and is watched, s, and the counts of a swing that is
+#: no rest any more.
+REST_STEP = 20.0
+REST_SETTLING, REST_WATCHED = 0.5, 0.5
+HUNTING = 3.0
 SWINGS = 8.0
 SHORTEST, LONGEST = 0.02, 1.0
 
@@ -107,6 +112,36 @@ def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, S
     largest = min(OUTPUT_SHARE * old.controller.output_limit / max(*kept, 1e-300), 0.5 * old.controller.error_limit)
     size = unit * _rounded(largest / unit)
     return _response(old, period, ticks, size), _response(new, period, ticks, size)
+
+
+def rest_swing(axis: Axis, period: float) -> float:
+    """By how much the full axis still swings, peak to peak, mm or rad, when it should stand still after a small step.
+
+    Integral action against static friction, or too little phase margin, can keep it swinging for ever; a good loop
+    comes to rest within a count or two. Infinite if the axis runs away.
+    """
+    resolution = seen_resolution(axis)
+    ticks = BEFORE + math.ceil((REST_SETTLING + REST_WATCHED) / period)
+    size = min(REST_STEP * resolution, 0.5 * axis.controller.error_limit)
+    position, _, stopped = _stepped(axis, period, ticks, size, linear=False)
+    if stopped:
+        return math.inf
+    watched = position[-math.ceil(REST_WATCHED / period) :]
+    moves = np.diff(watched)
+    up, down = float(np.sum(moves[moves > 0.0])), float(-np.sum(moves[moves < 0.0]))
+    return min(float(np.ptp(watched)), up, down)  # a slow creep to the goal goes one way only, and is no swing
+
+
+def seen_resolution(axis: Axis) -> float:
+    """One count of what closes the loop, the scale or the encoder, mm or rad."""
+    if axis.controller.feedback == "scale" and axis.scale is not None:
+        return axis.scale.resolution
+    return axis.encoder_resolution
+
+
+def hunts(axis: Axis, swing: float) -> bool:
+    """Whether a swing at rest is more than counts alone make."""
+    return swing > HUNTING * seen_resolution(axis)
 
 
 def _response(axis: Axis, period: float, ticks: int, size: float) -> StepResponse:
