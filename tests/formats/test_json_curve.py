@@ -94,7 +94,10 @@ def test_what_is_written_is_read_back_bit_for_bit(
 
 TOO_LONG = "Exceeds the limit (4300 digits) for integer string conversion"
 LIST_KEYS = "axes, curves, ground_truth, name, notes, source, units"
-CURVE_KEYS = "axes, control_points, degree, ground_truth, knots, name, notes, source, units, weights"
+CURVE_KEYS = (
+    "after, axes, before, control_points, degree, feed, ground_truth, knots, name, notes, source, tolerance, units, "
+    "weights"
+)
 BAD = [
     ("{", "line 1, column 2: Expecting property name enclosed in double quotes; is the file complete, and is it JSON?"),
     ("[1, 2]", "curves[0]: is no object with the keys of a curve"),

@@ -76,6 +76,7 @@ def _compare(
     source = PAPER_SHAPE if source is None else source
     say(f"reading {source}")
     path = read_path(source, options.reading_from(given))
+    limits, assumed = options.as_programmed(limits, path, given)
     say("planning")
     law = plan(path, limits, strategy=strategy, period=period)
     results = []
@@ -93,6 +94,6 @@ def _compare(
         "limits": limits.as_dict(),
         "ripple_floor": max(result.ripple_floor for result in results),
         "methods": [result.as_dict() for result in results],
-        "notes": [*path.findings, *law.notes],
+        "notes": [*assumed, *path.findings, *law.notes],
     }
     return page, results

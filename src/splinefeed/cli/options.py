@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from splinefeed.geometry.path import Path
     from splinefeed.machine.table import Table
     from splinefeed.records import Limits
 
@@ -240,6 +241,32 @@ def limits_from(
     period = PAPER_PERIOD if given["period"] is None else given["period"]
     strategy = given["strategy"] or (DEFAULT_STRATEGY if kinds <= _TANGENTIAL else TIME_OPTIMAL)
     return Limits.from_dict(flat), period, strategy
+
+
+def as_programmed(limits: Limits, path: Path, given: Mapping[str, Any]) -> tuple[Limits, list[str]]:
+    """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it.
+
+    The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
+    the highest programmed feed or the paper's, whichever is more.
+    """
+    import math
+    from dataclasses import replace
+
+    from splinefeed.formats import limits_toml
+    from splinefeed.pipeline.run import PAPER_LIMITS
+
+    file = given["limits_file"]
+    if path.feeds is None or given["feed"] is not None or (file and "feed" in limits_toml.read(file).as_dict()):
+        return limits, []
+    programmed = [feed for feed in path.feeds.tolist() if math.isfinite(feed)]
+    top = max(programmed, default=0.0)
+    note = f"no --feed is given: curves run at the program's feeds, {top:.6g} mm/s at most"
+    if len(programmed) == len(path.feeds):
+        return replace(limits, feed=top), [note]
+    if limits.axis_velocity is not None:
+        return replace(limits, feed=math.inf), [f"{note}; rapid moves as fast as the velocities of the axes allow"]
+    rapid = max(top, PAPER_LIMITS.feed)
+    return replace(limits, feed=rapid), [f"{note}; rapid moves at {rapid:.6g} mm/s, which is assumed"]
 
 
 def _over_machine(flat: Mapping[str, float], machine: Table, axes: Sequence[str]) -> dict[str, float]:

@@ -66,6 +66,7 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
     say(f"reading {source}")
     path = read_path(source, options.reading_from(given))
     limits, period, strategy = options.limits_from(given, machine, path.axes)
+    limits, assumed = options.as_programmed(limits, path, given)
     say("planning")
     law = plan(path, limits, strategy=strategy, period=period)
     shares = tangential_shares(law, limits)
@@ -93,7 +94,7 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
         "limits": share_numbers(shares),
         "stops_mm": list(path.stops),
         "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
-        "notes": [*path.findings, *law.notes],
+        "notes": [*assumed, *path.findings, *law.notes],
         "files": [given["output"]] if given["output"] else [],
     }
 

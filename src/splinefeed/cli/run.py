@@ -108,6 +108,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     say(f"reading {source}")
     path = read_path(source, reading)
     limits, period, strategy = options.limits_from(given, planned_for, path.axes)
+    limits, assumed = options.as_programmed(limits, path, given)
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
         if given["contour_tolerance"] is not None:
@@ -132,6 +133,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections)
         page = record(result, traces, source, reading, formats, servo)
+        page["notes"] = [*assumed, *page["notes"]]
         say("writing setpoints and figures")
         settings = {**result.points.settings, "source": page["source"], "command": page["command"]}
         documented = dataclasses.replace(result, points=dataclasses.replace(result.points, settings=settings))

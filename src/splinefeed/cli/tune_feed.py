@@ -92,6 +92,7 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
     say(f"reading {source}")
     path = read_path(source, reading)
     limits, period, strategy = options.limits_from(given, table, path.axes)
+    limits, _ = options.as_programmed(limits, path, given)
     folder = given["output"] if given["output"] is not None else f"{default_name(path.name)}-for-{table.name}"
     with staged(folder, files.TUNE_FEED_RECORD, files.TUNE_FEED_NAMES) as stage:
         tuning = tune_feed(

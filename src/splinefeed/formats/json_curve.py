@@ -2,7 +2,8 @@
 
 A curve is an object with `degree`, `knots`, `control_points` and, if rational, `weights`; `name`, `units` (mm, cm, m,
 in) and `axes` may stand in it or above the list. Rotary axes are in degrees. `source`, `notes` and `ground_truth` are
-for people and not read. What geomdl and verb write is read too; see `json_dialects`.
+for people and not read. What geomdl and verb write is read too; see `json_dialects`. Feeds, tolerances and markers of a
+program stand beside the curves, as `json_program` says.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats import json_dialects
+from splinefeed.formats import json_dialects, json_program
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import to_degrees, to_radians
 from splinefeed.formats.sizes import MAX_AXES, MAX_COORDINATE, MAX_CURVES, MAX_POINTS
@@ -37,6 +38,7 @@ class _Entry(NamedTuple):
     name: str
     curve: NurbsCurve
     axes: tuple[str, ...]
+    said: json_program.Said = json_program.Said()
 
 
 def holds(head: bytes) -> bool:
@@ -68,7 +70,7 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
     name = document.get("name", "")
     if not isinstance(name, str):
         raise FormatError(f"{source}: name: {_shown(name)} is no text")
-    return _joined(entries, name or pathlib.Path(source).stem, tuple(findings), allowed)
+    return _joined(entries, name or pathlib.Path(source).stem, tuple(findings), allowed, source)
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
@@ -81,9 +83,10 @@ def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
             "knots": curve.knots.tolist(),
             **({} if curve.weights is None else {"weights": curve.weights.tolist()}),
             "control_points": to_degrees(curve.control_points, path.axes).tolist(),
+            **json_program.written(path, i),
         }
         for path in paths
-        for curve in path.curves
+        for i, curve in enumerate(path.curves)
     ]
     shared = {"units": "mm"} if several else {"name": paths[0].name, "units": "mm", "axes": paths[0].axes}
     document = {**shared, **curves[0]} if len(curves) == 1 else {**shared, "curves": curves}
@@ -143,7 +146,7 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
     """One curve; what it does not say itself stands in the `document` above it."""
     if not isinstance(item, dict):
         raise FormatError(f"{place}: is no object with the keys of a curve")
-    _check_keys(item, _CURVE | _SHARED | _FOR_PEOPLE, place)
+    _check_keys(item, _CURVE | _SHARED | _FOR_PEOPLE | json_program.KEYS, place)
     for key in ("degree", "knots", "control_points"):
         if key not in item:
             raise FormatError(f"{place}: {key} is missing; a curve needs degree, knots and control_points")
@@ -154,7 +157,8 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
     axes = _axes(item.get("axes", document.get("axes")), points.shape[1], f"{place}: axes")
     points = to_radians(points, axes)
     linear = [axis not in ROTARY_AXES for axis in axes]
-    points[:, linear] *= _scale(item.get("units", document.get("units")), f"{place}: units", findings)
+    scale = _scale(item.get("units", document.get("units")), f"{place}: units", findings)
+    points[:, linear] *= scale
     if np.max(np.abs(points)) > MAX_COORDINATE:
         row = int(np.argmax(np.max(np.abs(points), axis=1)))
         raise FormatError(f"{place}: control_points[{row}]: is farther out than {MAX_COORDINATE:g} mm; check the units")
@@ -163,9 +167,10 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
     if not isinstance(name, str):
         raise FormatError(f"{place}: name: {_shown(name)} is no text")
     try:
-        return _Entry(name, NurbsCurve(degree, _numbers(item["knots"], f"{place}: knots"), points, weights), axes)
+        curve = NurbsCurve(degree, _numbers(item["knots"], f"{place}: knots"), points, weights)
     except CurveError as error:
         raise FormatError(f"{place}: {error}") from None
+    return _Entry(name, curve, axes, json_program.read(item, place, scale))
 
 
 def _scale(unit: object, place: str, findings: list[str]) -> float:
@@ -221,7 +226,9 @@ def _numbers(values: object, place: str) -> list[float]:
     return values
 
 
-def _joined(entries: list[_Entry], name: str, findings: tuple[str, ...], tolerance: float) -> list[Path]:
+def _joined(
+    entries: list[_Entry], name: str, findings: tuple[str, ...], tolerance: float, source: str | os.PathLike[str]
+) -> list[Path]:
     """Paths of neighbouring curves whose ends meet; a lone path has the file's `name`, others their first curve's."""
     groups: list[list[_Entry]] = []
     for entry in entries:
@@ -232,7 +239,14 @@ def _joined(entries: list[_Entry], name: str, findings: tuple[str, ...], toleran
             groups.append([entry])
     names = [name] if len(groups) == 1 else [group[0].name or f"{name}#{i}" for i, group in enumerate(groups, start=1)]
     return [
-        Path([entry.curve for entry in group], group[0].axes, name=title, findings=findings, tolerance=tolerance)
+        Path(
+            [entry.curve for entry in group],
+            group[0].axes,
+            name=title,
+            findings=findings,
+            tolerance=tolerance,
+            **json_program.path_arguments([entry.said for entry in group], source),
+        )
         for group, title in zip(groups, names, strict=True)
     ]
 
