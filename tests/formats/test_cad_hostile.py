@@ -15,7 +15,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import FormatError, SplinefeedError
 from splinefeed.formats import cad_process, part21, threedm
-from splinefeed.formats.registry import read_all
+from splinefeed.formats.registry import format_of, read_all
 
 SMALL = {
     "step": "part.stp",
@@ -38,11 +38,13 @@ def small(kind: str, tmp_path: Path, data_dir: Path) -> Path:
 def test_a_file_cut_off_anywhere_is_refused(tmp_path: Path, data_dir: Path, kind: str) -> None:
     file = small(kind, tmp_path, data_dir)
     whole = file.read_bytes()
+    reader = format_of(file).reader
+    assert reader is not None
     # what may be missing at the end: the last line break, and in STEP the semicolon before it
     for end in range(0, len(whole) - 2, 10):
         file.write_bytes(whole[:end])
         with pytest.raises(FormatError) as caught:
-            read_all(file)
+            reader(file)
         assert str(caught.value).startswith(f"{file}: ")
         assert "\n" not in str(caught.value)
 
@@ -98,7 +100,7 @@ def fuzz(file: Path, rounds: int, repair: bool) -> None:
 @pytest.mark.parametrize("kind", SMALL)
 @pytest.mark.parametrize("repair", [False, True])
 def test_changed_files_give_curves_or_an_error_of_ours(tmp_path: Path, data_dir: Path, kind: str, repair: bool) -> None:
-    fuzz(small(kind, tmp_path, data_dir), 60, repair)
+    fuzz(small(kind, tmp_path, data_dir), 30, repair)
 
 
 @pytest.mark.torture
@@ -242,3 +244,14 @@ def test_checks_of_a_file_that_repairs_are_findings(tmp_path: Path) -> None:
     assert threedm.check(content, tmp_path / "part.3dm", repair=True) == [
         "the record that ends it is missing at byte 82; is the file cut off?"
     ]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_reads_through_a_process_of_its_own(tmp_path: Path, data_dir: Path) -> None:
+    file = small("3dm", tmp_path, data_dir)
+    wanted = read_all(file)[0].length
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if read_all(file)[0].length == wanted else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    assert read_all(file)[0].length == wanted

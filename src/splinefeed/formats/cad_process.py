@@ -34,6 +34,11 @@ MAX_SECONDS = 30.0
 SECONDS_PER_MB = 5.0
 #: Names that files give to their units.
 _UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "um", "inch": "in", "foot": "ft"}
+#: The worker runs the same splinefeed as this process, wherever that was found.
+_PROGRAM = (
+    "import sys; sys.path.insert(0, sys.argv[1]); from splinefeed.formats import cad_worker; del sys.path[0]; "
+    "cad_worker.main()"
+)
 _INSTALL = "run: pip install 'splinefeed[cad]'"
 
 
@@ -51,7 +56,7 @@ class _Worker:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
-        self._owner = 0
+        self._of_parents: list[object] = []
 
     def ask(self, task: dict[str, Any], seconds: float) -> dict[str, Any] | str:
         """The answer to `task`, or why there is none."""
@@ -86,25 +91,21 @@ class _Worker:
             return f"takes longer than {seconds:.0f} s" if late.is_set() else "makes the CAD library crash"
 
     def _running(self) -> subprocess.Popen[bytes]:
-        if self._owner != os.getpid():  # a process that was forked must not share the pipes of its parent
-            self._process, self._owner = None, os.getpid()
         if self._process is None:
             home = str(pathlib.Path(splinefeed.__file__).parent.parent)
-            places = os.pathsep.join(each for each in (home, os.environ.get("PYTHONPATH")) if each)
             # -P: what lies in the current folder is not imported
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "splinefeed.formats.cad_worker"],
+                [sys.executable, "-P", "-c", _PROGRAM, home],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                env={**os.environ, "PYTHONPATH": places},
             )
         return self._process
 
     def stop(self) -> None:
-        """End the process, if it is this one's own."""
+        """End the process."""
         process, self._process = self._process, None
-        if process is not None and self._owner == os.getpid():
+        if process is not None:
             process.kill()
             process.wait()
             for stream in (process.stdin, process.stdout):
@@ -112,9 +113,17 @@ class _Worker:
                     with suppress(OSError):  # words that did not get through before the process died
                         stream.close()
 
+    def forget(self) -> None:
+        """Leave the process to the parent that this one was forked from: two must not talk through the same pipes."""
+        self._of_parents.append(self._process)  # kept, or Python would say that it still runs
+        self._lock = threading.Lock()
+        self._process = None
+
 
 _worker = _Worker()
 atexit.register(_worker.stop)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_worker.forget)
 
 
 def read(
