@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks import __main__ as command
-from benchmarks import arc, cases, child, online, points, stream, tables, ticks, timing
+from benchmarks import arc, cases, child, online, points, servo, stream, tables, ticks, timing
 
 import splinefeed as sf
 
@@ -92,6 +92,18 @@ def test_a_stream_writes_every_tick_that_it_counts():
     assert written["ticks"] == sf.Interpolator(cases.butterfly(), cases.law()).ticks
     assert written["laps"] == 1
     assert min(written["peak"], written["bytes"]) > 8 * written["ticks"]
+
+
+def test_an_axis_of_each_kind_is_timed_over_every_tick():
+    for machine, name in servo.AXES:
+        for linear in (False, True):
+            assert servo.AxisRun(machine, name, linear)() == servo.TICKS
+
+
+def test_a_long_job_follows_every_tick_on_three_axes():
+    done = servo.job(10.0 / 3600.0)
+    assert done["ticks"] >= 10_000
+    assert 0.0 < done["contour"] < 0.1
 
 
 def test_rounds_are_interleaved_after_one_that_does_not_count():

@@ -1,4 +1,4 @@
-"""Make the numbers of docs/paper.md anew, between their markers, and draw plants.svg and the experiment's pictures."""
+"""Make the numbers of docs/paper.md anew, between their markers, and draw plants.svg beside this script."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ from scipy.optimize import brentq
 
 import splinefeed as sf
 from splinefeed.machine.parts import Axis, Drive
-from splinefeed.pipeline.deviation import deviation
 from splinefeed.pipeline.experiment import PAPER_ERROR, PAPER_METHODS, Served, comparison, serve_methods
 from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 from splinefeed.report import theme
 from splinefeed.report.files import save_figure
-from splinefeed.report.servo_figures import contour_figure, errors_figure
 from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins
 
@@ -32,23 +30,17 @@ XY = ("x", "y")
 
 
 def main() -> None:
-    """Run the experiment and the plants, fill docs/paper.md, draw the figures beside this script."""
+    """Run the experiment and the plants, fill docs/paper.md, and draw plants.svg."""
     path = sf.shapes.from_text(PAPER_SHAPE)
     run = sf.run(path, PAPER_LIMITS, period=PAPER_PERIOD)
     table = sf.Table.load("xytheta")
     flat = list(serve_methods(path, run.law, table))
-    solid_path = sf.tangential(path)
-    solid = list(serve_methods(solid_path, run.law, table))
+    solid = list(serve_methods(sf.tangential(path), run.law, table))
     put("run", run_words(run))
     put("methods", methods(path, run.law))
     put("errors", errors(flat, solid))
     put("margins", loops(table))
     put("plants", plants(table, run.points))
-    responses = {each.points.method: each.response for each in solid}
-    save_figure(errors_figure(responses, "NACA 0025, 33 mm", "xytheta"), HERE / "experiment-errors.png")
-    beside = deviation(solid[-1].response, solid_path, solid[-1].points.s)
-    assert beside is not None
-    save_figure(contour_figure(beside, "NACA 0025, 33 mm", "xytheta"), HERE / "experiment-contour.svg")
 
 
 def put(name: str, text: str) -> None:
@@ -216,8 +208,9 @@ def draw_plants(found: dict[float, list[tuple[float, bool]]], torque: list[tuple
         left.set_xticks([], minor=True)
         left.set_yticks([], minor=True)
         right.set_ylim(bottom=0.0)
+        for axis in (right.xaxis, right.yaxis):
+            theme.plain_ticks(axis)
     save_figure(figure, HERE / "plants.svg")
-    save_figure(figure, Path("/tmp/w/plants.png"))
 
 
 if __name__ == "__main__":

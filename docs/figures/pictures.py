@@ -1,18 +1,22 @@
-"""Draw the pictures of the README: the paper's airfoil, and the butterfly planned to the limits of its axes."""
+"""Draw the pictures of the README: the paper's airfoil and experiment, and the butterfly to the limits of its axes."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import splinefeed as sf
+from splinefeed.pipeline.deviation import deviation
+from splinefeed.pipeline.experiment import serve_methods
 from splinefeed.report.files import save_figure
 from splinefeed.report.path_figure import path_figure
+from splinefeed.report.servo_figures import contour_figure, errors_figure
 
 HERE = Path(__file__).parent
 
 
 def main() -> None:
-    """Write both pictures beside this script."""
+    """Write all pictures beside this script."""
+    experiment()
     airfoil = sf.run(sf.shapes.naca("0025", perimeter=33))
     save_figure(path_figure(airfoil.path, airfoil.points), HERE / "airfoil-path.svg")
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
@@ -23,6 +27,18 @@ def main() -> None:
     classic = sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, acceleration=500, jerk=20000))
     peaks = classic.axis_peaks()["x"]
     print(f"seven phases: {classic.law.duration:.3f} s, and {peaks['acceleration']:.3g} mm/s^2 on x")
+
+
+def experiment() -> None:
+    """The paper's experiment with theta, by its two methods and ours: errors over time, and where it left the path."""
+    path = sf.tangential(sf.shapes.naca("0025", perimeter=33))
+    run = sf.run(path)
+    served = list(serve_methods(path, run.law, sf.Table.load("xytheta")))
+    responses = {each.points.method: each.response for each in served}
+    save_figure(errors_figure(responses, "NACA 0025, 33 mm", "xytheta"), HERE / "experiment-errors.png")
+    beside = deviation(served[-1].response, path, served[-1].points.s)
+    assert beside is not None
+    save_figure(contour_figure(beside, "NACA 0025, 33 mm", "xytheta"), HERE / "experiment-contour.png")
 
 
 if __name__ == "__main__":
