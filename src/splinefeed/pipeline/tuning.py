@@ -47,6 +47,8 @@ RAN_AWAY = 1e3
 SMALLEST = 1e-9
 #: Gains that a rule gives are lowered in steps of this, in logarithms, until they keep the bound.
 CALMING, CALMINGS = 0.1, 60
+#: Logarithms of Tyreus and Luyben's gains over those of Ziegler and Nichols.
+CALMER = (math.log(1.0 / 2.2 / 0.6), math.log(1.0 / 2.2 / 2.2 / 1.2), math.log(1.0 / 2.2 / 6.3 / 0.075))
 
 Progress = Callable[[int, int], None]
 
@@ -146,8 +148,8 @@ def tune_on_path(
     on_progress   called with the runs made and allowed
 
     Gains with which an axis of the full model does not come to rest (`simulation.curves.rest_swing`) are out as well.
-    Gains are drawn around those of Tyreus and Luyben (or the machine's, where that rule has none), those out of the
-    bound thrown away unsimulated, and the best is improved by COBYLA (M. J. D. Powell, in Advances in Optimization and
+    Gains are drawn around those of Ziegler and Nichols, or the machine's where that rule has none; those out of the
+    bound are thrown away unsimulated, and the best is improved by COBYLA (M. J. D. Powell, in Advances in Optimization and
     Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the gains. Linear axes
     are tuned together for contour error; a rotary axis has no part in it and is tuned for its own tracking error. The
     old gains are kept where nothing better keeps the bound. Raises InputError where nothing does at all.
@@ -240,8 +242,9 @@ class _Search:
 
         kept = all(np.min(self.tests[name].slacks(self.table.axes[name])) >= 0.0 for name in self.names)
         own = self._error(self.table) if kept else math.inf
-        if self.runs < allowed:
-            self._try(np.concatenate([self._calmed(name) for name in self.names]), told)
+        for calm in (True, False):
+            if self.runs < allowed:
+                self._try(np.concatenate([self._calmed(name, calm) for name in self.names]), told)
         for _ in range(max(math.ceil(DRAWN * allowed), 1 if not kept else 0) - self.runs):
             self._try(np.concatenate([self._drawn(name, rng) for name in self.names]), told)
         if not math.isfinite(min(own, self.best[0])):
@@ -309,11 +312,16 @@ class _Search:
             return float(np.max(np.abs(response.tracking_error[:, self.points.axes.index(self.names[0])])))
         return self.meter.measure(response.position, s_hint=self.hints).max
 
-    def _calmed(self, name: str) -> Array:
-        """The start, its gains lowered until they keep the bound; the place of no change if they never do."""
+    def _calmed(self, name: str, calm: bool) -> Array:
+        """The start, its gains lowered until they keep the bound; the place of no change if they never do.
+
+        calm: with shares of the ultimate gain as Tyreus and Luyben have them, not Ziegler and Nichols.
+        """
         axis = self.start[name]
         count = len(GAINS[axis.controller.kind])
         x = np.zeros(self.width[name])
+        if calm and axis.controller.kind == "pid":
+            x[:count] = CALMER
         for _ in range(CALMINGS):
             if np.min(self.tests[name].slacks(self._axis(name, x))) >= RESERVE:
                 return x
@@ -339,10 +347,10 @@ def _unrest(axis: Axis, period: float) -> float:
 
 
 def _start(axis: Axis, period: float) -> Axis:
-    """The axis with gains of which none is 0: those of Tyreus and Luyben, or its own where that rule has none."""
+    """The axis with gains of which none is 0: those of Ziegler and Nichols, or its own where that rule has none."""
     if axis.controller.kind == "pid":
         try:
-            found = tuning.tune(axis, "tyreus-luyben", period=period).axis
+            found = tuning.tune(axis, "ziegler-nichols", period=period).axis
             return replace(found, controller=replace(found.controller, source=axis.controller.source))
         except InputError:
             pass
