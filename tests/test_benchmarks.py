@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks import __main__ as command
-from benchmarks import arc, cases, child, online, points, servo, stream, tables, ticks, timing
+from benchmarks import arc, cases, child, online, paths, points, servo, stream, tables, ticks, timing
 
 import splinefeed as sf
 
@@ -104,6 +104,13 @@ def test_a_long_job_follows_every_tick_on_three_axes():
     done = servo.job(10.0 / 3600.0)
     assert done["ticks"] >= 10_000
     assert 0.0 < done["contour"] < 0.1
+
+
+def test_a_path_of_lines_is_built_whole():
+    built = paths.build(500)
+    assert built["stops"] == 499 and built["peak"] >= built["before"] > 0
+    points = np.cumsum(np.random.default_rng(0).normal(size=(501, 3)), axis=0)
+    assert built["length"] == pytest.approx(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)), rel=1e-13)
 
 
 def test_rounds_are_interleaved_after_one_that_does_not_count():

@@ -49,6 +49,33 @@ def test_travelled_through_a_cusp():
     assert measure.travelled(table, shape, 0.0, 1.0) == pytest.approx(2 * (13**1.5 - 8) / 27, rel=1e-13)
 
 
+def test_travelled_where_the_curve_all_but_stands_still():
+    """Degree 12, the first point five times, weights over five decades: near the start C' is rounding and no more."""
+    weights = [0.36, 233.0, 0.0987, 283.0, 0.0094, 0.0287, 0.0033, 500.0, 273.0, 0.127, 0.275, 0.0365, 0.0136]
+    points = np.random.default_rng(2).normal(size=(13, 2))
+    points[:5] = points[0]
+    curve = sf.NurbsCurve.bezier(points, weights)
+    assert measure.travelled(*curve.table, 0.0, 1.0) == pytest.approx(curve.length, rel=1e-13)
+    ends = np.array([0.0, 1e-3, 1e-2])
+    lengths = [measure.travelled(*curve.table, 0.0, u) for u in ends]
+    assert lengths == pytest.approx(curve.arc_length(ends), abs=1e-15 * curve.length)
+
+
+@pytest.mark.parametrize("at", [0.003, 0.3, 0.9985])
+def test_steps_about_a_place_where_one_axis_turns_back(at):
+    """x' = 2 (u - at): |x'| has a kink where quadrature over the whole span, ends left out, would not see it."""
+    curve = sf.NurbsCurve.bezier([[0.0], [-at], [1.0 - 2.0 * at]])
+    path = sf.Path([curve], axes=("x",))
+    assert path.length == pytest.approx(at**2 + (1.0 - at) ** 2, rel=1e-14)
+    u = np.array([0.0, 1.0])
+    points = sf.interpolate(path, motions.constant(path, 1.0), period=1e-3)
+    ends = dataclasses.replace(
+        points, **{name: getattr(points, name)[[0, -1]] for name in ("t", "curve", "s", "feed", "position")}, u=u
+    )
+    assert ripple.steps(ends, path) == pytest.approx([path.length], rel=1e-14)
+    assert np.sum(ripple.steps(points, path)) == pytest.approx(path.length, rel=1e-14)
+
+
 def test_ripple_sees_a_planted_fault():
     path = circle()
     law = motions.constant(path, 50.0)

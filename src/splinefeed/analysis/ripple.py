@@ -47,8 +47,8 @@ def steps(points: Setpoints, path: Path) -> Array:
     out = np.zeros(max(len(points) - 1, 0))
     if not out.size:
         return out
-    table, rows = path.spans
-    measure.travelled_each(table, rows, path.shape, path.curve_starts, points.curve, points.u, out)
+    # rows of the arc-length table, for they end at cusps; their arc-length polynomials are not looked at
+    measure.travelled_each(path.table, path.curve_rows, path.shape, path.curve_starts, points.curve, points.u, out)
     return out
 
 

@@ -153,14 +153,9 @@ class Lines(Sequence[NurbsCurve]):
             place = np.unravel_index(int(np.argmax(np.abs(self.points))), self.points.shape)
             index = ", ".join(str(int(i)) for i in place)
             raise CurveError(f"points[{index}] is {self.points[place]:g}; values up to {LARGEST:g} are possible")
-        if (short := self.without_length(self.points)).any():
-            i = int(np.argmax(short))
+        if len(kept := lines_with_length(self.points)) < len(self):
+            i = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
             raise CurveError(f"line {i} from points[{i}] to points[{i + 1}] has no length; leave one of them out")
-
-    @staticmethod
-    def without_length(points: Array) -> BoolArray:
-        """Lines (n,) between neighbouring points (n + 1, axes) that are too short to be one, nearly always 0 mm."""
-        return np.asarray(np.max(np.abs(np.diff(points, axis=0)), axis=1) < 1.0 / LARGEST)
 
     @cached_property
     def flat(self) -> Flat:
@@ -198,3 +193,8 @@ class Lines(Sequence[NurbsCurve]):
 
     def __repr__(self) -> str:
         return f"Lines({len(self)} lines, {self.points.shape[1]} axes)"
+
+
+def lines_with_length(points: Array) -> IntArray:
+    """Numbers (m,) of the lines between neighbouring points (n + 1, axes) that are long enough to be one."""
+    return np.flatnonzero(np.max(np.abs(np.diff(points, axis=0)), axis=1, initial=0.0) >= 1.0 / LARGEST)

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry.arc_length import MAX_ROWS, ArcLength
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
-from splinefeed.geometry.curves import Flat, Lines
+from splinefeed.geometry.curves import Flat, Lines, lines_with_length
 from splinefeed.geometry.editing import moved_points
+from splinefeed.geometry.tables import arc_rows, read_only, span_rows
 from splinefeed.kernels import arc_length as arc_kernels
 from splinefeed.kernels import measure, pieces
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_array
@@ -31,8 +31,6 @@ DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 JOIN_TOLERANCE = 1e-6
 #: Linear axes that move by no more roundings than this, on a curve that turns rotary ones, do not move.
 STILL_ROUNDINGS = 8.0
-#: Rows of a table that a curved span is given room for at first.
-ROWS_A_SPAN = 8
 
 
 @dataclass(frozen=True)
@@ -174,24 +172,20 @@ class Path:
         them, and markers stay between the same neighbours. Otherwise they raise CurveError, as values that are not
         finite do; and all that `Path` raises.
         """
+        said = {"name": name, "findings": findings, "feeds": feeds, "tolerances": tolerances, "markers": markers}
         if not repair:
-            lines = Lines(points)
-            return cls(lines, axes, name=name, findings=findings, feeds=feeds, tolerances=tolerances, markers=markers)
+            return cls(Lines(points), axes, **said)  # type: ignore[arg-type]
         given = frozen_array(points, "points", 2)
-        kept = np.flatnonzero(~Lines.without_length(given)) if len(given) > 1 else np.arange(0)
-        dropped = max(len(given) - 1, 0) - len(kept)
-        if dropped == 0 or not len(kept):
-            return cls.polyline(
-                given, axes, name=name, findings=findings, feeds=feeds, tolerances=tolerances, markers=markers
-            )
+        kept = lines_with_length(given)
+        if len(kept) in (0, len(given) - 1):
+            return cls(Lines(given), axes, **said)  # type: ignore[arg-type]
         first = int(np.setdiff1d(np.arange(len(given) - 1), kept)[0])
-        rows = np.append(kept, kept[-1] + 1)
-        said = f"{dropped} line(s) without length left out, the first between points {first} and {first + 1}"
+        dropped = f"{len(given) - 1 - len(kept)} line(s) without length left out, the first between points"
         return cls(
-            Lines(given[rows]),
+            Lines(given[np.append(kept, kept[-1] + 1)]),
             axes,
             name=name,
-            findings=(*findings, said),
+            findings=(*findings, f"{dropped} {first} and {first + 1}"),
             feeds=None if feeds is None else np.asarray(feeds)[kept],
             tolerances=None if tolerances is None else np.asarray(tolerances)[kept],
             markers=[dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in markers],
@@ -260,62 +254,18 @@ class Path:
         if self.shape[0] == 1 and not self.shape[3]:
             return self.table, self.curve_rows  # a line is its own arc-length piece
         if len(self.flat) == 1:
-            return self.curves[0].table[0], np.array([[0, len(self.curves[0].table[0]) - 1]])
-        table = np.empty((int(np.sum(np.diff(self.flat.point_starts) - self.flat.degrees)), pieces.width(self.shape)))
-        rows = np.empty((len(self.flat), 2), dtype=np.int64)
-        curve = filled = 0
-        while True:
-            curve, filled = pieces.fill_spans(*self.flat.for_kernels, self.shape, curve, table, filled, rows)
-            if curve == len(self.flat):
-                break
-            table = np.concatenate([table[:filled], np.empty_like(table)])
-        return _kept(table, filled), _read_only(rows)
+            table = self.curves[0].table[0]
+            return table, read_only(np.array([[0, len(table) - 1]]))
+        return span_rows(self.flat, self.shape)
 
     @cached_property
     def _tables(self) -> tuple[Array, IntArray, Array]:
         """All arc-length pieces (pieces, width), first and last row of each curve, and where each curve starts, mm."""
-        flat, shape = self.flat, self.shape
-        if len(flat) == 1 and self.linear == len(self.axes):
-            arc = self._arc_of(0)
-            rows = np.array([[0, len(arc.table) - 1]])
-            return arc.table, _read_only(rows), _read_only(np.array([0.0, arc.length]))
-        counts = np.diff(flat.point_starts) - flat.degrees
-        counts = np.where((flat.degrees > 1) | (flat.rational > 0), ROWS_A_SPAN * counts, counts)
-        spans, span_rows = np.empty((0, 0)), np.empty((0, 2), dtype=np.int64)
-        if shape[0] > 1 or shape[3]:
-            spans, span_rows = self.spans
-        table = np.empty((int(np.sum(counts)), pieces.width(shape)))
-        rows, starts, state = np.empty((len(flat), 2), dtype=np.int64), np.zeros(len(flat) + 1), np.zeros(2)
-        curve = filled = 0
-        while True:
-            curve, filled = arc_kernels.fill_curves(
-                *flat.for_kernels,
-                shape[2],
-                spans,
-                span_rows,
-                shape,
-                curve,
-                MAX_ROWS,
-                table,
-                filled,
-                rows,
-                starts,
-                state,
-            )
-            if filled < 0:
-                try:
-                    self._arc_of(curve)
-                except CurveError as error:
-                    raise CurveError(f"curve {curve} of the path: {error}") from None
-            if curve == len(flat):
-                break
-            table = np.concatenate([table[:filled], np.empty((max(len(table) // 2, 4096), table.shape[1]))])
-        return _kept(table, filled), _read_only(rows), _read_only(starts)
-
-    def _arc_of(self, index: int) -> ArcLength:
-        """The arc-length table of one curve alone; CurveError for a curve without one."""
-        curve = self.curves[index]
-        return curve.arc if self.linear == len(self.axes) else ArcLength(curve, self.shape[2])
+        if len(self.flat) == 1 and self.linear == len(self.axes):
+            arc = self.curves[0].arc
+            return arc.table, read_only(np.array([[0, len(arc.table) - 1]])), read_only(np.array([0.0, arc.length]))
+        spans = None if self.shape[0] == 1 and not self.shape[3] else self.spans
+        return arc_rows(self.flat, self.shape, spans, self.curves)
 
     @property
     def table(self) -> Array:
@@ -499,13 +449,3 @@ def _is_left(side: str) -> bool:
     if side not in ("right", "left"):
         raise InputError(f"side is {side!r}; choose 'right' or 'left'")
     return side == "left"
-
-
-def _read_only(array: Any) -> Any:
-    array.setflags(write=False)
-    return array
-
-
-def _kept(table: Array, rows: int) -> Array:
-    """The first rows of a table, read-only, without the room behind them."""
-    return frozen_array(table[:rows], "table", 2) if rows < len(table) else _read_only(table)

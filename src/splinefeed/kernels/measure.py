@@ -7,14 +7,31 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, Shape, derivatives, find_row, point, speed, turns
+from splinefeed.kernels.pieces import (
+    DEGREES,
+    HIGH,
+    LOW,
+    MIDDLE,
+    ORIGIN,
+    SCALE,
+    Shape,
+    derivatives,
+    find_row,
+    measured,
+    point,
+    speed,
+    turns,
+)
 from splinefeed.records import Array, IntArray
 
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
 #: Two halves of an interval that agree with the whole to this, relative, are taken; smaller is rounding.
 AGREEMENT = 3e-15
-#: Bisections of one interval; at a cusp inside it the rest is then below rounding.
+#: ... or to this of what the roundings of the coefficients make of the interval: where C' = 0 there is nothing else.
+COEFFICIENT_ROUNDING = 1e-15
+#: Bisections of one interval; at a cusp inside it the rest is then below rounding. About 100 intervals do for a cusp.
 MAX_DEPTH = 45
+MOST_INTERVALS = 4096
 #: Points of the curve looked at between two setpoints, when its distance from their chord is measured.
 CHORD_SAMPLES = 17
 #: Points of every row at which the greatest curvature is looked for.
@@ -34,6 +51,26 @@ def _gauss(table: Array, row: int, shape: Shape, low: float, high: float) -> flo
 
 
 @kernel
+def _coefficient_speed(table: Array, row: int, shape: Shape) -> float:
+    """What |C'(u)| of one row would be if no two of its terms cancelled: the measure of its rounding, mm per u."""
+    degree, axes, _, rational = shape
+    begin, end = measured(table, row, shape)
+    weight = 1.0
+    turn = 0.0
+    if rational:
+        at = ORIGIN + axes + axes * (degree + 1)
+        weight = table[row, at]
+        for k in range(1, degree + 1):
+            turn += k * abs(table[row, at + k]) / weight
+    total = 0.0
+    for a in range(begin, end):
+        at = ORIGIN + axes + a * (degree + 1)
+        for k in range(degree + 1):
+            total += (k + turn) * abs(table[row, at + k]) / weight
+    return total * table[row, SCALE] * (DEGREES if end == axes and shape[2] <= 0 else 1.0)
+
+
+@kernel
 def _within_row(table: Array, row: int, shape: Shape, low: float, high: float) -> float:
     """Integral of |C'| over [low, high] within one row, bisected until halves and whole agree, mm."""
     lows = np.empty(MAX_DEPTH + 2)
@@ -45,10 +82,13 @@ def _within_row(table: Array, row: int, shape: Shape, low: float, high: float) -
     wholes[0] = _gauss(table, row, shape, low, high)
     depths[0] = 0
     scale = abs(wholes[0])
+    rounding = COEFFICIENT_ROUNDING * _coefficient_speed(table, row, shape)
     stacked = 1
+    intervals = 0
     total = 0.0
     while stacked > 0:
         stacked -= 1
+        intervals += 1
         a = lows[stacked]
         b = highs[stacked]
         whole = wholes[stacked]
@@ -56,7 +96,8 @@ def _within_row(table: Array, row: int, shape: Shape, low: float, high: float) -
         middle = 0.5 * (a + b)
         left = _gauss(table, row, shape, a, middle)
         right = _gauss(table, row, shape, middle, b)
-        if abs(left + right - whole) <= AGREEMENT * scale or depth >= MAX_DEPTH:
+        agreed = abs(left + right - whole) <= max(AGREEMENT * scale, rounding * (b - a))
+        if agreed or depth >= MAX_DEPTH or intervals >= MOST_INTERVALS:
             total += left + right
             continue
         lows[stacked] = a
