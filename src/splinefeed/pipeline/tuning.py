@@ -149,10 +149,10 @@ def tune_on_path(
 
     Gains with which an axis of the full model does not come to rest (`simulation.curves.rest_swing`) are out as well.
     Gains are drawn around those of Ziegler and Nichols, or the machine's where that rule has none; those out of the
-    bound are thrown away unsimulated, and the best is improved by COBYLA (M. J. D. Powell, in Advances in Optimization and
-    Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the gains. Linear axes
-    are tuned together for contour error; a rotary axis has no part in it and is tuned for its own tracking error. The
-    old gains are kept where nothing better keeps the bound. Raises InputError where nothing does at all.
+    bound are thrown away unsimulated, and the best is improved by COBYLA (M. J. D. Powell, in Advances in Optimization
+    and Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the gains. Linear
+    axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own tracking error.
+    The old gains are kept where nothing better keeps the bound. Raises InputError where nothing does at all.
     """
     bound = bound or Bound()
     if isinstance(evaluations, bool) or not isinstance(evaluations, int) or not 1 <= evaluations <= MOST_EVALUATIONS:
