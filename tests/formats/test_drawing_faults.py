@@ -37,10 +37,9 @@ def garbled(rng: np.random.Generator) -> tuple[bytes, str]:
     for _ in range(rng.integers(1, 6)):
         at, width = rng.integers(len(content)), int(rng.integers(0, 30))
         splinter = SPLINTERS[rng.integers(len(SPLINTERS))]
-        content = content[:at] + splinter + content[at + width :]
+        content = (content[:at] + splinter + content[at + width :]) or b"0"
         if rng.random() < 0.1:
             content = content[: rng.integers(1, len(content) + 1)]
-        content = content or b"0"
     return content, source.suffix.lower()
 
 
