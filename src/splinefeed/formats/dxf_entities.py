@@ -72,6 +72,7 @@ class EntityReader:
         self.layers = {name.casefold() for name in layers}
         self.repair = repair
         self.visits = 0
+        self._plain: Placement | None = None  # the one that moves nothing
         self.seen_layers: Counter[str] = Counter()
         self.notes: Counter[str] = Counter()
         self._handlers: dict[str, Callable[[Entity, Placement], list[NurbsCurve]]] = {
@@ -86,6 +87,8 @@ class EntityReader:
 
     def read(self, entities: list[Entity], place: Placement, inherited: str = "", above: tuple[str, ...] = ()) -> None:
         """Read `entities`, placed by `place`; on layer 0 they are on the layer of the block reference, if any."""
+        if not above and np.array_equal(place.matrix, np.eye(3)) and not place.offset.any():
+            self._plain = place
         k = 0
         while k < len(entities):
             entity = entities[k]
@@ -161,6 +164,16 @@ class EntityReader:
             return default
         return self.finite(entity, code, value)
 
+    def numbers(self, entity: Entity, code: int, values: list[str | float]) -> list[float]:
+        """`values` as finite numbers; FormatError that names entity and group `code`."""
+        try:
+            numbers = list(map(float, values))
+        except ValueError:
+            numbers = [math.nan]
+        if self.tags.underscores or not math.isfinite(sum(numbers)):
+            return [self.finite(entity, code, value) for value in values]  # says which one
+        return numbers
+
     def finite(self, entity: Entity, code: int, value: str | float) -> float:
         """`value` as a finite number; FormatError that names entity and group `code`."""
         try:
@@ -201,7 +214,7 @@ class EntityReader:
     def _line(self, entity: Entity, place: Placement) -> list[NurbsCurve]:
         values = fields(self.tags, entity)
         ends = np.array([self._point(entity, values, 10), self._point(entity, values, 11)])
-        return self._straight(ends @ place.matrix.T + place.offset)
+        return self._straight(ends if place is self._plain else ends @ place.matrix.T + place.offset)
 
     def _straight(self, points: Array) -> list[NurbsCurve]:
         if np.array_equal(points[0], points[-1]) and len(points) == 2:
@@ -249,29 +262,30 @@ class EntityReader:
         return dxf_splines.curves(self, entity, place.matrix, place.offset)
 
     def _lwpolyline(self, entity: Entity, place: Placement) -> list[NurbsCurve]:
-        xs: list[float] = []
-        ys: list[float] = []
-        bulges: list[float] = []
+        x: list[str | float] = []
+        y: list[str | float] = []
+        given: list[str | float] = []
         values: Fields = {}
-        codes, given = self.tags.codes, self.tags.values
-        for i in range(entity.low, entity.high):
-            code = codes[i]
+        codes = self.tags.codes[entity.low : entity.high]
+        for code, value in zip(codes, self.tags.values[entity.low : entity.high], strict=True):
             if code == 10:
-                xs.append(self.finite(entity, code, given[i]))
-                bulges.append(0.0)
+                x.append(value)
+                given.append(0.0)
             elif code == 20:
-                ys.append(self.finite(entity, code, given[i]))
-            elif code == 42 and bulges:
-                bulges[-1] = self.finite(entity, code, given[i])
+                y.append(value)
+            elif code == 42 and given:
+                given[-1] = value
             else:
-                values[code] = given[i]
+                values[code] = value
+        xs, ys, bulges = (self.numbers(entity, code, each) for code, each in ((10, x), (20, y), (42, given)))
         count = self._number(entity, values, 90, float(len(xs)))
         if len(xs) != len(ys) or count != len(xs):
             text = f"says {count:g} vertices, but {len(xs)} x and {len(ys)} y follow"
             if not self.repair or len(xs) != len(ys):
                 raise self._error(entity, text)
             self.drawing.findings.append(f"{self.tags.place(entity.low - 1)}: LWPOLYLINE {text}")
-        points = np.column_stack([xs, ys, np.full(len(xs), self._number(entity, values, 38, 0.0))])
+        points = np.empty((len(xs), 3))
+        points[:, 0], points[:, 1], points[:, 2] = xs, ys, self._number(entity, values, 38, 0.0)
         closed = int(self._number(entity, values, 70, 0.0)) & 1 == 1
         return self._vertices(points, bulges, closed, self._placed(entity, values, place))
 
@@ -298,12 +312,14 @@ class EntityReader:
         """Straight runs as one curve each, and the arcs between them."""
         if closed and len(points) > 1:
             points = np.concatenate([points, points[:1]])
-        moves = np.any(points[1:] != points[:-1], axis=1)
+        moves = (points[1:] != points[:-1]).any(axis=1)
         if len(points) < 2 or not moves.any():
             self.notes["zero"] += 1
             return []
-        points = np.concatenate([points[:1], points[1:][moves]])
-        bent = [b for b, moving in zip(bulges, moves.tolist(), strict=False) if moving]
+        bent = bulges[: len(moves)]
+        if not moves.all():
+            points = np.concatenate([points[:1], points[1:][moves]])
+            bent = [b for b, moving in zip(bulges, moves.tolist(), strict=False) if moving]
         curves: list[NurbsCurve] = []
         begin = 0
         for i, bulge in enumerate(bent):
@@ -314,6 +330,8 @@ class EntityReader:
                 begin = i + 1
         if begin < len(points) - 1:
             curves.append(polyline(points[begin:]))
+        if place is self._plain:
+            return curves
         matrix, offset = place
         return [moved(curve, matrix, offset) for curve in curves]
 

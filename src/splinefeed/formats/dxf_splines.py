@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from typing import TYPE_CHECKING
 
@@ -10,8 +9,9 @@ import numpy as np
 
 from splinefeed.errors import CurveError
 from splinefeed.formats.dxf_tags import Entity
+from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.geometry.arcs import moved, polyline
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
 from splinefeed.records import Array
 
 if TYPE_CHECKING:
@@ -22,19 +22,21 @@ SAME_KNOT = 1e-12
 #: A spline that says it is closed may end this far, in its own size, from where it begins before that is a finding.
 CLOSED_SLACK = 1e-9
 _CLOSED, _PERIODIC = 1, 2
+_NO_POINTS = np.empty((0, 3))
 
 
 def curves(reader: EntityReader, entity: Entity, matrix: Array, offset: Array) -> list[NurbsCurve]:
     """The curves of a SPLINE or HELIX, placed by `matrix` and `offset`."""
     columns: dict[int, list[str | float]] = defaultdict(list)
     tags = reader.tags
-    for i in range(entity.low, entity.high):
-        if tags.codes[i] == 100 and tags.text(i) == "AcDbHelix":
-            break  # what follows describes the helix in its own words
-        columns[tags.codes[i]].append(tags.values[i])
+    high = entity.high
+    if entity.kind == "HELIX":  # what follows its spline describes the helix in its own words
+        high = next((i for i in range(entity.low, high) if tags.codes[i] == 100 and tags.text(i) == "AcDbHelix"), high)
+    for code, value in zip(tags.codes[entity.low : high], tags.values[entity.low : high], strict=True):
+        columns[code].append(value)
     flags, degree = (int(_single(reader, entity, columns, code, default)) for code, default in ((70, 0.0), (71, 3.0)))
     control, fit = (_points(reader, entity, columns, code, what) for code, what in ((10, "control"), (11, "fit")))
-    knots, weights = (np.array(_numbers(reader, entity, code, columns[code])) for code in (40, 41))
+    knots, weights = (np.array(reader.numbers(entity, code, columns[code])) for code in (40, 41))
     for code, count, what in ((72, len(knots), "knots"), (73, len(control), "control points"), (74, len(fit), "fit")):
         said = _single(reader, entity, columns, code, float(count))
         if said != count and not (what == "fit" and len(control)):
@@ -46,8 +48,7 @@ def curves(reader: EntityReader, entity: Entity, matrix: Array, offset: Array) -
             made = _nurbs(reader, entity, degree, knots, control, weights)
     except CurveError as error:
         raise tags.error(entity.low - 1, f"{entity.kind}: {error}") from None
-    ends = made[0].ends[0] - made[-1].ends[1]
-    if flags & _CLOSED and np.linalg.norm(ends) > CLOSED_SLACK * made[0].size:
+    if flags & _CLOSED and np.linalg.norm(made[0].ends[0] - made[-1].ends[1]) > CLOSED_SLACK * made[0].size:
         reader.notes["open"] += 1
     return [moved(curve, matrix, offset) for curve in made]
 
@@ -62,7 +63,31 @@ def _nurbs(
         knots = _without_rounding(reader, knots)
     if len(weights) and len(weights) != len(control):
         raise CurveError(f"{len(weights)} weights (group 41) for {len(control)} control points; one each is needed")
+    if not len(weights) and _plainly_right(degree, knots, control):
+        for array in (knots, control):
+            array.setflags(write=False)
+        start, end = knots[1] == knots[degree] < knots[degree + 1], knots[-degree - 2] < knots[-degree - 1] == knots[-2]
+        return [NurbsCurve.trusted(degree, knots, control, clamped=bool(start and end))]
     return [NurbsCurve(degree, knots, control, weights if len(weights) else None)]
+
+
+def _plainly_right(degree: int, knots: Array, control: Array) -> bool:
+    """Whether `NurbsCurve` takes a polynomial curve, told by fewer questions than it asks; if not, it decides."""
+    count = len(control)
+    if not (1 <= degree <= MAX_DEGREE and degree < count and len(knots) == count + degree + 1):
+        return False
+    steps = knots[1:] - knots[:-1]
+    return bool(
+        np.abs(knots).max() < 1.0 / SAME_KNOT
+        and steps.min() >= 0.0
+        # equal ones were made equal before, so that a step that is not 0 is wide enough
+        and (steps[degree:-degree].max() > 0.0)
+        and (knots[degree + 1 : -1] > knots[1 : -degree - 1]).all()
+        and knots[-1] - knots[0] > 0.01 * np.abs(knots).max()
+        and np.abs(control).max() <= MAX_COORDINATE
+        and (control != control[0]).any()
+        and np.abs(control - control[0]).max() > 1.0 / MAX_COORDINATE
+    )
 
 
 def _without_rounding(reader: EntityReader, knots: Array) -> Array:
@@ -112,22 +137,14 @@ def _chords(points: Array) -> Array:
 
 def _points(reader: EntityReader, entity: Entity, columns: dict[int, list[str | float]], code: int, what: str) -> Array:
     """Points (n, 3) from three group codes; z may be left out of all."""
-    x, y, z = (_numbers(reader, entity, each, columns[each]) for each in (code, code + 10, code + 20))
+    if code not in columns and code + 10 not in columns:
+        return _NO_POINTS
+    x, y, z = (reader.numbers(entity, each, columns[each]) for each in (code, code + 10, code + 20))
     if len(x) != len(y) or (z and len(z) != len(x)):
         raise reader.tags.error(
             entity.low - 1, f"{entity.kind}: {what} points have {len(x)} x, {len(y)} y and {len(z)} z"
         )
-    return np.column_stack([x, y, z or [0.0] * len(x)])
-
-
-def _numbers(reader: EntityReader, entity: Entity, code: int, values: list[str | float]) -> list[float]:
-    try:
-        numbers = list(map(float, values))
-    except ValueError:
-        numbers = [math.nan]
-    if reader.tags.underscores or not math.isfinite(sum(numbers)):
-        return [reader.finite(entity, code, value) for value in values]  # says which one
-    return numbers
+    return np.array([x, y, z or [0.0] * len(x)]).T.copy()
 
 
 def _single(

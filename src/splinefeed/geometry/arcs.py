@@ -98,7 +98,8 @@ def polyline(points: Array) -> NurbsCurve:
     if len(points) == 2:
         return NurbsCurve.trusted(1, _LINE_KNOTS, fixed)
     knots = np.zeros(len(points) + 2)
-    steps = np.linalg.norm(np.diff(fixed, axis=0), axis=1)
+    across = fixed[1:] - fixed[:-1]
+    steps = np.sqrt((across * across).sum(axis=1))
     if steps.min() <= _LEAST_STEP * steps.sum():
         steps[:] = 1.0  # knots so close together would be one to rounding
     np.cumsum(steps, out=knots[2:-1])
