@@ -244,3 +244,13 @@ def test_a_run_folder_checks_as_the_run_said(splinefeed, folder):
     over = splinefeed("check", "out/setpoints.h5", "--feed", "40")
     assert over.exit_code == 1
     assert re.search(r"feed: \d+\S* mm/s is 50 % over the limit of 40 mm/s", over.stdout)
+
+
+def test_a_path_of_one_rotary_axis_is_run_and_drawn(splinefeed, folder):
+    (folder / "turn.ngc").write_text("G21 G90 G94\nG1 A20 F3600\nM2\n")
+    result = splinefeed("run", "turn.ngc", *LIMITS, "--no-compare")
+    assert result.exit_code == 0, result.stderr
+    assert "every limit holds" in result.stdout
+    page = json.loads((folder / "splinefeed-turn/run.json").read_text())
+    assert page["length_mm"] == pytest.approx(20.0, rel=1e-12)  # degrees
+    assert "a (deg)" in (folder / "splinefeed-turn/path.svg").read_text()

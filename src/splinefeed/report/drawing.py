@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from splinefeed.records import Array
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, Setpoints
 from splinefeed.report import theme
 from splinefeed.report.thinning import extremes
 
@@ -76,3 +77,10 @@ def finite_peak(values: Array) -> tuple[int, float]:
 def short(value: float) -> str:
     """`value` in three digits, for a label."""
     return theme.short_power(f"{value:.3g}" if not 1e3 <= abs(value) < 1e5 else f"{value:.0f}")
+
+
+def first_axis(path: Path, points: Setpoints) -> tuple[Array, str]:
+    """Position (n,) of the first axis for a picture over time, and its label: mm, or degrees for a rotary axis."""
+    if path.linear:
+        return points.position[:, 0], f"{theme.words(path.axes[0], 12)} (mm)"
+    return np.degrees(points.position[:, 0]), f"{path.axes[0]} (deg)"

@@ -15,7 +15,7 @@ from splinefeed.analysis.binding import BINDS, LimitUse
 from splinefeed.geometry.path import Path
 from splinefeed.records import IntArray, Setpoints
 from splinefeed.report import theme
-from splinefeed.report.drawing import curve
+from splinefeed.report.drawing import curve, first_axis
 from splinefeed.report.thinning import COLUMNS, cells, runs
 
 #: Colour of each kind of limit; one for all axes.
@@ -65,8 +65,9 @@ def binding_figure(use: LimitUse, path: Path, points: Setpoints) -> Figure:
         place = points.position[:, :2]
         labels = [f"{theme.words(axis, 12)} (mm)" for axis in path.axes[:2]]
     else:
-        place = np.column_stack([points.t, points.position[:, 0]])
-        labels = ["time (s)", f"{theme.words(path.axes[0], 12)} (mm)"]
+        values, label = first_axis(path, points)
+        place = np.column_stack([points.t, values])
+        labels = ["time (s)", label]
     binding = _kinds(use)
     with theme.applied():
         title = f"{theme.words(path.name)}: which limit binds ({BINDS:.0%} of it used), and how much of the time\n"

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Setpoints
 from splinefeed.report import theme
-from splinefeed.report.drawing import short
+from splinefeed.report.drawing import first_axis, short
 from splinefeed.report.thinning import cells, runs
 
 #: Height of the picture over its width, at the least and at the most.
@@ -112,14 +112,15 @@ def _in_space(path: Path, points: Setpoints, place: Array, title: str) -> Figure
 
 def _over_time(path: Path, points: Setpoints, title: str) -> Figure:
     figure, ax, bar = _with_bar(3.2, title, upright=True)
-    place = np.column_stack([points.t, points.position[:, 0]])
+    values, label = first_axis(path, points)
+    place = np.column_stack([points.t, values])
     lines = LineCollection([], linewidths=2.4, **_coloured(points))
     scale = np.ptp(place, axis=0)
     _fill(lines, points, place, place / np.where(scale > 0.0, scale, 1.0))
     ax.add_collection(lines)
     ax.autoscale_view()
     ax.set_xlabel("time (s)")
-    ax.set_ylabel(_axis(path, 0))
+    ax.set_ylabel(label)
     for axis in (ax.xaxis, ax.yaxis):
         theme.plain_ticks(axis)
     _draw_bar(figure, lines, bar, upright=True)

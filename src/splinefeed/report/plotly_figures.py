@@ -14,7 +14,7 @@ from splinefeed.geometry.differential import curvatures
 from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Array, IntArray, Response
 from splinefeed.report import theme
-from splinefeed.report.drawing import unit_of
+from splinefeed.report.drawing import first_axis, unit_of
 from splinefeed.report.limits_figure import words_of
 from splinefeed.report.thinning import cells, extremes
 
@@ -156,8 +156,9 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
     points, linear = run.points, run.path.linear
     place = points.position[:, : min(linear, 3)]
     space = place.shape[1] == 3 and bool(np.ptp(place[:, 2]) > 0.0)
-    if place.shape[1] == 1:
-        place = np.column_stack([points.t, place[:, 0]])
+    values, label = first_axis(run.path, points)
+    if place.shape[1] <= 1:
+        place = np.column_stack([points.t, values])
     place = place if space else place[:, :2]
     quantities = _quantities(run, response)
     kept = _places(place, quantities)
@@ -170,7 +171,7 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
         colours[name] = {"values": shown, "label": label, "low": low, "high": high}
     hover = "t = %{customdata[0]:.4f} s<br>s = %{customdata[1]:.4f} mm<br>u = %{customdata[2]:.6g}"
     hover += "<br>feed = %{customdata[3]:.4f} mm/s"
-    names = [f"{axis} (mm)" for axis in run.path.axes[:3]] if linear > 1 else ["time (s)", f"{run.path.axes[0]} (mm)"]
+    names = [f"{axis} (mm)" for axis in run.path.axes[:3]] if linear > 1 else ["time (s)", label]
     letters = "xyz" if space else "xy"
     for letter, name in zip(letters, names, strict=False):
         hover += f"<br>{html.escape(name.partition(' ')[0])} = %{{{letter}:.5f}}"
@@ -224,6 +225,7 @@ def _quantities(run: Run, response: Response | None) -> dict[str, tuple[Array, s
     """What the path may be coloured by: values at each tick, label, and the top of the scale if it is fixed."""
     points = run.points
     kappa = curvatures(run.path.evaluate(points.curve, points.u, 2), run.path.linear)
+    kappa = np.where(run.path.turning(points.curve, points.u), 0.0, kappa)
     out: dict[str, tuple[Array, str, float | None]] = {
         "feed": (points.feed, "feed (mm/s)", None),
         "curvature": (np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995)), "curvature (1/mm)", None),
