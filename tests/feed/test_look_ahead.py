@@ -132,14 +132,32 @@ def random_path(rng: np.random.Generator) -> Path:
     return Path([sf.NurbsCurve(degree, knots, points, weights)])
 
 
+def random_limits(rng: np.random.Generator, path: Path) -> sf.Limits:
+    """Limits of axes, along the path, or of both, with or without chord error, centripetal and feed of an axis."""
+    size = path.length
+    feed = size * 10 ** rng.uniform(-1.5, 0.5)
+    acceleration = feed * 10 ** rng.uniform(0, 1.5)
+    jerk = acceleration * 10 ** rng.uniform(0.5, 2)
+    kind = rng.integers(0, 4)
+    values: dict[str, object] = {"feed": feed}
+    if kind != 1:
+        values |= {"axis_acceleration": acceleration, "axis_jerk": jerk}
+    if kind == 1 or kind == 2:
+        values |= {"acceleration": acceleration, "jerk": jerk, "deceleration": acceleration * rng.uniform(0.3, 3.0)}
+    if kind == 3:
+        values |= {
+            "axis_velocity": feed * rng.uniform(0.3, 1.0),
+            "centripetal": acceleration * rng.uniform(0.1, 1.0),
+            "chord_error": 1e-6 * size * 10 ** rng.uniform(-1, 1),
+        }
+    return sf.Limits(**values)
+
+
 def check_random(seed: int) -> None:
     rng = np.random.default_rng(seed)
     path = random_path(rng)
-    feed = 10 ** rng.uniform(0.5, 2.5)
-    acceleration = feed * 10 ** rng.uniform(0, 1.5)
-    jerk = acceleration * 10 ** rng.uniform(0.5, 2)
-    law = sf.plan(path, sf.Limits(feed=feed, axis_acceleration=acceleration, axis_jerk=jerk), "look-ahead", PERIOD)
-    limits = sf.Limits(feed=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+    limits = random_limits(rng, path)
+    law = sf.plan(path, limits, "look-ahead", PERIOD)
     verdict = sf.check(sf.interpolate(path, law), path, limits, law)
     assert verdict.ok, (seed, verdict.problems)
 

@@ -30,7 +30,7 @@ PIECES = 5.0
 #: ... and no shorter than this share of what lasts so long.
 LEAST_SHARE = 0.012
 #: A cell turns by no more than this, rad.
-TURN = 0.33
+TURN = 0.28
 #: From one cell to the next the length grows by this share of the distance at most.
 GROWTH = 0.6
 #: The ramp at rest is this share of the length in which acceleration builds up.
@@ -45,13 +45,14 @@ JUMP_SHARE = 0.5
 
 @kernel
 def lay_cells(
-    table: Array, feeds: Array, shape: Shape, low: float, high: float, rest: Array, limit: Array,
+    table: Array, feeds: Array, shape: Shape, low: float, high: float, rest: Array, widest: Array, limit: Array,
     nodes: Array, ends: Array, jumps: Array, samples: Array,
 ) -> int:  # fmt: skip
     """Cut [low, high], mm, into cells of about even time; how many, or -1 if `nodes` has no room.
 
     feeds (rows,): largest feed on each row of the table, mm/s;
-    rest (2,): 1 where an end is at rest, whose ramp, ends (2,) mm, is cut off; nodes (n + 1,) arc lengths of the cells;
+    rest (2,): 1 where an end is at rest, whose ramp, ends (2,) mm, is cut off; widest (2,): longest cell at an end that
+    is not, mm; nodes (n + 1,) arc lengths of the cells;
     jumps (rows + 1, 1 + 2 axes): arc length of what jumps between rows and by how much r', r'' do, ended by infinity;
     samples (rows, 7): room for what rows are like.
     """
@@ -170,8 +171,8 @@ def lay_cells(
             size[i] = TURN / samples[i, 5]
         size[i] = max(size[i], LEAST_SHARE * v * span)
     edge = np.empty(count + 1)  # and how long they may be at its ends
-    edge[0] = ends[0] if rest[0] > 0.0 else size[0]
-    edge[count] = ends[1] if rest[1] > 0.0 else size[count - 1]
+    edge[0] = ends[0] if rest[0] > 0.0 else min(size[0], widest[0])
+    edge[count] = ends[1] if rest[1] > 0.0 else min(size[count - 1], widest[1])
     for i in range(1, count):
         edge[i] = min(size[i - 1], size[i])
     for i in range(count):
@@ -388,13 +389,17 @@ def hold_jumps(
 def guess(n: int, nodes: Array, d: Array, top: Array, node_top: Array, limit: Array, ends: Array, c: Array) -> None:
     """A first c (n + 2,) of about the right size: what caps allow, joined at half the acceleration there is.
 
-    d (n, 5, 3, axes) derivatives of the cells at PLACES. An end coefficient that is given stays as it is.
+    d (n, 5, 3, axes) derivatives of the cells at PLACES. Where an end does not rest, its c is there.
     """
     for i in range(n):
         q = min(node_top[i], node_top[i + 1])
         for p in range(2):
             q = min(q, top[i, p], 0.5 * turn_top(d[i, 2 * p + 1], limit))
-        c[i + 1] = q if i > 0 or ends[0] > 0.0 else min(q, c[1])
+        if i == 0 and ends[0] <= 0.0:
+            q = min(q, c[1])
+        if i == n - 1 and ends[1] <= 0.0:
+            q = min(q, c[n])
+        c[i + 1] = q
     for direction in range(2):
         for k in range(n - 1):
             i = k + 1 if direction == 0 else n - 2 - k

@@ -28,15 +28,19 @@ from splinefeed.records import Array
 MOST_STEPS = 60
 GAP = 0.03
 #: Rounds in which cells that are over a limit get tighter ones.
-ROUNDS = 5
+ROUNDS = 9
 #: Part of every limit, as a factor on q, that the optimiser may use ...
 MARGIN = 0.997
 #: ... and by how much more than it is over a cell is tightened.
 TIGHTEN = 1.004
+#: Its neighbours are tightened by this share of that.
+SPREAD = 0.5
+#: From a state that is given, q falls by no more than twice this share of itself in the first cell.
+SLOWEST = 0.25
 #: The law may use this part of every limit: what lies between the places looked at has the rest.
 KEEP = 0.9995
 #: A window from rest to rest that is over by no more than this is stretched in time instead of planned again.
-HAIR = 1.015
+HAIR = 1.004
 #: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line.
 STRAIGHT = 1e-12
 #: Part of a jerk and an acceleration limit that the ramp at rest may use: its axes' share is known at its ends only.
@@ -118,15 +122,15 @@ def plan_window(
     table: Array, feeds: Array, shape: Shape, low: float, high: float, state: Array, rest: Array, limit: Array,
     nodes: Array, spans: Array, law: Array, report: Array,
 ) -> int:  # fmt: skip
-    """Plan [low, high], mm, from a state, or from rest, to rest; how many pieces, 0 if none was found, -1 for no room.
+    """Plan [low, high], mm, each end at rest or in a state; how many pieces, 0 if none was found, -1 for no room.
 
-    feeds (rows,): largest feed on each row of the table, mm/s; state (2,): feed and acceleration at low, if rest[0] is
-    0; limit: see `kernels.look_ahead`. nodes (room,) are the ends of the pieces, mm; spans (room,) their durations, s;
-    law (room, 6) their coefficients, s counted from the start of each. report (4,): largest share of a limit that is
-    used, as a factor on q, time, Newton steps, rounds. From rest to rest the law keeps the limits whenever it is there.
+    feeds (rows,): largest feed on each row of the table, mm/s; state (2, 2): feed and acceleration at both ends, where
+    rest (2,) is 0; limit: see `kernels.look_ahead`. nodes (room,) are the ends of the pieces, mm; spans (room,) their
+    durations, s; law (room, 6) their coefficients, s counted from the start of each. report (4,): largest share of a
+    limit that is used, as a factor on q, time, Newton steps, rounds. A law that is found keeps every limit.
     """
     axes = shape[1]
-    if rest[0] > 0.0:
+    if rest[0] > 0.0 and rest[1] > 0.0:
         count = _straight(table, feeds, shape, low, high, limit, nodes, spans, law)
         if count > 0:
             report[0] = 1.0
@@ -136,7 +140,11 @@ def plan_window(
     jumps = np.empty((table.shape[0] + 1, 1 + 2 * axes))
     samples = np.empty((table.shape[0] + 1, 7))
     cells = np.empty(nodes.shape[0] - 2)
-    n = lay_cells(table, feeds, shape, low, high, rest, limit, cells, ends, jumps, samples)
+    widest = np.full(2, math.inf)
+    for e in range(2):  # q must not fall to nothing within a cell
+        if state[e, 1] != 0.0:
+            widest[e] = SLOWEST * state[e, 0] * state[e, 0] / abs(state[e, 1])
+    n = lay_cells(table, feeds, shape, low, high, rest, widest, limit, cells, ends, jumps, samples)
     if n < 1:
         return -1
     d = np.empty((n + 2, 5, 3, axes))
@@ -161,16 +169,22 @@ def plan_window(
         if rest[e] > 0.0:
             ties[e] = 1.0 / (1.0 + h[0 if e == 0 else n - 1] / (1.5 * ends[e]))
     c = np.empty(n + 2)
-    c[0] = state[0] * state[0]
-    c[1] = c[0] + state[1] * h[0]
-    given = c[1]
+    c[0] = state[0, 0] * state[0, 0]
+    c[1] = c[0] + state[0, 1] * h[0]
+    c[n + 1] = state[1, 0] * state[1, 0]
+    c[n] = c[n + 1] - state[1, 1] * h[n - 1] if n > 1 or rest[0] > 0.0 else c[n]
+    begin, finish = c[1], c[n]
     guess(n, cells, d[1 : n + 1], top, node_top, limit, ends, c)
-    first = 1 if rest[0] > 0.0 else 0
-    if first == 1:
+    if rest[1] > 0.0:
+        c[n + 1] = ties[1] * c[n]
+    else:
+        c[n] = finish
+    if rest[0] > 0.0:
         c[0] = ties[0] * c[1]
     else:
-        c[1] = given
-    c[n + 1] = ties[1] * c[n]
+        c[1] = begin
+    first = 1 if rest[0] > 0.0 else 0
+    free = rest[0] > 0.0 and rest[1] > 0.0
     linear_rows = 3
     jerk_rows = 0
     if min(limit[SPEED_UP], limit[SLOW_DOWN]) < math.inf:
@@ -188,8 +202,12 @@ def plan_window(
     root = np.empty((n, 2, 3))
     dual = np.empty((n, linear_rows + jerk_rows))
     scale = np.full(n, MARGIN)
-    if first == 0:
-        scale[: min(n, 3)] = KEEP  # a state that is given may be at its limits
+    tighter = np.ones(n + 2)
+    # a state that is given may be at its limits
+    if rest[0] <= 0.0:
+        scale[: min(n, 3)] = KEEP
+    if rest[1] <= 0.0:
+        scale[max(n - 3, 0) :] = KEEP
     found = np.zeros(3)
     over = np.empty(n + 2)
     worst = math.inf
@@ -202,22 +220,21 @@ def plan_window(
         worst = math.inf
         if lay_law(n, cells, c, ends, spans, law):
             worst = hold_law(n, cells, ends, spans, law, d, bend, bound, node_top, calm, limit, over) / KEEP
-        if worst <= 1.0 or (first == 1 and worst <= HAIR):
+        if worst <= 1.0 or (free and worst <= HAIR):
             break
         if not worst < math.inf:
             break
+        over[1] = max(over[1], over[0])
+        over[n] = max(over[n], over[n + 1])
+        for i in range(1, n + 1):
+            tighter[i] = over[i] / KEEP * TIGHTEN if over[i] > KEEP else 1.0
         for i in range(n):
-            most = over[i + 1] / KEEP
-            if i == 0:
-                most = max(most, over[0] / KEEP)
-            if i == n - 1:
-                most = max(most, over[n + 1] / KEEP)
-            if most > 1.0:
-                scale[i] /= most * TIGHTEN
+            beside = max(tighter[i], tighter[i + 2])
+            scale[i] /= max(tighter[i + 1], 1.0 + SPREAD * (beside - 1.0))
     report[0] = worst
-    if not worst < math.inf or (first == 0 and worst > 1.0):
+    if not worst < math.inf or (not free and worst > 1.0):
         return 0
-    slower = math.sqrt(max(worst, 1.0)) if first == 1 else 1.0
+    slower = math.sqrt(max(worst, 1.0))
     time = 0.0
     for i in range(n + 2):
         spans[i] *= slower
@@ -236,8 +253,9 @@ def plan_window(
         for i in range(n + 1):
             spans[i] = spans[i + 1]
             law[i] = law[i + 1]
-    nodes[n + first + 1] = high
-    return n + 1 + first
+    last = n + first + (1 if rest[1] > 0.0 else 0)
+    nodes[last] = high
+    return last
 
 
 @kernel
@@ -249,6 +267,7 @@ def window_end(
     jumps = np.empty((table.shape[0] + 1, 1 + 2 * shape[1]))
     samples = np.empty((table.shape[0] + 1, 7))
     cells = np.empty(count + 2)
-    if lay_cells(table, feeds, shape, low, high, rest, limit, cells, ends, jumps, samples) >= 0:
+    widest = np.full(2, math.inf)
+    if lay_cells(table, feeds, shape, low, high, rest, widest, limit, cells, ends, jumps, samples) >= 0:
         return high
     return float(cells[count])

@@ -1,0 +1,241 @@
+"""Look-ahead on a path without end: curves go in as they come, finished motion comes out, memory stays the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.feed.look_ahead import STRATEGY, check_limits
+from splinefeed.feed.look_ahead_window import LEAST_WINDOW, WINDOW, Part, Window, limit_row
+from splinefeed.feed.stretches import curve_feeds
+from splinefeed.geometry.differential import unit_tangents
+from splinefeed.geometry.path import STOP_ANGLE, Path, widened
+from splinefeed.kernels.pieces import START, Shape
+from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw, positive
+
+#: A wait for the next tick below this, in periods, is rounding.
+ON_TICK = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Motion that is final.
+
+    curve   index, among all that came, of the curve that it begins on
+    offset  arc length from the start of that curve, mm
+    time    when it begins, s since the start; before the first block the tool stands
+    law     from there: arc length from 0, time from 0
+    """
+
+    curve: int
+    offset: float
+    time: float
+    law: TimeLaw
+
+
+class LookAhead:
+    """Plans a path that need not end: `push` curves, get motion; `finish` comes to rest at the end of what came.
+
+    limits, period  as for `plan`; the period, s, is needed, as stops fall on ticks: the tool waits there for the next
+    axes            names of the axes of all that comes
+    window          cells that are looked ahead over, of about one arc-length piece, or one build-up of acceleration
+
+    The last plan always ends at rest within the window and keeps every limit. Its first half becomes final and the rest
+    is planned again with what follows; where that fails, the last plan still stands. So motion that came out can always
+    be followed by a stop within the limits, and a window costs the same wherever it is.
+    Raises LimitsError for limits that leave acceleration and jerk free or name other axes, InputError for a window that
+    is too small.
+    """
+
+    def __init__(self, limits: Limits, period: float, axes: Sequence[str], window: int = WINDOW) -> None:
+        self.limits, self.axes, self.period = limits, tuple(axes), positive(period, "period")
+        if int(window) < LEAST_WINDOW:
+            raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
+        limit = limit_row(limits, self.axes, self.period)
+        check_limits(limits, limit, len(self.axes))
+        self._limit, self._cells = limit, int(window)
+        self._window: Window | None = None
+        self._waiting: list[tuple[Array, IntArray, Array]] = []  # rows, their curves and feeds, not yet in the table
+        self._rows = 0  # of table and of what is waiting
+        self._table = np.zeros((0, 0))
+        self._owner = np.zeros(0, dtype=np.int64)
+        self._feeds = np.zeros(0)
+        self._shape: Shape = (1, len(self.axes), 1, 0)
+        self._curves = 0  # that came
+        self._curve_start = np.zeros(0)  # where they start, from curve _first_curve on, in the table's arc length
+        self._first_curve = 0
+        self._end = 0.0  # arc length of the table's end
+        self._stops: list[float] = []
+        self._dwells: dict[float, float] = {}
+        self._last: Path | None = None
+        self._tick = 0  # at which the stretch began
+        self._elapsed = 0.0  # since then, s
+
+    @property
+    def time(self) -> float:
+        """Up to when motion has come out, s."""
+        return self._tick * self.period + self._elapsed
+
+    @property
+    def rows(self) -> int:
+        """Rows of curves that are held in memory."""
+        return self._rows
+
+    def push(self, path: Path) -> list[Block]:
+        """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
+
+        Raises CurveError for other axes or a gap.
+        """
+        if path.axes != self.axes:
+            raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
+        self._join(path)
+        self._take(path)
+        return list(self._drain(whole=False))
+
+    def finish(self) -> list[Block]:
+        """Come to rest at the end of what came; the rest of the motion."""
+        if self._last is not None:
+            wait = sum(marker.dwell for marker in self._last.markers if marker.before == len(self._last.curves))
+            self._dwells[self._end] = wait
+        return list(self._drain(whole=True))
+
+    def _join(self, path: Path) -> None:
+        """Rest between two paths if the tangent jumps there, or a marker says so."""
+        markers = [marker for marker in path.markers if marker.before == 0]
+        if self._last is not None:
+            before, after = self._last.curves[-1], path.curves[0]
+            end, start = np.array(before.domain[1]), np.array(after.domain[0])
+            gap = float(np.max(np.abs(before(end) - after(start))))
+            if gap > max(path.tolerance, self._last.tolerance):
+                raise CurveError(f"gap of {gap:.6g} between curve {self._curves - 1} and curve {self._curves}")
+            linear = path.linear
+            turn = unit_tangents(before, end, linear, "left") - unit_tangents(after, start, linear)
+            markers += [m for m in self._last.markers if m.before == len(self._last.curves)]
+            if float(np.linalg.norm(turn)) > STOP_ANGLE or any(marker.stop for marker in markers):
+                self._stops.append(self._end)
+        wait = sum(marker.dwell for marker in markers)
+        if wait > 0.0:
+            self._dwells[self._end] = self._dwells.get(self._end, 0.0) + wait
+        self._last = path
+
+    def _take(self, path: Path) -> None:
+        """Put the rows of a path behind those that wait."""
+        degree, axes, linear, rational = path.shape
+        wanted = (max(degree, self._shape[0]), axes, linear, max(rational, self._shape[3]))
+        if wanted != self._shape or self._window is None:
+            if len(self._table):
+                self._table = widened(self._table, self._shape, wanted)
+            self._waiting = [(widened(t, self._shape, wanted), o, f) for t, o, f in self._waiting]
+            self._shape = wanted
+            if self._window is None:
+                self._window = Window(self._limit, wanted, self._cells)
+                self._table = np.zeros((0, path.table.shape[1] if wanted == path.shape else 0))
+            self._window.shape = wanted
+        table = widened(path.table, path.shape, wanted)
+        table[:, START] += self._end
+        counts = path.curve_rows[:, 1] - path.curve_rows[:, 0] + 1
+        owner = np.repeat(np.arange(self._curves, self._curves + len(path.curves)), counts)
+        self._waiting.append((table, owner, np.repeat(curve_feeds(path, self.limits), counts)))
+        self._rows += len(table)
+        self._curve_start = np.concatenate([self._curve_start, path.curve_starts[:-1] + self._end])
+        self._stops += [s + self._end for s in path.stops]
+        for s, wait in path.dwells:
+            if 0.0 < s < path.length:
+                self._dwells[s + self._end] = wait
+        self._curves += len(path.curves)
+        self._end += path.length
+
+    def _drain(self, *, whole: bool) -> Iterator[Block]:
+        """Plan on while there is enough ahead, or with `whole` to the end."""
+        window = self._window
+        if window is None:
+            return
+        if self.time == 0.0 and window.low in self._dwells:
+            self._tick = math.ceil(self._dwells.pop(window.low) / self.period - ON_TICK)
+        while window.low < self._end:
+            # a plan begins when its whole window is there, so that it does not matter how the path was cut
+            known = whole or bool(self._stops)
+            if not known and self._rows <= window.rows:
+                break
+            self._gather()
+            first = max(int(np.searchsorted(self._table[:, START], window.low, side="right")) - 1, 0)
+            if not known and len(self._table) - first <= window.rows:
+                break
+            stop = self._stops[0] if self._stops else (self._end if whole else math.inf)
+            chosen = slice(first, first + window.rows + 1)
+            begin = window.low
+            part = window.advance(self._table[chosen], self._feeds[chosen], stop)
+            rests = window.low >= stop
+            yield self._block(part, begin, rests)
+            if rests and self._stops:
+                self._stops.pop(0)
+            self._forget(window)
+
+    def _gather(self) -> None:
+        """Put what waits behind the table."""
+        if self._waiting:
+            tables = [self._table, *(rows for rows, _, _ in self._waiting)]
+            self._table = np.ascontiguousarray(np.concatenate([table for table in tables if len(table)]))
+            self._owner = np.concatenate([self._owner, *(owner for _, owner, _ in self._waiting)])
+            self._feeds = np.concatenate([self._feeds, *(feeds for _, _, feeds in self._waiting)])
+            self._waiting = []
+
+    def _block(self, part: Part, begin: float, rests: bool) -> Block:
+        """The part as a block; at rest the tool waits for the next tick, and for what the path asks."""
+        spans = part.spans
+        coefficients = part.coefficients.copy()
+        coefficients[:, 0] = part.starts - begin
+        row = max(int(np.searchsorted(self._table[:, START], begin, side="right")) - 1, 0)
+        curve = int(self._owner[row])
+        time = self.time
+        self._elapsed += float(np.sum(spans))
+        if rests:
+            assert self._window is not None
+            passed = math.ceil(self._elapsed / self.period - ON_TICK)
+            wait = self._dwells.pop(self._window.low, 0.0)
+            passed += math.ceil(wait / self.period - ON_TICK)
+            still = passed * self.period - self._elapsed
+            if still > ON_TICK * self.period:
+                spans = np.append(spans, still)
+                coefficients = np.vstack([coefficients, np.zeros(LAW_COEFFICIENTS)])
+                coefficients[-1, 0] = self._window.low - begin
+            self._tick, self._elapsed = self._tick + passed, 0.0
+        breaks = np.concatenate([[0.0], np.cumsum(spans)])
+        law = TimeLaw(breaks=breaks, coefficients=coefficients, strategy=STRATEGY, period=self.period)
+        offset = begin - float(self._curve_start[curve - self._first_curve])
+        return Block(curve, offset, time, law)
+
+    def _forget(self, window: Window) -> None:
+        """Drop the rows behind the motion, and count arc length from the first that is left."""
+        first = max(int(np.searchsorted(self._table[:, START], window.low, side="right")) - 1, 0)
+        if first == 0:
+            return
+        origin = float(self._table[first, START])
+        curve = int(self._owner[first])
+        self._table = self._table[first:].copy()
+        self._table[:, START] -= origin
+        self._owner, self._feeds = self._owner[first:].copy(), self._feeds[first:].copy()
+        self._curve_start = self._curve_start[curve - self._first_curve :] - origin
+        self._first_curve = curve
+        self._stops = [s - origin for s in self._stops]
+        self._dwells = {s - origin: wait for s, wait in self._dwells.items()}
+        self._end -= origin
+        self._rows -= first
+        for rows, _, _ in self._waiting:
+            rows[:, START] -= origin
+        window.move(-origin)
+
+
+def look_ahead(paths: Iterable[Path], limits: Limits, period: float, *, window: int = WINDOW) -> Iterator[Block]:
+    """Blocks of motion over paths that follow each other without end: `LookAhead` as a generator."""
+    planner: LookAhead | None = None
+    for path in paths:
+        if planner is None:
+            planner = LookAhead(limits, period, path.axes, window)
+        yield from planner.push(path)
+    if planner is not None:
+        yield from planner.finish()
