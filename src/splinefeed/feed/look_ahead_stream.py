@@ -12,8 +12,10 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.feed.look_ahead import STRATEGY, check_limits
 from splinefeed.feed.look_ahead_window import LEAST_WINDOW, WINDOW, Part, Window, limit_row
 from splinefeed.feed.stretches import curve_feeds
+from splinefeed.geometry.corners import STOP_ANGLE
 from splinefeed.geometry.differential import unit_tangents
-from splinefeed.geometry.path import STOP_ANGLE, Path, widened
+from splinefeed.geometry.path import Path
+from splinefeed.kernels import pieces
 from splinefeed.kernels.pieces import START, Shape
 from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw, positive
 
@@ -228,6 +230,22 @@ class LookAhead:
         for rows, _, _ in self._waiting:
             rows[:, START] -= origin
         window.move(-origin)
+
+
+def widened(table: Array, shape: Shape, wanted: Shape) -> Array:
+    """A copy of rows (n, width) in a shape of the same axes, of a degree at least as high and at least as rational."""
+    if shape == wanted:
+        return table.copy()
+    out = np.zeros((len(table), pieces.width(wanted)))
+    axes = shape[1]
+    first = pieces.ORIGIN + axes
+    out[:, :first] = table[:, :first]
+    given = table[:, first:].reshape(len(table), axes + shape[3], shape[0] + 1)
+    room = out[:, first:].reshape(len(table), axes + wanted[3], wanted[0] + 1)
+    room[:, : axes + shape[3], : shape[0] + 1] = given
+    if wanted[3] and not shape[3]:
+        room[:, axes, 0] = 1.0
+    return out
 
 
 def look_ahead(paths: Iterable[Path], limits: Limits, period: float, *, window: int = WINDOW) -> Iterator[Block]:

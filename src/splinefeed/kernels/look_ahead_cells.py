@@ -44,6 +44,20 @@ JUMP_SHARE = 0.5
 
 
 @kernel
+def jump_top(sum1: float, sum2: float, axis: int, axes: int, limit: Array) -> float:
+    """Largest q at jumps sum1 of r' and sum2 of r'' of one axis, by the share of its limits that they may use."""
+    top = math.inf
+    period = limit[PERIOD]
+    a = JUMP_SHARE * limit[OF_AXES + axes + axis]
+    j = JUMP_SHARE * limit[OF_AXES + 2 * axes + axis]
+    if period > 0.0 and sum1 > 0.0:
+        top = min(top, (min(0.5 * j * period, a) * period / sum1) ** 2)
+    if period > 0.0 and sum2 > 0.0:
+        top = min(top, j * period / (0.75 * sum2) * (0.5 if sum1 > 0.0 else 1.0))
+    return top
+
+
+@kernel
 def lay_cells(
     table: Array, feeds: Array, shape: Shape, low: float, high: float, rest: Array, widest: Array, limit: Array,
     nodes: Array, ends: Array, jumps: Array, samples: Array,
@@ -54,7 +68,7 @@ def lay_cells(
     rest (2,): 1 where an end is at rest, whose ramp, ends (2,) mm, is cut off; widest (2,): longest cell at an end that
     is not, mm; nodes (n + 1,) arc lengths of the cells;
     jumps (rows + 1, 1 + 2 axes): arc length of what jumps between rows and by how much r', r'' do, ended by infinity;
-    samples (rows, 7): room for what rows are like.
+    samples (rows, 8): room for what rows are like.
     """
     axes = shape[1]
     last_row = table.shape[0] - 1
@@ -75,6 +89,7 @@ def lay_cells(
         push = math.inf
         twist = math.inf
         # r''' bends at knots of degree 4 and more, which any end of a row may be
+        slow = math.inf
         jumped = 1.0 if shape[0] >= 4 or (row > first and feeds[row] != feeds[row - 1]) else 0.0
         bend = 0.0
         change = 0.0
@@ -105,6 +120,7 @@ def lay_cells(
                     for k in range(axes):
                         jumps[found, 1 + k] = abs(d[0, k] - before[0, k]) if gap1 > NO_JUMP else 0.0
                         jumps[found, 1 + axes + k] = abs(d[1, k] - before[1, k]) if gap2 > 10.0 * NO_JUMP else 0.0
+                        slow = min(slow, jump_top(jumps[found, 1 + k], jumps[found, 1 + axes + k], k, axes, limit))
                     found += 1
             if j == 0:
                 first_third[:] = d[2]
@@ -128,6 +144,7 @@ def lay_cells(
         samples[count, 4] = jumped
         samples[count, 5] = bend
         samples[count, 6] = change
+        samples[count, 7] = slow
         count += 1
     jumps[found, 0] = math.inf
     # a short row over which r''' changes, as between two knots that are close, is nearly a jump
@@ -151,13 +168,14 @@ def lay_cells(
     q = 0.0 if rest[0] > 0.0 else math.inf
     for i in range(count):
         finish = samples[i + 1, 0] if i + 1 < count else high
-        q = min(samples[i, 1], q + 2.0 * samples[i, 2] * (finish - samples[i, 0]))
+        q = min(samples[i, 1], min(q, samples[i, 7]) + 2.0 * samples[i, 2] * (finish - samples[i, 0]))
         speed[i] = q
     q = 0.0 if rest[1] > 0.0 else math.inf
     for i in range(count - 1, -1, -1):
         finish = samples[i + 1, 0] if i + 1 < count else high
         q = min(samples[i, 1], q + 2.0 * samples[i, 2] * (finish - samples[i, 0]))
         speed[i] = math.sqrt(min(speed[i], q))
+        q = min(q, samples[i, 7])
     size = np.empty(count)  # of the cells that each row wants
     for i in range(count):
         finish = samples[i + 1, 0] if i + 1 < count else high
@@ -175,6 +193,10 @@ def lay_cells(
     edge[count] = ends[1] if rest[1] > 0.0 else min(size[count - 1], widest[1])
     for i in range(1, count):
         edge[i] = min(size[i - 1], size[i])
+        if samples[i, 7] < math.inf:  # what is within two periods of a jump keeps to smaller limits
+            edge[i] = min(
+                edge[i], 2.0 * limit[PERIOD] * math.sqrt(min(samples[i, 7], samples[i, 1], samples[i - 1, 1]))
+            )
     for i in range(count):
         finish = samples[i + 1, 0] if i + 1 < count else high
         edge[i + 1] = min(edge[i + 1], edge[i] + GROWTH * (finish - samples[i, 0]))
@@ -349,12 +371,7 @@ def hold_jumps(
                 for j in range(left, right + 1):
                     sum1 += jumps[j, 1 + k]
                     sum2 += jumps[j, 1 + axes + k]
-                a = JUMP_SHARE * limit[OF_AXES + axes + k]
-                j3 = JUMP_SHARE * limit[OF_AXES + 2 * axes + k]
-                if sum1 > 0.0:
-                    bound = min(bound, (min(0.5 * j3 * period, a) * period / sum1) ** 2)
-                if sum2 > 0.0:
-                    bound = min(bound, j3 * period / (0.75 * sum2) * (0.5 if sum1 > 0.0 else 1.0))
+                bound = min(bound, jump_top(sum1, sum2, k, axes, limit))
             most = bound
         node_top[i] = min(node_top[i], most)
         share1 = 0.0

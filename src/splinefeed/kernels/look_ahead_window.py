@@ -138,7 +138,7 @@ def plan_window(
             return count
     ends = np.empty(2)
     jumps = np.empty((table.shape[0] + 1, 1 + 2 * axes))
-    samples = np.empty((table.shape[0] + 1, 7))
+    samples = np.empty((table.shape[0] + 1, 8))
     cells = np.empty(nodes.shape[0] - 2)
     widest = np.full(2, math.inf)
     for e in range(2):  # q must not fall to nothing within a cell
@@ -265,7 +265,7 @@ def window_end(
     """Arc length, at most `high`, mm, up to which [low, high] has about `count` cells."""
     ends = np.empty(2)
     jumps = np.empty((table.shape[0] + 1, 1 + 2 * shape[1]))
-    samples = np.empty((table.shape[0] + 1, 7))
+    samples = np.empty((table.shape[0] + 1, 8))
     cells = np.empty(count + 2)
     widest = np.full(2, math.inf)
     if lay_cells(table, feeds, shape, low, high, rest, widest, limit, cells, ends, jumps, samples) >= 0:
