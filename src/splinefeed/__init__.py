@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from splinefeed.analysis.check import check as check
     from splinefeed.analysis.ripple import feed_ripple as feed_ripple
     from splinefeed.errors import SplinefeedError as SplinefeedError
+    from splinefeed.feed.look_ahead_stream import LookAhead as LookAhead
     from splinefeed.feed.planning import plan as plan
     from splinefeed.formats.registry import read as read
     from splinefeed.formats.registry import write as write
@@ -44,6 +45,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Interpolator": "interpolation.interpolator",
     "Limits": "records",
+    "LookAhead": "feed.look_ahead_stream",
     "Marker": "geometry.path",
     "NurbsCurve": "geometry.curve",
     "Path": "geometry.path",

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.feed.look_ahead_stream import Block, LookAhead, look_ahead
+from splinefeed import LookAhead
+from splinefeed.feed.look_ahead_stream import Block, look_ahead
 from splinefeed.geometry.path import Path
 
 PERIOD = 1e-3
