@@ -11,6 +11,7 @@ import pytest
 import splinefeed as sf
 from gcode_programs import path_of
 from sample_curves import random_curve
+from splinefeed.formats.gcode.dialects import detect
 from splinefeed.formats.gcode.fit_arcs import circle_of
 from splinefeed.geometry.fitting import distances
 
@@ -133,7 +134,20 @@ def test_fanuc_has_cubics_at_most_and_six_decimals(tmp_path: Path) -> None:
     assert "numbers have 6 decimals, so that places are rounded" in said
     assert apart(path, back) < 1e-3 and back.curves[0].degree == 3
     text = (tmp_path / "again.ngc").read_text()
-    assert "G06.2 P4 K0." in text and text.endswith("M30\n")
+    assert "G06.2 P4 K0." in text and text.endswith("M30\n%\n")
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc", "siemens", "mach3", "printer"])
+def test_every_dialect_is_told_again_and_keeps_feeds_and_waits(tmp_path: Path, dialect: str) -> None:
+    path = path_of(tmp_path, "M3 S100", "G1 X1 F120", "G4 P0.5", "G0 Y2", "G3 X3 Y2 I1 J0", "G1 A90", "M30")
+    sf.write(path, tmp_path / "again.ngc", dialect=dialect, as_="arcs")
+    assert detect((tmp_path / "again.ngc").read_bytes()).name == dialect
+    back = sf.read(tmp_path / "again.ngc")
+    assert back.feeds is not None and path.feeds is not None
+    assert back.feeds.tolist() == path.feeds.tolist() and back.dwells == path.dwells
+    assert [marker.text for marker in back.markers] == [marker.text for marker in path.markers]
+    for one, other in zip(path.curves, back.curves, strict=True):
+        assert np.allclose(one.control_points, other.control_points, atol=1e-8, rtol=0)
 
 
 def test_options_that_do_not_go_together(tmp_path: Path) -> None:

@@ -59,12 +59,12 @@ _HEIDENHAIN = re.compile(
     r"^[ \t]*\d*[ \t]*BEGIN[ \t]+PGM\b|^[ \t]*\d+[ \t]+(?:L|SPL|CC|C|TOOL CALL|BLK FORM)\s+[XYZIU+-]", re.I | re.M
 )
 _SIEMENS = re.compile(
-    r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;\$PATH|^%_N_|\bCYCLE\d+[ \t]*\("
+    r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_|\bCYCLE\d+[ \t]*\("
     r"|\bG(?:500|505|64[12])\b",
     re.I | re.M,
 )
 _PRINTER = re.compile(
-    r"^[ \t]*(?:N\d+[ \t]*)?(?:G[0123]\b[^;(\n]*\sE-?[\d.]|M(?:82|83|84|104|106|107|109|140|190)\b|G92\s*E)",
+    r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?(?:G[0123]\b[^;(\n]*\sE-?[\d.]|M(?:82|83|84|104|106|107|109|140|190)\b|G92\s*E)",
     re.I | re.M,
 )
 _FANUC = re.compile(
@@ -77,7 +77,7 @@ _DETECTED = (("heidenhain", _HEIDENHAIN), ("siemens", _SIEMENS), ("fanuc", _FANU
 
 #: A line of a program, for telling one from other text: words, or a comment, or %.
 _WORDS = re.compile(r"^[ \t]*/?\d?\s*(?:[A-Z]\s*[-+]?[\d.#\[][-+\d.]*\s*)+(?:[;(].*)?$", re.I)
-_CODE = re.compile(r"^[ \t]*/?\s*(?:N\s*\d+[ \t]*)?[GMT]\s*\d", re.I)
+_CODE = re.compile(r"^[ \t]*/?\s*(?:N\s*\d+[ \t]*)?(?:[GMT]\s*\d|[ABC]SPLINE\b)", re.I)
 #: Lines that are looked at to tell whether a file is a program.
 _LOOKED_AT = 400
 
@@ -93,7 +93,7 @@ def named(name: str) -> Dialect:
 def detect(head: bytes) -> Dialect:
     """The dialect of a program by its first bytes; LinuxCNC where nothing tells."""
     text = head_text(head)
-    code = re.sub(r"\([^)\n]*\)|;(?!\$PATH).*", "", text)
+    code = re.sub(r"\([^()\n]*\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", "", text)
     for name, sign in _DETECTED:
         if sign.search(text if name == "mach3" else code):
             return DIALECTS[name]

@@ -187,6 +187,7 @@ class Interpreter:
 
     def _outputs(self, block: Block) -> None:
         """S, T and M as markers before the motion of the line; dwells likewise."""
+        wait = self._dwell() if 40 in block.g else None
         said = [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
         before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
         for code in before:
@@ -195,14 +196,14 @@ class Interpreter:
         said += [f"M{code}" for code in before]
         if before and not any(code in codes.GROUP_OF for code in block.g):
             said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
-        if "S" in block.words and not before and "T" not in block.words:
-            self.state.say(self.line, " ".join(said))
-        elif said:
-            self.state.say(self.line, " ".join(said), stop=any(code not in codes.ON_THE_MOVE for code in before or [6]))
-        if 40 in block.g:
-            self._dwell()
+        if said:
+            on_the_move = bool(before) and all(code in codes.ON_THE_MOVE for code in before)
+            self.state.say(self.line, " ".join(said), stop=not on_the_move)
+        if wait is not None:
+            self.state.say(self.line, dwell=wait)
 
-    def _dwell(self) -> None:
+    def _dwell(self) -> float:
+        """The seconds of G4."""
         seconds = self._take("P")
         seconds = None if seconds is None else seconds * self.dialect.dwell
         for letter in self.dialect.dwell_words:
@@ -211,7 +212,7 @@ class Interpreter:
             raise LineError("G4 needs P, the time to wait")
         if not 0.0 <= seconds <= layout.LARGEST:
             raise LineError(f"G4: a wait of {seconds:g} s is not possible")
-        self.state.say(self.line, dwell=seconds)
+        return seconds
 
     def _modes(self, known: set[int]) -> None:
         state = self.state

@@ -6,24 +6,24 @@ import os
 import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.dialects import Dialect, detect, named
 from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.heidenhain import Heidenhain
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import AXES, Findings, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import Offsets
+from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.source import check_file, check_size, read_head
 from splinefeed.kernels import gcode as kernel
 from splinefeed.records import Array, IntArray
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
+#: Dialects whose lines are not those of RS274.
+_INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens, "heidenhain": Heidenhain}
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once.
@@ -54,17 +54,13 @@ class Reading:
         check_size(check_file(file), MAX_BYTES)
         head = read_head(file, _HEAD)
         self.dialect = self.dialect or detect(head)
-        reader = self._conversational() or self._run
-        yield from reader(file)
+        yield from self._run(file, self.dialect)
 
-    def _conversational(self) -> Callable[[str | os.PathLike[str]], Iterator[Moves]] | None:
-        """The reader of a dialect whose lines are not those of RS274."""
-        return None
-
-    def _run(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
-        assert self.dialect is not None
-        state = State(Offsets(self.offsets), self.start, self.dialect.extruder)
-        run = Interpreter(state, self.dialect, self.findings, repair=self.repair)
+    def _run(self, file: str | os.PathLike[str], dialect: Dialect) -> Iterator[Moves]:
+        state = State(Offsets(self.offsets), self.start, dialect.extruder)
+        interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
+        run = interpreter(state, dialect, self.findings, repair=self.repair)
+        self.fast &= interpreter is Interpreter
         try:
             for block in _blocks(file):
                 yield from self._block(block, state, run)

@@ -29,13 +29,16 @@ FORMS = {
     "mach3": ("arcs", "g1"),
     "printer": ("g1", "arcs"),
 }
+#: First lines, by which the dialect is told again when the program is read.
 _HEADERS = {
-    "linuxcnc": "G17 G21 G40 G49 G80 G90 G91.1 G94",
-    "fanuc": "G17 G21 G40 G49 G80 G90 G94",
-    "siemens": "G17 G71 G40 G90 G94",
-    "mach3": "G17 G21 G40 G49 G80 G90 G91.1 G94",
-    "printer": "G21 G90",
+    "linuxcnc": ("G17 G21 G40 G49 G80 G90 G91.1 G94",),
+    "fanuc": ("%", "O0001", "G17 G21 G40 G49 G80 G90 G94"),
+    "siemens": ("; SINUMERIK", "G17 G71 G40 G90 G94"),
+    "mach3": ("(Mach3)", "G17 G21 G40 G49 G80 G90 G91.1 G94"),
+    "printer": (";FLAVOR:Marlin", "G21", "G90"),
 }
+#: Letter of a wait in seconds.
+_DWELL = {"fanuc": "X", "siemens": "F", "printer": "S"}
 _ENDS = {"M2", "M30"}
 
 
@@ -69,7 +72,7 @@ def write(
     if isinstance(places, bool) or not isinstance(places, int) or not 1 <= places <= 17:
         raise InputError(f"decimals is {places!r}; a whole number from 1 to 17 is needed")
     text = Text(dialect, places)
-    text.lines.append(_HEADERS[dialect])
+    text.lines += _HEADERS[dialect]
     for number, path in enumerate(paths, start=1):
         letters = _letters(path, text)
         if number > 1:
@@ -78,6 +81,8 @@ def write(
         _write_path(path, letters, text, form, allowed, speed)
     if not text.ended:
         text.lines.append("M30" if dialect in ("fanuc", "siemens") else "M2")
+    if dialect == "fanuc":
+        text.lines.append("%")
     with atomic_write(target) as temporary:
         temporary.write_text("\n".join([*text.lines, ""]), encoding="ascii")
     return text.findings()
@@ -137,10 +142,7 @@ def _write_markers(markers: Sequence[Marker], text: Text, last: bool) -> None:
             text.lines.append(marker.text)
             text.ended |= marker.text in _ENDS
         if marker.dwell > 0.0 or (not marker.text and marker.stop):
-            unit = {"fanuc": 1e3, "printer": 1e3}.get(text.dialect, 1.0)
-            letter = "F" if text.dialect == "siemens" else "P"
-            value = f"{marker.dwell * unit:.0f}" if unit > 1.0 else text.number(marker.dwell)
-            text.lines.append(f"G4 {letter}{value}")
+            text.lines.append(f"G4 {_DWELL.get(text.dialect, 'P')}{text.number(marker.dwell)}")
     if markers:
         text.break_motion()
 

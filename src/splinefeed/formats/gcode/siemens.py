@@ -1,0 +1,178 @@
+"""Siemens Sinumerik: BSPLINE with SD, PL and PW, and the words that differ from those of LinuxCNC.
+
+Source: SINUMERIK 840D sl/828D, Programming Manual "NC programming", 12/2019, 6FC5398-2EP40-0BA0, 3.7 "Special motion
+commands": SD is the degree, 3 unless given; PW the weight of a control point, 1 unless given; PL the interval between
+knots. The first control point is where the tool is. Which interval a PL belongs to the manual does not spell out: here
+PL of control point i is knot[SD + i] - knot[SD + i - 1], so that intervals come first and the last SD - 1 are 0. What
+is read so was not checked on a control, and a finding says so.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.interpreter import Interpreter
+from splinefeed.formats.gcode.moves import LETTERS, Spline
+from splinefeed.formats.gcode.spline_words import MAX_POINTS
+from splinefeed.kernels import gcode as layout
+from splinefeed.records import Array
+
+DEFAULT_DEGREE, HIGHEST_DEGREE = 3, 3
+#: Weights that PW may have.
+HIGHEST_WEIGHT = 3.0
+#: What LinuxCNC calls what Siemens calls otherwise: exact stop, continuous path, cancelled offsets, units with feeds.
+_CODES = {
+    **dict.fromkeys(("G601", "G602", "G603", "G9", "G450", "G451"), ""),
+    **dict.fromkeys(("G641", "G642", "G643", "G644", "G645"), "G64"),
+    **{"G60": "G61", "G71": "G21", "G710": "G21", "G70": "G20", "G700": "G20"},
+}
+#: Words that switch functions of the control and move nothing.
+_IGNORED = frozenset(
+    ("SOFT", "BRISK", "DRIVE", "FFWON", "FFWOF", "COMPOF", "COMPON", "COMPCURV", "COMPCAD", "UPATH", "SPATH", "STOPRE")
+)
+_WORD = re.compile(
+    r"\s*(?:(?P<name>[A-Z_][A-Z_]*[0-9]*)\s*=\s*(?P<text>\"[^\"]*\"|[-+]?[0-9]*\.?[0-9]+(?:EX[-+]?[0-9]+)?|[-+]?[0-9]+\.)"
+    r"|(?P<letter>[A-Z])\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))|(?P<key>[A-Z_][A-Z_0-9]*)(?P<call>\s*\()?)",
+    re.IGNORECASE,
+)
+
+
+class Siemens(Interpreter):
+    """Turns every line into words of LinuxCNC, but for splines, which it collects itself."""
+
+    def __init__(self, *arguments: object, **options: bool) -> None:
+        super().__init__(*arguments, **options)  # type: ignore[arg-type]
+        self._open = False
+        self._begin()
+
+    def _begin(self) -> None:
+        self._degree = DEFAULT_DEGREE
+        self._points: list[Array] = []
+        self._weights: list[float] = []
+        self._intervals: list[float | None] = []
+        self._moved = 0
+        self._first_line = 0
+
+    def run(self, text: str, line: int) -> None:
+        """One line: translated, or taken as a control point."""
+        self.line = line
+        words, extra, keys = _translated(text.partition(";")[0])
+        for key in sorted(keys - {"BSPLINE"}):
+            if key not in _IGNORED:
+                raise LineError(f"{key} is not read in a Siemens program; write plain lines")
+        motion = any(re.fullmatch(r"G0*[0123]", word) for word in words)
+        if "BSPLINE" in keys:
+            self._close()
+            self._open, self._first_line = True, line
+            self._points, self._weights = [self.state.position.copy()], [1.0]
+        elif self._open and (motion or any(word in ("M2", "M02", "M30", "M17") for word in words)):
+            self._close()
+        if "SD" in extra:
+            self._degree = round(extra.pop("SD"))
+            if not 2 <= self._degree <= HIGHEST_DEGREE:
+                raise LineError(f"SD={self._degree}: the degree of a BSPLINE is 2 or 3")
+        if self._open:
+            words = self._point(words, extra)
+        elif extra.keys() & {"PL", "PW"}:
+            raise LineError("PL and PW belong to BSPLINE")
+        super().run(" ".join(words), line)
+
+    def end(self) -> None:
+        """The file is at its end."""
+        self._close()
+        super().end()
+
+    def _point(self, words: list[str], extra: dict[str, float]) -> list[str]:
+        """Take the axis words of a line as a control point; the other words come back."""
+        axes = {word[0]: float(word[1:]) for word in words if word[0] in LETTERS}
+        weight, interval = extra.pop("PW", 1.0), extra.pop("PL", None)
+        if not axes:
+            return words
+        if not 0.0 < weight <= HIGHEST_WEIGHT:
+            raise LineError(f"PW={weight:g}: weights are greater than 0 and at most {HIGHEST_WEIGHT:g}")
+        if interval is not None and not 0.0 <= interval <= layout.LARGEST:
+            raise LineError(f"PL={interval:g}: the interval between knots must be 0 or more")
+        if len(self._points) >= MAX_POINTS:
+            raise LineError(f"a spline of more than {MAX_POINTS} control points")
+        before = self.state.position.copy()
+        self.state.position[:] = self._points[-1]
+        try:
+            there, said, _ = self.state.target(axes)
+        finally:
+            self.state.position[:] = before
+        if len(self._points) == 1 and interval == 0.0 and np.array_equal(there, self._points[0]):
+            self._weights[0] = weight  # the place of the tool, said again
+        else:
+            self._points.append(there)
+            self._weights.append(weight)
+            self._intervals.append(interval)
+        self._moved |= said
+        return [word for word in words if word[0] not in LETTERS]
+
+    def _close(self) -> None:
+        """The spline that is open is complete."""
+        if not self._open:
+            return
+        self._open = False
+        count, degree = len(self._points), self._degree
+        if count == 1:
+            return
+        if count <= degree:
+            raise LineError(
+                f"the BSPLINE of line {self._first_line} has {count} control points; degree {degree} needs more"
+            )
+        spans = count - degree
+        steps = [1.0 if step is None else step for step in self._intervals[:spans]]
+        if any(step for step in self._intervals[spans:]):
+            raise LineError(f"the BSPLINE of line {self._first_line}: the last {degree - 1} PL must be 0 or left out")
+        knots = np.concatenate([np.zeros(degree + 1), np.cumsum(steps), np.full(degree, np.sum(steps))])
+        spline = Spline(degree, knots, np.array(self._points), np.array(self._weights), self._first_line)
+        self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
+        self.state.add_spline(spline, self._moved, self._moved)
+        self._begin()
+
+
+def _translated(text: str) -> tuple[list[str], dict[str, float], set[str]]:
+    """Words of LinuxCNC, values of SD, PL and PW, and words without a value; LineError for what is none."""
+    words: list[str] = []
+    extra: dict[str, float] = {}
+    keys: set[str] = set()
+    text = text.strip()
+    if text.startswith("%") or re.match(r"MSG\s*\(", text, re.IGNORECASE):
+        return words, extra, keys
+    at = 0
+    while at < len(text):
+        match = _WORD.match(text, at)
+        if match is None:
+            raise LineError(f"expected a word of a Siemens program, got {text[at : at + 20].strip()!r}")
+        at = match.end()
+        if match["letter"] is not None:
+            letter = match["letter"].upper()
+            word = f"{letter}{match['number']}"
+            if letter == "G":
+                word = _CODES.get(f"G{match['number'].lstrip('0') or '0'}", word)
+            words += [word] if word and letter != "D" else []
+        elif match["name"] is not None:
+            name, value = match["name"].upper(), match["text"]
+            if name in ("T", "D") or value.startswith('"'):
+                continue  # tools by name, and corrections of tools
+            number = float(re.sub("EX", "e", value, flags=re.IGNORECASE))
+            if name in ("SD", "PL", "PW"):
+                extra[name] = number
+            elif name in ("ADIS", "ADISPOS", "CTOL", "OTOL"):
+                continue
+            elif name in ("CR", "TURN") or (len(name) == 1 and name not in "RN"):
+                letter = {"CR": "R", "TURN": "P"}.get(name, name)
+                words.append(f"{letter}{number + (name == 'TURN'):.17f}")
+            else:
+                raise LineError(f"{name}= is not read in a Siemens program")
+        elif match["call"] is not None:
+            raise LineError(f"{match['key'].upper()}( is a call, which is not read; write plain lines")
+        else:
+            keys.add(match["key"].upper())
+    if "G4" in words or "G04" in words:  # F is in seconds there
+        words = [f"P{word[1:]}" if word[0] == "F" else word for word in words]
+    return words, extra, keys
