@@ -15,11 +15,16 @@ if TYPE_CHECKING:
 
 
 def read_path(source: str, reading: Mapping[str, Any]) -> Path:
-    """The path that `source` means, read as `options.reading_from` says."""
+    """The path that `source` means, read as `options.reading_from` says; with theta behind if `tangential` is true."""
     from splinefeed.formats import registry
 
-    paths = read_contents(source, reading)
-    return paths[0] if len(paths) == 1 else registry.choose(paths, None, source)
+    paths = read_contents(source, {name: value for name, value in reading.items() if name != "tangential"})
+    path = paths[0] if len(paths) == 1 else registry.choose(paths, None, source)
+    if not reading.get("tangential"):
+        return path
+    from splinefeed.geometry.tangential import tangential
+
+    return tangential(path)
 
 
 def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
