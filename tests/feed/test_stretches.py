@@ -164,3 +164,65 @@ def test_ends_that_contradict_the_path(strategy):
         sf.plan(bends([10.0, 60.0, 60.0]), limits, strategy)
     with pytest.raises(LimitsError, match=r"start_feed is 20 mm/s; the path waits 0\.5 s there, which is at rest"):
         sf.plan(bends(markers=[Marker(0, "G4", 0.5)]), limits, strategy)
+
+
+def square(count: int = 4) -> sf.Path:
+    """Sides of 20 mm at right angles."""
+    corners = np.array([[0, 0], [20, 0], [20, 20], [0, 20], [0, 0]])[: count + 1]
+    return sf.Path([sf.NurbsCurve.bezier(corners[k : k + 2]) for k in range(count)], name="square")
+
+
+def test_a_corner_is_passed_with_the_step_of_velocity_that_is_allowed():
+    path = square()
+    given = {"feed": 60, "axis_acceleration": 500, "axis_jerk": 20000}
+    limits = sf.Limits(**given, axis_velocity_step={"x": 8.0, "y": 5.0})
+    law, points = planned(path, limits, "time-optimal")
+    assert law.duration < planned(path, sf.Limits(**given), "time-optimal")[0].duration - 0.05
+    for s in path.stops:
+        t = np.interp(s, law(law.breaks), law.breaks)
+        assert law.feed(t) == pytest.approx(5.0, rel=1e-3)
+        assert law.feed(t) <= 5.0 * (1 + 1e-9)
+    for given_law in (law, None):
+        verdict = sf.check(points, path, limits, law=given_law)
+        assert verdict.ok
+        assert 0.9 < verdict.limits["axis_velocity_step.y"].share <= 1 + 1e-9
+        assert verdict.limits["axis_velocity_step.x"].share == pytest.approx(5 / 8, rel=0.1)
+
+
+def test_the_check_finds_a_corner_that_is_passed_too_fast():
+    path = square()
+    given = {"feed": 60, "axis_acceleration": 500, "axis_jerk": 20000}
+    law, points = planned(path, sf.Limits(**given, axis_velocity_step=5.0), "time-optimal")
+    for given_law, step in ((law, 4.99999), (None, 4.5)):  # setpoints alone tell the feed there by its mean over a step
+        lower = sf.Limits(**given, axis_velocity_step={"x": 5.0, "y": step})
+        verdict = sf.check(points, path, lower, law=given_law)
+        failing = [name for name, result in verdict.limits.items() if not result.holds]
+        assert failing == ["axis_velocity_step.y"]
+        assert min(abs(verdict.limits[failing[0]].at_s - s) for s in path.stops) < 0.02
+    stopping = sf.check(points, path, sf.Limits(**given), law=law)
+    assert not stopping.ok
+    assert not stopping.limits["axis_acceleration.x"].holds
+
+
+def test_markers_cusps_and_tiny_steps_still_stop():
+    path = square(2)
+    given = {"feed": 60, "axis_acceleration": 500, "axis_jerk": 20000}
+    asked = sf.Path(path.curves, markers=[Marker(1, "M0")])
+    exact = planned(path, sf.Limits(**given), "time-optimal")[0].duration
+    assert planned(asked, sf.Limits(**given, axis_velocity_step=5.0), "time-optimal")[0].duration == exact
+    assert planned(path, sf.Limits(**given, axis_velocity_step=1e-6), "time-optimal")[0].duration == exact
+    back = sf.Path([sf.NurbsCurve.bezier([[0, 0], [20, 0]]), sf.NurbsCurve.bezier([[20, 0], [5, 0]])])
+    law, _ = planned(back, sf.Limits(**given, axis_velocity_step=5.0), "time-optimal")
+    assert law.feed(np.interp(20, law(law.breaks), law.breaks)) == pytest.approx(0, abs=1e-6)
+
+
+def test_a_deceleration_jerk_of_its_own():
+    path = bends()
+    given = {"feed": 60, "acceleration": 500, "jerk": 20000}
+    both = planned(path, sf.Limits(**given), "time-optimal")[0].duration
+    for down in (4000.0, 60000.0):
+        limits = sf.Limits(**given, deceleration_jerk=down)
+        law, _ = planned(path, limits, "time-optimal")
+        best = sf.plan(path, limits, "seven-phase", period=PERIOD).duration
+        assert best - 2e-3 <= law.duration <= 1.004 * best + 2e-3
+        assert (law.duration > both) == (down < 20000)

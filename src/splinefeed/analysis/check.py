@@ -56,6 +56,8 @@ def check(
 
     tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's
     resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits
+    At a corner that is passed in motion under axis_velocity_step, the step of each axis' velocity counts, and the
+    differences of axes that straddle it do not.
     Of soft limits (travel) limit and worst value are distances from the middle of the travel.
 
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
@@ -179,5 +181,12 @@ def _unit(name: str, axis: str | None) -> tuple[str, float]:
     """Unit of a limit for people, and what one base unit is in it."""
     base, factor = ("deg", 180.0 / math.pi) if axis in ROTARY_AXES else ("mm", 1.0)
     kind = name.partition(".")[0].removeprefix("axis_")
-    power = {"chord_error": "", "travel": "", "feed": "/s", "velocity": "/s", "jerk": "/s^3"}.get(kind, "/s^2")
+    power = {
+        "chord_error": "",
+        "travel": "",
+        "feed": "/s",
+        "velocity": "/s",
+        "velocity_step": "/s",
+        "jerk": "/s^3",
+    }.get(kind, "/s^2")
     return base + power, factor

@@ -7,8 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from splinefeed.analysis.check_corners import passable
 from splinefeed.geometry.path import Path
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, Limits
+
+#: The limit of how much the velocity of an axis may jump at a corner.
+STEP = "axis_velocity_step"
 
 
 @dataclass
@@ -75,6 +79,13 @@ class Bounds:
         return np.repeat(self.feeds, rows[:, 1] - rows[:, 0] + 1)
 
     @cached_property
+    def corners(self) -> tuple[Array, Array]:
+        """Arc lengths (k,) of corners that may be passed in motion, mm, and the jumps of dr/ds there, (k, axes)."""
+        if self.limits.axis_velocity_step is None:
+            return np.zeros(0), np.zeros((0, len(self.path.axes)))
+        return passable(self.path)
+
+    @cached_property
     def waits(self) -> Array:
         """Arc lengths at which the path waits, (m,), mm."""
         return np.array([s for s, _ in self.path.dwells])
@@ -96,6 +107,9 @@ class Bounds:
             for k, value in enumerate(limits.of_axes(name, axes)):
                 if value < np.inf:
                     found[f"{name}.{axes[k]}"] = Worst(float(value), order, k + 1)
+        for k, value in enumerate(limits.of_axes("axis_velocity_step", axes)):
+            if value < np.inf:
+                found[f"{STEP}.{axes[k]}"] = Worst(float(value), 1, k + 1)
         for axis, (low, high) in limits.travel_of(axes).items():
             found[f"travel.{axis}"] = Worst(0.5 * (high - low), 0, axes.index(axis) + 1)
         return found

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinefeed.analysis.check_bounds import Bounds, Worst
+from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import check as kernels
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, LimitResult, TimeLaw
@@ -62,14 +62,21 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
                 wanted.limit = float(bounds.row_feeds[int(row)])
                 value = share * wanted.limit
             results[name] = _result(wanted, path, value, t, s)
+        elif name.startswith(STEP):
+            corners, steps = bounds.corners
+            times = _times_at(law, corners)
+            each = law.feed(times) * steps[:, wanted.column - 1]
+            if len(each):
+                k = int(np.argmax(each))
+                results[name] = _result(wanted, path, float(each[k]), float(times[k]), float(corners[k]))
     problems: list[str] = []
     notes: list[str] = []
     _ends(law, bounds, worst, problems)
     _jumps(bounds, worst, jumps, period, problems, notes)
     if irregular:
         notes.append(
-            f"at {irregular} instants of the law C' = 0, where exact derivatives of the axes are 0/0; "
-            "there the differences of the setpoints decide"
+            f"at {irregular} instants of the law C' = 0 within the rounding of s, where exact derivatives of the axes "
+            "are 0/0; there the differences of the setpoints decide"
         )
     notes += _corner_notes(law, bounds)
     return LawFindings(results, tuple(problems), tuple(notes))
@@ -127,26 +134,41 @@ def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
     limits = bounds.limits
     if not corners or (limits.axis_jerk is None and limits.axis_acceleration is None):
         return []
-    s = np.array([corner.s for corner in corners])
+    high = _times_at(law, np.array([corner.s for corner in corners]))
+    moving = law.feed(high) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
+    notes = []
+    steps = set(bounds.corners[0].tolist())
+    for stop, what, which in (
+        (False, "the curvature jumps and the exact axis jerk is infinite", "third"),
+        (True, "the direction jumps and the exact axis acceleration is infinite", "second and third"),
+    ):
+        places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.stop == stop and c.s not in steps]
+        if places:
+            notes.append(
+                f"at {len(places)} place(s), s = {_listed(places)} mm, {what}: there the {which} difference of the "
+                "setpoints over the period decides, as what the drive sees"
+            )
+    places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.s in steps]
+    if places:
+        notes.append(
+            f"at {len(places)} corner(s), s = {_listed(places)} mm, the tool does not stop: there the step of each "
+            "axis' velocity is held to its limit, and no difference across the corner is looked at"
+        )
+    return notes
+
+
+def _listed(places: list[float]) -> str:
+    return ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
+
+
+def _times_at(law: TimeLaw, s: Array) -> Array:
+    """When a law first reaches arc lengths s (n,), by bisection, s."""
     low, high = np.zeros(len(s)), np.full(len(s), law.duration)
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         ahead = law(middle) < s
         low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
-    moving = law.feed(high) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
-    notes = []
-    for stop, what, which in (
-        (False, "the curvature jumps and the exact axis jerk is infinite", "third"),
-        (True, "the direction jumps and the exact axis acceleration is infinite", "second and third"),
-    ):
-        places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.stop == stop]
-        if places:
-            listed = ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
-            notes.append(
-                f"at {len(places)} place(s), s = {listed} mm, {what}: there the {which} difference of the setpoints "
-                "over the period decides, as what the drive sees"
-            )
-    return notes
+    return high
 
 
 def worse(one: LimitResult, other: LimitResult | None) -> LimitResult:

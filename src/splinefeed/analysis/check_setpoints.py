@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.analysis.check_bounds import Bounds, Fault
+from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
+from splinefeed.analysis.check_corners import contain
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.kernels import check as kernels
 from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw
@@ -59,7 +60,7 @@ class Judge:
         self._last = np.zeros(3)  # t, s, u of the last tick
         self._steps = np.zeros((0, self.scale.size))
         self._dt = np.zeros(0)
-        self._step_places = np.zeros((0, 2))
+        self._step_places = np.zeros((0, 3))  # t and s at the start of a step, s at its end
         top = 0.0 if law is None else float(np.max(law.feed(np.linspace(0.0, law.duration, 2048))))
         self._ripple_from = RIPPLE_SHARE * top * self.period
 
@@ -87,7 +88,7 @@ class Judge:
             self.last_position = position[0].copy()
             if rest:  # what came before is a stand
                 self._steps, self._dt = np.zeros((2, self.scale.size)), np.full(2, self.period)
-                self._step_places = np.full((2, 2), [t[0], s[0]])
+                self._step_places = np.full((2, 3), [t[0], s[0], s[0]])
         rows = np.concatenate([self._row, rows])
         u = np.concatenate([self._last[2:], u])
         travelled, least = np.empty(len(t)), np.empty(len(t))
@@ -98,7 +99,8 @@ class Judge:
             feeds = np.where(least > 0.0, travelled / least, np.inf)
         corners = np.vstack([self.last_position, position])
         steps = np.column_stack([travelled, np.diff(corners, axis=0)])
-        places = np.column_stack([np.concatenate([self._last[:1], t[:-1]]), np.concatenate([self._last[1:2], s[:-1]])])
+        before = np.concatenate([self._last[1:2], s[:-1]])
+        places = np.column_stack([np.concatenate([self._last[:1], t[:-1]]), before, s])
         places[:, 0] = np.maximum(places[:, 0], 0.0 if self.ticks == 0 else -np.inf)
         linear = path.linear
         if len(self.scale) > 1 + linear:
@@ -246,8 +248,8 @@ class Judge:
         feeds (n,): the limit of the feed over each step, mm/s.
 
         Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3).
-        places (n, 2) are t and s at the start of each step, what spans several is placed in the middle; `tick` is
-        where the first step ends.
+        places (n, 3) are t and s at the start of each step and s at its end, what spans several is placed in the
+        middle; `tick` is where the first step ends.
         """
         n = len(steps)
         steps = np.concatenate([self._steps, steps])
@@ -270,11 +272,17 @@ class Judge:
             extra.append(np.maximum(high - (2.0 / self.period) ** order * (1.0 + 1e-12), 0.0))
         growing, falling = self._signs(a, len(values[2]))
         jerk, other = self.bounds.limits.jerk, float(self.bounds.limits.deceleration_jerk or np.inf)
+        corners = self.bounds.corners[0]
+        if len(corners):
+            self._corner_steps(v, places)
         for name, worst in self.worst.items():
             order, column = worst.order, worst.column
-            if order == 0 or name == "centripetal":
+            if order == 0 or name == "centripetal" or name.startswith(STEP):
                 continue
             each = values[order - 1][:, column]
+            if len(corners) and column and order > 1 and len(each):  # what straddles a corner is that corner's step
+                begin = places[len(places) - len(each) - order + 1 : len(places) - order + 1, 1]
+                each = np.where(contain(corners, begin, ends[order - 1][:, 2]), np.nan, each)
             if name == "deceleration":
                 each = -each
             elif name == "jerk":
@@ -283,11 +291,28 @@ class Judge:
                 each = np.where(growing | (~falling & (other < jerk)), 0.0, np.abs(each))
             elif name != "acceleration":
                 each = np.abs(each)
-            t, s = ends[order - 1].T
+            t, s, _ = ends[order - 1].T
             local = feeds if name == "feed" and self.bounds.path.feeds is not None else None
             worst.see(each - self.rounding(column) * extra[order - 1], t, s, self.floor(order, column), local)
         keep = slice(-2, None)
         self._steps, self._dt, self._step_places = steps[keep], dt[keep], places[keep]
+
+    def _corner_steps(self, v: Array, places: Array) -> None:
+        """Jump of each axis' velocity at the corners within the middle one of every three steps.
+
+        The feed there is at least the mean over that step less half the second difference of the three: exact where it
+        is constant, and no more than there is where it falls and rises again.
+        """
+        corners, jumps = self.bounds.corners
+        before, here, after = v[:-2, 0], v[1:-1, 0], v[2:, 0]
+        begin, end = places[1:-1, 1], places[1:-1, 2]
+        for k, s in enumerate(corners):
+            for i in np.flatnonzero((begin < s) & (s <= end)):
+                feed = here[i] - 0.5 * abs(before[i] - 2.0 * here[i] + after[i])
+                for name, worst in self.worst.items():
+                    if name.startswith(STEP):
+                        jump = np.array([max(feed, 0.0) * jumps[k, worst.column - 1]])
+                        worst.see(jump, places[1 + i : 2 + i, 0], np.array([s]), self.floor(1, worst.column))
 
     @staticmethod
     def _signs(a: Array, n: int) -> tuple[BoolArray, BoolArray]:
@@ -322,7 +347,7 @@ class Judge:
 
     def _finish(self, last_dt: float) -> None:
         """What follows the last setpoint: a stand, or motion of which only the feed is known."""
-        place = np.array([self._last[0], self.last_s])
+        place = np.array([self._last[0], self.last_s, self.last_s])
         T = self.period
         crept = abs(self.duration - (self.ticks - 2) * T - last_dt)
         if "period" not in self.faults and crept > CREEP * T + CREEP_SHARE * self.ticks * T:
@@ -339,7 +364,7 @@ class Judge:
         """Acceleration from or to the feed at an end, the mean over one step weighted towards it, mm/s^2."""
         for name, sign in (("acceleration", 1.0), ("deceleration", -1.0)):
             if name in self.worst:
-                self.worst[name].see(np.array([sign * a]), place[:1], place[1:], self.floor(2, 0))
+                self.worst[name].see(np.array([sign * a]), place[:1], place[1:2], self.floor(2, 0))
 
     @property
     def duration(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,9 @@ from splinefeed.records import Array, BoolArray, IntArray
 
 #: A cell may be this much longer than its neighbour: a jump of the grid costs accuracy of q'.
 GROWTH = 2.5
+#: A speed |C'| at the end of a cell below this share of that in its middle counts as none; derivatives are then taken
+#: this share of the way to the middle.
+STILL, ASIDE = 1e-6, 1e-3
 #: Passes that even out a grid.
 MAX_EVENING = 40
 
@@ -69,7 +73,7 @@ class Cells:
     def derivatives(self) -> tuple[Array, Array]:
         """Fractions (3, n) of start, middle and end of each cell, and r', r'', r''' by arc length, (3, n, 3, axes).
 
-        They are taken inside the cell: one-sided at knots.
+        They are taken inside the cell: one-sided at knots, and where C' = 0 a little further inside.
         """
         middle = 0.5 * (self.u0 + self.u1)
         at = [
@@ -77,6 +81,11 @@ class Cells:
             self.path.evaluate(self.curve, middle, 3),
             self.path.evaluate(self.curve, self.u1, 3, side="left"),
         ]
+        speeds = [np.linalg.norm(d[:, 1, : self.path.linear], axis=1) for d in at]
+        for place, u in ((0, self.u0), (2, self.u1)):
+            still = np.flatnonzero(speeds[place] <= STILL * speeds[1])
+            inside = u[still] + ASIDE * (middle - u)[still]
+            at[place][still] = self.path.evaluate(self.curve[still], inside, 3)
         fractions = np.stack(
             [
                 np.zeros(self.count),
@@ -84,7 +93,8 @@ class Cells:
                 np.ones(self.count),
             ]
         )
-        return fractions, np.stack([by_arc_length(d, self.path.linear)[:, 1:] for d in at])
+        found = np.stack([by_arc_length(d, self.path.linear)[:, 1:] for d in at])
+        return fractions, np.where(np.isfinite(found), found, 0.0)
 
 
 def _lengths(path: Path, curve: IntArray, u: Array) -> Array:
@@ -100,26 +110,31 @@ def located(path: Path, curve: IntArray, s: Array) -> Array:
     return inside
 
 
+def rows_between(path: Path, start: float, end: float) -> tuple[int, int, IntArray]:
+    """First and last row of the path's table that [start, end], mm, touches, and the curve of each of them."""
+    table = path.table
+    first = max(int(np.searchsorted(table[:, pieces.START], start, side="right")) - 1, 0)
+    last = max(int(np.searchsorted(table[:, pieces.START], end, side="left")) - 1, first)
+    owner = np.searchsorted(path.curve_rows[:, 1], np.arange(first, last + 1), side="left")
+    return first, last, owner.astype(np.int64)
+
+
 def sample(path: Path, start: float, end: float, per_piece: int) -> tuple[IntArray, Array, Array]:
     """Curve, parameter and arc length of `per_piece` points of every arc-length piece in [start, end], mm."""
-    table, rows = path.table, path.curve_rows
-    first = int(np.searchsorted(table[:, pieces.START], start, side="right")) - 1
-    last = int(np.searchsorted(table[:, pieces.START], end, side="left")) - 1
-    first, last = max(first, 0), max(last, first)
-    chosen = table[first : last + 1]
+    first, last, owner = rows_between(path, start, end)
+    chosen = path.table[first : last + 1]
     fraction = (np.arange(per_piece) + 0.5) / per_piece
     u = (chosen[:, pieces.LOW, None] + fraction * (chosen[:, pieces.HIGH] - chosen[:, pieces.LOW])[:, None]).ravel()
-    owner = np.searchsorted(rows[:, 1], np.arange(first, last + 1), side="left")
-    curve = np.repeat(owner, per_piece).astype(np.int64)
+    curve = np.repeat(owner, per_piece)
     s = path.arc_length(curve, u)
     inside = (s > start) & (s < end)
     return curve[inside], u[inside], s[inside]
 
 
-def cells_between(path: Path, start: float, end: float, s: Array, density: Array, count: int) -> Cells:
-    """About `count` cells between arc lengths `start` and `end`, mm, as many per mm as `density` says at s (m,)."""
-    cumulative = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
+def cells_between(path: Path, start: float, end: float, s: Array, cumulative: Array) -> Cells:
+    """Cells between arc lengths `start` and `end`, mm; so many of them lie before s (m,) as `cumulative` says."""
     levels = np.interp([start, end], s, cumulative)
+    count = max(math.ceil(levels[1] - levels[0]), 1)
     nodes = np.interp(np.linspace(levels[0], levels[1], count + 1), cumulative, s)
     nodes[0], nodes[-1] = start, end
     # knots and joints are nodes, exactly; an even node that falls close to one gives way to it
@@ -143,6 +158,11 @@ def cells_between(path: Path, start: float, end: float, s: Array, density: Array
     last_curve = int(np.searchsorted(path.curve_starts, end, side="left")) - 1
     if end >= path.curve_starts[last_curve + 1]:
         left_u[-1] = path.curves[last_curve].domain[1]
+    # nodes in one place are one: what is before it is the first one's, what is behind it the last one's
+    apart = np.diff(all_s) > 1e-15 * path.length
+    first, last = np.append(True, apart), np.append(apart, True)
+    right_curve, right_u, left_u, all_s = right_curve[last], right_u[last], left_u[first], all_s[last]
+    all_s[0], all_s[-1] = start, end
     cells = Cells(path, right_curve[:-1], right_u[:-1], left_u[1:], all_s)
     return cells.halved(np.zeros(cells.count, dtype=bool))
 

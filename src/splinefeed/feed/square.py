@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinefeed.feed.bounds import AxisLimits, deceleration, deceleration_jerk, feed_squared_bound
 from splinefeed.feed.cells import Cells
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.kernels import barrier
@@ -13,7 +14,7 @@ from splinefeed.records import Array, Limits
 
 #: Gauss points a cell for the travel time.
 GAUSS = 4
-#: How much of a jerk limit the end cell may use, as its ramp is bounded at two places only.
+#: How much of a jerk limit the end cell may use, as its ramp is bounded at a few places only.
 END_MARGIN = 0.98
 #: Largest weight of one instant in a third difference over the period: the peak of the quadratic B-spline.
 PEAK_WEIGHT = 0.75
@@ -21,17 +22,48 @@ PEAK_WEIGHT = 0.75
 JUMP_SHARE = 0.5
 #: A jump that would use less than this share at full feed is rounding.
 NO_JUMP = 1e-9
+#: Turns of r' below this are rounding, and places nearer than this share of the path one place.
+NO_TURN, SAME_PLACE = 1e-8, 1e-12
 #: Newton steps of one optimisation; 20 to 60 are usual.
 MAX_STEPS = 300
+#: How dear, in travel times, a feed at a moving end is that falls short of the one asked for.
+SHORTFALL = 2.0
+#: No start of the optimiser falls below this share of what is around it.
+LEAST = 1e-3
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of a stretch: at rest, in motion, or free.
+
+    length, jerk  of the ramp s = j t^3 / 6 at rest, mm and mm/s^3; 0 at an end that is not at rest
+    feed          of an end in motion, mm/s; None where any feed will do
+    """
+
+    length: float = 0.0
+    jerk: float = 0.0
+    feed: float | None = None
+
+    @property
+    def rest(self) -> bool:
+        """Whether the tool stands there."""
+        return self.length > 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class AxisLimits:
-    """Limits of each axis in the order of the path's axes, (axes,), infinite where there is none."""
+class Setting:
+    """What a stretch is planned under: limits, those of the axes, the period in s or none, and corners in passing.
 
-    velocity: Array
-    acceleration: Array
-    jerk: Array
+    corner_s, corner_feed  (k,)  arc lengths and largest feeds of corners that are passed in motion, mm and mm/s
+    sharp  (j,)  arc lengths of sharp bends that samples might miss, mm
+    """
+
+    limits: Limits
+    axes: AxisLimits
+    period: float | None
+    corner_s: Array
+    corner_feed: Array
+    sharp: Array
 
 
 class SquareProblem:
@@ -39,25 +71,30 @@ class SquareProblem:
 
     q is quadratic in s on every cell, with q' continuous:  q' = 2 s'',  sqrt(q) q'' = 2 s'''.
     An axis has  velocity r' sqrt(q),  acceleration r' q'/2 + r'' q,  jerk sqrt(q) (r' q''/2 + 3/2 r'' q' + r''' q).
-    At rest, q goes with s^(4/3): the first and the last `end` mm are no cells but ramps of constant jerk.
+    At rest, q goes with s^(4/3): the first and the last `length` mm are no cells but ramps of constant jerk. At an end
+    in motion q is held to the square of its feed from above, and falling short is made dear.
 
-    scale (n,) <= 1 is how much of every limit each cell may use. With `relaxed` there are no jerk limits, the limits
-    are asked for in the middle of each cell only, and the ends start with constant acceleration: a bound from below.
+    scale (n,) <= 1 is how much of every limit each cell may use; rising (n,) is 1 where the feed grows, -1 where it
+    falls, 0 where both limits of jerk along the path hold. With `relaxed` there are no jerk limits, the limits are
+    asked for in the middle of each cell only, and ends start with constant acceleration: a bound from below. No feed is
+    above `cap`, mm/s.
     """
 
     def __init__(
         self,
         cells: Cells,
-        ends: tuple[float, float],
-        limits: Limits,
-        axes: AxisLimits,
-        period: float | None,
+        ends: tuple[End, End],
+        setting: Setting,
         scale: Array | None = None,
+        rising: Array | None = None,
         *,
+        cap: float = np.inf,
         relaxed: bool = False,
     ) -> None:
         self.cells = cells
         self.ends = ends
+        self.setting = setting
+        limits, axes, period = setting.limits, setting.axes, setting.period
         n = cells.count
         h = cells.length
         scale = np.ones(n) if scale is None else scale
@@ -77,36 +114,43 @@ class SquareProblem:
         #: c[0] = ties[0] c[1] and c[-1] = ties[1] c[-2]: q goes with s^growth from rest, so that q' = growth q / end
         growth = 1.0 if relaxed else 4.0 / 3.0
         self.ties = tuple(
-            1.0 / (1.0 + 0.5 * growth * width / end) for width, end in zip((h[0], h[-1]), ends, strict=True)
+            1.0 / (1.0 + 0.5 * growth * width / end.length) if end.rest else None
+            for width, end in zip((h[0], h[-1]), ends, strict=True)
         )
         fractions, derivatives = cells.derivatives()
-        node_top, calm = self._jumps(derivatives, limits, axes, period)
+        node_top, calm = self._jumps(derivatives)
         twist = scale**1.5 * calm
         linear, bound, jerk, root = [], [], [], []
         second = self._second()
-        least = np.inf
+        lowest = np.full(n, np.inf)
         feed = curve_feeds(cells.path, limits)[cells.curve]
+        up, down = limits.jerk, deceleration_jerk(limits)
+        sign_of = np.zeros(n) if rising is None else rising
+        tangential = np.where(sign_of > 0.0, up, np.where(sign_of < 0.0, down, min(up, down)))
         for place, fraction in enumerate(fractions):
             if relaxed and place != 1:
+                linear.append(self._tied(-self._value(fraction)))
+                bound.append(zero)
                 continue
             r1, r2, r3 = (derivatives[place, :, k] for k in range(3))
             q, slope = self._value(fraction), self._slope(fraction)
-            top = feed_squared_bound(r1, r2, feed, limits, axes, period, cells.path.linear) * scale
+            top = (
+                np.minimum(feed_squared_bound(r1, r2, feed, limits, axes, period, cells.path.linear), cap * cap) * scale
+            )
             if place == 0:
-                top[0] = min(top[0], self._ramp_bound(0, r1[0], limits, axes) * scale[0])
+                top[0] = min(top[0], self._end_bound(0) * scale[0])
             if place == len(fractions) - 1:
-                top[-1] = min(top[-1], self._ramp_bound(1, r1[-1], limits, axes) * scale[-1])
+                top[-1] = min(top[-1], self._end_bound(1) * scale[-1])
             if place != 1:
                 top = np.minimum(top, node_top[:-1] if place == 0 else node_top[1:])
-            least = min(least, float(np.min(top)))
+            lowest = np.minimum(lowest, top)
             linear += [self._tied(q / top[:, None]), self._tied(-q / top[:, None])]
             bound += [one, zero]
-            for sign, limit in ((1.0, limits.acceleration), (-1.0, limits.deceleration)):
-                if limit is not None and np.isfinite(limit):
+            for sign, limit in ((1.0, limits.acceleration), (-1.0, deceleration(limits))):
+                if np.isfinite(limit):
                     linear.append(self._tied(sign * 0.5 * slope / limit))
                     bound.append(scale)
-            tangential = min(limits.jerk, limits.deceleration_jerk or np.inf)
-            if np.isfinite(tangential) and not relaxed:
+            if np.any(np.isfinite(tangential)) and not relaxed:
                 jerk.append(self._tied(0.5 * second / (tangential * twist)[:, None]))
                 root.append(self._tied(q))
             for axis in range(r1.shape[1]):
@@ -121,10 +165,10 @@ class SquareProblem:
                     root.append(self._tied(q))
         if relaxed:
             for which, at, place in ((0, 0, 0), (1, n - 1, 2)):
+                if ends[which].feed is None and not ends[which].rest:
+                    continue
                 row = np.zeros((n, 3))
-                row[at] = self._value(fractions[place])[at] / self._start_bound(
-                    which, derivatives[place, at, 0], limits, axes
-                )
+                row[at] = self._value(fractions[place])[at] / self._start_bound(which, derivatives[place, at, 0])
                 linear.append(self._tied(row))
                 bound.append(one)
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
@@ -138,35 +182,68 @@ class SquareProblem:
         self._jerk = np.ascontiguousarray(np.stack(jerk, 1)) if jerk else empty
         self._root = np.ascontiguousarray(np.stack(root, 1)) if root else empty
         #: Least bound of q anywhere, mm^2/s^2.
-        self.least_bound = least
+        self.least_bound = float(np.min(lowest))
         # the time of an end is length / v times 3 at constant jerk, 2 at constant acceleration; the kernel takes 3
         share = 2.0 / 3.0 if relaxed else 1.0
-        self._end_rows = np.array([[share * ends[0], self.ties[0]], [share * ends[1], self.ties[1]]])
+        self._end_rows = np.zeros((2, 3))
+        self._shortfall = 0.0
+        for which, (end, inner, outer) in enumerate(zip(ends, (1, n), (0, n + 1), strict=True)):
+            tie = self.ties[which]
+            if tie is not None:
+                # q at the inner end is that of its node: between c and its tied neighbour
+                self._end_rows[which] = share * end.length, tie, inner
+            elif end.feed is not None:
+                around = float(np.sum(h / np.sqrt(lowest))) * SHORTFALL
+                self._shortfall += around
+                self._end_rows[which] = around * end.feed / 3.0, 1.0, outer
 
-    def _jumps(self, derivatives: Array, limits: Limits, axes: AxisLimits, period: float | None) -> tuple[Array, Array]:
-        """Bound of q at each node, (n + 1,), and share of the axis jerk left to each cell, (n,), by curvature jumps.
+    def _jumps(self, derivatives: Array) -> tuple[Array, Array]:
+        """Bound of q at each node, (n + 1,), and share of the axis jerk left to each cell, (n,), by corners and jumps.
 
         Where r'' jumps by D the acceleration of an axis jumps by D q, and the third difference over the period T sees
         at most 3/4 D q / T of it at once. That gets a share of the axis jerk, and the smooth motion within the reach
-        of that difference the rest.
+        of that difference the rest. Where r' itself turns by D, too little to be a corner, differences see D v / T and
+        D v / T^2. At a corner that is passed its own feed counts, and nothing else is looked at.
         """
-        n = self.cells.count
+        cells, setting = self.cells, self.setting
+        axes, period = setting.axes, setting.period
+        n = cells.count
         bound, calm = np.full(n + 1, np.inf), np.ones(n)
-        if period is None or not np.any(np.isfinite(axes.jerk)):
+        apart = SAME_PLACE * cells.path.length
+        passed = np.zeros(n - 1, dtype=bool)
+        for s, feed in zip(setting.corner_s, setting.corner_feed, strict=True):
+            at = int(np.argmin(np.abs(cells.s - s)))
+            if 0 < at < n and abs(cells.s[at] - s) <= apart:
+                bound[at] = feed**2
+                passed[at - 1] = True
+        if period is None:
             return bound, calm
+        feed = curve_feeds(cells.path, setting.limits)[cells.curve]
+        turn = np.abs(derivatives[0, 1:, 0] - derivatives[2, :-1, 0])
+        turn[turn < NO_TURN] = 0.0
         jump = np.abs(derivatives[0, 1:, 1] - derivatives[2, :-1, 1])
-        with np.errstate(divide="ignore"):
-            whole = np.min(axes.jerk * period / (PEAK_WEIGHT * jump), axis=1)
-        feed = curve_feeds(self.cells.path, limits)[self.cells.curve]
-        top = feed_squared_bound(
-            derivatives[0, 1:, 0], derivatives[0, 1:, 1], feed[1:], limits, axes, period, self.cells.path.linear
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slow = np.minimum(
+                np.min(axes.acceleration * period / turn, axis=1), np.min(axes.jerk * period**2 / turn, axis=1)
+            )
+            whole = np.fmin.reduce(axes.jerk * period / (PEAK_WEIGHT * jump), axis=1)
+        slow = np.where(passed | np.isnan(slow), np.inf, slow)
+        bound[1:-1] = np.minimum(bound[1:-1], (JUMP_SHARE * slow) ** 2)
+        if not np.any(np.isfinite(axes.jerk)):
+            return bound, calm
+        top = np.minimum(
+            feed_squared_bound(
+                derivatives[0, 1:, 0], derivatives[0, 1:, 1], feed[1:], setting.limits, axes, period, cells.path.linear
+            ),
+            bound[1:-1],
         )
         share = np.minimum(top / whole, JUMP_SHARE)
+        share = np.where(passed, 0.0, share)
         left = np.ones(n)
         for node in np.flatnonzero(share > NO_JUMP):
-            bound[node + 1] = share[node] * whole[node]
+            bound[node + 1] = min(bound[node + 1], share[node] * whole[node])
             reach = 2.0 * period * np.sqrt(min(top[node], bound[node + 1]))
-            near = np.abs(self.cells.s - self.cells.s[node + 1]) <= reach
+            near = np.abs(cells.s - cells.s[node + 1]) <= reach
             left[near[1:] | near[:-1]] -= share[node]
         return bound, np.maximum(left, 1.0 - 1.5 * JUMP_SHARE)
 
@@ -191,33 +268,50 @@ class SquareProblem:
         return rows
 
     def _tied(self, rows: Array) -> Array:
-        """Rows with the first and the last coefficient put in terms of their neighbours."""
+        """Rows with the first and the last coefficient at ends at rest put in terms of their neighbours."""
         out = rows.copy()
-        out[0, 1] += self.ties[0] * out[0, 0]
-        out[0, 0] = 0.0
-        out[-1, 1] += self.ties[1] * out[-1, 2]
-        out[-1, 2] = 0.0
+        if self.ties[0] is not None:
+            out[0, 1] += self.ties[0] * out[0, 0]
+            out[0, 0] = 0.0
+        if self.ties[1] is not None:
+            out[-1, 1] += self.ties[1] * out[-1, 2]
+            out[-1, 2] = 0.0
         return out
 
-    def _ramp_bound(self, which: int, direction: Array, limits: Limits, axes: AxisLimits) -> float:
-        """Largest q at the inner end of a ramp: s = j t^3 / 6 gives q = (9/2 j end^2)^(2/3); j by the axes' jerks."""
-        with np.errstate(divide="ignore"):
-            most = float(np.min(axes.jerk / np.abs(direction)))
-        most = END_MARGIN * min(most, limits.jerk, limits.deceleration_jerk or np.inf)
-        return float((4.5 * most * self.ends[which] ** 2) ** (2.0 / 3.0)) if np.isfinite(most) else np.inf
+    def _end_bound(self, which: int) -> float:
+        """Largest q at the inner end of a ramp, where s = j t^3 / 6 gives q = (9/2 j s^2)^(2/3), or at a moving end."""
+        end = self.ends[which]
+        if end.rest:
+            return float((4.5 * END_MARGIN * end.jerk * end.length**2) ** (2.0 / 3.0)) if end.jerk < np.inf else np.inf
+        return np.inf if end.feed is None else end.feed**2
 
-    def _start_bound(self, which: int, direction: Array, limits: Limits, axes: AxisLimits) -> float:
-        """Largest q at the inner end of a start at constant acceleration, q = 2 a end, with a hair to stay a bound."""
+    def _start_bound(self, which: int, direction: Array) -> float:
+        """Largest q at the inner end of a start at constant acceleration, q = 2 a s, with a hair to stay a bound."""
+        end = self.ends[which]
+        if not end.rest:
+            return float(end.feed or 0.0) ** 2
+        limits, axes = self.setting.limits, self.setting.axes
+        along = limits.acceleration if which == 0 else deceleration(limits)
         with np.errstate(divide="ignore"):
-            most = min(float(np.min(axes.acceleration / np.abs(direction))), limits.acceleration)
-        return 2.0 * 1.01 * most * self.ends[which] if np.isfinite(most) else limits.feed**2
+            most = min(float(np.min(axes.acceleration / np.abs(direction))), along)
+        return 2.0 * 1.01 * most * end.length if np.isfinite(most) else limits.feed**2
 
     def complete(self, c: Array) -> Array:
         """c with its tied ends put right."""
         out = c.copy()
-        out[0] = self.ties[0] * out[1]
-        out[-1] = self.ties[1] * out[-2]
+        if self.ties[0] is not None:
+            out[0] = self.ties[0] * out[1]
+        if self.ties[1] is not None:
+            out[-1] = self.ties[1] * out[-2]
         return out
+
+    def raised(self, c: Array) -> Array:
+        """c with whatever falls below a small share of its surroundings, or of 0, raised to that."""
+        around = np.maximum(c, 0.0)
+        for _ in range(3):
+            wide = np.concatenate([around[:1], around, around[-1:]])
+            around = np.maximum(np.maximum(wide[:-2], wide[2:]), around)
+        return np.maximum(c, np.maximum(LEAST * around, 1e-12 * self.least_bound))
 
     def at(self, c: Array, fraction: Array | float) -> tuple[Array, Array, Array]:
         """q, q', q'' at a fraction of each cell, (n,)."""
@@ -259,32 +353,12 @@ class SquareProblem:
             self._rows,
             self._weights,
             self._end_rows,
-            1,
-            self.cells.count,
+            1 if self.ties[0] is not None else 0,
+            self.cells.count + (0 if self.ties[1] is not None else 1),
             tolerance,
             MAX_STEPS,
             dual,
             False,
             report,
         )
-        return self.complete(start), float(report[0]), float(report[0] * report[1])
-
-
-def feed_squared_bound(
-    first: Array, second: Array, feed: Array, limits: Limits, axes: AxisLimits, period: float | None, linear: int
-) -> Array:
-    """Largest q by feed, axis velocity, centripetal acceleration and chord error, (n,), mm^2/s^2.
-
-    first, second (n, axes): r', r'' by arc length; feed (n,): its limit there. A chord of length v T on radius 1/kappa
-    leaves the curve by delta: v^2 = (4 / T^2) (2 delta / kappa - delta^2).
-    """
-    with np.errstate(divide="ignore"):
-        top: Array = feed**2
-        top = np.minimum(top, np.min((axes.velocity / np.abs(first)) ** 2, axis=1))
-        kappa = np.linalg.norm(second[:, :linear], axis=1)
-        if limits.centripetal is not None:
-            top = np.minimum(top, limits.centripetal / kappa)
-        if limits.chord_error is not None and period is not None:
-            delta = np.minimum(limits.chord_error, 1.0 / kappa)
-            top = np.minimum(top, 4.0 / period**2 * (2.0 * delta / kappa - delta * delta))
-    return top
+        return self.complete(start), float(report[0]) - self._shortfall, float(report[0] * report[1])

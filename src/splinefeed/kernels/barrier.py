@@ -62,21 +62,21 @@ def slacks(
 
 @kernel
 def travel_time(c: Array, rows: Array, weights: Array, ends: Array) -> float:
-    """Time = sum_i sum_g weights / sqrt(rows . c) plus the two end cells, ends (2, 2): 3 length / sqrt(q) there.
+    """Time = sum_i sum_g weights / sqrt(rows . c) plus the two end cells, ends (2, 3): 3 length / sqrt(q) there.
 
     rows (n, G, 3), weights (n, G): Gauss quadrature of ds / sqrt(q). ends[e] = (length of the end cell or 0, q / c of
-    its inner end).
+    its inner end, index of that c). Infinite where q is not positive.
     """
     total = 0.0
     for i in range(weights.shape[0]):
         for g in range(weights.shape[1]):
             q = rows[i, g, 0] * c[i] + rows[i, g, 1] * c[i + 1] + rows[i, g, 2] * c[i + 2]
+            if not q > 0.0:
+                return math.inf
             total += weights[i, g] / math.sqrt(q)
-    n = c.shape[0]
-    if ends[0, 0] > 0.0:
-        total += 3.0 * ends[0, 0] / math.sqrt(ends[0, 1] * c[1])
-    if ends[1, 0] > 0.0:
-        total += 3.0 * ends[1, 0] / math.sqrt(ends[1, 1] * c[n - 2])
+    for e in range(2):
+        if ends[e, 0] > 0.0:
+            total += 3.0 * ends[e, 0] / math.sqrt(ends[e, 1] * c[int(ends[e, 2])])
     return total
 
 
@@ -187,7 +187,7 @@ def least_time(
                 band[i + 2, 0] += power * r2 * r2
         for e in range(2):
             if ends[e, 0] > 0.0:
-                at = 1 if e == 0 else n
+                at = int(ends[e, 2])
                 q = ends[e, 1] * c[at]
                 power = 3.0 * ends[e, 0] / (q * math.sqrt(q)) * ends[e, 1]
                 right[at] += 0.5 * power
@@ -264,7 +264,7 @@ def least_time(
                     for k in range(total):
                         if trial[i, k] < SHRINK * slack[i, k]:
                             fits = False
-            if fits:
+            if fits and travel_time(after, rows, weights, ends) < math.inf:
                 break
             primal *= 0.7
         else:

@@ -46,6 +46,8 @@ TURNING_STEPS = 10
 #: What `law_extremes` keeps the largest value of (SHARE is the feed as a share of its limit there); velocity,
 #: acceleration and jerk of each axis stand behind these.
 FEED, SPEED_UP, SLOW_DOWN, JERK_UP, JERK_DOWN, CENTRIPETAL, BACKWARDS, SHARE, AXES = 0, 1, 2, 3, 4, 5, 6, 7, 8
+#: A place is told from one with C' = 0 by half this many roundings of arc length.
+INDISTINCT = 32.0
 #: Instants looked at in every stretch of a law that lies on one piece of the path, at Chebyshev-Lobatto places.
 INSTANTS = 17
 #: Bisections that find when a law reaches the end of a row: 2^-60 of a piece.
@@ -336,6 +338,7 @@ def _motion(
     feeds: Array,
     row: int,
     shape: Shape,
+    rounding: float,
     s: float,
     v: float,
     a: float,
@@ -345,6 +348,8 @@ def _motion(
     out: Array,
 ) -> bool:
     """Every value that `law_extremes` keeps, at arc length s of one row, into out; False where the curve has C' = 0.
+
+    That is so where C' = 0 lies within the rounding of s, mm: about |C'|^2 / (2 |C''|) away.
 
     q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j,  with r_s, r_ss, r_sss by the chain
     rule: u_s = 1/c, u_ss = -(C'.C'')/c^4, u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5, c = |C'|.
@@ -366,7 +371,9 @@ def _motion(
     square = 0.0
     product = 0.0
     third = 0.0
+    bends = 0.0
     for k in range(begin, end):
+        bends += work[2, k] * work[2, k]
         square += work[1, k] * work[1, k]
         product += work[1, k] * work[2, k]
         third += work[2, k] * work[2, k] + work[1, k] * work[3, k]
@@ -380,7 +387,7 @@ def _motion(
     uss = -product / (square * square)
     usss = 4.0 * product * product / (square * square * square * c) - third / (square * square * c)
     bend = 0.0
-    regular = True
+    regular = square > INDISTINCT * rounding * math.sqrt(bends)
     for k in range(axes):
         r1 = work[1, k] * us
         r2 = work[2, k] * us * us + work[1, k] * uss
@@ -456,7 +463,7 @@ def law_extremes(
             for k in range(INSTANTS):
                 s, v, a, j = _law(coefficients, i, _place(low, high, k))
                 grows = a > 0.0 if abs(a) > no_sign else middle_grows
-                irregular += not _motion(table, feeds, row, shape, s, v, a, j, grows, work, values[k])
+                irregular += not _motion(table, feeds, row, shape, rounding, s, v, a, j, grows, work, values[k])
             for q in range(worst.shape[0]):
                 best = int(np.argmax(values[:INSTANTS, q]))
                 top = values[best, q]
@@ -470,7 +477,7 @@ def law_extremes(
                         between = _place(low, high, best + 0.5 * (before - after) / bend)
                         s, v, a, j = _law(coefficients, i, between)
                         grows = a > 0.0 if abs(a) > no_sign else middle_grows
-                        regular = _motion(table, feeds, row, shape, s, v, a, j, grows, work, values[INSTANTS])
+                        regular = _motion(table, feeds, row, shape, rounding, s, v, a, j, grows, work, values[INSTANTS])
                         if regular and values[INSTANTS, q] > top:
                             top = values[INSTANTS, q]
                             tau = between

@@ -1,0 +1,39 @@
+"""Corners that may be passed in motion: where they are, and how much the velocity of each axis jumps there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, BoolArray
+
+#: A corner that turns further than this, rad, turns back: it is no corner to pass.
+TURNING_BACK = np.pi - 1e-6
+
+
+def passable(path: Path) -> tuple[Array, Array]:
+    """Arc lengths (k,) of corners of the tangent, mm, and by how much dr/ds of each axis jumps there, (k, axes).
+
+    Where C' = 0 on one side there is no such jump: the tool must rest there, and differences see whether it does.
+    """
+    places, jumps = [], []
+    for corner in path.corners:
+        if not corner.stop or corner.angle > TURNING_BACK:
+            continue
+        curve, u = corner.curve, corner.u
+        after = curve + 1 if u >= path.curves[curve].domain[1] and curve + 1 < len(path.curves) else curve
+        before = path.evaluate([curve], [u], 1, side="left")[0, 1]
+        behind = path.evaluate([after], [u if after == curve else path.curves[after].domain[0]], 1)[0, 1]
+        speeds = [float(np.linalg.norm(d[: path.linear])) for d in (before, behind)]
+        if min(speeds) <= 1e-9 * max(speeds):
+            continue
+        places.append(corner.s)
+        jumps.append(np.abs(behind / speeds[1] - before / speeds[0]))
+    return np.array(places), np.array(jumps).reshape(-1, len(path.axes))
+
+
+def contain(corners: Array, begin: Array, end: Array) -> BoolArray:
+    """Whether a corner lies strictly between arc lengths begin and end, (n,)."""
+    with np.errstate(invalid="ignore"):
+        inside: BoolArray = np.searchsorted(corners, end, "left") > np.searchsorted(corners, begin, "right")
+    return inside

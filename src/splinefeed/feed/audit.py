@@ -1,0 +1,165 @@
+"""How far a planned motion is over its limits: by exact derivatives of its law, and at the ticks of the servo."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinefeed.feed.bounds import shares
+from splinefeed.feed.cells import located
+from splinefeed.feed.law_pieces import Nodes, Pieces, polynomial
+from splinefeed.feed.square import Setting
+from splinefeed.feed.stretches import curve_feeds
+from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, BoolArray, IntArray
+
+#: Places in every piece of the law where it is held against the limits.
+CHECKED = np.linspace(0.0, 1.0, 7)
+#: The rise of a peak between them is taken this much larger, as a parabola is not the whole truth.
+PEAK_MARGIN = 2.0
+#: Places of the curve between two ticks whose distance from their chord is looked at.
+CHORD_PLACES = np.linspace(0.0, 1.0, 11)[1:-1]
+#: A chord's share is taken this much larger, for what lies between those places.
+CHORD_MARGIN = 1.0 + 1e-2 / 8.0
+#: Roundings of a position that a difference may be off by.
+ROUNDINGS = 8.0
+#: An acceleration along the path below this share of the largest in its piece has no sign of its own.
+NO_SIGN = 1e-9
+#: Ticks that are looked at together.
+BLOCK = 65536
+
+
+def excess(nodes: Nodes, pieces: Pieces, setting: Setting) -> Array:
+    """By how much each cell's q must come down for the law as it is to keep every limit, (n,); 1 is just kept."""
+    cells = nodes.cells
+    path = cells.path
+    first, last = pieces.offset, int(nodes.ends[1].rest)
+    ratios = np.zeros((len(CHECKED), len(pieces.coefficients)))
+    durations = np.diff(pieces.times)
+    feeds = curve_feeds(path, setting.limits)
+    curve = np.concatenate([cells.curve[:1]] * first + [cells.curve] + [cells.curve[-1:]] * last)
+    left = np.concatenate([cells.u0[:1]] * first + [cells.u0] + [cells.u1[-1:]] * last)
+    right = np.concatenate([cells.u0[:1]] * first + [cells.u1] + [cells.u1[-1:]] * last)
+    accelerations = np.array([polynomial(pieces.coefficients, place * durations, 2) for place in CHECKED])
+    none = np.abs(accelerations) <= NO_SIGN * np.max(np.abs(accelerations), axis=0)
+    signs = np.where(none, np.sign(accelerations[len(CHECKED) // 2]), np.sign(accelerations))
+    for row, place in enumerate(CHECKED):
+        s, v, a, j = (polynomial(pieces.coefficients, place * durations, k) for k in range(4))
+        u = located(path, curve, s)
+        inner = slice(first, len(s) - last)
+        if place in (0.0, 1.0):
+            u[inner] = (left if place == 0.0 else right)[inner]
+        d = by_arc_length(path.evaluate(curve, u, 3, side="left" if place == 1.0 else "right"), path.linear)
+        d = np.where(np.isfinite(d), d, 0.0)
+        ratios[row] = shares(
+            d, v, a, j, feeds[curve], setting.limits, setting.axes, setting.period, path.linear, signs[row]
+        )
+    worst = np.max(ratios, axis=0)
+    # between the places looked at a share may peak: a parabola through three of them tells how high
+    below, here, above = ratios[:-2], ratios[1:-1], ratios[2:]
+    bend = 2.0 * here - below - above
+    peaked = (here >= below) & (here >= above) & (bend > 0.0)
+    rise = np.where(peaked, (above - below) ** 2 / (8.0 * np.where(peaked, bend, 1.0)), 0.0)
+    worst = np.maximum(worst, np.max(here + PEAK_MARGIN * rise, axis=0))
+    over: Array = worst[inner]
+    if first:
+        over[0] = max(over[0], worst[0])
+    if last:
+        over[-1] = max(over[-1], worst[-1])
+    return over
+
+
+def tick_excess(path: Path, pieces: Pieces, setting: Setting, start: float, rest: tuple[bool, bool]) -> Array:
+    """The same for what only ticks show, for each piece, (m,): chord error, and differences across jumps.
+
+    Ticks are at start + k T, start in [0, T), s; what rests before or behind stands still there.
+    """
+    period, limits, axes = setting.period, setting.limits, setting.axes
+    over = np.zeros(len(pieces.coefficients))
+    if period is None:
+        return over
+    wanted_chord = limits.chord_error is not None
+    jumps = _jump_times(path, pieces, setting)
+    if not wanted_chord and not len(jumps):
+        return over
+    count = int(np.floor((pieces.duration - start) / period * (1.0 + 1e-12) + 1e-9)) + 1
+    corner_times = _times_at(pieces, setting.corner_s)
+    for block in range(0, count, BLOCK):
+        k: IntArray = np.arange(block - 3, min(block + BLOCK, count) + 3)
+        if not wanted_chord:
+            at = (jumps[:, None] - start) / period + np.arange(-4, 5)
+            k = np.intersect1d(np.floor(at).astype(int), k)
+            if not len(k):
+                continue
+        t: Array = np.asarray(start + k * period, dtype=np.float64)
+        inside = ((t >= -1e-9 * period) | rest[0]) & ((t <= pieces.duration + 1e-9 * period) | rest[1])
+        k, t = k[inside], t[inside]
+        if len(k) < 2:
+            continue
+        s = pieces.at(np.clip(t, 0.0, pieces.duration))
+        points = path(np.clip(s, 0.0, path.length))
+        if wanted_chord:
+            _chords(path, pieces, setting, k, t, s, points, over)
+        eps = np.finfo(np.float64).eps
+        floor = ROUNDINGS * eps * (np.max(np.abs(points), axis=0) + path.length)
+        for order, bound, power in ((2, axes.acceleration, 1.0), (3, axes.jerk, 2.0 / 3.0)):
+            if not np.any(np.isfinite(bound)) or len(t) <= order:
+                continue
+            near = k[order:] - k[:-order] == order
+            near &= ~_straddles(t[:-order], t[order:], corner_times)
+            seen = (np.abs(np.diff(points, n=order, axis=0)) - floor) / period**order / bound
+            ratio = np.where(near, np.maximum(np.max(seen, axis=1), 0.0), 0.0) ** power
+            _mark(pieces, t[:-order], t[order:], ratio, over)
+    return over
+
+
+def _chords(
+    path: Path, pieces: Pieces, setting: Setting, k: IntArray, t: Array, s: Array, points: Array, over: Array
+) -> None:
+    """Distance of the curve from each chord, as a share of what is allowed, which goes with q."""
+    linear = path.linear
+    start, step = points[:-1, :linear], np.diff(points[:, :linear], axis=0)
+    length = np.linalg.norm(step, axis=1, keepdims=True)
+    along = step / np.where(length > 0.0, length, 1.0)
+    furthest = np.zeros(len(step))
+    for place in CHORD_PLACES:
+        at = path(np.clip(s[:-1] + place * np.diff(s), 0.0, path.length))[:, :linear] - start
+        beside = at - np.sum(at * along, axis=1, keepdims=True) * along
+        furthest = np.maximum(furthest, np.linalg.norm(beside, axis=1))
+    share = np.where(np.diff(k) == 1, CHORD_MARGIN * furthest / float(setting.limits.chord_error or np.inf), 0.0)
+    _mark(pieces, t[:-1], t[1:], share, over)
+
+
+def _mark(pieces: Pieces, begin: Array, end: Array, share: Array, over: Array) -> None:
+    """Take the shares of time spans note on all pieces that they touch."""
+    low = np.clip(np.searchsorted(pieces.times, begin, side="right") - 1, 0, len(over) - 1)
+    high = np.clip(np.searchsorted(pieces.times, end, side="left") - 1, 0, len(over) - 1)
+    whole = share > 1.0
+    for i, j, value in zip(low[whole], high[whole], share[whole], strict=True):
+        over[i : j + 1] = np.maximum(over[i : j + 1], value)
+    np.maximum.at(over, low[~whole], share[~whole])
+
+
+def _times_at(pieces: Pieces, s: Array) -> Array:
+    """When the motion is at arc lengths s (k,) that begin pieces, s."""
+    found = np.searchsorted(pieces.coefficients[:, 0], s - 1e-12 * abs(pieces.coefficients[-1, 0]))
+    inside = (s > pieces.coefficients[0, 0]) & (found < len(pieces.coefficients))
+    times: Array = pieces.times[found[inside]]
+    return times
+
+
+def _straddles(begin: Array, end: Array, corner_times: Array) -> BoolArray:
+    """Whether a corner that is passed lies inside a span of time, (n,)."""
+    found: BoolArray = np.searchsorted(corner_times, end, side="left") > np.searchsorted(
+        corner_times, begin, side="right"
+    )
+    return found
+
+
+def _jump_times(path: Path, pieces: Pieces, setting: Setting) -> Array:
+    """When direction or curvature jumps without a corner that is passed, s."""
+    if not np.any(np.isfinite([setting.axes.acceleration, setting.axes.jerk])):
+        return np.zeros(0)
+    low, high = pieces.coefficients[0, 0], pieces.coefficients[-1, 0]
+    s = np.array([c.s for c in path.corners if low < c.s <= high and not (c.stop and c.s in setting.corner_s)])
+    return _times_at(pieces, s)

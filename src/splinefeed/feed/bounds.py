@@ -1,0 +1,85 @@
+"""The limits of a motion at a point of the path: of each axis, of the feed squared, and of a law's own derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.records import Array, Limits
+
+
+@dataclass(frozen=True, eq=False)
+class AxisLimits:
+    """Limits of each axis in the order of the path's axes, (axes,), infinite where there is none."""
+
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+
+    @classmethod
+    def of(cls, limits: Limits, names: tuple[str, ...]) -> AxisLimits:
+        """The limits of the axes of these names."""
+        return cls(*(limits.of_axes(name, names) for name in ("axis_velocity", "axis_acceleration", "axis_jerk")))
+
+
+def deceleration_jerk(limits: Limits) -> float:
+    """mm/s^3 while the feed falls."""
+    return np.inf if limits.deceleration_jerk is None else limits.deceleration_jerk
+
+
+def deceleration(limits: Limits) -> float:
+    """mm/s^2."""
+    return np.inf if limits.deceleration is None else limits.deceleration
+
+
+def feed_squared_bound(
+    first: Array, second: Array, feed: Array, limits: Limits, axes: AxisLimits, period: float | None, linear: int
+) -> Array:
+    """Largest q by feed, axis velocity, centripetal acceleration and chord error, (n,), mm^2/s^2.
+
+    first, second (n, axes): r', r'' by arc length; feed (n,): its limit there. A chord of length v T on radius 1/kappa
+    leaves the curve by delta: v^2 = (4 / T^2) (2 delta / kappa - delta^2).
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        top: Array = feed**2
+        top = np.minimum(top, np.min((axes.velocity / np.abs(first)) ** 2, axis=1))
+        kappa = np.linalg.norm(second[:, :linear], axis=1)
+        if limits.centripetal is not None:
+            top = np.minimum(top, limits.centripetal / kappa)
+        if limits.chord_error is not None and period is not None:
+            delta = np.minimum(limits.chord_error, 1.0 / kappa)
+            chord = 4.0 / period**2 * (2.0 * delta / kappa - delta * delta)
+            top = np.where(kappa > 0.0, np.minimum(top, chord), top)
+    return top
+
+
+def shares(
+    d: Array,
+    v: Array,
+    a: Array,
+    j: Array,
+    feed: Array,
+    limits: Limits,
+    axes: AxisLimits,
+    period: float | None,
+    linear: int,
+    rising: Array | None = None,
+) -> Array:
+    """Largest share of any limit, put as a factor on q: velocity squared, acceleration, jerk to the power 2/3, (n,).
+
+    d (n, 4, axes): r and its derivatives by arc length; v, a, j (n,): of the law; feed (n,): its limit there;
+    rising (n,): the sign of the acceleration along the path, 0 where both limits of jerk hold.
+    """
+    r1, r2, r3 = d[:, 1], d[:, 2], d[:, 3]
+    q = v * v
+    acceleration = r1 * a[:, None] + r2 * q[:, None]
+    jerk = r1 * j[:, None] + 3.0 * r2 * (v * a)[:, None] + r3 * (q * v)[:, None]
+    worst: Array = q / feed_squared_bound(r1, r2, feed, limits, axes, period, linear)
+    worst = np.fmax(worst, np.fmax.reduce(np.abs(acceleration) / axes.acceleration, axis=1))
+    worst = np.fmax(worst, np.fmax.reduce(np.abs(jerk) / axes.jerk, axis=1) ** (2.0 / 3.0))
+    worst = np.fmax(worst, np.fmax(a / limits.acceleration, -a / deceleration(limits)))
+    up, down = limits.jerk, deceleration_jerk(limits)
+    sign = np.zeros(len(a)) if rising is None else rising
+    tangential = np.where(sign > 0.0, up, np.where(sign < 0.0, down, min(up, down)))
+    return np.fmax(worst, (np.abs(j) / tangential) ** (2.0 / 3.0))

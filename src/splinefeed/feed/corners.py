@@ -1,0 +1,141 @@
+"""Which corners of a path are passed in motion, and where its direction or curvature jumps without one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from splinefeed.feed.bounds import AxisLimits, feed_squared_bound
+from splinefeed.feed.cells import sample
+from splinefeed.feed.stretches import curve_feeds
+from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, IntArray, Limits
+
+#: A corner that turns back by less than this, rad, is no corner to pass but a cusp.
+SHARPEST = np.pi - 1e-3
+#: A corner is passed where that allows at least this share of the feed that a ramp at rest soon reaches; else it is a
+#: stop, as a feed next to nothing is.
+WORTH_PASSING = 0.02
+#: Golden section for the sharpest place of a bend; one is sharp where q is below this share of that at samples beside.
+SECTIONS, GOLDEN, SHARP = 60, 0.5 * (5.0**0.5 - 1.0), 0.5
+#: Rests nearer to each other than this share of the path are one.
+NEXT_TO = 1e-9
+#: Stops nearer than this share of the path are one place: what lies between is rounding.
+SAME = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Where the tool rests, and where it passes a corner of the tangent.
+
+    rests   how many of these marks are neither corners nor asked for, but bends so sharp that the tool may as well rest
+    marks   (m,)  arc lengths of the ends of all stretches from rest to rest, mm, 0 and the length of the path included
+    passed  (k,)  arc lengths of the corners that are passed in motion, mm
+    sharp   (j,)  arc lengths of other sharp bends, mm, for a grid to see
+    feed    (k,)  largest feed there, mm/s: |feed (t_after - t_before)| <= axis_velocity_step for every axis
+    """
+
+    marks: Array
+    passed: Array
+    feed: Array
+    rests: int = 0
+    sharp: Array = field(default_factory=lambda: np.zeros(0))
+
+
+def find_corners(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> Corners:
+    """What to do at each corner of the path under limits; without axis_velocity_step the tool stops at all of them."""
+    stops = list(path.stops)
+    passed: list[float] = []
+    feeds: list[float] = []
+    if limits.axis_velocity_step is not None:
+        step = limits.of_axes("axis_velocity_step", path.axes)
+        asked = {float(path.curve_starts[m.before]) for m in path.markers if m.stop}
+        soon = worth(limits, axes)
+        for corner in path.corners:
+            if (
+                not corner.stop
+                or corner.angle > SHARPEST
+                or corner.s in asked
+                or not np.isfinite(corner.curvature_jump)
+            ):
+                continue
+            after = min(corner.curve + int(corner.u >= path.curves[corner.curve].domain[1]), len(path.curves) - 1)
+            u_after = corner.u if after == corner.curve else path.curves[after].domain[0]
+            left = by_arc_length(path.evaluate([corner.curve], [corner.u], 3, side="left"), path.linear)[0, 1]
+            right = by_arc_length(path.evaluate([after], [u_after], 3), path.linear)[0, 1]
+            with np.errstate(divide="ignore"):
+                feed = float(np.min(step / np.abs(right - left)))
+            if limits.chord_error is not None and period is not None:
+                # a step d across the corner leaves it by at most d / 2 sin(angle / 2)
+                feed = min(feed, 2.0 * limits.chord_error / (period * np.sin(0.5 * corner.angle)))
+            if feed > soon and corner.s in stops:
+                stops.remove(corner.s)
+                passed.append(corner.s)
+                feeds.append(feed)
+    asked_for = np.array([0.0, *stops, path.length])
+    standing, sharp = _bends(path, limits, axes, period)
+    marks = _apart(path, asked_for, standing)
+    return Corners(marks, np.array(passed), np.array(feeds), max(len(marks) - len(asked_for), 0), sharp)
+
+
+def _apart(path: Path, marks: Array, more: Array) -> Array:
+    """The marks without those that rounding puts beside another, and of what is added all that is not next to one."""
+    inner = marks[1:-1]
+    apart = np.diff(marks[:-1]) > SAME * path.length
+    apart &= marks[-1] - inner > SAME * path.length
+    marks = np.concatenate([marks[:1], inner[apart], marks[-1:]])
+    for s in more:
+        if np.min(np.abs(marks - s)) > NEXT_TO * path.length:
+            marks = np.sort(np.append(marks, s))
+    return marks
+
+
+def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> tuple[Array, Array]:
+    """Arc lengths (k,) of bends so sharp that the feed there is next to nothing, mm, and of others, (j,).
+
+    At the first the tool may as well rest. Both are where the bound of q is least, or |C'|, which hides what is next to
+    a cusp between samples.
+    """
+    curve, u, _ = sample(path, 0.0, path.length, 9)
+    soon = worth(limits, axes) ** 2
+    feeds = curve_feeds(path, limits)
+
+    def top(curve: IntArray, u: Array) -> Array:
+        d = by_arc_length(path.evaluate(curve, u, 3), path.linear)
+        d = np.where(np.isfinite(d), d, 0.0)
+        bound = feed_squared_bound(d[:, 1], d[:, 2], feeds[curve], limits, axes, period, path.linear)
+        with np.errstate(divide="ignore"):
+            bound = np.fmin(bound, np.fmin.reduce(axes.acceleration / np.abs(d[:, 2]), axis=1))
+            found: Array = np.fmin(bound, np.fmin.reduce(axes.jerk / np.abs(d[:, 3]), axis=1) ** (2.0 / 3.0))
+        return found
+
+    def speed(curve: IntArray, u: Array) -> Array:
+        found: Array = np.linalg.norm(path.evaluate(curve, u, 1)[:, 1, : path.linear], axis=1)
+        return found
+
+    rests, others = [], []
+    same = (curve[1:-1] == curve[:-2]) & (curve[1:-1] == curve[2:])
+    for function in (top, speed):
+        q = function(curve, u)
+        low = same & (q[1:-1] <= q[:-2]) & (q[1:-1] <= q[2:]) & (q[1:-1] < np.maximum(q[:-2], q[2:]))
+        at = 1 + np.flatnonzero(low)
+        owner, left, right = curve[at], u[at - 1].copy(), u[at + 1].copy()
+        for _ in range(SECTIONS if len(at) else 0):
+            a, b = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
+            lower = function(owner, a) <= function(owner, b)
+            left, right = np.where(lower, left, a), np.where(lower, b, right)
+        best = 0.5 * (left + right)
+        s, slow = path.arc_length(owner, best), top(owner, best)
+        rests.append(s[slow < soon])
+        others.append(s[(slow >= soon) & (slow < SHARP * np.minimum(top(owner, u[at - 1]), top(owner, u[at + 1])))])
+    return np.concatenate(rests), np.unique(np.concatenate(others))
+
+
+def worth(limits: Limits, axes: AxisLimits) -> float:
+    """Feed in mm/s below which passing a corner is no better than a stop."""
+    push = min(limits.acceleration, float(np.min(axes.acceleration)))
+    twist = min(limits.jerk, float(np.min(axes.jerk)))
+    top = min(limits.feed, float(np.min(axes.velocity)))
+    return WORTH_PASSING * (min(push * push / twist, top) if np.isfinite(push / twist) else top)

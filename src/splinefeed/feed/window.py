@@ -1,0 +1,201 @@
+"""The least time over one stretch, or one window of it: grid, relaxation, refinements, and repairs of the law."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.errors import PlanError
+from splinefeed.feed.audit import excess, tick_excess
+from splinefeed.feed.cells import Cells
+from splinefeed.feed.grid import first_cells
+from splinefeed.feed.law_pieces import Nodes, Pieces, to_pieces
+from splinefeed.feed.square import Setting, SquareProblem
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, BoolArray
+
+#: Refinements of the grid, and the share of cells that each cuts in two.
+REFINEMENTS, REFINED_SHARE = 3, 0.3
+#: Refinements more where cells are too coarse for the motion, and the largest ratio of q within a cell.
+MORE_REFINEMENTS, STEEPEST = 12, 2.5
+#: No cell below this share of the stretch is cut for being coarse.
+SHORTEST = 1e-10
+#: Cells may become this many times as many as there were at first, and a few.
+MOST_TIMES, AND_A_FEW = 8, 4000
+#: Duality gap relative to the time at which the optimiser ends; loose on grids that will be refined.
+GAP, COARSE_GAP, BOUND_GAP = 1e-5, 1e-3, 1e-5
+#: Rounds in which limits are tightened where the law goes over them between the places the optimiser looks at.
+REPAIRS = 8
+#: What is over a limit by no more than this is left to the last stretch of the whole law, which it makes half as much
+#: longer; cells over by more than MUCH are cut in two besides, in the first repairs.
+HAIR, MUCH, CUTTING_REPAIRS = 1e-4, 1.02, 4
+#: A repair asks for this power of what is over.
+EAGER = 1.02
+#: Phases of the ticks, in periods, at which the law is looked at.
+PHASES = (0.0, 0.25, 0.5, 0.75)
+#: A motion of more periods than this is looked at in one phase only.
+MOST_LOOKS = 20_000
+#: An end in motion may fall short of its feed by this share of q; it is then put right.
+SHORT = 1e-4
+#: Limits are tightened by this where the last hair cannot be a stretch in time.
+MARGIN = 2e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The nodes and pieces of a stretch; `over` (n,): what its cells are over; lower bound of its time, s."""
+
+    nodes: Nodes
+    pieces: Pieces
+    over: Array
+    lower_bound: float
+    problem: SquareProblem
+    coefficients: Array
+
+
+def lower_bound(
+    path: Path, low: float, high: float, feeds: tuple[float | None, float | None], setting: Setting
+) -> float:
+    """Least time of the relaxation without jerk between two places, s; feeds as in `first_cells`."""
+    cells, ends = first_cells(path, low, high, feeds, setting)
+    _, time, gap = _relaxed(SquareProblem(cells, ends, setting, relaxed=True), low, high)
+    return time - gap
+
+
+def solve(
+    path: Path, low: float, high: float, feeds: tuple[float, float], setting: Setting, cap: float = math.inf
+) -> Solution:
+    """Least time over a stretch; feeds at its ends, mm/s, 0 for rest; cap: no feed above this, mm/s.
+
+    Raises PlanError where the limits allow no motion, or where the path is too short for the feeds at its ends.
+    """
+    moving = max(feeds) > 0.0
+    cells, ends = first_cells(path, low, high, feeds, setting)
+    bare = SquareProblem(cells, ends, setting, relaxed=True)
+    c, relaxed_time, gap = _relaxed(bare, low, high)
+    rising = np.sign(bare.at(c, 0.5)[1])
+    most = MOST_TIMES * cells.count + AND_A_FEW
+    margin = 1.0 - MARGIN if moving else 1.0
+    scale = np.full(cells.count, margin)
+    problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
+    c, _, _ = problem.solve(_fitting(problem, c), tolerance=COARSE_GAP)
+    for refinement in range(REFINEMENTS + MORE_REFINEMENTS):
+        regular = refinement < REFINEMENTS
+        coarse = _coarse(problem, c)
+        if not regular and (not np.any(coarse) or cells.count > most):
+            break
+        marked = coarse | _uneven(problem, c) if regular else coarse
+        cells, c, scale = _halved(problem, c, marked, scale)
+        rising = _rising(problem, c, cells)
+        problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
+        last = refinement >= REFINEMENTS - 1
+        c, _, _ = problem.solve(_fitting(problem, c), tolerance=GAP if last else COARSE_GAP)
+    rest = (ends[0].rest, ends[1].rest)
+    hair = 1.0 if moving else 1.0 + HAIR
+    for repair in range(REPAIRS):
+        nodes = _nodes(problem, c, low, high)
+        pieces = to_pieces(nodes)
+        over = np.maximum(excess(nodes, pieces, setting), np.where(pieces.coarse, 4.0, 0.0))
+        if setting.period is not None:
+            for phase in PHASES if pieces.duration < MOST_LOOKS * setting.period else PHASES[:1]:
+                seen = tick_excess(path, pieces, setting, phase * setting.period, rest)
+                over = np.maximum(over, seen[pieces.offset : pieces.offset + cells.count])
+        if np.max(over) <= hair or repair == REPAIRS - 1:
+            break
+        scale = scale / np.maximum(over, 1.0) ** EAGER
+        much = over > MUCH
+        if repair < CUTTING_REPAIRS and np.any(much) and cells.count < most:
+            cells, c, scale = _halved(problem, c, much, scale)
+        rising = _rising(problem, c, cells)
+        problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
+        c, _, _ = problem.solve(_fitting(problem, c), tolerance=GAP)
+    bound = relaxed_time - gap
+    return Solution(nodes, pieces, over, bound if math.isfinite(bound) else 0.0, problem, c)
+
+
+def _relaxed(bare: SquareProblem, low: float, high: float) -> tuple[Array, float, float]:
+    """Coefficients, time and gap of the relaxation, s."""
+    slow = np.full(bare.cells.count + 2, 1e-3 * bare.least_bound)
+    for _ in range(200):
+        if bare.room(slow) > 0.0:
+            return bare.solve(slow, tolerance=BOUND_GAP)
+        slow *= 0.1
+    raise PlanError(f"the limits allow no motion between s = {low:.6g} and {high:.6g} mm")
+
+
+def _fitting(problem: SquareProblem, c: Array) -> Array:
+    """c slowed down as little as it takes to have room to every limit."""
+    c = problem.raised(c)
+    for _ in range(400):
+        if problem.room(c) > 0.0:
+            return c
+        c = c * 0.85
+    s = problem.cells.s
+    raise PlanError(f"no feed was found that keeps the limits between s = {s[0]:.6g} and {s[-1]:.6g} mm")
+
+
+def _nodes(problem: SquareProblem, c: Array, low: float, high: float) -> Nodes:
+    """The solution at the nodes; a moving end that falls short by a hair is put right."""
+    slope = np.append(problem.at(c, 0.0)[1], problem.at(c, 1.0)[1][-1])
+    q = problem.nodes(c)
+    for which, end in enumerate(problem.ends):
+        if end.feed is not None:
+            wanted = end.feed**2
+            if q[-which] < wanted * (1.0 - SHORT):
+                change = "slow down from" if which == 0 else "speed up to"
+                name = ("start_feed", "end_feed")[which]
+                raise PlanError(
+                    f"the path is too short to {change} {end.feed:g} mm/s under these limits; "
+                    f"{name} of at most {math.floor(1e4 * math.sqrt(q[-which])) / 1e4:g} mm/s would do"
+                )
+            q[-which] = wanted
+    return Nodes(problem.cells, np.maximum(q, np.finfo(float).tiny), slope, problem.ends, low, high)
+
+
+def _coarse(problem: SquareProblem, c: Array) -> BoolArray:
+    """Cells in which q changes too much to be told by one piece, (n,)."""
+    q = np.stack([problem.at(c, f)[0] for f in (0.0, 0.5, 1.0)])
+    length = problem.cells.length
+    coarse: BoolArray = np.max(q, axis=0) > STEEPEST * np.min(q, axis=0)
+    coarse &= length > SHORTEST * np.sum(length)
+    return coarse
+
+
+def _uneven(problem: SquareProblem, c: Array) -> BoolArray:
+    """The cells between which the tangential jerk changes most, (n,)."""
+    cells = problem.cells
+    q, _, second = problem.at(c, 0.5)
+    feed = np.sqrt(np.maximum(q, 0.0))
+    change = np.abs(np.diff(0.5 * feed * second))
+    weight = np.zeros(cells.count)
+    weight[:-1] += change
+    weight[1:] += change
+    weight *= cells.length / np.maximum(feed, np.finfo(float).tiny)
+    marked: BoolArray = weight >= np.quantile(weight, 1.0 - REFINED_SHARE)
+    return marked
+
+
+def _halved(problem: SquareProblem, c: Array, marked: BoolArray, scale: Array) -> tuple[Cells, Array, Array]:
+    """The cells with the marked ones halved, and c and scale carried over."""
+    cells = problem.cells
+    finer = cells.halved(marked)
+    s = finer.s
+    middles = 0.5 * (np.concatenate([s[:1], s]) + np.concatenate([s, s[-1:]]))
+    owner = np.clip(np.searchsorted(cells.s, 0.5 * (s[1:] + s[:-1]), side="right") - 1, 0, cells.count - 1)
+    return finer, np.interp(middles, cells.s, problem.nodes(c)), scale[owner]
+
+
+def _rising(problem: SquareProblem, c: Array, cells: Cells) -> Array:
+    """1 where the feed grows and -1 where it falls, with 0 between, for each of `cells`, (n,)."""
+    old = problem.cells
+    coefficients = c if len(c) == old.count + 2 else None
+    if coefficients is None:
+        q = np.interp(cells.s, 0.5 * (cells.s[1:] + cells.s[:-1]), c[1:-1])
+        sign = np.sign(np.diff(q))
+    else:
+        sign = np.sign(problem.at(c, 0.5)[1])
+    around = np.stack([np.append(sign[:1], sign[:-1]), sign, np.append(sign[1:], sign[-1:])])
+    rising: Array = np.where(np.all(around > 0, axis=0), 1.0, np.where(np.all(around < 0, axis=0), -1.0, 0.0))
+    return rising
