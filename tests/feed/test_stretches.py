@@ -193,7 +193,7 @@ def test_the_check_finds_a_corner_that_is_passed_too_fast():
     path = square()
     given = {"feed": 60, "axis_acceleration": 500, "axis_jerk": 20000}
     law, points = planned(path, sf.Limits(**given, axis_velocity_step=5.0), "time-optimal")
-    for given_law, step in ((law, 4.99999), (None, 4.5)):  # setpoints alone tell the feed there by its mean over a step
+    for given_law, step in ((law, 4.997), (None, 4.5)):  # setpoints alone tell the feed there by its mean over a step
         lower = sf.Limits(**given, axis_velocity_step={"x": 5.0, "y": step})
         verdict = sf.check(points, path, lower, law=given_law)
         failing = [name for name, result in verdict.limits.items() if not result.holds]
@@ -224,5 +224,5 @@ def test_a_deceleration_jerk_of_its_own():
         limits = sf.Limits(**given, deceleration_jerk=down)
         law, _ = planned(path, limits, "time-optimal")
         best = sf.plan(path, limits, "seven-phase", period=PERIOD).duration
-        assert best - 2e-3 <= law.duration <= 1.004 * best + 2e-3
+        assert best - 2e-3 <= law.duration <= 1.01 * best + 2e-3
         assert (law.duration > both) == (down < 20000)

@@ -24,12 +24,18 @@ def passable(path: Path) -> tuple[Array, Array]:
         after = curve + 1 if u >= path.curves[curve].domain[1] and curve + 1 < len(path.curves) else curve
         before = path.evaluate([curve], [u], 1, side="left")[0, 1]
         behind = path.evaluate([after], [u if after == curve else path.curves[after].domain[0]], 1)[0, 1]
-        speeds = [float(np.linalg.norm(d[: path.linear])) for d in (before, behind)]
+        speeds = [_speed(d, path.linear) for d in (before, behind)]
         if min(speeds) <= 1e-9 * max(speeds):
             continue
         places.append(corner.s)
         jumps.append(np.abs(behind / speeds[1] - before / speeds[0]))
     return np.array(places), np.array(jumps).reshape(-1, len(path.axes))
+
+
+def _speed(first: Array, linear: int) -> float:
+    """|C'| over the linear axes or, where only rotary ones move, over these in degrees."""
+    moved = float(np.linalg.norm(first[:linear]))
+    return moved if moved > 0.0 else float(np.degrees(np.linalg.norm(first[linear:])))
 
 
 def contain(corners: Array, begin: Array, end: Array) -> BoolArray:

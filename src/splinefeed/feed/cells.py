@@ -81,7 +81,7 @@ class Cells:
             self.path.evaluate(self.curve, middle, 3),
             self.path.evaluate(self.curve, self.u1, 3, side="left"),
         ]
-        speeds = [np.linalg.norm(d[:, 1, : self.path.linear], axis=1) for d in at]
+        speeds = [speed_by_u(d[:, 1], self.path.linear) for d in at]
         for place, u in ((0, self.u0), (2, self.u1)):
             still = np.flatnonzero(speeds[place] <= STILL * speeds[1])
             inside = u[still] + ASIDE * (middle - u)[still]
@@ -108,6 +108,14 @@ def located(path: Path, curve: IntArray, s: Array) -> Array:
     ends = np.array([path.curves[i].domain for i in range(len(path.curves))])[curve]
     inside: Array = np.where(found < curve, ends[:, 0], np.where(found > curve, ends[:, 1], u))
     return inside
+
+
+def speed_by_u(first: Array, linear: int) -> Array:
+    """|C'| (n,) over the linear axes of C' (n, axes), or over the rotary ones, in degrees, where only these move."""
+    moved = np.linalg.norm(first[:, :linear], axis=1)
+    turned = np.degrees(np.linalg.norm(first[:, linear:], axis=1))
+    found: Array = np.where(moved > 0.0, moved, turned)
+    return found
 
 
 def rows_between(path: Path, start: float, end: float) -> tuple[int, int, IntArray]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from splinefeed.feed.bounds import AxisLimits, feed_squared_bound
-from splinefeed.feed.cells import sample
+from splinefeed.feed.cells import sample, speed_by_u
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
@@ -112,8 +112,7 @@ def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
         return found
 
     def speed(curve: IntArray, u: Array) -> Array:
-        found: Array = np.linalg.norm(path.evaluate(curve, u, 1)[:, 1, : path.linear], axis=1)
-        return found
+        return speed_by_u(path.evaluate(curve, u, 1)[:, 1], path.linear)
 
     rests, others = [], []
     same = (curve[1:-1] == curve[:-2]) & (curve[1:-1] == curve[2:])

@@ -141,10 +141,11 @@ def _check_turns(path: Path, marks: Array, axes: AxisLimits) -> None:
         return
     for s in marks:
         curve, u = path.locate(np.array([s]))
-        domain = path.curves[int(curve[0])].domain
+        here = path.curves[int(curve[0])]
         d = path.evaluate(curve, u, 1)[0, 1]
-        size = path.curves[int(curve[0])].size / (domain[1] - domain[0])
-        if np.linalg.norm(d[: path.linear]) <= STANDING * size and np.linalg.norm(d[rotary]) > TURNING:
+        moved = float(np.linalg.norm(np.ptp(here.control_points[:, : path.linear], axis=0)))
+        size = moved / (here.domain[1] - here.domain[0])
+        if moved > 0.0 and np.linalg.norm(d[: path.linear]) <= STANDING * size and np.linalg.norm(d[rotary]) > TURNING:
             axis = path.axes[int(np.argmax(np.where(rotary, np.abs(d), 0.0)))]
             raise PlanError(
                 f"at s = {s:.6g} mm the linear axes stand still while {axis} turns on; its limits cannot be held by a "

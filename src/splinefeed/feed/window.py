@@ -9,12 +9,13 @@ import numpy as np
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.audit import excess, tick_excess
+from splinefeed.feed.bounds import deceleration_jerk
 from splinefeed.feed.cells import Cells
 from splinefeed.feed.grid import first_cells
 from splinefeed.feed.law_pieces import Nodes, Pieces, to_pieces
 from splinefeed.feed.square import Setting, SquareProblem
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, BoolArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 #: Refinements of the grid, and the share of cells that each cuts in two.
 REFINEMENTS, REFINED_SHARE = 3, 0.3
@@ -33,6 +34,8 @@ REPAIRS = 8
 HAIR, MUCH, CUTTING_REPAIRS = 1e-4, 1.02, 4
 #: A repair asks for this power of what is over.
 EAGER = 1.02
+#: A slope of q below this share of the greatest has no sign.
+LEVEL = 1e-6
 #: Phases of the ticks, in periods, at which the law is looked at.
 PHASES = (0.0, 0.25, 0.5, 0.75)
 #: A motion of more periods than this is looked at in one phase only.
@@ -72,10 +75,11 @@ def solve(
     Raises PlanError where the limits allow no motion, or where the path is too short for the feeds at its ends.
     """
     moving = max(feeds) > 0.0
+    uneven_jerk = setting.limits.jerk != deceleration_jerk(setting.limits)
     cells, ends = first_cells(path, low, high, feeds, setting)
     bare = SquareProblem(cells, ends, setting, relaxed=True)
     c, relaxed_time, gap = _relaxed(bare, low, high)
-    rising = np.sign(bare.at(c, 0.5)[1])
+    rising = np.zeros(cells.count)
     most = MOST_TIMES * cells.count + AND_A_FEW
     margin = 1.0 - MARGIN if moving else 1.0
     scale = np.full(cells.count, margin)
@@ -87,8 +91,10 @@ def solve(
         if not regular and (not np.any(coarse) or cells.count > most):
             break
         marked = coarse | _uneven(problem, c) if regular else coarse
-        cells, c, scale = _halved(problem, c, marked, scale)
-        rising = _rising(problem, c, cells)
+        signs = _signs(problem, c)
+        rising = np.where(signs == rising, rising, 0.0) if refinement else signs
+        cells, c, owner = _halved(problem, c, marked)
+        scale, rising = scale[owner], rising[owner]
         problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
         last = refinement >= REFINEMENTS - 1
         c, _, _ = problem.solve(_fitting(problem, c), tolerance=GAP if last else COARSE_GAP)
@@ -104,11 +110,15 @@ def solve(
                 over = np.maximum(over, seen[pieces.offset : pieces.offset + cells.count])
         if np.max(over) <= hair or repair == REPAIRS - 1:
             break
-        scale = scale / np.maximum(over, 1.0) ** EAGER
+        # a cell in which the feed does not grow, or fall, as was thought gets both limits of jerk, no tighter ones
+        turned = (_signs(problem, c) != rising) & (rising != 0.0)
+        rising = np.where(turned, 0.0, rising)
+        spared = turned if uneven_jerk else np.zeros(cells.count, dtype=bool)
+        scale = np.where(spared, scale, scale / np.maximum(over, 1.0) ** EAGER)
         much = over > MUCH
         if repair < CUTTING_REPAIRS and np.any(much) and cells.count < most:
-            cells, c, scale = _halved(problem, c, much, scale)
-        rising = _rising(problem, c, cells)
+            cells, c, owner = _halved(problem, c, much)
+            scale, rising = scale[owner], rising[owner]
         problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
         c, _, _ = problem.solve(_fitting(problem, c), tolerance=GAP)
     bound = relaxed_time - gap
@@ -177,25 +187,20 @@ def _uneven(problem: SquareProblem, c: Array) -> BoolArray:
     return marked
 
 
-def _halved(problem: SquareProblem, c: Array, marked: BoolArray, scale: Array) -> tuple[Cells, Array, Array]:
-    """The cells with the marked ones halved, and c and scale carried over."""
+def _halved(problem: SquareProblem, c: Array, marked: BoolArray) -> tuple[Cells, Array, IntArray]:
+    """The cells with the marked ones halved, c carried over, and which old cell each of them was part of."""
     cells = problem.cells
     finer = cells.halved(marked)
     s = finer.s
     middles = 0.5 * (np.concatenate([s[:1], s]) + np.concatenate([s, s[-1:]]))
     owner = np.clip(np.searchsorted(cells.s, 0.5 * (s[1:] + s[:-1]), side="right") - 1, 0, cells.count - 1)
-    return finer, np.interp(middles, cells.s, problem.nodes(c)), scale[owner]
+    return finer, np.interp(middles, cells.s, problem.nodes(c)), owner.astype(np.int64)
 
 
-def _rising(problem: SquareProblem, c: Array, cells: Cells) -> Array:
-    """1 where the feed grows and -1 where it falls, with 0 between, for each of `cells`, (n,)."""
-    old = problem.cells
-    coefficients = c if len(c) == old.count + 2 else None
-    if coefficients is None:
-        q = np.interp(cells.s, 0.5 * (cells.s[1:] + cells.s[:-1]), c[1:-1])
-        sign = np.sign(np.diff(q))
-    else:
-        sign = np.sign(problem.at(c, 0.5)[1])
-    around = np.stack([np.append(sign[:1], sign[:-1]), sign, np.append(sign[1:], sign[-1:])])
-    rising: Array = np.where(np.all(around > 0, axis=0), 1.0, np.where(np.all(around < 0, axis=0), -1.0, 0.0))
-    return rising
+def _signs(problem: SquareProblem, c: Array) -> Array:
+    """1 where the feed grows in a cell and its neighbours, -1 where it falls, else 0, (n,)."""
+    slope = problem.at(c, 0.5)[1]
+    sign = np.where(np.abs(slope) > LEVEL * np.max(np.abs(slope)), np.sign(slope), 0.0)
+    wide = np.stack([np.append(sign[:1], sign[:-1]), sign, np.append(sign[1:], sign[-1:])])
+    found: Array = np.where(np.all(wide > 0, axis=0), 1.0, np.where(np.all(wide < 0, axis=0), -1.0, 0.0))
+    return found
