@@ -112,6 +112,11 @@ def test_the_tolerance_of_arcs_in_inches_is_that_of_inches(tmp_path: Path) -> No
     path_of(tmp_path, "G20 F10", "G2 X1 Y0 I0.5002 J0")  # by 0.0004 in, as words of four decimals may
 
 
+def test_an_arc_that_only_goes_outwards_is_its_chord(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "F100", "G2 X-0.001 Y0 I10 J0", "G3 X-0.002 Y0 Z1 I10 J0")
+    assert [curve.degree for curve in path.curves] == [1, 1]
+
+
 def test_cubic_and_quadratic_splines(tmp_path: Path) -> None:
     path = path_of(tmp_path, "F100", "G5 I0 J3 P0 Q-3 X1 Y1", "G5 P0 Q-3 X2 Y2", "G5.1 X6 Y2 I2 J-8")
     first, second, third = path.curves

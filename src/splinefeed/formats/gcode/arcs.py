@@ -26,6 +26,8 @@ ALWAYS_INCH, ROUNDED_INCH = 0.05 * 25.4, 0.0005 * 25.4
 SHORT_RADIUS = 0.00127
 #: Ends this near each other, mm, make a full circle.
 SAME_POINT = 1e-9
+#: No sweep is less than this, rad, so that it may be divided by; an arc below the second is its chord.
+LEAST_SWEEP, CHORD_SWEEP = 1e-12, 1e-9
 #: How far the axis of a helix may be from linear in the angle, mm or rad.
 HELIX_ERROR = 1e-9
 #: Degree along a helix, its widest piece, rad, and how far such a piece is from linear, relative to its rise; the
@@ -78,6 +80,7 @@ def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = Fal
     angle = np.arctan2(*(start - centre).T[::-1])
     sweep = np.arctan2(*(end - centre).T[::-1]) - angle
     sweep = np.mod(np.where(ccw, sweep, -sweep), 2.0 * math.pi)
+    sweep = np.maximum(sweep, LEAST_SWEEP)
     full = np.linalg.norm(end - start, axis=1) <= SAME_POINT
     sweep = np.where(full, 2.0 * math.pi, sweep) + 2.0 * math.pi * (moves.values[chosen, layout.TURNS] - 1.0)
     return Arcs(chosen, axes, centre, first, last, angle, np.where(ccw, sweep, -sweep))
@@ -175,6 +178,8 @@ def arc_curve(start: Array, end: Array, arcs: Arcs, i: int, columns: IntArray) -
     rest = np.array([column for column in range(AXES) if column not in (a, b)])
     rise = end[rest] - start[rest]
     sweep = float(arcs.sweep[i])
+    if abs(sweep) <= CHORD_SWEEP:
+        return NurbsCurve.bezier([start[columns], end[columns]])
     steep = bool(np.any(rise != 0.0))
     pieces = math.ceil(abs(sweep) / (_HELIX_PIECE if steep else 0.5 * math.pi) - 1e-12)
     if steep:

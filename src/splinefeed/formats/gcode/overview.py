@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.arcs import Arcs, arc_lengths
+from splinefeed.formats.gcode.arcs import CHORD_SWEEP, Arcs, arc_lengths
 from splinefeed.formats.gcode.moves import (
     AXES,
     CLOCKWISE,
@@ -307,7 +307,9 @@ def _arc_shapes(found: Summary, moves: Moves, arcs: Arcs, step: Array) -> None:
     rows = np.arange(len(arcs))[:, None]
     rest = step[arcs.move].copy()
     rest[rows, arcs.axes] = 0.0
-    found.degrees |= {7 if steep else 2 for steep in np.any(rest != 0.0, axis=1).tolist()}
+    steep = np.any(rest != 0.0, axis=1)
+    flat = np.abs(arcs.sweep) <= CHORD_SWEEP
+    found.degrees |= {int(degree) for degree in np.where(flat, 1, np.where(steep, 7, 2))}
     rest[:, list(ROTARY)] = 0.0
     least = np.minimum(arcs.first, arcs.last)
     slope = np.linalg.norm(rest, axis=1) / (least * np.abs(arcs.sweep))
