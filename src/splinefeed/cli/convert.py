@@ -13,6 +13,7 @@ Examples:
   splinefeed convert part.dxf part.svg
   splinefeed convert drawing.svg outline.json --path outline --repair
   splinefeed convert butterfly butterfly.svg --tolerance 0.1um --json
+  splinefeed convert wing.step wing.nc --to fanuc --as arcs --feed 1200mm/min
 
 """
 
@@ -29,6 +30,9 @@ Examples:
     kind="length",
     text="Largest distance of what OUT cannot hold exactly, and of fits to points.  [default: 0.001 mm]",
 )
+@click.option("--to", "to_dialect", metavar="NAME", help="G-code OUT: linuxcnc, fanuc, siemens, mach3 or printer.")
+@click.option("--as", "as_", metavar="NAME", help="G-code OUT: g5.2, g6.2, bspline, arcs or g1, for curves.")
+@options.quantity("--feed", kind="feed", text="G-code OUT: the feed, where IN says none.")
 @options.as_json
 def command(source: str, target: str, as_json: bool, **given: Any) -> None:
     """Write what IN holds, a file or a shape, to OUT, whose suffix says the format.
@@ -53,7 +57,9 @@ def command(source: str, target: str, as_json: bool, **given: Any) -> None:
             reading["tolerance"] = given["tolerance"]  # an airfoil is a fit to points
         paths = read_contents(source, reading)
         say(f"writing {target}")
-        done = convert(paths, target, tolerance=given["tolerance"])
+        writing = {"dialect": given["to_dialect"], "as_": given["as_"], "feed": given["feed"]}
+        writing = {name: value for name, value in writing.items() if value is not None}
+        done = convert(paths, target, tolerance=given["tolerance"], writing=writing)
     page = {
         "ok": True,
         "source": source,

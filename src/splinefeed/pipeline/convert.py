@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -40,15 +41,20 @@ class Conversion:
 
 
 def convert(
-    paths: Sequence[Path], target: str | os.PathLike[str], *, tolerance: float | str | None = None
+    paths: Sequence[Path],
+    target: str | os.PathLike[str],
+    *,
+    tolerance: float | str | None = None,
+    writing: Mapping[str, Any] | None = None,
 ) -> Conversion:
     """Write `paths` to the file `target`, whose suffix says the format, read it back, and measure.
 
-    `tolerance`, mm, is for what the format cannot hold exactly. Raises FormatError for what cannot be written.
+    `tolerance`, mm, is for what the format cannot hold exactly; `writing` are options of the format's writer. Raises
+    FormatError for what cannot be written, InputError for an option that the format does not have.
     """
     found = registry.format_to_write(target)
     options = {} if tolerance is None or "tolerance" not in found.writing_options else {"tolerance": tolerance}
-    notes = registry.write(paths, target, **options)
+    notes = registry.write(paths, target, **options, **(writing or {}))
     count = sum(len(path.curves) for path in paths)
     if found.reader is None or count > MOST_CURVES:
         return Conversion(found.title, notes, None, None)

@@ -14,6 +14,7 @@ from sample_curves import random_curve
 from splinefeed.formats.gcode.dialects import detect
 from splinefeed.formats.gcode.fit_arcs import circle_of
 from splinefeed.geometry.fitting import distances
+from splinefeed.pipeline.convert import convert
 
 
 def again(path: sf.Path, folder: Path, **options: object) -> tuple[sf.Path, tuple[str, ...]]:
@@ -164,6 +165,19 @@ def test_options_that_do_not_go_together(tmp_path: Path) -> None:
     odd = sf.Path([sf.NurbsCurve.bezier([(0, 0), (1, 1)])], ("q", "y"))
     with pytest.raises(sf.errors.InputError, match="axis 'q' has no letter in a program"):
         sf.write(odd, tmp_path / "x.ngc")
+
+
+def test_a_marker_that_is_no_line_is_refused(tmp_path: Path) -> None:
+    path = sf.Path(sf.shapes.line().curves, markers=[sf.Marker(0, "M3 é")])
+    with pytest.raises(sf.errors.InputError, match="marker 'M3 é' is no line of a program"):
+        sf.write(path, tmp_path / "x.ngc")
+    assert not (tmp_path / "x.ngc").exists()
+
+
+def test_convert_to_a_dialect(tmp_path: Path) -> None:
+    done = convert([sf.shapes.ellipse()], tmp_path / "x.nc", tolerance=0.01, writing={"dialect": "fanuc", "feed": 5})
+    assert done.format == "G-code" and done.distance is not None and done.distance < 0.01
+    assert "G06.2" in (tmp_path / "x.nc").read_text()
 
 
 def test_a_path_without_a_feed_is_written_and_said(tmp_path: Path) -> None:

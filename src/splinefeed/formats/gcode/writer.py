@@ -136,6 +136,8 @@ def _write_markers(markers: Sequence[Marker], text: Text, last: bool) -> None:
     """M, S and T as they were; a dwell, and a rest without one, as G4."""
     for marker in markers:
         if marker.text:
+            if not (marker.text.isascii() and marker.text.isprintable()):
+                raise InputError(f"marker {marker.text[:40]!r} is no line of a program; use plain letters and digits")
             if marker.text in _ENDS and not last:
                 text.say(f"{marker.text} stands inside the path and is left out")
                 continue
