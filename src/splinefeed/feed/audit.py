@@ -97,9 +97,9 @@ def tick_excess(path: Path, pieces: Pieces, setting: Setting, start: float, rest
         if len(k) < 2:
             continue
         s = pieces.at(np.clip(t, 0.0, pieces.duration))
-        points = path(np.clip(s, 0.0, path.length))
+        points = _joined(path, s)
         if wanted_chord:
-            _chords(path, pieces, setting, k, t, s, points, over)
+            _chords(path, setting, k, s, t, points, pieces, over)
         eps = np.finfo(np.float64).eps
         floor = ROUNDINGS * eps * (np.max(np.abs(points), axis=0) + path.length)
         for order, bound, power in ((2, axes.acceleration, 1.0), (3, axes.jerk, 2.0 / 3.0)):
@@ -113,8 +113,22 @@ def tick_excess(path: Path, pieces: Pieces, setting: Setting, start: float, rest
     return over
 
 
+def _joined(path: Path, s: Array) -> Array:
+    """Points (n, axes) at arc lengths s (n,) without the gaps that a tolerance leaves: no feed closes them."""
+    curve, u = path.locate(np.clip(s, 0.0, path.length))
+    points: Array = path.evaluate(curve, u, 0)[:, 0]
+    if len(path.curves) > 1 and max(path.gaps) > 0.0:
+        near = np.unique(np.concatenate([[0], curve]))
+        index = np.arange(1, int(near[-1]) + 1)
+        starts = path.evaluate(index, np.array([path.curves[int(i)].domain[0] for i in index]), 0)[:, 0]
+        ends = path.evaluate(index - 1, np.array([path.curves[int(i) - 1].domain[1] for i in index]), 0)[:, 0]
+        gaps = np.concatenate([np.zeros((1, points.shape[1])), np.cumsum(starts - ends, axis=0)])
+        points = points - gaps[curve]
+    return points
+
+
 def _chords(
-    path: Path, pieces: Pieces, setting: Setting, k: IntArray, t: Array, s: Array, points: Array, over: Array
+    path: Path, setting: Setting, k: IntArray, s: Array, t: Array, points: Array, pieces: Pieces, over: Array
 ) -> None:
     """Distance of the curve from each chord, as a share of what is allowed, which goes with q."""
     linear = path.linear
@@ -123,7 +137,7 @@ def _chords(
     along = step / np.where(length > 0.0, length, 1.0)
     furthest = np.zeros(len(step))
     for place in CHORD_PLACES:
-        at = path(np.clip(s[:-1] + place * np.diff(s), 0.0, path.length))[:, :linear] - start
+        at = _joined(path, s[:-1] + place * np.diff(s))[:, :linear] - start
         beside = at - np.sum(at * along, axis=1, keepdims=True) * along
         furthest = np.maximum(furthest, np.linalg.norm(beside, axis=1))
     share = np.where(np.diff(k) == 1, CHORD_MARGIN * furthest / float(setting.limits.chord_error or np.inf), 0.0)

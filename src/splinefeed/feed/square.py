@@ -100,8 +100,9 @@ class SquareProblem:
         scale = np.ones(n) if scale is None else scale
         before = np.concatenate([[0.0], h[:-1]])
         after = np.concatenate([h[1:], [0.0]])
-        left = before / (before + h)
-        right = h / (h + after)
+        with np.errstate(invalid="ignore"):  # what has no length is found by `room`
+            left = before / (before + h)
+            right = h / (h + after)
         zero, one = np.zeros(n), np.ones(n)
         # Bezier coefficients of a cell from the three spline coefficients that reach into it
         self._bezier = np.stack(
