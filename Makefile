@@ -49,7 +49,7 @@ $(VENV)/.installed: $(RECIPE_OF_VENV) | $(BIN)/python
 	@touch $@
 
 $(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[dev,cad,parquet,report]'
+	$(PIP) --editable '.[dev,cad,parquet,report,dask]'
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-bench: $(RECIPE_OF_VENV) | $(BIN)/python

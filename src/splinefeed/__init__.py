@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from splinefeed.records import Setpoints as Setpoints
     from splinefeed.records import TimeLaw as TimeLaw
     from splinefeed.records import Verdict as Verdict
+    from splinefeed.sweeps.sweeping import sweep as sweep
 
 from splinefeed import errors as errors
 
@@ -69,6 +70,7 @@ _PUBLIC = {
     "run": "pipeline.run",
     "save": "formats.setpoints",
     "shapes": "geometry",
+    "sweep": "sweeps.sweeping",
     "tangential": "geometry.tangential",
     "tune": "pipeline.tuning",
     "tune_on_path": "pipeline.tuning",

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from splinefeed.simulation.curves import TunedAxis
+    from splinefeed.sweeps.spec import Task
 
 #: The page of numbers; a folder that has one written by us is ours.
 RECORD = "run.json"
@@ -135,6 +136,17 @@ def write(
     names.append(RECORD)
     write_record({**(record or {}), "files": names}, place / RECORD)
     return names
+
+
+def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: Task, run: Run) -> None:
+    """Write setpoints and report of one run of a sweep into a folder of its own, named by its number."""
+    place = File(folder) / f"{task.index:07d}"
+    place.mkdir(parents=True, exist_ok=True)
+    if with_setpoints:
+        save(run.points, place / SETPOINTS["hdf5"])
+    if with_report:
+        numbers = {**run.numbers(), "name": f"{run.path.name}, run {task.index}", "settings": task.settings}
+        write_report(html.page(run, numbers), place / REPORT)
 
 
 def write_report(page: str, file: File) -> None:

@@ -70,7 +70,7 @@ def page(
         subtitle=_text(_subtitle(run)),
         style=parts["page.css"].read_text(encoding="utf-8"),
         script=parts["page.js"].read_text(encoding="utf-8"),
-        plotly=_plotly(),
+        plotly=plotly_script(),
         data=data.replace("<", "\\u003c"),
         state="good" if record.get("ok", run.ok) else "bad",
         verdict=_text(_verdict(run, record)),
@@ -88,7 +88,7 @@ def page(
 _PARTS = ("page.html", "page.css", "page.js")
 
 
-def _plotly() -> str:
+def plotly_script() -> str:
     """Plotly's JavaScript, whole, so that the page needs no network."""
     try:
         place = resources.files("plotly").joinpath("package_data", "plotly.min.js")

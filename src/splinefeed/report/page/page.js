@@ -51,7 +51,7 @@
   document.getElementById("theme").addEventListener("click", () => apply(root.dataset.theme === "dark" ? "light" : "dark"));
 
   const choice = document.getElementById("colour");
-  choice.addEventListener("change", () => {
+  if (choice) choice.addEventListener("change", () => {
     const chosen = data.colours[choice.value];
     const bar = { title: { text: chosen.label, side: "right" }, thickness: 14 };
     const key = data.space ? "line" : "marker";
@@ -59,7 +59,8 @@
       [key + ".colorbar.title.text"]: bar.title.text }, [data.space ? 0 : 1]);
   });
 
-  document.getElementById("copy").addEventListener("click", async (event) => {
+  const copy = document.getElementById("copy");
+  if (copy) copy.addEventListener("click", async (event) => {
     const text = document.getElementById("command").textContent;
     try {
       await navigator.clipboard.writeText(text);

@@ -1,0 +1,216 @@
+"""`splinefeed sweep`: many runs, kept as a dataset; `splinefeed sweep show`: what they came to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from splinefeed.cli import options
+from splinefeed.cli.failures import DONE, NOT_KEPT
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from splinefeed.pipeline.run import Run
+    from splinefeed.sweeps.spec import Sweep, Task
+
+EXAMPLES = """\b
+Examples:
+  splinefeed sweep night.toml
+  splinefeed sweep night.toml -o results --workers 8
+  splinefeed sweep show results
+
+\b
+A spec:
+  sources = ["parts/*.dxf", "butterfly"]
+  [set]
+  machine = "xytheta"
+  [grid]
+  "limits.feed" = [30, 60, "6000mm/min"]
+  method = ["taylor-2", "milne-simpson-anchored"]
+  [random]
+  count = 100
+  "machine.x.load.inertia" = { uniform = [0.8, 1.2] }
+
+"""
+#: Time between two words on stderr where it is no terminal, s.
+PATIENCE = 5.0
+#: Runs that the rate is taken from: the first ones, which compile, are soon forgotten.
+RECENT = 100
+
+
+@click.command(epilog=EXAMPLES)
+@click.argument("spec", metavar="SPEC.toml | show")
+@click.argument("folder", required=False, metavar="[DIR]")
+@click.option("-o", "--output", metavar="DIR", help="Folder of the dataset.  [default: splinefeed-sweep-NAME]")
+@click.option("--workers", type=click.IntRange(0), metavar="N", help="Processes; 0: this one.  [default: all cores]")
+@click.option("--dask", metavar="ADDRESS", help="Scheduler of a Dask cluster, tcp://host:port.")
+@click.option("--mpi", is_flag=True, help="Workers by MPI (mpi4py.futures); start with mpiexec -m mpi4py.futures.")
+@options.as_json
+@click.pass_context
+def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool, **given: Any) -> None:
+    """Make every run that SPEC.toml asks for, and keep its numbers as a row of one Parquet dataset.
+
+    Runs that fail are rows too. A sweep that was stopped, however, goes on where it was when it is called again. With
+    `show DIR`: a summary of the runs that are there, and sweep.html beside them.
+    """
+    from splinefeed.errors import InputError
+
+    if spec != "show":
+        if folder is not None:
+            raise InputError(f"{folder}: one spec at a time; name the folder of the dataset with -o")
+        folder = _sweep(spec, given)
+    elif folder is None:
+        raise InputError("show: name the folder of a sweep, such as splinefeed sweep show splinefeed-sweep-night")
+    page = _show(folder)
+    if as_json:
+        from splinefeed.cli.output import print_json
+
+        print_json(page)
+    else:
+        _print(page)
+    ctx.exit(DONE if page["failed"] == page["not_kept"] == 0 and page["there"] == page["runs"] else NOT_KEPT)
+
+
+def _sweep(spec: str, given: dict[str, Any]) -> str:
+    """Make the runs that are missing, and name the folder."""
+    from splinefeed.cli.folder import default_name
+    from splinefeed.sweeps import spec as specs
+    from splinefeed.sweeps.sweeping import timed
+
+    asked = specs.read(spec)
+    folder: str = given["output"] or default_name(f"sweep-{asked.name}")
+    with _engine(given) as executor, _progress(len(asked)) as (start, step):
+        rows = timed(
+            asked, executor, folder=folder, workers=given["workers"], artefacts=_artefacts(asked, folder), start=start
+        )
+        for row, _ in rows:
+            step(row["status"])
+    return folder
+
+
+@contextmanager
+def _engine(given: dict[str, Any]) -> Iterator[Executor | None]:
+    """The executor that the options ask for; None for processes on this machine."""
+    from splinefeed.errors import InputError
+
+    if given["dask"]:
+        try:
+            from distributed import Client
+        except ImportError:
+            raise InputError("--dask needs Dask: pip install 'splinefeed[dask]'") from None
+        try:
+            with Client(given["dask"], timeout="10s") as client:  # type: ignore[no-untyped-call]
+                yield client.get_executor(pure=False, retries=3)
+        except OSError as error:
+            raise InputError(f"--dask: {given['dask']}: no scheduler answers ({error})") from None
+    elif given["mpi"]:
+        try:
+            from mpi4py.futures import MPIPoolExecutor
+        except ImportError:
+            raise InputError("--mpi needs mpi4py: pip install mpi4py") from None
+        with MPIPoolExecutor() as pool:
+            yield pool
+    else:
+        yield None
+
+
+def _artefacts(asked: Sweep, folder: str) -> Callable[[Task, Run], None] | None:
+    """What writes setpoints and reports besides, if the spec asks for them."""
+    if not (asked.setpoints or asked.reports):
+        return None
+    from functools import partial
+    from pathlib import Path
+
+    from splinefeed.report.files import write_artefacts
+
+    return partial(write_artefacts, str(Path(folder) / "runs"), asked.setpoints, asked.reports)
+
+
+@contextmanager
+def _progress(total: int) -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
+    """Functions to be told how many runs are there already, and of each that comes: done, rate, time left, failures."""
+    import sys
+    import time
+    from collections import deque
+
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    failed = made = already = 0
+    said = time.monotonic()
+    lately: deque[float] = deque(maxlen=RECENT)
+    quiet = not sys.stderr.isatty()
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"), TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=Console(stderr=True), disable=quiet) as bar:
+        task = bar.add_task("runs", total=total, rate="")
+
+        def start(count: int) -> None:
+            nonlocal already
+            already = count
+            lately.append(time.monotonic())
+            bar.update(task, completed=count)
+
+        def step(status: str) -> None:
+            nonlocal failed, made, said
+            made += 1
+            failed += status == "failed"
+            now = time.monotonic()
+            lately.append(now)
+            rate = (len(lately) - 1) / max(now - lately[0], 1e-9)
+            bar.update(task, advance=1, rate=f"{rate:.3g}/s, {failed} failed" if failed else f"{rate:.3g}/s")
+            if quiet and now - said > PATIENCE:
+                said = now
+                left = (total - already - made) / rate
+                words = f"{already + made} of {total} runs, {rate:.3g} a second, about {left:.0f} s left"
+                print(f"splinefeed: {words}", file=sys.stderr, flush=True)
+
+        yield start, step
+
+
+def _show(folder: str) -> dict[str, Any]:
+    """The summary of the runs in a folder; sweep.html is written beside them where Plotly is installed."""
+    from pathlib import Path
+
+    from splinefeed.report import html, sweep_page
+    from splinefeed.report.files import write_report
+    from splinefeed.sweeps.store import load
+    from splinefeed.sweeps.summary import summary
+
+    about, rows = load(folder)
+    page = summary(about, rows)
+    page["files"] = [str(Path(folder) / "rows")]
+    if html.available():
+        target = Path(folder) / sweep_page.NAME
+        write_report(sweep_page.page(about, rows, page), target)
+        page["files"].append(str(target))
+    return page
+
+
+def _print(page: dict[str, Any]) -> None:
+    from splinefeed.cli.output import number, print_table, print_text
+
+    print_text(f"{page['name']}: {page['there']} of {page['runs']} runs")
+    print_text(
+        f"          {page['ok']} ok, {page['not_kept']} with a limit or a check not kept, {page['failed']} failed"
+    )
+    print_text()
+    rows = [
+        [name, number(each["least"], 6), f"run {each['least_run']}", number(each["median"], 6), number(each["most"], 6),
+         f"run {each['most_run']}"]
+        for name, each in page["numbers"].items()
+    ]  # fmt: skip
+    print_table(["", "least", "", "median", "most", ""], rows)
+    for each in page["failures"]:
+        print_text(f"failed    {each['runs']} run(s): {each['error']}")
+    if page["pareto"]:
+        best = ", ".join(f"{each['index']} ({each['source']})" for each in page["pareto"][:8])
+        print_text(f"front     cycle time against contour error: runs {best}")
+    print_text()
+    print_text(f"wrote {' '.join(page['files'])}")

@@ -1,0 +1,112 @@
+"""sweep.html: all runs of a sweep in one page: parallel coordinates, and cycle time against contour error."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from string import Template
+from typing import Any
+
+import numpy as np
+
+from splinefeed.report import theme
+from splinefeed.report.html import plotly_script
+from splinefeed.sweeps.store import settings_columns
+from splinefeed.sweeps.summary import column, pareto
+
+#: The file that it is written to.
+NAME = "sweep.html"
+#: Runs that are drawn at the most; more are thinned evenly.
+MOST = 20_000
+#: Coordinates behind the settings, where they have values.
+RESULTS = ("duration_s", "ripple_max", "worst_share", "contour_error_max_mm", "tracking_error_max_mm")
+
+
+def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], told: Mapping[str, Any]) -> str:
+    """The page of a sweep as the text of one HTML file; `told` is `sweep.summary.summary`."""
+    count = len(rows["index"])
+    kept = (
+        np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST)).astype(np.int64)) if count else np.array([], int)
+    )
+    figures = {"parallel": _parallel(about, rows, kept)} if count else {}
+    if len(pareto(rows)):
+        figures["pareto"] = _pareto(rows, kept)
+    parts = resources.files("splinefeed.report").joinpath("page")
+    state = "good" if told["failed"] == 0 and told["not_kept"] == 0 and told["there"] == told["runs"] else "bad"
+    verdict = (
+        f"{told['there']} of {told['runs']} runs: {told['ok']} ok, {told['not_kept']} not kept, {told['failed']} failed"
+    )
+    failures = "".join(f"<li>{html.escape(str(each['error']))} ({each['runs']} runs)</li>" for each in told["failures"])
+    data = json.dumps({"figures": figures, "colours": {}, "space": False}, separators=(",", ":"), allow_nan=False)
+    return Template(parts.joinpath("sweep.html").read_text(encoding="utf-8")).substitute(
+        title=html.escape(str(about["name"])),
+        style=parts.joinpath("page.css").read_text(encoding="utf-8"),
+        script=parts.joinpath("page.js").read_text(encoding="utf-8"),
+        plotly=plotly_script(),
+        data=data.replace("<", "\\u003c"),
+        state=state,
+        verdict=html.escape(verdict),
+        failures=f'<ul class="said bad">{failures}</ul>' if failures else "",
+        numbers=_numbers(told),
+        pareto='<section><h2>Cycle time against contour error</h2><div id="pareto" class="figure" role="img" '
+        'aria-label="cycle time against contour error, with the Pareto front"></div></section>'
+        if "pareto" in figures
+        else "",
+    )
+
+
+def _parallel(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
+    """One line a run over the settings that vary and the results."""
+    dimensions = []
+    for name in ["source", *settings_columns(about), *RESULTS]:
+        values = [rows[name][k] for k in kept]
+        if len(set(values)) < 2 and name not in ("duration_s",):
+            continue
+        if any(isinstance(value, str) for value in values):
+            names = sorted({str(value) for value in values})
+            place = {value: k for k, value in enumerate(names)}
+            numbers: list[float] = [place[str(value)] for value in values]
+            dimensions.append(
+                {"label": name, "values": numbers, "tickvals": list(range(len(names))), "ticktext": names}
+            )
+        else:
+            known = [float(value) for value in values if value is not None]
+            low = min(known, default=0.0)
+            dimensions.append({"label": name, "values": [low if value is None else float(value) for value in values]})
+    time = np.nan_to_num(column(rows, "duration_s")[kept])
+    line = {"color": time.tolist(), "colorscale": "Viridis", "colorbar": {"title": {"text": "cycle time (s)"}}}
+    data = [{"type": "parcoords", "dimensions": dimensions, "line": line}]
+    return {
+        "data": data,
+        "layout": {"height": 460, "margin": {"l": 90, "r": 40, "t": 60, "b": 30}, "font": {"size": 12}},
+    }
+
+
+def _pareto(rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
+    time, error = column(rows, "duration_s"), 1e3 * column(rows, "contour_error_max_mm")
+    shown = [int(k) for k in kept if np.isfinite(time[k]) and np.isfinite(error[k])]
+    front = pareto(rows)
+    text = [html.escape(f"run {rows['index'][k]}: {rows['source'][k]}") for k in shown]
+    data = [
+        {"type": "scatter", "mode": "markers", "x": time[shown].tolist(), "y": error[shown].tolist(), "text": text,
+         "name": "runs", "marker": {"size": 6, "color": theme.BLUE, "opacity": 0.6}},
+        {"type": "scatter", "mode": "lines+markers", "x": time[front].tolist(), "y": error[front].tolist(),
+         "name": "Pareto front", "line": {"color": theme.VERMILION, "shape": "hv"}},
+    ]  # fmt: skip
+    layout = {
+        "height": 460, "margin": {"l": 84, "r": 24, "t": 20, "b": 50}, "hovermode": "closest",
+        "xaxis": {"title": {"text": "cycle time (s)"}}, "yaxis": {"title": {"text": "largest contour error (µm)"}},
+    }  # fmt: skip
+    return {"data": data, "layout": layout}
+
+
+def _numbers(told: Mapping[str, Any]) -> str:
+    rows = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{each['least']:.6g}</td><td>{each['least_run']}</td>"
+        f"<td>{each['median']:.6g}</td><td>{each['most']:.6g}</td><td>{each['most_run']}</td></tr>"
+        for name, each in told["numbers"].items()
+    )
+    head = "".join(f"<th>{name}</th>" for name in ("", "least", "run", "median", "most", "run"))
+    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'

@@ -1,0 +1,303 @@
+"""What a sweep asks: a TOML file with sources, and grids, lists or distributions over settings."""
+
+from __future__ import annotations
+
+import difflib
+import glob
+import hashlib
+import json
+import math
+import os
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from splinefeed import units
+from splinefeed.errors import FormatError, InputError
+from splinefeed.feed.planning import STRATEGIES
+from splinefeed.formats import limits_toml
+from splinefeed.formats.source import read_text
+from splinefeed.geometry import shapes
+from splinefeed.interpolation import registry
+from splinefeed.machine.table import Table
+from splinefeed.records import BY_AXIS
+
+#: More runs than this are a slip of the hand.
+MOST_RUNS = 100_000_000
+#: More values than this of one setting in a grid or a list.
+MOST_VALUES = 1_000_000
+#: Settings that are no limit and no part of a machine.
+PLAIN = ("strategy", "method", "period", "corrections", "machine")
+_TOP = ("name", "seed", "sources", "set", "grid", "list", "random", "output")
+_OUTPUT = ("setpoints", "reports")
+#: Distributions and how many numbers each takes.
+DISTRIBUTIONS = {"uniform": 2, "loguniform": 2, "normal": 2}
+
+Settings = dict[str, Any]
+
+
+class SpecError(FormatError):
+    """A sweep file with errors: the first line names the file, each of `problems` its place and the mend."""
+
+    def __init__(self, name: object, problems: Iterable[str]) -> None:
+        self.problems = tuple(problems)
+        head = self.problems[0] if len(self.problems) == 1 else f"{len(self.problems)} errors"
+        rest = [f"  {problem}" for problem in self.problems] if len(self.problems) > 1 else []
+        super().__init__("\n".join([f"{name}: {head}", *rest]))
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run of a sweep: its number, its source, and every setting that is not the usual one, in mm, s and rad."""
+
+    index: int
+    source: str
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """All runs of a sweep, made one by one when they are asked for.
+
+    sources  files and shapes; fixed  settings of every run
+    grid     values by setting, every combination; listed  values by setting, side by side, all of one length
+    random   distribution by setting, `count` draws of all of them, the same draws for every source and combination
+    """
+
+    name: str
+    sources: tuple[str, ...]
+    fixed: Settings
+    grid: Mapping[str, tuple[Any, ...]]
+    listed: Mapping[str, tuple[Any, ...]]
+    random: Mapping[str, tuple[str, tuple[Any, ...]]]
+    count: int
+    seed: int
+    setpoints: bool = False
+    reports: bool = False
+
+    @cached_property
+    def varied(self) -> tuple[str, ...]:
+        """Settings that are not the same in every run, in the order of the dataset's columns."""
+        return tuple(dict.fromkeys([*self.grid, *self.listed, *self.random]))
+
+    @cached_property
+    def _sizes(self) -> tuple[int, ...]:
+        rows = len(next(iter(self.listed.values()))) if self.listed else 1
+        return (len(self.sources), *(len(values) for values in self.grid.values()), rows, self.count)
+
+    def __len__(self) -> int:
+        return math.prod(self._sizes)
+
+    def task(self, index: int) -> Task:
+        """Run number `index`: the last setting varies fastest; random draws depend on seed and draw number alone."""
+        if not 0 <= index < len(self):
+            raise InputError(f"run {index} is none of the {len(self)} runs of the sweep")
+        source, *combination, row, draw = (int(k) for k in np.unravel_index(index, self._sizes))
+        settings = dict(self.fixed)
+        settings |= {name: values[k] for (name, values), k in zip(self.grid.items(), combination, strict=True)}
+        settings |= {name: values[row] for name, values in self.listed.items()}
+        if self.random:
+            generator = np.random.default_rng([self.seed, draw])
+            settings |= {name: _draw(generator, *self.random[name]) for name in sorted(self.random)}
+        return Task(index, self.sources[source], settings)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all that the results depend on, the contents of the source files included."""
+        files = {}
+        for source in self.sources:
+            if os.path.isfile(source):
+                with open(source, "rb") as stream:
+                    files[source] = hashlib.file_digest(stream, "sha256").hexdigest()
+        said = [self.sources, files, self.fixed, dict(self.grid), dict(self.listed), dict(self.random)]
+        text = json.dumps([*said, self.count, self.seed], sort_keys=True, default=str)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def read(source: str | os.PathLike[str]) -> Sweep:
+    """The sweep in a TOML file, its files looked for from its folder; SpecError with every error at once."""
+    text = read_text(source)
+    try:
+        content = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FormatError(f"{source}: is no TOML: {error}") from None
+    return from_dict(content, str(source), Path(source).parent)
+
+
+def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | None = None) -> Sweep:
+    """The sweep in a dict as the TOML file has it; `folder` is where relative names of files begin."""
+    problems: list[str] = []
+    for key in content:
+        if key not in _TOP:
+            problems.append(f"{key}: is no part of a sweep; {_hint(key, _TOP)}")
+    tables = {}
+    for key in ("set", "grid", "list", "random", "output"):
+        tables[key] = content.get(key, {})
+        if not isinstance(tables[key], Mapping):
+            problems.append(f"{key}: write a table: [{key}]")
+            tables[key] = {}
+    seed = content.get("seed", 0)
+    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
+        problems.append(f"seed: {seed!r} must be a whole number from 0")
+        seed = 0
+    draws = dict(_flat(tables["random"], stop=DISTRIBUTIONS))
+    count = draws.pop("count", 1)
+    if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= MOST_RUNS:
+        problems.append(f"random.count: {count!r} must be a whole number from 1 to {MOST_RUNS}")
+        count = 1
+    base = folder or Path()
+    listed = {name: _values("list", name, given, base, problems) for name, given in _flat(tables["list"]).items()}
+    lengths = {len(values) for values in listed.values()}
+    if len(lengths) > 1:
+        problems.append(
+            "list: " + ", ".join(f"{name} has {len(v)} values" for name, v in listed.items()) + "; give all as many"
+        )
+    made = {
+        "fixed": {name: _value("set", name, given, base, problems) for name, given in _flat(tables["set"]).items()},
+        "grid": {name: _values("grid", name, given, base, problems) for name, given in _flat(tables["grid"]).items()},
+        "listed": listed,
+        "random": {name: _distribution(name, given, problems) for name, given in draws.items()},
+    }
+    seen: dict[str, str] = {}
+    for table, names in made.items():
+        for name in names:
+            if name in seen:
+                problems.append(f"{name}: stands in two tables, {seen[name]} and {table}; leave one out")
+            seen[name] = table
+    for key, value in tables["output"].items():
+        if key not in _OUTPUT or not isinstance(value, bool):
+            problems.append(f"output.{key}: write setpoints = true or reports = true")
+    sources = _sources(content.get("sources"), folder or Path(), problems)
+    if problems:
+        raise SpecError(source, problems)
+    name = str(content.get("name", Path(source).stem))
+    output = {key: bool(tables["output"].get(key, False)) for key in _OUTPUT}
+    sweep = Sweep(name=name, sources=sources, count=count, seed=seed, **made, **output)  # type: ignore[arg-type]
+    if len(sweep) > MOST_RUNS:
+        raise SpecError(source, [f"{len(sweep)} runs; at most {MOST_RUNS} in one sweep"])
+    return sweep
+
+
+def _flat(table: Mapping[str, Any], stop: Iterable[str] = (), prefix: str = "") -> dict[str, Any]:
+    """Nested tables as one, names joined by dots: limits.feed may be written either way."""
+    out: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping) and not (len(value) == 1 and next(iter(value)) in stop):
+            out |= _flat(value, stop, f"{prefix}{key}.")
+        else:
+            out[f"{prefix}{key}"] = value
+    return out
+
+
+def _sources(given: Any, folder: Path, problems: list[str]) -> tuple[str, ...]:
+    if not isinstance(given, list) or not given or not all(isinstance(each, str) for each in given):
+        problems.append('sources: write a list of files, patterns and shapes, such as ["parts/*.dxf", "butterfly"]')
+        return ()
+    found: list[str] = []
+    for each in given:
+        if shapes.is_shape(each) and not (folder / each).exists():
+            found.append(each)
+            continue
+        names = sorted(glob.glob(str(folder / each), recursive=True)) if glob.has_magic(each) else [str(folder / each)]
+        names = [name for name in names if os.path.isfile(name)]
+        if not names:
+            problems.append(f"sources: {each}: there is no such file or shape, and nothing fits it as a pattern")
+        found += names
+    return tuple(dict.fromkeys(found))
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
+
+
+def _values(table: str, name: str, given: Any, base: Path, problems: list[str]) -> tuple[Any, ...]:
+    if not isinstance(given, list) or not 1 <= len(given) <= MOST_VALUES:
+        problems.append(f"{table}.{name}: write a list of values")
+        return (None,)
+    return tuple(_value(table, name, each, base, problems) for each in given)
+
+
+def _value(table: str, name: str, given: Any, base: Path, problems: list[str]) -> Any:
+    """One value of a setting in mm, s and rad; what is wrong with it goes to `problems`."""
+    try:
+        return checked(name, given, base)
+    except InputError as error:
+        problems.append(f"{table}.{name}: {error}")
+        return None
+
+
+def checked(name: str, given: Any, base: Path | None = None) -> Any:
+    """The value of a setting as runs take it; InputError for a setting or a value that cannot be."""
+    kind, _, rest = name.partition(".")
+    if kind == "limits" and rest:
+        limit, _, axis = rest.partition(".")
+        if limit in limits_toml.KINDS and (not axis or limit in BY_AXIS):
+            return limits_toml.axis_value(limit, axis or "x", given)
+        raise InputError(f"{rest!r} is no limit; {_hint(limit, limits_toml.KINDS)}")
+    if kind == "machine" and rest:
+        if len(rest.split(".")) != 3:
+            raise InputError("write machine.AXIS.PART.FIELD, such as machine.x.load.inertia: a multiple of its value")
+        return _factor(given)
+    if name == "period":
+        return units.parse(given, "time")
+    if name == "corrections":
+        if not isinstance(given, int) or isinstance(given, bool) or not 0 <= given <= 100:
+            raise InputError(f"{given!r} must be a whole number from 0 to 100")
+        return given
+    if name == "strategy":
+        if given not in STRATEGIES:
+            raise InputError(f"{given!r} is no strategy; {_hint(str(given), STRATEGIES)}")
+        return given
+    if name == "method":
+        return registry.method(str(given)).name
+    if name == "machine":
+        if given in Table.names():
+            return given
+        file = (base or Path()) / str(given)
+        Table.load(file)
+        return str(file)
+    raise InputError(f"is no setting; {_hint(name, [*PLAIN, 'limits.feed', 'machine.x.load.inertia'])}")
+
+
+def _factor(given: Any) -> float:
+    if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 < given < math.inf:
+        raise InputError(f"{given!r} must be a number above 0: a multiple of what the machine file says")
+    return float(given)
+
+
+def _distribution(name: str, given: Any, problems: list[str]) -> tuple[str, tuple[Any, ...]]:
+    """Name and numbers of a distribution, numbers in mm, s and rad, or ("choice", values)."""
+    if isinstance(given, list) and given:
+        return "choice", tuple(_value("random", name, each, Path(), problems) for each in given)
+    if isinstance(given, Mapping) and len(given) == 1:
+        kind, numbers = next(iter(given.items()))
+        if kind in DISTRIBUTIONS and isinstance(numbers, list) and len(numbers) == DISTRIBUTIONS[kind]:
+            if name in PLAIN and name != "period":
+                problems.append(f"random.{name}: is no number; give a list to choose from")
+                return "choice", (None,)
+            values = tuple(_value("random", name, each, Path(), problems) for each in numbers)
+            if None not in values and kind != "normal" and not values[0] < values[1]:
+                problems.append(
+                    f"random.{name}: {kind} from {numbers[0]} to {numbers[1]}; the first must be the smaller"
+                )
+            return kind, values
+    forms = ", ".join(f"{{ {kind} = [a, b] }}" for kind in DISTRIBUTIONS)
+    problems.append(f"random.{name}: write a list to choose from, or one of {forms}")
+    return "choice", (None,)
+
+
+def _draw(generator: np.random.Generator, kind: str, numbers: tuple[Any, ...]) -> Any:
+    if kind == "choice":
+        return numbers[int(generator.integers(len(numbers)))]
+    first, second = numbers
+    if kind == "uniform":
+        return float(generator.uniform(first, second))
+    if kind == "loguniform":
+        return float(math.exp(generator.uniform(math.log(first), math.log(second))))
+    return float(generator.normal(first, second))

@@ -1,0 +1,200 @@
+"""One run of a sweep, as a worker does it: a task in, a row of numbers out, never an exception."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import time
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import InputError, SplinefeedError
+from splinefeed.feed.planning import plan
+from splinefeed.formats import registry
+from splinefeed.geometry import shapes
+from splinefeed.geometry.path import Path
+from splinefeed.interpolation.interpolator import interpolate
+from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.machine.table import Table
+from splinefeed.pipeline.experiment import serve
+from splinefeed.pipeline.run import (
+    DEFAULT_STRATEGY,
+    PAPER_LIMITS,
+    PAPER_PERIOD,
+    TIME_OPTIMAL,
+    Run,
+    check_ticks,
+    measured,
+)
+from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
+from splinefeed.sweeps.spec import Settings, Task
+
+#: What a run came to: every limit holds; a limit or a check does not; there is no result.
+DONE, OVER, FAILED = "ok", "not kept", "failed"
+#: Columns of the dataset besides index, source and the settings that vary, with their kinds.
+COLUMNS = {
+    "status": "text",
+    "error_kind": "text",
+    "error": "text",
+    "strategy": "text",
+    "method": "text",
+    "period_s": "number",
+    "length_mm": "number",
+    "duration_s": "number",
+    "lower_bound_s": "number",
+    "ticks": "whole",
+    "ripple_max": "number",
+    "ripple_rms": "number",
+    "end_error_mm": "number",
+    "chord_error_max_mm": "number",
+    "worst_limit": "text",
+    "worst_share": "number",
+    "worst_at_s": "number",
+    "contour_error_max_mm": "number",
+    "contour_error_rms_mm": "number",
+    "tracking_error_max_mm": "number",
+    "stopped": "text",
+}
+#: Longest text of an error that is kept.
+LONGEST = 500
+
+Row = dict[str, Any]
+#: Writes what else was asked of a run, its setpoints or its report; must be picklable: a function of a module.
+Artefacts = Callable[[Task, Run], None]
+
+
+def work(tasks: Sequence[Task], artefacts: Artefacts | None = None) -> list[tuple[Row, float]]:
+    """Rows of the tasks, and the time that each took, s."""
+    out = []
+    for task in tasks:
+        start = time.perf_counter()
+        out.append((row_of(task, artefacts), time.perf_counter() - start))
+    return out
+
+
+def row_of(task: Task, artefacts: Artefacts | None = None) -> Row:
+    """The row of one run: the same numbers, bit for bit, whoever makes it and when."""
+    row = _bare(task)
+    try:
+        row |= _numbers(task, artefacts)
+    except Exception as error:  # a sweep goes on: what went wrong is a result
+        ours = isinstance(error, SplinefeedError)
+        text = " ".join(str(error).split()) if ours else f"{type(error).__name__}: {error}"
+        row |= {"status": FAILED, "error_kind": type(error).__name__, "error": text[:LONGEST]}
+    return row
+
+
+def lost_row(task: Task, times: int) -> Row:
+    """The row of a run whose worker was lost each time that it was tried."""
+    error = f"the worker was lost {times} times at this run"
+    return _bare(task) | {"status": FAILED, "error_kind": "WorkerLost", "error": error}
+
+
+def _bare(task: Task) -> Row:
+    return {"index": task.index, "source": os.path.basename(task.source), **task.settings, **dict.fromkeys(COLUMNS)}
+
+
+def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
+    settings = task.settings
+    path = _path(task.source)
+    table = _machine(settings)
+    limits = _limits(settings, table, path)
+    period = settings.get("period", PAPER_PERIOD)
+    beyond = set(limits.as_dict()) - _PLAIN_LIMITS
+    strategy = settings.get("strategy", TIME_OPTIMAL if beyond else DEFAULT_STRATEGY)
+    law = _law(task.source, tuple(limits.as_dict().items()), strategy, period)
+    check_ticks(law, period)
+    method = settings.get("method", DEFAULT_METHOD)
+    points = interpolate(path, law, period=period, method=method, corrections=settings.get("corrections", 1))
+    run = measured(path, limits, law, points)
+    worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
+    row: Row = {
+        "status": DONE if run.ok else OVER,
+        "error": None if run.ok else "; ".join(run.verdict.problems)[:LONGEST] or None,
+        "strategy": law.strategy,
+        "method": method,
+        "period_s": period,
+        "length_mm": path.length,
+        "duration_s": law.duration,
+        "lower_bound_s": law.settings.get("lower_bound_s"),
+        "ticks": len(points),
+        "ripple_max": run.ripple.max,
+        "ripple_rms": run.ripple.rms,
+        "end_error_mm": run.end_error_mm,
+        "chord_error_max_mm": run.chord_error_mm,
+        "worst_limit": None if worst is None else worst[0],
+        "worst_share": None if worst is None else worst[1].share,
+        "worst_at_s": None if worst is None else worst[1].at_s,
+    }
+    if table is not None:
+        tally = serve(path, law, points, table).tally
+        linear = [w.value for axis, w in zip(tally.axes, tally.tracking, strict=True) if axis not in ROTARY_AXES]
+        numbers = tally.numbers()
+        row |= {
+            "contour_error_max_mm": numbers.get("contour_error_max_mm"),
+            "contour_error_rms_mm": numbers.get("contour_error_rms_mm"),
+            "tracking_error_max_mm": float(np.max(linear)) if linear else None,
+            "stopped": numbers.get("stopped"),
+        }
+    if artefacts is not None:
+        artefacts(task, run)
+    return row
+
+
+_PLAIN_LIMITS = {
+    "feed", "acceleration", "jerk", "deceleration", "deceleration_jerk", "start_feed", "end_feed",
+}  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def _path(source: str) -> Path:
+    """The path of a source; a worker that meets it again has it at hand."""
+    return shapes.from_text(source) if shapes.is_shape(source) and not os.path.isfile(source) else registry.read(source)
+
+
+@lru_cache(maxsize=4)
+def _law(source: str, limits: tuple[tuple[str, float], ...], strategy: str, period: float) -> TimeLaw:
+    """The law of a motion; runs that differ in method or machine alone share it."""
+    return plan(_path(source), Limits.from_dict(dict(limits)), strategy=strategy, period=period)
+
+
+def _machine(settings: Settings) -> Table | None:
+    """The machine with the multiples that the sweep asks for, or None where none is asked."""
+    if "machine" not in settings:
+        if any(name.startswith("machine.") for name in settings):
+            raise InputError("machine.* varies a machine, but there is none; add machine = NAME to the sweep")
+        return None
+    table = Table.load(settings["machine"])
+    for name, factor in settings.items():
+        if not name.startswith("machine."):
+            continue
+        _, axis, part, field = name.split(".")
+        if axis not in table.axes:
+            raise InputError(f"{name}: machine {table.name} has the axes {', '.join(table.axes)}")
+        of = table.axes[axis]
+        value = getattr(getattr(of, part, None), field, None)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputError(f"{name}: axis {axis} of {table.name} has no number {part}.{field}")
+        changed = dataclasses.replace(of, **{part: dataclasses.replace(getattr(of, part), **{field: factor * value})})
+        table = dataclasses.replace(table, axes={**table.axes, axis: changed})
+    return table
+
+
+def _limits(settings: Settings, table: Table | None, path: Path) -> Limits:
+    """Limits of the sweep, of the machine where the sweep is silent, and else the paper's along the path."""
+    given = {name.removeprefix("limits."): value for name, value in settings.items() if name.startswith("limits.")}
+    machine: dict[str, Any] = {}
+    if table is not None:
+        kinds = {name.partition(".")[0] for name in given}
+        for name, axes in table.limits(path.axes).items():
+            if name not in kinds:
+                machine |= {f"{name}.{axis}": value for axis, value in axes.items()}
+    said = {**machine, **given}
+    kinds = {name.partition(".")[0] for name in said}
+    assumed = {} if kinds & {"feed", "axis_velocity"} else {"feed": PAPER_LIMITS.feed}
+    if not kinds & {"axis_acceleration", "axis_jerk"}:
+        assumed |= {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk}
+    return Limits.from_dict({**assumed, **said})

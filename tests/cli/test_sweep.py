@@ -1,0 +1,45 @@
+"""`splinefeed sweep` and `sweep show`."""
+
+from __future__ import annotations
+
+import json
+
+SPEC = """
+sources = ["circle?radius=1", "nothing.json"]
+[set]
+machine = "xytheta"
+[grid]
+"limits.feed" = [10, 20]
+[output]
+setpoints = true
+reports = true
+"""
+
+
+def test_a_sweep_and_what_it_came_to(splinefeed, folder):
+    (folder / "nothing.json").write_text("{}")
+    (folder / "night.toml").write_text(SPEC)
+    result = splinefeed("sweep", "night.toml", "--workers", "0", "--json")
+    assert result.exit_code == 1  # a source that is none
+    page = json.loads(result.stdout)
+    assert (page["runs"], page["there"], page["ok"], page["failed"]) == (4, 4, 2, 2)
+    assert "nothing.json" in page["failures"][0]["error"]
+    out = folder / "splinefeed-sweep-night"
+    assert (out / "rows/part-000000.parquet").is_file()
+    assert (out / "runs/0000001/setpoints.h5").is_file()
+    assert "Checked: every limit holds" in (out / "runs/0000001/report.html").read_text(encoding="utf-8")
+    text = (out / "sweep.html").read_text(encoding="utf-8")
+    assert "4 of 4 runs: 2 ok, 0 not kept, 2 failed" in text
+    again = splinefeed("sweep", "show", "splinefeed-sweep-night")
+    assert "night: 4 of 4 runs" in again.stdout
+    assert "duration_s" in again.stdout
+
+
+def test_what_cannot_be(splinefeed, folder):
+    (folder / "bad.toml").write_text("sources = []\n[grid]\nmetod = [1]\n")
+    result = splinefeed("sweep", "bad.toml")
+    assert result.exit_code == 2
+    assert "bad.toml: 2 errors" in result.stderr
+    assert splinefeed("sweep", "show").exit_code == 2
+    assert "is no folder of a sweep" in splinefeed("sweep", "show", "bad.toml").stderr
+    assert "one spec at a time" in splinefeed("sweep", "a.toml", "b").stderr
