@@ -11,7 +11,21 @@ from pathlib import Path
 
 from benchmarks.tables import Headline, read_results, summary, write_into, write_results
 
-NAMES = ("ticks", "points", "arc", "online", "start", "stream", "servo", "methods", "paths", "cad", "drawings", "gcode")
+NAMES = (
+    "ticks",
+    "points",
+    "arc",
+    "online",
+    "start",
+    "stream",
+    "servo",
+    "methods",
+    "plan",
+    "paths",
+    "cad",
+    "drawings",
+    "gcode",
+)
 RESULTS = Path(__file__).with_name("results.json")
 README = Path(__file__).parents[1] / "README.md"
 PACKAGES = (

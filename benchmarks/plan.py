@@ -1,0 +1,76 @@
+"""Planning: how long each strategy takes and how fast its motion is, beside the best known times."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+import splinefeed as sf
+from benchmarks import cases
+from benchmarks.tables import Column, Headline, Report, Table
+from benchmarks.timing import interleaved
+
+#: mm/s, mm/s^2, mm/s^3: feed, which limits each axis too, axis acceleration, axis jerk.
+SETTINGS = {"A": (60.0, 500.0, 20000.0), "B": (100.0, 2000.0, 50000.0), "C": (60.0, 50.0, 2000.0)}
+#: Best known times under all limits, s: collocation in time and COPP agree on them to about 0.1 %.
+BEST = {
+    ("butterfly", "A"): 7.709,
+    ("butterfly", "B"): 4.470,
+    ("butterfly", "C"): 19.840,
+    ("airfoil12", "A"): 1.2691,
+    ("airfoil12", "B"): 0.7502,
+    ("airfoil12", "C"): 3.1142,
+}
+ROUNDS = 12
+#: Look-ahead may be this much slower than the best known motion, and must be planned so many times faster.
+LOSS, SPEED_UP = 0.12, 50.0
+
+
+def airfoil12() -> sf.Path:
+    """A closed quintic of 12 control points, clamped and uniform, 30 mm long."""
+    upper = [(1, 0), (0.75, 0.06), (0.5, 0.11), (0.25, 0.15), (0.05, 0.12), (0, 0.05)]
+    points = 30.0 * np.array(upper + [(x, -y) for x, y in reversed(upper)])
+    knots = np.concatenate([np.zeros(6), np.linspace(0.0, 1.0, 8)[1:-1], np.ones(6)])
+    return sf.Path([sf.NurbsCurve(5, knots, points)], name="airfoil12")
+
+
+def measure() -> Report:
+    """Milliseconds and seconds of motion, for time-optimal and look-ahead in turn."""
+    paths = {"butterfly": cases.butterfly(), "airfoil12": airfoil12()}
+    rows = []
+    for (name, setting), best in BEST.items():
+        feed, acceleration, jerk = SETTINGS[setting]
+        limits = sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+        jobs = {
+            strategy: partial(sf.plan, paths[name], limits, strategy, cases.PERIOD)
+            for strategy in ("time-optimal", "look-ahead")
+        }
+        optimal, ahead = (job().duration for job in jobs.values())
+        times = interleaved(jobs, ROUNDS)
+        slow, fast = (1e3 * times[strategy].least for strategy in jobs)
+        rows.append((name, setting, best, optimal, ahead, 100.0 * (ahead / best - 1.0), slow, fast, slow / fast))
+    columns = (
+        Column("curve"),
+        Column("limits"),
+        Column("best known, s", ".3f"),
+        Column("`time-optimal`, s", ".3f"),
+        Column("`look-ahead`, s", ".3f"),
+        Column("over the best, %", ".1f"),
+        Column("`time-optimal`, ms", ".0f"),
+        Column("`look-ahead`, ms", ".2f"),
+        Column("times faster", ".0f"),
+    )
+    caption = "Planning from rest to rest under feed, axis velocity, acceleration and jerk, 1 ms, warm."
+    notes = (
+        "Limits (feed = axis velocity, axis acceleration, axis jerk): A 60, 500, 20000; B 100, 2000, 50000; "
+        f"C 60, 50, 2000. Fastest of {ROUNDS} rounds in turn.",
+    )
+    worst, slowest = max(row[5] for row in rows), min(row[8] for row in rows)
+    headline = Headline(
+        "`look-ahead` against the best known motion and `time-optimal`",
+        f"at most {worst:.1f} % over the best, planned at least {slowest:.0f} times faster",
+        f"{100.0 * LOSS:.0f} %, {SPEED_UP:.0f} times",
+        worst <= 100.0 * LOSS and slowest >= SPEED_UP,
+    )
+    return Report((Table(caption, columns, tuple(rows), notes),), (headline,))
