@@ -26,7 +26,7 @@ from splinefeed.records import Array
 
 #: Newton steps of one round at most, and duality gap relative to the time at which it may end.
 MOST_STEPS = 60
-GAP = 0.03
+GAP = 0.05
 #: Rounds in which cells that are over a limit get tighter ones.
 ROUNDS = 9
 #: Part of every limit, as a factor on q, that the optimiser may use ...
@@ -40,7 +40,7 @@ SLOWEST = 0.25
 #: The law may use this part of every limit: what lies between the places looked at has the rest.
 KEEP = 0.9995
 #: A window from rest to rest that is over by no more than this is stretched in time instead of planned again.
-HAIR = 1.004
+HAIR = 1.012
 #: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line.
 STRAIGHT = 1e-12
 #: Part of a jerk and an acceleration limit that the ramp at rest may use: its axes' share is known at its ends only.
