@@ -237,7 +237,8 @@ class _Ends:
             ):
                 there = rise.copy()
                 there[rows, a], there[rows, b] = -turn * radius * np.sin(angle), turn * radius * np.cos(angle)
-                speed = np.linalg.norm(there, axis=1)
+                # an arc that ends at its centre, as a spiral of a repaired program may, has no tangent there
+                speed = np.maximum(np.linalg.norm(there, axis=1), 1e-150)
                 tangent[arcs.move] = there / speed[:, None]
                 inward = np.zeros_like(there)
                 inward[rows, a], inward[rows, b] = -radius * np.cos(angle), -radius * np.sin(angle)
@@ -312,7 +313,7 @@ def _arc_shapes(found: Summary, moves: Moves, arcs: Arcs, step: Array) -> None:
     found.degrees |= {int(degree) for degree in np.where(flat, 1, np.where(steep, 7, 2))}
     rest[:, list(ROTARY)] = 0.0
     least = np.minimum(arcs.first, arcs.last)
-    slope = np.linalg.norm(rest, axis=1) / (least * np.abs(arcs.sweep))
+    slope = np.linalg.norm(rest, axis=1) / np.maximum(least * np.abs(arcs.sweep), 1e-100)
     found.min_radius = min(found.min_radius, float(np.min(least * (1.0 + slope**2))))
 
 
