@@ -15,12 +15,14 @@ from splinefeed.records import Array, BoolArray, IntArray
 
 #: Places in every piece of the law where it is held against the limits.
 CHECKED = np.linspace(0.0, 1.0, 7)
+#: ... and at last, before what is left over is taken by a stretch: ends closer, as ramps bend most next to rest.
+LAST_CHECKED = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 33)))
 #: The rise of a peak between them is taken this much larger, as a parabola is not the whole truth.
 PEAK_MARGIN = 2.0
 #: Places of the curve between two ticks whose distance from their chord is looked at.
 CHORD_PLACES = np.linspace(0.0, 1.0, 11)[1:-1]
 #: A chord's share is taken this much larger, for what lies between those places.
-CHORD_MARGIN = 1.0 + 1e-2 / 8.0
+CHORD_MARGIN = 1.0 + 1e-2
 #: Roundings of a position that a difference may be off by.
 ROUNDINGS = 8.0
 #: An acceleration along the path below this share of the largest in its piece has no sign of its own.
@@ -29,21 +31,21 @@ NO_SIGN = 1e-9
 BLOCK = 65536
 
 
-def excess(nodes: Nodes, pieces: Pieces, setting: Setting) -> Array:
+def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECKED) -> Array:
     """By how much each cell's q must come down for the law as it is to keep every limit, (n,); 1 is just kept."""
     cells = nodes.cells
     path = cells.path
     first, last = pieces.offset, int(nodes.ends[1].rest)
-    ratios = np.zeros((len(CHECKED), len(pieces.coefficients)))
+    ratios = np.zeros((len(places), len(pieces.coefficients)))
     durations = np.diff(pieces.times)
     feeds = curve_feeds(path, setting.limits)
     curve = np.concatenate([cells.curve[:1]] * first + [cells.curve] + [cells.curve[-1:]] * last)
     left = np.concatenate([cells.u0[:1]] * first + [cells.u0] + [cells.u1[-1:]] * last)
     right = np.concatenate([cells.u0[:1]] * first + [cells.u1] + [cells.u1[-1:]] * last)
-    accelerations = np.array([polynomial(pieces.coefficients, place * durations, 2) for place in CHECKED])
+    accelerations = np.array([polynomial(pieces.coefficients, place * durations, 2) for place in places])
     none = np.abs(accelerations) <= NO_SIGN * np.max(np.abs(accelerations), axis=0)
-    signs = np.where(none, np.sign(accelerations[len(CHECKED) // 2]), np.sign(accelerations))
-    for row, place in enumerate(CHECKED):
+    signs = np.where(none, np.sign(accelerations[len(places) // 2]), np.sign(accelerations))
+    for row, place in enumerate(places):
         s, v, a, j = (polynomial(pieces.coefficients, place * durations, k) for k in range(4))
         u = located(path, curve, s)
         inner = slice(first, len(s) - last)

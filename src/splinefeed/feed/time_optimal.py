@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.audit import tick_excess
+from splinefeed.feed.audit import LAST_CHECKED, excess, tick_excess
 from splinefeed.feed.bounds import AxisLimits, deceleration, deceleration_jerk
 from splinefeed.feed.cells import sample
 from splinefeed.feed.corners import Corners, find_corners, worth
@@ -162,7 +162,8 @@ def _stretch(path: Path, low: float, high: float, setting: Setting) -> StretchPl
         found = solve(path, low, high, (0.0, 0.0), setting)
     except PlanError:
         return StretchPlan(steady(path, low, high, setting), 0.0, slow=True)
-    factor = math.sqrt(max(float(np.max(found.over)), 1.0)) * (1.0 + 1e-12)
+    at_last = excess(found.nodes, found.pieces, setting, LAST_CHECKED)
+    factor = math.sqrt(max(float(np.max(found.over)), float(np.max(at_last)), 1.0)) * (1.0 + 1e-12)
     plan = StretchPlan(found.pieces.stretched(factor), found.lower_bound)
     if factor > POOR or np.any(found.pieces.coarse):
         slow = steady(path, low, high, setting)
