@@ -168,6 +168,11 @@ def test_random_curves_and_limits(block):
         check_random(seed)
 
 
+@pytest.mark.parametrize("seed", [724])  # knots of a quadratic keep the rounds of repair from an end
+def test_what_once_failed(seed):
+    check_random(seed)
+
+
 @pytest.mark.torture
 @pytest.mark.timeout(7200)
 def test_random_curves_and_limits_many():

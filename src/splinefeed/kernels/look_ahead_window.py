@@ -211,6 +211,8 @@ def plan_window(
     found = np.zeros(3)
     over = np.empty(n + 2)
     worst = math.inf
+    best = math.inf
+    kept = c.copy()
     report[2] = 0.0
     for attempt in range(ROUNDS):
         fill_rows(n, h, ties, d[1 : n + 1], top, node_top, scale, calm, limit, linear, offset, jerk, root)
@@ -224,6 +226,9 @@ def plan_window(
             break
         if not worst < math.inf:
             break
+        if math.sqrt(worst) * np.sum(spans[: n + 2]) < best:
+            best = math.sqrt(worst) * np.sum(spans[: n + 2])
+            kept[:] = c
         over[1] = max(over[1], over[0])
         over[n] = max(over[n], over[n + 1])
         for i in range(1, n + 1):
@@ -231,6 +236,10 @@ def plan_window(
         for i in range(n):
             beside = max(tighter[i], tighter[i + 2])
             scale[i] /= max(tighter[i + 1], 1.0 + SPREAD * (beside - 1.0))
+    if free and not worst <= HAIR and (best < math.inf or lay_law(n, cells, kept, ends, spans, law)):
+        # the rounds did not suffice: the one that was best, or else what they began from, is stretched
+        lay_law(n, cells, kept, ends, spans, law)
+        worst = hold_law(n, cells, ends, spans, law, d, bend, bound, node_top, calm, limit, over) / KEEP
     report[0] = worst
     if not worst < math.inf or (not free and worst > 1.0):
         return 0
