@@ -20,6 +20,8 @@ LEAST_WINDOW = 32
 ROWS_PER_CELL = 2
 #: Where no new plan is found and fewer pieces of the last one are left than this, the motion comes to rest.
 FEWEST_AHEAD = 8
+#: A new plan may take this much longer than the last one to where that would rest, as cells are not the same.
+SLOWER = 1.02
 #: Part of the planned pieces that becomes final when more of the path is to come.
 FINAL = 0.5
 
@@ -98,6 +100,11 @@ class Window:
         if count <= 0:
             return self._as_planned(end)
         part = Part(nodes[:count], spans[:count], law[:count])
+        if self._ahead is not None and end > self._high:
+            # a plan that only passes where the last one would already rest is none
+            passing = float(np.sum(part.spans[nodes[1 : count + 1] <= self._high]))
+            if passing > SLOWER * float(np.sum(self._ahead.spans)):
+                return self._as_planned(end)
         if end >= stop:
             self.begin(stop)
             return part

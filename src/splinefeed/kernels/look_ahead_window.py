@@ -31,9 +31,11 @@ GAP = 0.05
 ROUNDS = 9
 #: Part of every limit, as a factor on q, that the optimiser may use ...
 MARGIN = 0.997
-#: ... and by how much more than it is over a cell is tightened.
+#: ... and by how much more than it is over a cell is tightened, ...
 TIGHTEN = 1.004
-#: Its neighbours are tightened by this share of that.
+#: ... at most, in one round ...
+MOST_TIGHTER = 1.6
+#: ... and by which share of that its neighbours are.
 SPREAD = 0.5
 #: From a state that is given, q falls by no more than twice this share of itself in the first cell.
 SLOWEST = 0.25
@@ -229,10 +231,12 @@ def plan_window(
         if math.sqrt(worst) * np.sum(spans[: n + 2]) < best:
             best = math.sqrt(worst) * np.sum(spans[: n + 2])
             kept[:] = c
+        if found[2] > 1.0 and attempt < ROUNDS - 3:
+            continue  # the optimiser is not yet within its own limits
         over[1] = max(over[1], over[0])
         over[n] = max(over[n], over[n + 1])
         for i in range(1, n + 1):
-            tighter[i] = over[i] / KEEP * TIGHTEN if over[i] > KEEP else 1.0
+            tighter[i] = min(over[i] / KEEP * TIGHTEN, MOST_TIGHTER) if over[i] > KEEP else 1.0
         for i in range(n):
             beside = max(tighter[i], tighter[i + 2])
             scale[i] /= max(tighter[i + 1], 1.0 + SPREAD * (beside - 1.0))
