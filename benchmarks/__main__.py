@@ -25,6 +25,7 @@ NAMES = (
     "cad",
     "drawings",
     "gcode",
+    "sweeps",
 )
 RESULTS = Path(__file__).with_name("results.json")
 README = Path(__file__).parents[1] / "README.md"

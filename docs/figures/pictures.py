@@ -8,6 +8,7 @@ import splinefeed as sf
 from splinefeed.pipeline.deviation import deviation
 from splinefeed.pipeline.experiment import serve_methods
 from splinefeed.report.files import save_figure
+from splinefeed.report.limits_figure import limits_figure
 from splinefeed.report.path_figure import path_figure
 from splinefeed.report.servo_figures import contour_figure, errors_figure
 
@@ -22,6 +23,7 @@ def main() -> None:
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
     butterfly = sf.run(sf.shapes.butterfly(), limits, strategy="time-optimal")
     save_figure(path_figure(butterfly.path, butterfly.points), HERE / "butterfly-path.svg")
+    save_figure(limits_figure(butterfly.use, butterfly.points, "butterfly"), HERE / "butterfly-limits.svg")
     law = butterfly.law
     print(f"butterfly: {law.duration:.3f} s, lower bound {law.settings['lower_bound_s']:.3f} s")
     classic = sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, acceleration=500, jerk=20000))
