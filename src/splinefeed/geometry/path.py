@@ -219,6 +219,11 @@ class Path:
         ends.setflags(write=False)
         return ends
 
+    @property
+    def ends(self) -> Array:
+        """First and last point of each curve, (curves, 2, axes), mm, rotary axes rad."""
+        return self._ends
+
     def _check_joints(self) -> None:
         if len(self.curves) == 1:
             return
@@ -440,6 +445,12 @@ class Path:
         if isinstance(self.curves, Lines):
             curves = Lines(self.curves.points[::-1])
         return Path(curves, self.axes, **{**self._said(), **turned}, tolerance=self.tolerance)
+
+    def smoothed(self, tolerance: float | str, **how: Any) -> Path:
+        """The path with continuous curvature within `tolerance`, mm; see `geometry.smoothing.smoothed`."""
+        from splinefeed.geometry.smoothing import smoothed
+
+        return smoothed(self, tolerance, **how)
 
     def __repr__(self) -> str:
         return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"

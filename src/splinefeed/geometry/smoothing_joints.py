@@ -1,0 +1,191 @@
+"""Transitions: at a joint of two curves a quintic that leaves and meets them with continuous curvature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP
+from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, BoolArray, IntArray
+
+#: A quintic over [-d, d] that meets value, slope and second derivative of a function at both ends differs from it by at
+#: most TANGENT d, BEND d^2 and RATE d^3 times the jumps of its first and second derivative in the middle and the
+#: largest value of its third one: see docs/math/smoothing.md.
+TANGENT, BEND, RATE = 3.0 / 16.0, 0.010737, 0.049511
+#: A transition is no longer than this many tolerances on each side: beyond, a long line stays what it was.
+REACH = 500.0
+#: Directions that turn by more than this, rad, are a reversal: no transition, the tool rests there.
+REVERSAL = np.radians(175.0)
+#: What is left of a curve between two transitions is left out below this share of the curve.
+NO_REST = 1e-6
+#: Places on each curve at which its third derivative, and then the transition, are looked at.
+PLACES = 9
+#: A third derivative between the places may be larger by this factor; what is wrong with that is found afterwards.
+BETWEEN = 1.5
+#: Times that a transition is shortened by half before the joint stays as it is.
+MOST_HALVINGS = 30
+#: Bisections that tell the length of a transition.
+BISECTIONS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Transitions:
+    """One transition a joint, or none.
+
+    reach   (joints,) arc length that it takes of either curve, mm; 0 for none
+    before  (joints,) parameter at which it leaves the curve in front; behind  at which it meets the one behind
+    points  (joints, 6, axes) Bezier points of degree 5
+    bound   (joints,) largest distance between it and what it replaces, at equal arc length from its ends, mm
+    """
+
+    reach: Array
+    before: Array
+    behind: Array
+    points: Array
+    bound: Array
+
+
+def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -> Transitions:
+    """Transitions of the joints (curves - 1,) that are `free`, within tolerance (joints,), mm, and angular, rad.
+
+    With r(s) by arc length of the linear axes, and p the quintic that meets r, r' and r'' at s = -d and d:
+    |p - r| <= TANGENT |jump of r'| d + BEND |jump of r''| d^2 + RATE max |r'''| d^3, d at most half of each curve.
+    Between two lines p is the quartic V - d T1 (1-u)^3 (1+u) + d T2 u^3 (2-u), its distance 3/8 d sin(angle / 2).
+    Source of the form: Sencer, Ishizaki, Shamoto, "A curvature optimal sharp corner smoothing algorithm for high-speed
+    feed motion generation of NC systems along linear tool paths", Int. J. Adv. Manuf. Technol. 76 (2015), 1977-1992,
+    doi 10.1007/s00170-014-6386-2; their middle points stand elsewhere, ours keep the speed even.
+    """
+    count, linear = len(path.flat), path.linear
+    joint = np.arange(count - 1)
+    lengths = np.diff(path.curve_starts)
+    domains = path.flat.domains
+    left = by_arc_length(path.evaluate(joint, domains[:-1, 1], 3, side="left"), linear)
+    right = by_arc_length(path.evaluate(joint + 1, domains[1:, 0], 3), linear)
+    jumps = right - left
+    tangent = _norms(jumps[:, 1], linear)
+    bend = _norms(jumps[:, 2], linear)
+    opposite = np.linalg.norm((right[:, 1] + left[:, 1])[:, :linear], axis=1)
+    angle = 2.0 * np.arctan2(tangent[:, 0], opposite)
+    size = path.size if path.size > 0.0 else 1.0
+    rough = (tangent.max(axis=1) > 0.5 * CORNER_ANGLE) | (bend.max(axis=1) > 0.5 * CURVATURE_JUMP / size)
+    wanted = free & rough & (angle < REVERSAL) & np.isfinite(tangent).all(axis=1) & np.isfinite(bend).all(axis=1)
+    reach = np.where(wanted, np.minimum(0.5 * np.minimum(lengths[:-1], lengths[1:]), REACH * tolerance), 0.0)
+    straight = path.flat.degrees == 1
+    curved = wanted & ~(straight[:-1] & straight[1:])
+    rate = np.zeros((count - 1, 2))
+    if curved.any():
+        rate[curved] = BETWEEN * _rates(path, joint[curved], reach[curved])
+    allowed = np.column_stack([tolerance, angular])
+    reach = np.minimum(reach, _longest(tangent, bend, rate, allowed, reach))
+    reach[reach <= 1e-9 * size] = 0.0
+    return _made(path, reach, curved & (reach > 0.0), allowed)
+
+
+def _norms(vectors: Array, linear: int) -> Array:
+    """Lengths over linear and over rotary axes (n, 2)."""
+    return np.column_stack([np.linalg.norm(vectors[:, :linear], axis=1), np.linalg.norm(vectors[:, linear:], axis=1)])
+
+
+def _rates(path: Path, joint: IntArray, reach: Array) -> Array:
+    """Largest |r'''| (n, 2) over linear and rotary axes at PLACES on either side within `reach` (n,) of the joints."""
+    at = path.curve_starts[joint + 1]
+    largest = np.zeros((len(joint), 2))
+    for side in (-1.0, 1.0):
+        steps = side * reach[:, None] * (np.arange(PLACES) + 0.5) / PLACES
+        curve, u = path.locate((at[:, None] + steps).ravel())
+        third = by_arc_length(path.evaluate(curve, u, 3), path.linear)[:, 3]
+        largest = np.maximum(largest, _norms(third, path.linear).reshape(len(joint), PLACES, 2).max(axis=1))
+    return largest
+
+
+def _longest(tangent: Array, bend: Array, rate: Array, allowed: Array, most: Array) -> Array:
+    """Greatest d (joints,) up to `most` that keeps the bound of `transitions` within allowed (joints, 2)."""
+
+    def within(d: Array) -> BoolArray:
+        d = d[:, None]
+        return np.asarray(np.all(TANGENT * tangent * d + BEND * bend * d**2 + RATE * rate * d**3 <= allowed, axis=1))
+
+    low, high = np.zeros(len(most)), most.copy()
+    fits = within(high)
+    low[fits] = high[fits]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        direct = np.min(np.where(tangent > 0.0, allowed / (TANGENT * tangent), np.inf), axis=1)
+    line = (bend == 0.0).all(axis=1) & (rate == 0.0).all(axis=1)
+    low = np.where(line, np.minimum(direct, most), low)
+    rest = np.flatnonzero(~fits & ~line)
+    for _ in range(BISECTIONS if len(rest) else 0):
+        middle = 0.5 * (low[rest] + high[rest])
+        trial = high.copy()
+        trial[rest] = middle
+        good = within(trial)[rest]
+        low[rest] = np.where(good, middle, low[rest])
+        high[rest] = np.where(good, high[rest], middle)
+    return low
+
+
+def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transitions:
+    """The quintics; those at curves are held against what they replace, and shortened until they are near enough."""
+    at = path.curve_starts[1:-1]
+    count = len(at)
+    before, behind = path.flat.domains[:-1, 1].copy(), path.flat.domains[1:, 0].copy()
+    points = np.zeros((count, 6, len(path.axes)))
+    bound = np.zeros(count)
+    open_ = np.flatnonzero(reach > 0.0)
+    for _ in range(MOST_HALVINGS):
+        if not len(open_):
+            break
+        d = reach[open_]
+        # the joint's own curves are asked, not whichever lies there by a rounding
+        before[open_] = _parameters(path, open_, at[open_] - d)
+        behind[open_] = _parameters(path, open_ + 1, at[open_] + d)
+        start = by_arc_length(path.evaluate(open_, before[open_], 3, side="left"), path.linear)
+        end = by_arc_length(path.evaluate(open_ + 1, behind[open_], 3), path.linear)
+        points[open_] = hermite(start, end, 2.0 * d)
+        # between two lines it is furthest off in the middle
+        bound[open_] = TANGENT * d * np.linalg.norm((end[:, 1] - start[:, 1])[:, : path.linear], axis=1)
+        open_ = open_[curved[open_]]
+        off = _apart(path, points[open_], at[open_], reach[open_])
+        bound[open_] = off[:, 0]
+        open_ = open_[np.any(off > allowed[open_], axis=1)]
+        reach[open_] *= 0.5
+    reach[open_] = 0.0
+    points.setflags(write=False)
+    return Transitions(reach, before, behind, points, bound)
+
+
+def _parameters(path: Path, curve: IntArray, s: Array) -> Array:
+    """Parameters (n,) of given curves (n,) at arc lengths s (n,) that lie on them but for rounding."""
+    found, u = path.locate(np.clip(s, 0.0, path.length))
+    domains = path.flat.domains[curve]
+    return np.where(found < curve, domains[:, 0], np.where(found > curve, domains[:, 1], u))
+
+
+def hermite(start: Array, end: Array, length: Array) -> Array:
+    """Bezier points (n, 6, axes) of the quintics with given r, r', r'' (n, 3 or more, axes) at both ends.
+
+    P1 = P0 + r' h / 5, P2 = P0 + 2 r' h / 5 + r'' h^2 / 20, and so backwards from P5; h = length (n,).
+    """
+    h = length[:, None]
+    p0, p5 = start[:, 0], end[:, 0]
+    return np.stack(
+        [
+            p0, p0 + 0.2 * h * start[:, 1], p0 + 0.4 * h * start[:, 1] + 0.05 * h * h * start[:, 2],
+            p5 - 0.4 * h * end[:, 1] + 0.05 * h * h * end[:, 2], p5 - 0.2 * h * end[:, 1], p5,
+        ],
+        axis=1,
+    )  # fmt: skip
+
+
+def _apart(path: Path, points: Array, at: Array, d: Array) -> Array:
+    """Largest distance (n, 2) over linear and rotary axes between quintics and path at equal shares of their length."""
+    u = np.linspace(0.0, 1.0, 2 * PLACES + 1)
+    v = 1.0 - u
+    basis = np.stack([v**5, 5 * u * v**4, 10 * u**2 * v**3, 10 * u**3 * v**2, 5 * u**4 * v, u**5])
+    off = np.zeros((len(points), 2))
+    for k in range(len(u)):
+        s = np.clip(at + (2.0 * u[k] - 1.0) * d, 0.0, path.length)
+        off = np.maximum(off, _norms(np.tensordot(points, basis[:, k], axes=(1, 0)) - path(s), path.linear))
+    return off

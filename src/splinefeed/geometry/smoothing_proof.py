@@ -1,0 +1,148 @@
+"""Two-way distance of two paths, bounded from above: how far one that was smoothed is from the original."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.nearest import Nearest
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, IntArray
+
+#: What chords cut off each path, which counts twice in a bound and twice in what it is compared with, and what bounds
+#: may be too large by, as shares of the precision that is asked for.
+SAG, SLACK = 0.1, 0.6
+#: Halvings of a chord at most.
+MOST_HALVINGS = 24
+#: Chords of one span at most.
+MOST_CHORDS = 100_000
+#: Places a span of a rational curve at which its second derivative is looked at, and the factor for what lies between.
+PLACES, BETWEEN = 17, 1.25
+
+
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """How far two paths are from each other over the linear axes, mm; bounds from above.
+
+    result    (curves of the result,) largest distance of each of its curves from the original
+    original  (curves of the original,) largest distance of each of these from the result
+    """
+
+    result: Array
+    original: Array
+
+    @property
+    def largest(self) -> float:
+        """The two-way (Hausdorff) distance."""
+        return float(max(self.result.max(), self.original.max()))
+
+
+def deviation(original: Path, result: Path, precision: float) -> Deviation:
+    """Two-way distance of the paths, at most `precision`, mm, above the true one, and never below it.
+
+    Both are taken as chords that cut off at most max|C''| h^2 / 8 (its B-spline coefficients bound C'', a rational
+    curve is sampled). The distance of a chord's points from one fixed chord of the other path is convex, so that its
+    greatest value lies at an end; chords are halved until that bound is near the distance that is found there.
+    Nothing of it is shared with the smoothing. Raises InputError for paths of other axes or a precision of 0 or less.
+    """
+    if original.axes != result.axes:
+        raise InputError(f"the paths have axes {original.axes} and {result.axes}; the same are needed")
+    if not 0.0 < precision < math.inf:
+        raise InputError(f"precision is {precision!r} mm; it must be greater than 0 and finite")
+    first, second = chords(original, SAG * precision), chords(result, SAG * precision)
+    sags = 2.0 * SAG * precision
+    return Deviation(
+        result=_farthest(second, first, len(result.curves), SLACK * precision) + sags,
+        original=_farthest(first, second, len(original.curves), SLACK * precision) + sags,
+    )
+
+
+def chords(path: Path, sag: float) -> tuple[Array, IntArray]:
+    """Points (n + 1, linear) of chords that cut off at most `sag`, mm, and the curve of each chord (n,)."""
+    linear = path.linear
+    flat = path.flat
+    rows: list[Array] = []
+    owners: list[IntArray] = []
+    straight = (flat.degrees == 1) & (flat.rational == 0)
+    low = 0
+    for i in [*np.flatnonzero(~straight).tolist(), len(flat)]:
+        if i > low:  # lines are their own chords
+            points = flat.points[flat.point_starts[low] : flat.point_starts[i], :linear]
+            rows.append(points)
+            per = np.repeat(np.arange(low, i), np.diff(flat.point_starts)[low:i])
+            owners.append(per)
+        if i < len(flat):
+            points = path.curves[i](_parameters(path.curves[i], linear, sag))[:, :linear]
+            rows.append(points)
+            owners.append(np.full(len(points), i))
+        low = i + 1
+    points, owner = np.concatenate(rows), np.concatenate(owners)
+    moved = np.append(True, np.any(points[1:] != points[:-1], axis=1))
+    return points[moved], owner[moved][1:]
+
+
+def _parameters(curve: NurbsCurve, linear: int, sag: float) -> Array:
+    """Parameters between which chords cut off at most `sag`, mm."""
+    breaks = curve.breaks
+    if curve.rational:
+        u = breaks[:-1, None] + np.diff(breaks)[:, None] * np.linspace(0.0, 1.0, PLACES)
+        top = BETWEEN * np.linalg.norm(curve.derivatives(u, 2)[..., 2, :linear], axis=-1).max(axis=1)
+    else:
+        p, knots, q = curve.degree, curve.knots, curve.control_points[:, :linear]
+        for _ in range(2):
+            width = knots[p + 1 : p + len(q)] - knots[1 : len(q)]
+            q = np.divide(p * np.diff(q, axis=0), width[:, None], out=np.zeros((len(q) - 1, linear)),
+                          where=width[:, None] > 0.0)  # fmt: skip
+            knots, p = knots[1:-1], p - 1
+        sizes = np.linalg.norm(q, axis=1)
+        spans = np.searchsorted(knots, breaks[:-1], side="right") - 1
+        top = np.max(sizes[np.clip(spans[:, None] - np.arange(p + 1), 0, len(sizes) - 1)], axis=1)
+    counts = np.clip(np.ceil(np.diff(breaks) * np.sqrt(top / (8.0 * sag))), 1, MOST_CHORDS).astype(np.int64)
+    first = np.repeat(np.cumsum(counts) - counts, counts)
+    share = (np.arange(len(first)) - first) / np.repeat(counts, counts)
+    return np.append(np.repeat(breaks[:-1], counts) + share * np.repeat(np.diff(breaks), counts), breaks[-1])
+
+
+def _farthest(of: tuple[Array, IntArray], to: tuple[Array, IntArray], count: int, slack: float) -> Array:
+    """Upper bounds (count,) of the distance of the chords of each curve from all chords of the other path."""
+    target = to[0]
+    line = Path.polyline(target)
+    search = Nearest(line.table, line.shape)
+    row, _, distance = search.find(of[0])
+    out = np.zeros(count)
+    np.maximum.at(out, of[1], np.maximum(distance[:-1], distance[1:]))
+    p, q, owner = of[0][:-1], of[0][1:], of[1]
+    at_p, at_q, to_p, to_q = distance[:-1], distance[1:], row[:-1], row[1:]
+    for halving in range(MOST_HALVINGS + 1):
+        upper = np.minimum(
+            np.maximum(at_p, _to_segment(q, target[to_p], target[to_p + 1])),
+            np.maximum(at_q, _to_segment(p, target[to_q], target[to_q + 1])),
+        )
+        # no point of a chord is further off than this, whatever lies between
+        upper = np.minimum(upper, 0.5 * (at_p + at_q + np.linalg.norm(q - p, axis=1)))
+        open_ = upper > out[owner] + slack
+        if not open_.any() or halving == MOST_HALVINGS:
+            np.maximum.at(out, owner, np.where(open_, upper, upper - slack))
+            break
+        p, q, owner, at_p, at_q, to_p, to_q = (
+            each[open_] for each in (p, q, owner, at_p, at_q, to_p, to_q)
+        )  # fmt: skip
+        middle = 0.5 * (p + q)
+        to_m, _, at_m = search.find(middle)
+        np.maximum.at(out, owner, at_m)
+        p, q = np.concatenate([p, middle]), np.concatenate([middle, q])
+        at_p, at_q = np.concatenate([at_p, at_m]), np.concatenate([at_m, at_q])
+        to_p, to_q = np.concatenate([to_p, to_m]), np.concatenate([to_m, to_q])
+        owner = np.concatenate([owner, owner])
+    return out + slack
+
+
+def _to_segment(points: Array, start: Array, end: Array) -> Array:
+    """Distances (n,) of points from segments (n, axes)."""
+    along = end - start
+    share = np.sum((points - start) * along, axis=1) / np.sum(along * along, axis=1)
+    return np.asarray(np.linalg.norm(points - start - np.clip(share, 0.0, 1.0)[:, None] * along, axis=1))

@@ -1,0 +1,283 @@
+"""Smoothing: within the tolerance by a proof of its own, of continuous curvature, and nothing lost on the way."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.errors import InputError
+from splinefeed.geometry.nearest import Nearest
+from splinefeed.geometry.smoothing_joints import transitions
+from splinefeed.geometry.smoothing_proof import deviation
+
+PROGRAMS = ("cncjs_tball.gcode",)
+#: Share of the tolerance to which deviations are told.
+PRECISION = 0.02
+
+
+def turned(rng, count, step, angle):
+    """Points of a walk that turns by at most `angle`, rad, after steps of about `step`, mm."""
+    heading = np.cumsum(rng.uniform(-angle, angle, count))
+    lengths = step * rng.uniform(0.3, 1.7, count)
+    return np.vstack([np.zeros(2), np.cumsum(lengths[:, None] * np.c_[np.cos(heading), np.sin(heading)], axis=0)])
+
+
+def chopped_arc(rng, radius, sag, noise):
+    """Points on an arc at uneven places, each off by at most `noise`, mm."""
+    step = math.sqrt(8.0 * sag / radius)
+    phi = np.concatenate([[0.0], np.cumsum(step * rng.uniform(0.2, 1.0, int(rng.integers(20, 120))))])
+    points = radius * np.c_[np.sin(phi), 1.0 - np.cos(phi)]
+    return points + noise * rng.uniform(-1.0, 1.0, points.shape)
+
+
+def smooth_curve(rng, count):
+    t = np.sort(rng.uniform(0.0, 6.0, count))
+    return np.c_[8.0 * t, 5.0 * np.sin(t) + np.sin(2.3 * t)]
+
+
+def random_path(seed):
+    """A polyline, a chopped arc or curve, or a mixture of long and short lines and true arcs; and a tolerance, mm."""
+    rng = np.random.default_rng(seed)
+    tolerance = float(10.0 ** rng.uniform(-3.0, -1.0))
+    kind = seed % 6
+    if kind == 0:
+        points = turned(rng, int(rng.integers(2, 60)), 5.0, rng.uniform(0.1, 3.0))
+    elif kind == 1:
+        points = chopped_arc(rng, rng.uniform(2.0, 80.0), 0.5 * tolerance, 0.2 * tolerance)
+    elif kind == 2:
+        points = np.round(smooth_curve(rng, int(rng.integers(50, 400))), 3)
+    elif kind == 3:
+        points = np.vstack([turned(rng, 12, 10.0, 1.0), chopped_arc(rng, 5.0, 0.3 * tolerance, 0.05 * tolerance)])
+        points[13:] += points[12] - points[13] + [0.5, 0.2]
+    elif kind == 4:
+        points = turned(rng, 300, 3.0 * tolerance, 1.5)  # nothing but noise
+    else:
+        return mixture(rng), tolerance
+    return sf.Path.polyline(points, repair=True), tolerance
+
+
+def arc(start, centre, angle):
+    """A circular arc as rational quadratic Bezier curves of at most a quarter turn."""
+    parts = max(1, math.ceil(abs(angle) / (0.5 * math.pi)))
+    half = 0.5 * angle / parts
+    curves = []
+    p = np.asarray(start, dtype=float)
+    for _ in range(parts):
+        r = p - centre
+        c, s = math.cos(2 * half), math.sin(2 * half)
+        q = centre + np.array([c * r[0] - s * r[1], s * r[0] + c * r[1]])
+        c, s = math.cos(half), math.sin(half)
+        middle = centre + np.array([c * r[0] - s * r[1], s * r[0] + c * r[1]]) / c
+        curves.append(sf.NurbsCurve.bezier([p, middle, q], [1.0, c, 1.0]))
+        p = q
+    return curves
+
+
+def mixture(rng):
+    """Lines and arcs, some joined smoothly, some at corners."""
+    curves, at, heading = [], np.zeros(2), 0.0
+    for _ in range(int(rng.integers(3, 12))):
+        if rng.random() < 0.5:
+            heading += rng.choice([0.0, rng.uniform(-0.5, 0.5), rng.uniform(-2.5, 2.5)])
+        direction = np.array([math.cos(heading), math.sin(heading)])
+        if rng.random() < 0.5:
+            to = at + rng.uniform(0.5, 30.0) * direction
+            curves.append(sf.NurbsCurve(1, [0, 0, 1, 1], [at, to]))
+        else:
+            radius, angle = rng.uniform(0.5, 20.0), rng.uniform(0.3, 3.0) * rng.choice([-1.0, 1.0])
+            centre = at + math.copysign(radius, angle) * np.array([-direction[1], direction[0]])
+            curves += arc(at, centre, angle)
+            heading += angle
+        at = curves[-1].ends[1]
+    return sf.Path(curves)
+
+
+def check_one(seed):
+    path, tolerance = random_path(seed)
+    if tolerance > path.size:
+        return
+    for corners in ("keep", "round"):
+        result = path.smoothed(tolerance, corners=corners)
+        found = deviation(path, result, PRECISION * tolerance)
+        assert found.largest <= (1.0 + PRECISION) * tolerance, f"seed {seed}, {corners}: {found.largest / tolerance}"
+        np.testing.assert_array_equal(result.ends[[0, -1], [0, 1]], path.ends[[0, -1], [0, 1]])
+        assert len(result.corners) <= len(path.corners), f"seed {seed}"
+        assert all(corner.stop for corner in result.corners), f"seed {seed}: the curvature jumps in the result"
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_paths_stay_within_the_tolerance(seed):
+    check_one(seed)
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("block", range(100))
+def test_ten_thousand_random_paths_stay_within_the_tolerance(block):
+    for seed in range(1000 + 100 * block, 1100 + 100 * block):
+        check_one(seed)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize("tolerance", [0.005, 0.05])
+def test_real_programs_stay_within_the_tolerance(program, tolerance, request):
+    path = sf.read(request.config.rootpath / "tests" / "data" / "gcode" / program)
+    result = path.smoothed(tolerance)
+    assert deviation(path, result, PRECISION * tolerance).largest <= tolerance
+    assert len(result.stops) < 0.05 * len(path.stops)
+
+
+def test_the_proof_is_above_a_dense_sampling_and_near_it():
+    path, tolerance = random_path(2)
+    result = path.smoothed(tolerance)
+    found = deviation(path, result, PRECISION * tolerance)
+    there = Nearest(path.table, path.shape).find(result(np.linspace(0.0, result.length, 100_001)))[2].max()
+    back = Nearest(result.table, result.shape).find(path(np.linspace(0.0, path.length, 100_001)))[2].max()
+    assert there <= found.result.max() <= there + PRECISION * tolerance
+    assert back <= found.original.max() <= back + PRECISION * tolerance
+
+
+@pytest.mark.parametrize("degrees", [5.0, 40.0, 90.0, 150.0])
+def test_a_transition_of_two_lines_is_as_far_off_as_the_formula_says(degrees):
+    turn = math.radians(degrees)
+    path = sf.Path.polyline([[-20.0, 0.0], [0.0, 0.0], [20.0 * math.cos(turn), 20.0 * math.sin(turn)]])
+    made = transitions(path, np.array([0.01]), np.array([1.0]), np.array([True]))
+    d = float(made.reach[0])
+    result = path.smoothed(0.01, corners="round")
+    away = float(Nearest(result.table, result.shape).find(np.zeros(2))[2])
+    assert made.bound[0] == pytest.approx(0.375 * d * math.sin(0.5 * turn), rel=1e-12)
+    assert away == pytest.approx(0.95 * made.bound[0], rel=1e-9)
+    assert made.bound[0] == pytest.approx(0.01, rel=1e-9) or d == pytest.approx(500 * 0.01)
+
+
+def test_noise_of_the_last_digit_makes_no_ripples_of_curvature():
+    rng = np.random.default_rng(5)
+    radius = 25.0
+    phi = np.sort(rng.uniform(0.0, 2.0, 700))
+    points = np.round(radius * np.c_[np.cos(phi), np.sin(phi)], 3)
+    points = np.insert(points, [50, 300], points[[50, 300]], axis=0)  # duplicates
+    points = np.insert(points, [200], points[[199]] - [0.0004, -0.0003], axis=0)  # a tiny step back
+    path = sf.Path.polyline(points, repair=True)
+    result = path.smoothed(0.01)
+    s = np.linspace(0.0, result.length, 20_001)
+    curve, u = result.locate(s)
+    derivatives = result.evaluate(curve, u, 2)
+    first, second = derivatives[:, 1], derivatives[:, 2]
+    curvature = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / np.linalg.norm(first, axis=1) ** 3
+    assert len(result.curves) <= 5
+    assert not len(result.corners)
+    assert curvature.max() < 1.5 / radius
+    assert curvature.min() > 0.5 / radius
+    # the lines themselves turn at single points as if the radius were well below a millimetre
+    steps = np.diff(path.ends[:, 0], axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    cross = np.abs(steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]) / (lengths[:-1] * lengths[1:])
+    assert np.max(cross / np.maximum(lengths[:-1], lengths[1:])) > 20.0 / radius
+
+
+def test_long_lines_and_arcs_keep_what_is_left_of_them():
+    line = sf.NurbsCurve(1, [0, 0, 1, 1], [[-100.0, 0.0], [0.0, 0.0]])
+    bend = arc([0.0, 0.0], np.array([0.0, 30.0]), math.pi)
+    back = sf.NurbsCurve(1, [0, 0, 1, 1], [[0.0, 60.0], [-100.0, 60.0]])
+    path = sf.Path([line, *bend, back], tolerance=1e-9)
+    result = path.smoothed(0.01)
+    assert len(path.corners) == 2 and not len(result.corners)
+    assert [curve.degree for curve in result.curves] == [1, 5, 2, 2, 5, 1]
+    for curve in (result.curves[0], result.curves[-1]):
+        np.testing.assert_array_equal(curve.control_points[:, 1], [curve.ends[0, 1]] * 2)
+    for curve in result.curves[2:4]:
+        radii = np.linalg.norm(curve(np.linspace(*curve.domain, 101)) - [0.0, 30.0], axis=1)
+        np.testing.assert_allclose(radii, 30.0, rtol=1e-13)
+
+
+def test_a_reversal_stays_a_stop_and_no_loop():
+    path = sf.Path.polyline([[0, 0], [10, 0], [0, 0], [0, 10]])
+    result = path.smoothed(0.05, corners="round")
+    assert result.stops == (10.0,)
+    assert result.bounding_box()[1][0] == 10.0
+    # that small, it is noise
+    noisy = sf.Path.polyline([[0, 0], [5, 0], [4.999, 0], [10, 0]]).smoothed(0.05)
+    assert noisy.stops == ()
+    assert noisy.length == pytest.approx(10.0)
+
+
+def test_corners_are_kept_or_rounded():
+    path = sf.Path.polyline([[0, 0], [10, 0], [10, 10], [12, 20]])
+    kept, rounded = path.smoothed(0.02), path.smoothed(0.02, corners="round")
+    assert kept.stops == (10.0,)
+    assert rounded.stops == ()
+    assert path.smoothed(0.02, corner_angle=math.radians(95)).stops == ()
+
+
+def test_feeds_tolerances_and_markers_stay_at_their_places():
+    points = [[0, 0], [10, 0], [20, 1], [30, 1], [40, 2], [50, 2], [60, 3]]
+    feeds = [10.0, 10.0, 20.0, 20.0, 20.0, math.inf]
+    markers = [sf.Marker(1, "S100", stop=False), sf.Marker(3, "M3", stop=True), sf.Marker(6, "M2")]
+    path = sf.Path.polyline(points, feeds=feeds, tolerances=[0.01] * 6, markers=markers)
+    result = path.smoothed(0.01)
+    assert [m.text for m in result.markers] == ["S100", "M3", "M2"]
+    assert result.markers[-1].before == len(result.curves)
+    where = [result.curve_starts[m.before] for m in result.markers[:2]]
+    np.testing.assert_allclose(where, [path.curve_starts[1], path.curve_starts[3]], atol=0.02)
+    np.testing.assert_array_equal(result(where[1]), [30.0, 1.0])
+    assert where[1] in result.stops
+    change = result.curve_starts[int(np.argmax(result.feeds > 10.0))]
+    np.testing.assert_allclose(result(change), [20.0, 1.0], atol=0.01)
+    assert np.isinf(result.feeds[-1]) and np.isfinite(result.feeds[:-1]).all()
+    np.testing.assert_array_equal(result.curves[-1].control_points, points[-2:])
+    np.testing.assert_array_equal(result.tolerances, 0.01)
+
+
+def test_the_program_s_own_tolerance():
+    points = [[0, 0], [10, 0], [20, 4], [30, 4], [40, 8]]
+    path = sf.Path.polyline(points, tolerances=[0.02, 0.02, 0.0, math.inf])
+    result = path.smoothed("program")
+    assert len(result.corners) == 2  # both ends of the exact line
+    np.testing.assert_array_equal(result.curves[-2].control_points, points[2:4])
+    plain = sf.Path.polyline(points)
+    assert plain.smoothed("program") is plain
+
+
+def test_rotary_axes_turn_in_step():
+    x = np.linspace(0.0, 20.0, 6)
+    points = np.c_[x, 0 * x, np.radians([0, 10, 30, 35, 60, 60])]
+    path = sf.Path.polyline(points, axes=("x", "y", "a"))
+    allowed = math.radians(0.1)
+    result = path.smoothed(0.05, angular_tolerance=allowed)
+    assert not len(result.corners)
+    s = np.linspace(0.0, 20.0, 4001)
+    off = np.abs(result(s)[:, 2] - path(s)[:, 2]).max()
+    assert 0.5 * allowed < off <= allowed
+    np.testing.assert_allclose(result(s)[:, 0], s, atol=1e-9)
+
+
+def test_moves_of_rotary_axes_alone_stay_exact():
+    points = [[0, 0, 0], [10, 0, 0], [10, 0, 1], [20, 3, 1], [30, 3, 1]]
+    result = sf.Path.polyline(points, axes=("x", "y", "a")).smoothed(0.01)
+    np.testing.assert_array_equal(result.curves[1].control_points, points[1:3])
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, math.nan, math.inf, 1000.0, "any"])
+def test_tolerances_that_cannot_be(tolerance):
+    with pytest.raises(InputError, match="tolerance is"):
+        sf.Path.polyline([[0, 0], [1, 0], [1, 1]]).smoothed(tolerance)
+
+
+@pytest.mark.parametrize("wrong", [{"corners": "cut"}, {"corner_angle": 0.0}, {"angular_tolerance": -1.0}])
+def test_other_arguments_that_cannot_be(wrong):
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        sf.Path.polyline([[0, 0], [1, 0], [1, 1]]).smoothed(0.01, **wrong)
+
+
+def test_two_points_spikes_and_very_many_points_on_a_spot():
+    two = sf.Path.polyline([[0, 0], [1, 0]])
+    assert two.smoothed(0.01).curves[0] == two.curves[0]
+    spike = sf.Path.polyline([[0, 0], [5, 0], [5, 8], [5, 0.001], [10, 0]])
+    assert deviation(spike, spike.smoothed(0.01, corners="round"), 1e-4).largest <= 0.01
+    rng = np.random.default_rng(0)
+    spot = np.vstack([[[-5.0, 0.0]], 1e-5 * rng.standard_normal((1_000_000, 2)), [[5.0, 0.0]]])
+    result = sf.Path.polyline(spot).smoothed(0.01)
+    assert len(result.curves) <= 4
+    assert result.stops == ()
