@@ -127,7 +127,7 @@ def test_a_terminal_without_unicode(folder):
         check=False,
     )
     assert result.returncode == 0, result.stderr
-    assert result.stdout.startswith("Fl\\xfcgel \\u98db: open, ")
+    assert "\nFl\\xfcgel \\u98db: open, " in result.stdout
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs the pty module and its ways")

@@ -18,7 +18,6 @@ from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Response
-from splinefeed.report import html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,7 +37,7 @@ LIMITS = "limits.toml"
 #: The time law.
 LAW = "law.h5"
 #: The page to look at.
-REPORT = html.NAME
+REPORT = "report.html"
 #: What the axes of a machine did.
 RESPONSE = "response.h5"
 #: Names of setpoint files by format.
@@ -129,6 +128,8 @@ def write(
             machine = str((record or {}).get("machine", ""))
             beside = deviation(served[-1].response, run.path, run.points.s)
             names += save_figures(servo_figures(responses, run.path.name, machine, beside), place)
+        from splinefeed.report import html
+
         if html.available():
             own_first = {each.points.method: each.response for each in reversed(served)}
             names.append(REPORT)
@@ -145,6 +146,8 @@ def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: 
     if with_setpoints:
         save(run.points, place / SETPOINTS["hdf5"])
     if with_report:
+        from splinefeed.report import html
+
         numbers = {**run.numbers(), "name": f"{run.path.name}, run {task.index}", "settings": task.settings}
         write_report(html.page(run, numbers), place / REPORT)
 

@@ -18,8 +18,6 @@ from splinefeed.report import plotly_figures
 from splinefeed.report.drawing import short
 from splinefeed.report.limits_figure import words_of
 
-#: The file that it is written to.
-NAME = "report.html"
 _UNITS = {
     "feed": "mm/s", "acceleration": "mm/s²", "deceleration": "mm/s²", "jerk": "mm/s³", "chord_error": "mm",
     "centripetal": "mm/s²", "axis_velocity": "mm/s", "axis_acceleration": "mm/s²", "axis_jerk": "mm/s³",
