@@ -1,0 +1,161 @@
+"""Override and hold: whatever is asked for, the limits hold in what is sent, and the motion stays whole."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.errors import LimitsError
+from splinefeed.feed.override import Override, with_reserve
+from splinefeed.interpolation.instants import Instants
+from splinefeed.records import Array, Limits, Setpoints, TimeLaw
+
+PERIOD = 1e-3
+#: What scripts are tried on: source, limits, strategy, highest rate.
+CASES = {
+    "butterfly": ("butterfly", Limits(feed=60, axis_acceleration=500, axis_jerk=20000), "time-optimal", 1.0),
+    "butterfly, look-ahead": ("butterfly", Limits(feed=100, axis_acceleration=1000, axis_jerk=5e4), "look-ahead", 1.0),
+    "airfoil": ("naca:0025?chord=15.5", Limits(feed=60, axis_acceleration=500, axis_jerk=20000), "time-optimal", 1.0),
+    "airfoil along the path": ("naca:0025?chord=15.5", Limits(feed=40, acceleration=200, jerk=5e3), "seven-phase", 1.0),
+    "circle, up to 150 %": (
+        "circle?radius=10",
+        Limits(feed=40, axis_acceleration=300, axis_jerk=9e3),
+        "look-ahead",
+        1.5,
+    ),
+    "corners": ("corners", Limits(feed=50, axis_acceleration=400, axis_jerk=2e4), "time-optimal", 1.0),
+    "space": ("space", Limits(feed=80, axis_velocity=60, axis_acceleration=600, axis_jerk=3e4), "time-optimal", 1.2),
+}
+
+
+@cache
+def case(name: str) -> tuple[sf.Path, Limits, TimeLaw]:
+    source, limits, strategy, top = CASES[name]
+    if source == "corners":
+        points = [(0, 0), (12, 0), (12, 9), (3, 11)]
+        lines = [sf.NurbsCurve(1, [0, 0, 1, 1], [a, b]) for a, b in pairwise(points)]
+        path = sf.Path(lines, markers=[sf.Marker(2, dwell=0.05)])
+    elif source == "space":
+        rng = np.random.default_rng(7)
+        knots = [0.0] * 4 + list(range(1, 9)) + [9.0] * 4
+        path = sf.Path([sf.NurbsCurve(3, knots, np.cumsum(rng.uniform(-4, 8, (12, 3)), axis=0))])
+    else:
+        path = sf.shapes.from_text(source)
+    return path, limits, sf.plan(path, with_reserve(limits, top), strategy, PERIOD)
+
+
+def script(rng: np.random.Generator, ticks: int) -> Array:
+    """What an operator may do, or a mad one: steps, ramps, taps, holds, noise; then full rate until the end."""
+    kind = rng.integers(6)
+    time = np.arange(ticks)
+    if kind == 0:  # steps
+        wanted = np.repeat(rng.uniform(0, 2, ticks // 40 + 1), 40)[:ticks]
+    elif kind == 1:  # ramps
+        places = np.sort(rng.integers(0, ticks, 9))
+        wanted = np.interp(time, places, rng.uniform(0, 2, 9))
+    elif kind == 2:  # taps on the knob
+        wanted = np.clip(1 + 0.1 * np.cumsum(rng.choice([-1, 0, 0, 0, 0, 0, 1], ticks)), 0, 2)
+    elif kind == 3:  # hold and resume, each at once
+        wanted = (np.cumsum(rng.random(ticks) < rng.uniform(0.002, 0.02)) % 2 == 0).astype(float)
+    elif kind == 4:  # from 0 to 200 % on every tick
+        wanted = rng.uniform(0, 2, ticks)
+    else:  # one hold of some length
+        at = rng.integers(ticks)
+        wanted = np.where((time >= at) & (time < at + rng.integers(1, 600)), 0.0, 1.0)
+    return np.concatenate([wanted, np.full(4 * ticks, 1.0)])
+
+
+def sent(name: str, wanted: Array) -> tuple[Override, Setpoints]:
+    path, limits, law = case(name)
+    override = Override(path, law, limits, rate=wanted[0])
+    begin = override.rate
+    ticks = override.run(wanted)
+    points = Instants(path, law, PERIOD)
+    return override, points.block(np.append(0.0, ticks.tau), np.append(begin, ticks.rate))
+
+
+def assert_kept(name: str, seed: int) -> None:
+    path, limits, law = case(name)
+    wanted = script(np.random.default_rng(seed), round(law.duration / PERIOD))
+    override, points = sent(name, wanted)
+    assert override.done
+    assert points.s[-1] == pytest.approx(path.length, rel=1e-13)
+    verdict = sf.check(points, path, limits)
+    assert verdict.ok, (name, seed, verdict.problems)
+    assert max(result.share for result in verdict.limits.values()) < 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("seed", range(9))
+def test_no_script_takes_what_is_sent_over_a_limit(name: str, seed: int) -> None:
+    assert_kept(name, seed)
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("seed", range(100, 100 + 50 * 150, 50))
+def test_no_script_of_a_thousand_takes_what_is_sent_over_a_limit(name: str, seed: int) -> None:
+    assert_kept(name, seed)
+
+
+def test_left_alone_the_law_runs_as_planned() -> None:
+    path, _, law = case("butterfly")
+    _, points = sent("butterfly", np.ones(20000))
+    planned = sf.interpolate(path, law, method="arc-length")
+    assert len(points) == len(planned)
+    np.testing.assert_allclose(points.position, planned.position, atol=1e-11)
+
+
+@pytest.mark.parametrize("at", [900, 1500, 3021])  # between corners and in one
+def test_a_hold_comes_to_rest_on_the_path_and_goes_on_from_there(at: int) -> None:
+    path, limits, law = case("butterfly")
+    wanted = np.ones(30000)
+    wanted[at : at + 1000] = 0.0
+    override = Override(path, law, limits)
+    ticks = override.run(wanted)
+    rest = np.flatnonzero(ticks.rate == 0.0)
+    assert rest[0] < at + 300  # the slack of the reserve stops it in a fraction of a second
+    np.testing.assert_array_equal(rest, np.arange(rest[0], rest[0] + len(rest)))
+    assert len(set(ticks.tau[rest].tolist())) == 1  # it stands
+    after = np.flatnonzero(ticks.rate[at + 1000 :] >= 1.0)
+    assert after[0] < 300
+    assert override.done
+
+
+def test_a_wanted_rate_is_reached_exactly_and_not_passed() -> None:
+    path, limits, law = case("butterfly")
+    override = Override(path, law, limits)
+    ticks = override.run(np.full(3000, 0.37))
+    assert ticks.rate[-1] == 0.37
+    assert np.all(np.diff(ticks.rate) <= 0.0)
+
+
+def test_at_the_highest_rate_a_law_with_room_takes_less_time() -> None:
+    _, _, law = case("circle, up to 150 %")
+    override, points = sent("circle, up to 150 %", np.full(20000, 2.0))
+    assert override.top == pytest.approx(1.5, rel=5e-3)
+    assert points.t[-1] < 0.75 * law.duration
+
+
+def test_the_same_script_in_pieces_gives_the_same_bits() -> None:
+    path, limits, law = case("butterfly")
+    wanted = script(np.random.default_rng(4), 8000)
+    whole = Override(path, law, limits).run(wanted)
+    parts = Override(path, law, limits)
+    pieces = [parts.run(wanted[start : start + 333]) for start in range(0, len(wanted), 333)]
+    np.testing.assert_array_equal(np.concatenate([piece.tau for piece in pieces]), whole.tau)
+
+
+def test_a_law_without_reserve_is_refused() -> None:
+    path, limits, _ = case("butterfly")
+    with pytest.raises(LimitsError, match=r"leaves nothing to slow it with; plan it under with_reserve"):
+        Override(path, sf.plan(path, limits, "time-optimal", PERIOD), limits)
+
+
+def test_a_share_that_leaves_nothing_is_refused() -> None:
+    with pytest.raises(LimitsError, match="share of jerk"):
+        with_reserve(Limits(feed=1), jerk=1.0)
