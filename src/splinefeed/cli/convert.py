@@ -13,6 +13,7 @@ Examples:
   splinefeed convert part.dxf part.svg
   splinefeed convert drawing.svg outline.json --path outline --repair
   splinefeed convert butterfly butterfly.svg --tolerance 0.1um --json
+  splinefeed convert lines.ngc curves.json --smooth 0.01mm
   splinefeed convert wing.step wing.nc --to fanuc --as arcs --feed 1200mm/min
 
 """
@@ -22,6 +23,7 @@ Examples:
 @click.argument("source", metavar="IN")
 @click.argument("target", metavar="OUT")
 @options.reading_alone
+@options.smoothing
 @options.quantity(
     "--join", kind="length", text="Gap between curves of a drawing that is still none.  [default: 1e-6 mm]"
 )
@@ -44,8 +46,9 @@ def command(source: str, target: str, as_json: bool, **given: Any) -> None:
     from splinefeed.cli.progress import busy
 
     with busy("convert") as say:
-        from splinefeed.cli.source import read_contents
+        from splinefeed.cli.source import read_contents, smooth
         from splinefeed.formats import registry
+        from splinefeed.formats.contents import Contents
         from splinefeed.pipeline.convert import convert
 
         registry.format_to_write(target)  # before anything long begins
@@ -56,6 +59,11 @@ def command(source: str, target: str, as_json: bool, **given: Any) -> None:
         elif given["tolerance"] is not None and source.lower().endswith(".dat"):
             reading["tolerance"] = given["tolerance"]  # an airfoil is a fit to points
         paths = read_contents(source, reading)
+        if how := options.smoothing_from(given):
+            say("smoothing")
+            units, form = paths.units, paths.format
+            paths = Contents([smooth(path, how) for path in paths], units)
+            paths.format = form
         say(f"writing {target}")
         writing = {"dialect": given["to_dialect"], "as_": given["as_"], "feed": given["feed"]}
         writing = {name: value for name, value in writing.items() if value is not None}

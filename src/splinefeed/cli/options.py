@@ -36,6 +36,18 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]  # only newer version
             raise click.BadParameter(str(error), ctx, param) from None
 
 
+class Smoothing(click.ParamType):  # type: ignore[type-arg]
+    """A length, or the word `program`."""
+
+    name = "tolerance"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        """The tolerance in mm, or `program`."""
+        from splinefeed.geometry.smoothing import PROGRAM
+
+        return PROGRAM if value == PROGRAM else Quantity("length").convert(value, param, ctx)
+
+
 class Names(click.ParamType):  # type: ignore[type-arg]
     """A list of names between commas."""
 
@@ -147,6 +159,55 @@ reading = _all(
         "Drawings, CAD, JSON: gap between curves that is still none.  [default: 1e-6 mm]",
     ),
 )
+
+#: How the path is smoothed.
+smoothing = _all(
+    click.option(
+        "--smooth",
+        type=Smoothing(),
+        metavar="LENGTH|program",
+        help="Curves in place of short lines and corners, never further off than this; `program`: as its G64 P says.",
+    ),
+    click.option(
+        "--corners",
+        type=click.Choice(["keep", "round"]),
+        help="What --smooth does with corners above the corner angle.  [default: keep; round for `program`]",
+    ),
+    click.option(
+        "--corner-angle",
+        type=click.FloatRange(0.0, 180.0, min_open=True),
+        metavar="DEGREES",
+        help="Joints that turn by more are corners.  [default: 45]",
+    ),
+)
+
+
+def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
+    """How to smooth a path, from what the options of `smoothing` were `given`; the angle in degrees.
+
+    Raises InputError for how without by how much.
+    """
+    from splinefeed.errors import InputError
+
+    said = {name: given[name] for name in ("smooth", "corners", "corner_angle") if given[name] is not None}
+    for name in said:
+        if "smooth" not in said:
+            raise InputError(f"--{name.replace('_', '-')}: says how to smooth; give --smooth LENGTH too")
+    return said
+
+
+def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
+    """What to say of a program that asks for smoothing where none is given."""
+    import math
+
+    if given["smooth"] is not None or path.tolerances is None or not path.tolerances.any():
+        return []
+    top = float(path.tolerances.max())
+    asked = f"G64 P{top:g}" if top < math.inf else "G64"
+    return [
+        f"the program allows smoothing ({asked}), which is off: its curves are driven as they are; --smooth program"
+    ]
+
 
 #: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.
 _SINGLE = (

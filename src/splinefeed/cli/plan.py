@@ -31,6 +31,7 @@ Examples:
 @options.limits
 @options.machine
 @options.reading
+@options.smoothing
 @click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
 @options.as_json
 @click.pass_context
@@ -64,7 +65,7 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
         options.limits_from(given)  # a slip of the hand is told before anything is read
     source = PAPER_SHAPE if source is None else source
     say(f"reading {source}")
-    path = read_path(source, options.reading_from(given))
+    path = read_path(source, options.reading_from(given) | options.smoothing_from(given))
     limits, period, strategy = options.limits_from(given, machine, path.axes)
     limits, assumed = options.as_programmed(limits, path, given)
     say("planning")
@@ -94,7 +95,7 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
         "limits": share_numbers(shares),
         "stops_mm": list(path.stops),
         "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
-        "notes": [*assumed, *path.findings, *law.notes],
+        "notes": [*assumed, *options.smoothing_note(path, given), *path.findings, *law.notes],
         "files": [given["output"]] if given["output"] else [],
     }
 

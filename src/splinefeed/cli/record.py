@@ -32,7 +32,14 @@ _LIMIT_OPTIONS = {
     "chord_error": "--chord-error",
     "centripetal": "--centripetal",
 }
-_READING_OPTIONS = {"which": "--path", "chord": "--chord", "tolerance": "--tolerance"}
+_READING_OPTIONS = {
+    "which": "--path",
+    "chord": "--chord",
+    "tolerance": "--tolerance",
+    "smooth": "--smooth",
+    "corners": "--corners",
+    "corner_angle": "--corner-angle",
+}
 
 
 def record(

@@ -40,6 +40,7 @@ Examples:
 @click.option("--method", metavar="NAME", help="Interpolation method.  [default: milne-simpson-anchored]")
 @options.corrections
 @options.reading
+@options.smoothing
 @click.option(
     "--format",
     "formats",
@@ -102,7 +103,8 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     method = given["method"] or registry.DEFAULT_METHOD
     registry.method(method)
     source = PAPER_SHAPE if source is None else source
-    reading = options.reading_from(given) | ({"tangential": True} if given["tangential"] else {})
+    reading = options.reading_from(given) | options.smoothing_from(given)
+    reading |= {"tangential": True} if given["tangential"] else {}
     formats = given["formats"] or ("hdf5",)
     corrections = given["corrections"]
     say(f"reading {source}")
@@ -133,7 +135,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections)
         page = record(result, traces, source, reading, formats, servo)
-        page["notes"] = [*assumed, *page["notes"]]
+        page["notes"] = [*assumed, *options.smoothing_note(path, given), *page["notes"]]
         say("writing setpoints and figures")
         settings = {**result.points.settings, "source": page["source"], "command": page["command"]}
         documented = dataclasses.replace(result, points=dataclasses.replace(result.points, settings=settings))

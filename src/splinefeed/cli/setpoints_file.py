@@ -11,7 +11,14 @@ if TYPE_CHECKING:
     from splinefeed.records import Setpoints
 
 #: Words in the command line of a run that say how its source was read, and what the reader calls them.
-_READING = {"--path": "which", "--chord": "chord", "--tolerance": "tolerance"}
+_READING = {
+    "--path": "which",
+    "--chord": "chord",
+    "--tolerance": "tolerance",
+    "--smooth": "smooth",
+    "--corners": "corners",
+    "--corner-angle": "corner_angle",
+}
 #: ... and the word that makes the third axis of it.
 _TANGENTIAL = "--3d"
 
@@ -87,8 +94,8 @@ def _reading(command: str) -> dict[str, Any]:
 
     words = shlex.split(command)
     reading: dict[str, Any] = {_READING[word]: after for word, after in pairwise(words) if word in _READING}
-    for name in ("chord", "tolerance"):
-        if name in reading:
+    for name in ("chord", "tolerance", "smooth", "corner_angle"):
+        if name in reading and reading[name] != "program":
             reading[name] = float(reading[name])
     if _TANGENTIAL in words:
         reading["tangential"] = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -14,17 +15,66 @@ if TYPE_CHECKING:
     from splinefeed.geometry.path import Path
 
 
+#: What is done to a path after it is read.
+_AFTER_READING = ("tangential", "smooth", "corners", "corner_angle")
+#: The proof tells the distance from the original to this share of the tolerance.
+PROOF_PRECISION = 0.02
+
+
 def read_path(source: str, reading: Mapping[str, Any]) -> Path:
-    """The path that `source` means, read as `options.reading_from` says; with theta behind if `tangential` is true."""
+    """The path that `source` means, read as `options.reading_from` says, and smoothed as `options.smoothing_from`.
+
+    With theta behind if `tangential` is true.
+    """
     from splinefeed.formats import registry
 
-    paths = read_contents(source, {name: value for name, value in reading.items() if name != "tangential"})
+    paths = read_contents(source, {name: value for name, value in reading.items() if name not in _AFTER_READING})
     path = paths[0] if len(paths) == 1 else registry.choose(paths, None, source)
+    path = smooth(path, reading)
     if not reading.get("tangential"):
         return path
     from splinefeed.geometry.tangential import tangential
 
     return tangential(path)
+
+
+def smooth(path: Path, how: Mapping[str, Any]) -> Path:
+    """The path smoothed as `options.smoothing_from` says, its findings telling the proven distance from the original.
+
+    Raises CurveError if that is over the tolerance, which no path is known to bring about.
+    """
+    from splinefeed.errors import CurveError
+    from splinefeed.geometry.smoothing import PROGRAM, UNBOUNDED_TOLERANCE
+    from splinefeed.geometry.smoothing_proof import deviation
+
+    tolerance = how.get("smooth")
+    if tolerance is None:
+        return path
+    said: dict[str, Any] = {"corners": how["corners"]} if "corners" in how else {}
+    if "corner_angle" in how:
+        said["corner_angle"] = math.radians(how["corner_angle"])
+    if tolerance != PROGRAM:
+        result = path.smoothed(tolerance, **said)
+    else:
+        if path.tolerances is None or not path.tolerances.any():
+            raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
+        result = path.smoothed(PROGRAM, **{"corners": "round", **said})
+        tolerance = min(float(path.tolerances.max()), max(UNBOUNDED_TOLERANCE, *_finite(path)))
+    if result is path or not path.linear:
+        return result
+    found = deviation(path, result, PROOF_PRECISION * tolerance)
+    if found.largest > (1.0 + PROOF_PRECISION) * tolerance:
+        raise CurveError(
+            f"{path.name}: smoothed by {tolerance:g} mm, but {found.largest:.6g} mm from the original; please report it"
+        )
+    proof = f"at most {found.largest:.4g} mm from the original and back (tolerance {tolerance:g} mm)"
+    return result.with_findings(*result.findings, proof)
+
+
+def _finite(path: Path) -> list[float]:
+    """Finite tolerances of a path, at least one number."""
+    assert path.tolerances is not None
+    return [0.0, *(value for value in set(path.tolerances.tolist()) if math.isfinite(value))]
 
 
 def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:

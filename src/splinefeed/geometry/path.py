@@ -446,6 +446,10 @@ class Path:
             curves = Lines(self.curves.points[::-1])
         return Path(curves, self.axes, **{**self._said(), **turned}, tolerance=self.tolerance)
 
+    def with_findings(self, *findings: str) -> Path:
+        """The same path with other findings."""
+        return Path(self.curves, self.axes, **{**self._said(), "findings": findings}, tolerance=self.tolerance)
+
     def smoothed(self, tolerance: float | str, **how: Any) -> Path:
         """The path with continuous curvature within `tolerance`, mm; see `geometry.smoothing.smoothed`."""
         from splinefeed.geometry.smoothing import smoothed

@@ -1,0 +1,78 @@
+"""`--smooth` of run, plan and convert."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+
+RUN = ("--feed", "20", "--accel", "500", "--jerk", "20000", "--no-figures", "--no-compare", "--json", "-o", "out")
+
+
+@pytest.fixture
+def program(folder):
+    """A half circle of 2 mm radius in lines, a corner, and a line; G64 P0.02 before it."""
+    phi = np.linspace(0.0, math.pi, 40)
+    lines = [f"G1 X{10 + 2 * math.sin(p):.3f} Y{2 - 2 * math.cos(p):.3f}" for p in phi]
+    text = ["G21 G90 G17", "G64 P0.02", "G0 X0 Y0 Z0", "G1 F600 X8 Y0", *lines, "G1 X10 Y12", "M2"]
+    (folder / "half.ngc").write_text("\n".join(text) + "\n")
+    return "half.ngc"
+
+
+def page_of(result, code=0):
+    assert result.exit_code == code, result.stderr
+    return json.loads(result.stdout)
+
+
+def test_run_smooths_tells_the_proof_and_check_finds_the_same_path(splinefeed, program):
+    page = page_of(splinefeed("run", program, "--smooth", "0.02mm", *RUN))
+    (proof,) = (note for note in page["notes"] if "from the original and back" in note)
+    assert float(proof.split()[2]) <= 0.02
+    assert "--smooth 0.02" in page["command"]
+    assert page_of(splinefeed("check", "out/setpoints.h5", "--json"))["ok"]
+
+
+def test_smoothing_is_off_unless_asked_for_and_g64_p_is_told(splinefeed, program):
+    exact = page_of(splinefeed("plan", program, "--json"))
+    assert any("G64 P0.02" in note and "--smooth program" in note for note in exact["notes"])
+    kept = page_of(splinefeed("plan", program, "--smooth", "0.02", "--json"))
+    rounded = page_of(splinefeed("plan", program, "--smooth", "program", "--json"))
+    assert len(exact["stops_mm"]) > 30
+    assert len(kept["stops_mm"]) == 1
+    assert len(rounded["stops_mm"]) == 0
+    assert rounded["duration_s"] < kept["duration_s"] < 0.5 * exact["duration_s"]
+    assert not any("which is off" in note for note in kept["notes"])
+    sharp = page_of(splinefeed("plan", program, "--smooth", "0.02", "--corner-angle", "95", "--json"))
+    assert sharp["stops_mm"] == []
+
+
+def test_convert_smooths(splinefeed, program, folder):
+    page = page_of(splinefeed("convert", program, "half.json", "--smooth", "20um", "--json"))
+    assert any("smoothed" in finding for finding in page["findings"])
+    assert len(sf.read(folder / "half.json").curves) < 10
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--smooth", "0"), "tolerance is 0 mm"),
+        (("--smooth", "soft"), "soft"),
+        (("--corners", "round"), "give --smooth LENGTH too"),
+        (("--smooth", "1", "--corner-angle", "200"), "--corner-angle"),
+    ],
+)
+def test_what_cannot_be(splinefeed, program, words, said):
+    result = splinefeed("plan", program, *words)
+    assert result.exit_code == 2
+    assert said in result.stderr
+
+
+def test_a_program_without_g64_has_no_tolerance_of_its_own(splinefeed, folder):
+    (folder / "plain.ngc").write_text("G21 G90\nG0 X0 Y0 Z0\nG1 F600 X10\nG1 X20 Y1\nM2\n")
+    result = splinefeed("plan", "plain.ngc", "--smooth", "program")
+    assert result.exit_code == 2
+    assert "says no tolerance" in result.stderr
