@@ -168,7 +168,8 @@ def test_random_curves_and_limits(block):
         check_random(seed)
 
 
-@pytest.mark.parametrize("seed", [724])  # knots of a quadratic keep the rounds of repair from an end
+# knots of a quadratic keep the rounds of repair from an end; a cell over several pieces of arc length hides a peak
+@pytest.mark.parametrize("seed", [724, 2317])
 def test_what_once_failed(seed):
     check_random(seed)
 

@@ -209,7 +209,7 @@ def fill_rows(
 
 
 @kernel
-def _uses(c: Array, linear: Array, offset: Array, jerk: Array, root: Array, feeds: Array, x: Array) -> float:
+def uses(c: Array, linear: Array, offset: Array, jerk: Array, root: Array, feeds: Array, x: Array) -> float:
     """How much of each limit c uses, into x (n, K + M), and feeds (n, 2) at the Gauss places; returns the most."""
     n, count = linear.shape[0], linear.shape[1]
     each = jerk.shape[1] // 2
@@ -292,7 +292,7 @@ def least_time(
     right = np.empty(n + 2)
     residual = np.empty(n + 2)
     after = np.empty(n + 2)
-    most = _uses(c, linear, offset, jerk, root, feeds, x)
+    most = uses(c, linear, offset, jerk, root, feeds, x)
     report[2] = most
     if not most < math.inf:
         return 0
@@ -440,7 +440,7 @@ def least_time(
                 after[0] = ties[0] * after[1]
             if ties[1] >= 0.0:
                 after[n + 1] = ties[1] * after[n]
-            most = _uses(after, linear, offset, jerk, root, feeds, x)
+            most = uses(after, linear, offset, jerk, root, feeds, x)
             if most < math.inf:
                 break
             forward *= 0.5

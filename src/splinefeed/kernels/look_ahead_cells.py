@@ -26,7 +26,7 @@ from splinefeed.records import Array
 #: A cell lasts no longer than this many times that in which jerk builds up acceleration, ...
 BUILDS = 2.5
 #: ... is no longer than this many pieces of arc length, ...
-PIECES = 5.0
+PIECES = 3.0
 #: ... and no shorter than this share of what lasts so long.
 LEAST_SHARE = 0.012
 #: A cell turns by no more than this, rad.
@@ -418,21 +418,25 @@ def guess(n: int, nodes: Array, d: Array, top: Array, node_top: Array, limit: Ar
             q = min(q, c[n])
         c[i + 1] = q
     for direction in range(2):
+        valley = 0 if direction == 0 else n - 1
+        low = math.sqrt(c[valley + 1])
         for k in range(n - 1):
             i = k + 1 if direction == 0 else n - 2 - k
-            j = i - 1 if direction == 0 else i + 1
             push, twist = push_twist(d[i, 2], limit)
+            j = i - 1 if direction == 0 else i + 1
             apart = 0.5 * abs(nodes[i + 1] + nodes[i] - nodes[j + 1] - nodes[j])
-            grow = math.inf
-            if push < math.inf:
-                grow = push * apart
+            most = c[j + 1] + push * apart
             if twist < math.inf:
-                # from v a build-up at half the jerk: dq = 2 v dv, ds = v dt, dv = j dt^2 / 4
-                v = math.sqrt(c[j + 1])
-                dt = apart / max(v, (0.25 * twist * apart) ** (1.0 / 3.0))
+                # from the valley before it, acceleration builds up at a quarter of the jerk
+                apart = 0.5 * abs(nodes[i + 1] + nodes[i] - nodes[valley + 1] - nodes[valley])
+                build = 0.25 * twist
+                dt = 1.0 / (low / apart + (build / (6.0 * apart)) ** (1.0 / 3.0))
+                most = min(most, (low + 0.5 * build * dt * dt) ** 2)
                 distance = nodes[i] - nodes[0] + ends[0] if direction == 0 else nodes[n] - nodes[i + 1] + ends[1]
                 if distance > 0.0 and ends[direction] > 0.0:
-                    c[i + 1] = min(c[i + 1], (2.0 * twist * distance * distance) ** (2.0 / 3.0))
-                if push == math.inf:
-                    grow = 2.0 * v * twist * dt * dt + 2.0 * twist * apart * dt
-            c[i + 1] = min(c[i + 1], c[j + 1] + grow)
+                    most = min(most, (2.0 * twist * distance * distance) ** (2.0 / 3.0))
+            if c[i + 1] <= most:
+                valley = i
+                low = math.sqrt(c[i + 1])
+            else:
+                c[i + 1] = most

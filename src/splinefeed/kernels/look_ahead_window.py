@@ -17,6 +17,7 @@ from splinefeed.kernels.look_ahead import (
     fill_rows,
     least_time,
     push_twist,
+    uses,
 )
 from splinefeed.kernels.look_ahead_cells import at_cells, guess, hold_chords, hold_jumps, lay_cells
 from splinefeed.kernels.look_ahead_law import hold_law, lay_law
@@ -27,6 +28,8 @@ from splinefeed.records import Array
 #: Newton steps of one round at most, and duality gap relative to the time at which it may end.
 MOST_STEPS = 60
 GAP = 0.05
+#: Halvings of q until a first guess is within the limits.
+MOST_HALVINGS = 120
 #: Rounds in which cells that are over a limit get tighter ones.
 ROUNDS = 9
 #: Part of every limit, as a factor on q, that the optimiser may use ...
@@ -203,6 +206,8 @@ def plan_window(
     jerk = np.empty((n, jerk_rows, 3))
     root = np.empty((n, 2, 3))
     dual = np.empty((n, linear_rows + jerk_rows))
+    feeds_at = np.empty((n, 2))
+    row_uses = np.empty((n, linear_rows + jerk_rows))
     scale = np.full(n, MARGIN)
     tighter = np.ones(n + 2)
     # a state that is given may be at its limits
@@ -219,6 +224,14 @@ def plan_window(
     for attempt in range(ROUNDS):
         fill_rows(n, h, ties, d[1 : n + 1], top, node_top, scale, calm, limit, linear, offset, jerk, root)
         steps = least_time(c, h, ends, ties, linear, offset, jerk, root, GAP, MOST_STEPS, dual, attempt > 0, found)
+        if attempt == 0 and free and found[2] > 1.0:
+            # it did not come within the limits from outside: from inside it takes more steps, but stays there
+            c[:] = kept
+            for _ in range(MOST_HALVINGS):
+                if uses(c, linear, offset, jerk, root, feeds_at, row_uses) < 0.9:
+                    break
+                c *= 0.5
+            steps += least_time(c, h, ends, ties, linear, offset, jerk, root, GAP, 2 * MOST_STEPS, dual, False, found)
         report[2] += steps
         report[3] = attempt + 1.0
         worst = math.inf
