@@ -176,11 +176,17 @@ class Judge:
         path = self.bounds.path
         rows = np.empty(len(points), dtype=np.int64)
         found = np.empty((len(points), kernels.FOUND))
-        along = kernels.locate(
-            path.table, path.curve_rows, path.shape, self._nearest.cells, self._nearest.boxes,
-            self.allowed, points.curve, points.u, points.position, self._state, rows, found,
+        along = np.zeros(1)
+        done = kernels.placed(
+            path.table, path.curve_rows, path.shape, self.allowed, points.curve, points.u, points.position,
+            self._state, rows, found, along,
         )  # fmt: skip
-        self.scale[0] = max(self.scale[0], along)
+        if done < len(points):
+            along[0] = max(along[0], kernels.locate(
+                path.table, path.curve_rows, path.shape, self._nearest.cells, self._nearest.boxes, self.allowed,
+                points.curve[done:], points.u[done:], points.position[done:], self._state, rows[done:], found[done:],
+            ))  # fmt: skip
+        self.scale[0] = max(self.scale[0], float(along[0]))
         tops = np.fmax.reduce(np.abs(points.position[:, : path.linear]), axis=0)
         of_linear = self.scale[1 : 1 + path.linear]
         of_linear[:] = np.fmax(of_linear, self.scale[0] + np.where(np.isfinite(tops), tops, 0.0))

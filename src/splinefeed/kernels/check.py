@@ -124,6 +124,55 @@ def _turned_to(
 
 
 @kernel
+def placed(
+    table: Array,
+    curve_rows: IntArray,
+    shape: Shape,
+    allowed: float,
+    curve: IntArray,
+    u: Array,
+    position: Array,
+    state: Array,
+    rows: IntArray,
+    found: Array,
+    along: Array,
+) -> int:
+    """As `locate`, as far as every setpoint is where its curve and u say; returns how many were, from the first on.
+
+    It needs no search, which takes longer to compile than all the rest. along (1,): the largest |u| |C'(u)|, mm.
+    """
+    at = np.empty(shape[1])
+    linear = abs(shape[2])
+    row = int(state[2])
+    for i in range(u.shape[0]):
+        index = curve[i]
+        if not (0 <= index < curve_rows.shape[0] and math.isfinite(u[i])):
+            return i
+        first = curve_rows[index, 0]
+        last = curve_rows[index, 1]
+        value = min(max(u[i], table[first, LOW]), table[last, HIGH])
+        if row < first or row > last or value < table[row, LOW] or value >= table[row, HIGH]:
+            row = find_row(table, first, last, LOW, value)
+        t = (value - table[row, MIDDLE]) * table[row, SCALE]
+        point(table, row, shape, t, at)
+        distance, turned = _apart(at, position[i], linear)
+        if not (distance <= allowed and turned <= allowed):
+            return i
+        s = arc_length(table, row, t)
+        rows[i] = row
+        found[i, U] = value
+        found[i, S] = s
+        found[i, APART] = distance
+        found[i, TURNED] = turned
+        found[i, ASTRAY] = 0.0
+        along[0] = max(along[0], abs(value) * speed(table, row, shape, t))
+        state[0] = 2.0 * s - state[1] if i > 0 or state[1] > 0.0 else s
+        state[1] = s
+        state[2] = row
+    return u.shape[0]
+
+
+@kernel
 def locate(
     table: Array,
     curve_rows: IntArray,
