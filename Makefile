@@ -10,10 +10,10 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test lint bench torture clean
+.PHONY: help run test test-linuxcnc lint bench torture clean
 
 help: ## print these targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-9s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 run: $(VENV)/.installed ## turn the paper's airfoil (or ARGS="FILE ...") into setpoints, tables and figures
 	$(BIN)/splinefeed run $(ARGS)
@@ -21,6 +21,10 @@ run: $(VENV)/.installed ## turn the paper's airfoil (or ARGS="FILE ...") into se
 test: lint ## lint, then the fast tests with the compiler off, then the whole suite
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m "nojit and not torture"
 	$(BIN)/python -m pytest -n 2
+
+test-linuxcnc: $(VENV)/.installed-dev ## play streams into LinuxCNC's HAL, headless (as root on Debian it installs LinuxCNC)
+	@command -v halcmd >/dev/null || { [ "$$(id -u)" = 0 ] && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends linuxcnc-uspace; } || { echo "LinuxCNC is not here: apt-get install linuxcnc-uspace (Debian 12), as root"; exit 1; }
+	$(BIN)/python -m pytest -n 0 -m linuxcnc tests/live
 
 lint: $(VENV)/.installed-dev ## ruff, mypy and the directions between the rooms
 	$(BIN)/ruff check .

@@ -89,13 +89,21 @@ class Override:
 
     path, law  what runs; the law rests at both ends      limits  that hold for what is sent, not those of the plan
     period     servo period, s (default: the law's)       rate    to begin with
+    tau        plan time to begin at, s: beyond 0 it begins at rest, as after a hold there
 
     top   highest rate: where the law, run at it, is at a limit. A wanted rate beyond it is cut.
     Raises LimitsError for a law without reserve, corners passed at speed (axis_velocity_step), and without a period.
     """
 
     def __init__(
-        self, path: Path, law: TimeLaw, limits: Limits, *, period: float | None = None, rate: float = 1.0
+        self,
+        path: Path,
+        law: TimeLaw,
+        limits: Limits,
+        *,
+        period: float | None = None,
+        rate: float = 1.0,
+        tau: float = 0.0,
     ) -> None:
         wanted = law.period if period is None else period
         if wanted is None:
@@ -123,7 +131,12 @@ class Override:
         self._first, self._ahead = -1, np.zeros((0, 3, len(axes) + 1))
         self.top = self._highest()
         self._state = np.zeros(kernels.STATE)
-        self._state[kernels.RATE] = min(max(float(rate), 0.0), self.top)  # at rest any rate is as good as another
+        if not 0.0 <= tau <= law.duration:
+            raise LimitsError(f"the plan time to begin at is {tau:g} s; the law lasts {law.duration:g} s")
+        self._state[kernels.TAU] = tau
+        if tau == 0.0:
+            # at rest any rate is as good as another
+            self._state[kernels.RATE] = min(max(float(rate), 0.0), self.top)
 
     def _highest(self) -> float:
         """The rate at which the law is at its limits; it may be that of plans that are over them by rounding."""

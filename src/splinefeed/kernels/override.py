@@ -21,9 +21,9 @@ from splinefeed.records import Array
 #: Instants looked at in every part of a tick that lies in one piece of the law, its ends included.
 INSTANTS = 5
 #: Places in the state of `run_rate`: plan time s, rate, its slope 1/s, and by how much the slope falls a tick on the
-#: stop that is certain to keep the limits.
-TAU, RATE, SLOPE, FALL = 0, 1, 2, 3
-STATE = 4
+#: stop that is certain to keep the limits, and ticks at rest so far (0, 1 or more).
+TAU, RATE, SLOPE, FALL, STILL = 0, 1, 2, 3, 4
+STATE = 5
 #: Arc length is rounded by so much of what it can be: what is so near to a row of the path has reached it.
 ROUNDINGS = 1e-14
 #: Halvings that find when the law reaches a row of the path.
@@ -316,6 +316,8 @@ def run_rate(
         now = ahead[cell]
         left = (first + cell + window) * period - tau
         target = min(max(targets[i], 0.0), top)
+        if rate == 0.0 and slope == 0.0 and state[STILL] == 1.0:
+            target = 0.0  # a rest of one tick would be a setpoint said twice, as by mistake: it lasts two
         gap = target - rate
         sign = 1.0 if gap >= 0.0 else -1.0
         wanted = 0.0
@@ -354,6 +356,7 @@ def run_rate(
             after = target
         after = min(max(after, 0.0), top)
         tau += period * (rate + period * (slope / 3.0 + wanted / 6.0))
+        state[STILL] = state[STILL] + 1.0 if tau == state[TAU] else 0.0
         state[TAU] = min(tau, duration)
         state[RATE] = after
         state[SLOPE] = wanted

@@ -1,0 +1,108 @@
+"""Commands over a local socket: JSON lines on loopback, none without the token.
+
+{"token": "...", "override": 80}, "hold": true or false, "stop": true, "status": true; every line is answered by one.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import secrets
+import socket
+import threading
+from contextlib import suppress
+from types import TracebackType
+from typing import Any
+
+from splinefeed.errors import InputError
+from splinefeed.live.stream import Knob
+
+#: Longest line that is read, bytes; clients that are served at once; s without a line after which one is sent away.
+LONGEST_LINE, MOST_CLIENTS, IDLE = 1024, 4, 60.0
+
+
+class Control:
+    """Listens on a free port of loopback, in a thread of its own, until it is left.
+
+    port   where; token  what every line must carry; status  what is told on request
+    """
+
+    def __init__(self, knob: Knob, port: int = 0) -> None:
+        self._knob = knob
+        self.token = secrets.token_hex(8)
+        self.status: dict[str, Any] = {}
+        self._socket = socket.create_server(("127.0.0.1", port), backlog=MOST_CLIENTS)
+        self.port = int(self._socket.getsockname()[1])
+        self._room = threading.BoundedSemaphore(MOST_CLIENTS)
+        self._open = True
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def __enter__(self) -> Control:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._open = False
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
+
+    def _listen(self) -> None:
+        while self._open:
+            try:
+                client, _ = self._socket.accept()
+            except OSError:
+                return
+            if not self._room.acquire(blocking=False):
+                with suppress(OSError):
+                    client.sendall(b'{"ok": false, "error": "too many clients"}\n')
+                client.close()
+                continue
+            threading.Thread(target=self._serve, args=(client,), daemon=True).start()
+
+    def _serve(self, client: socket.socket) -> None:
+        try:
+            client.settimeout(IDLE)
+            with client, client.makefile("rb") as lines:
+                while line := lines.readline(LONGEST_LINE + 1):
+                    answer = self._answer(line) if len(line) <= LONGEST_LINE else _refused("the line is too long")
+                    client.sendall(json.dumps(answer).encode() + b"\n")
+                    if len(line) > LONGEST_LINE:
+                        return
+        except OSError:
+            return
+        finally:
+            self._room.release()
+
+    def _answer(self, line: bytes) -> dict[str, Any]:
+        try:
+            said = json.loads(line)
+        except (ValueError, RecursionError):
+            return _refused("a line must be one JSON object")
+        if not isinstance(said, dict) or not isinstance(said.get("token"), str):
+            return _refused("the token is missing or wrong")
+        if not hmac.compare_digest(said.pop("token").encode(errors="replace"), self.token.encode()):
+            return _refused("the token is missing or wrong")
+        unknown = set(said) - {"override", "hold", "stop", "status"}
+        if unknown:
+            return _refused(f"{min(unknown)!r} is no command; there are override (%), hold, stop, status")
+        override, hold = said.get("override"), said.get("hold")
+        if override is not None and (isinstance(override, bool) or not isinstance(override, int | float)):
+            return _refused("override must be a number, in percent")
+        if hold is not None and not isinstance(hold, bool):
+            return _refused("hold must be true or false")
+        try:
+            if override is not None:
+                self._knob.set_rate(override / 100.0)
+        except (InputError, OverflowError) as error:
+            return _refused(str(error))
+        if hold is not None:
+            self._knob.hold(hold)
+        if said.get("stop") is True:
+            self._knob.stop()
+        return {"ok": True, "override": 100.0 * self._knob.rate, "hold": self._knob.held, **self.status}
+
+
+def _refused(why: str) -> dict[str, Any]:
+    return {"ok": False, "error": why}

@@ -1,0 +1,105 @@
+"""The .hal file of a machine whose axes follow a stream: streamer, a PID controller an axis, and a simulated drive."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from splinefeed.errors import InputError
+from splinefeed.formats.setpoints_halstreamer import MAX_FIELDS, cfg
+
+#: Rows of the FIFO; LinuxCNC delivers one less.
+DEPTH = 4000
+#: Samples that HAL keeps until they are read.
+SAMPLES = 20000
+#: What an axis gets that says nothing of itself: gain 1/s, largest velocity mm/s or deg/s, lag of its drive s.
+GAIN, VELOCITY, LAG = 60.0, 100.0, 2e-3
+
+
+@dataclass(frozen=True)
+class HalAxis:
+    """An axis in HAL; mm, or degrees for a rotary one.
+
+    gain  of the position loop, 1/s; velocity  what the command is limited to; following  error that stops the stream
+    """
+
+    name: str
+    gain: float = GAIN
+    velocity: float = VELOCITY
+    following: float = 1.0
+
+
+def sampler_cfg(count: int) -> str:
+    """What is sampled at every servo tick: row, last, commands, positions, underruns."""
+    return "ub" + "f" * (2 * count) + "s"
+
+
+def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: float = LAG) -> str:
+    """The file for `halcmd -f`: everything simulated, with the place marked where the real drives go.
+
+    The stream is enabled while `spf-run` is set, the last row has not come, and every axis follows.
+    Raises InputError for more axes than a streamer or a sampler has fields for.
+    """
+    names = [axis.name for axis in axes]
+    if len(cfg(tuple(names))) > MAX_FIELDS or len(sampler_cfg(len(axes))) > MAX_FIELDS:
+        raise InputError(f"{len(axes)} axes; HAL's streamer and sampler have {MAX_FIELDS} fields, enough for 9")
+    gain = 1.0 - math.exp(-period / lag)
+
+    def each(prefix: str) -> str:
+        return ",".join(f"{prefix}-{name}" for name in names)
+
+    out = [
+        f"# Axes {', '.join(names)} that follow setpoints of splinefeed, one row every {period:.17g} s.",
+        f"loadrt threads name1=servo period1={round(period * 1e9)}",
+        f"loadrt streamer depth={depth} cfg={cfg(tuple(names))}",
+        f"loadrt sampler depth={SAMPLES} cfg={sampler_cfg(len(axes))}",
+        f"loadrt pid names={each('pid')}",
+        f"loadrt limit1 names={each('limit')}",
+        f"loadrt near names={each('follows')}",
+        "loadrt not names=more",
+        f"loadrt and2 names=go,{','.join(f'go-{name}' for name in names)}",
+        "# a simulated drive and axis; take these out where there are real ones",
+        f"loadrt lowpass names={each('drive')}",
+        f"loadrt integ names={each('axis')}",
+        "",
+        "addf streamer.0 servo",
+    ]
+    for name in names:
+        out += [f"addf pid-{name}.do-pid-calcs servo", f"addf limit-{name} servo"]
+        out += [f"addf drive-{name} servo", f"addf axis-{name} servo", f"addf follows-{name} servo"]
+    out += ["addf sampler.0 servo", "addf more servo", "addf go servo"]
+    out += [f"addf go-{name} servo" for name in names]
+    out += [
+        "",
+        "net spf-row streamer.0.pin.0 sampler.0.pin.0",
+        f"net spf-last streamer.0.pin.{len(axes) + 1} more.in sampler.0.pin.1",
+        f"net spf-underruns streamer.0.underruns sampler.0.pin.{2 * len(axes) + 2}",
+        "# run, and not the last row, and every axis follows",
+        "net spf-run go.in0",
+        "net spf-more more.out go.in1",
+        f"net spf-go-0 go.out go-{names[0]}.in0",
+    ]
+    for k, (name, axis) in enumerate(zip(names, axes, strict=True)):
+        following = f"go-{names[k + 1]}.in0" if k + 1 < len(names) else "streamer.0.enable"
+        out += [
+            "",
+            f"net spf-command-{k} streamer.0.pin.{k + 1} pid-{name}.command follows-{name}.in1 sampler.0.pin.{2 + k}",
+            f"net spf-output-{k} pid-{name}.output limit-{name}.in",
+            f"# the drive of {name}: take its velocity from spf-velocity-{k}, give its position to spf-position-{k}",
+            f"net spf-velocity-{k} limit-{name}.out drive-{name}.in",
+            f"net spf-moving-{k} drive-{name}.out axis-{name}.in",
+            f"net spf-position-{k} axis-{name}.out pid-{name}.feedback follows-{name}.in2 "
+            f"sampler.0.pin.{2 + len(axes) + k}",
+            f"net spf-follows-{k} follows-{name}.out go-{name}.in1",
+            f"net spf-go-{k + 1} go-{name}.out {following}",
+            f"setp pid-{name}.Pgain {axis.gain:.17g}",
+            f"setp pid-{name}.FF1 1",
+            f"setp pid-{name}.enable 1",
+            f"setp limit-{name}.min {-axis.velocity:.17g}",
+            f"setp limit-{name}.max {axis.velocity:.17g}",
+            f"setp drive-{name}.gain {gain:.17g}",
+            f"setp follows-{name}.scale 1",
+            f"setp follows-{name}.difference {axis.following:.17g}",
+        ]
+    out += ["setp sampler.0.enable 1", ""]
+    return "\n".join(out)

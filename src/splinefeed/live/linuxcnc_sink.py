@@ -1,0 +1,184 @@
+"""Rows into the FIFO of a running LinuxCNC HAL, by a child process in LinuxCNC's own Python."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import threading
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from importlib.resources import files
+
+import numpy as np
+
+from splinefeed.errors import SplinefeedError
+from splinefeed.formats.metadata import to_radians
+from splinefeed.live.hal_files import sampler_cfg
+from splinefeed.live.sink import Rows, Taken
+from splinefeed.records import Array
+
+#: The Python that has LinuxCNC's `hal` module on Debian.
+PYTHON = "/usr/bin/python3"
+#: HAL starts when this many fewer rows are there than are kept ahead: the producer makes some at a time.
+SPARE_ROWS = 16
+#: How long the child may take to begin, s.
+PATIENCE = 20.0
+
+
+class LinuxcncError(SplinefeedError):
+    """LinuxCNC is not installed, or its HAL does not run or has stopped."""
+
+
+def as_nobody() -> tuple[str, ...]:
+    """What to put before a command of HAL: it refuses to run as root, which becomes `nobody`."""
+    if os.geteuid() != 0:
+        return ()
+    return ("setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups")
+
+
+def installed() -> bool:
+    """Whether LinuxCNC's HAL is here."""
+    return shutil.which("halcmd") is not None and os.path.exists(PYTHON)
+
+
+class LinuxcncSink:
+    """Plays into HAL; the signals are those of `hal_text`.
+
+    ahead   rows that are in the FIFO before it starts and that are kept there
+    record  whether to keep what HAL sampled at every tick: `samples` then has rows of sample number, row, last,
+            commands, positions, underruns
+    settle  s of samples after the last row
+    """
+
+    paced = True
+
+    def __init__(self, ahead: int, *, record: bool = False, settle: float = 0.0, home: str | None = None) -> None:
+        if not installed():
+            raise LinuxcncError("LinuxCNC is not installed here: on Debian, apt-get install linuxcnc-uspace")
+        self._ahead, self._record, self._settle, self._home = ahead, record, settle, home
+        self._child: subprocess.Popen[bytes] | None = None
+        self._taken = Taken(0)
+        self._written = 0
+        self._done = False
+        self._ready = threading.Event()
+        self._position: list[float] = []
+        self._told: list[str] = []
+        self._threads: list[threading.Thread] = []
+        self.samples: list[Sequence[float]] = []
+
+    def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
+        """Start the child; where the axes are."""
+        count = len(axes)
+        nets = ["run splinefeed.run", "row splinefeed.taken", "underruns splinefeed.underruns", "last splinefeed.last"]
+        nets += [f"position-{k} splinefeed.position-{k}" for k in range(count)]
+        given = {
+            "axes": count,
+            "rows": max(self._ahead - SPARE_ROWS, 1),
+            "nets": [f"halcmd net spf-{each}" for each in nets],
+            "sampler": sampler_cfg(count) if self._record else None,
+            "settle": self._settle,
+        }
+        program = files("splinefeed.live").joinpath("hal_player.py").read_text(encoding="utf-8")
+        # handed over as text: the user who may talk to HAL need not be one who may read this folder
+        command = [*as_nobody(), PYTHON, "-c", program, json.dumps(given)]
+        environment = {**os.environ, **({"HOME": self._home} if self._home else {})}
+        self._child = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=environment,
+            cwd="/",
+            start_new_session=True,  # Ctrl-C is for us: the child goes on until the last row
+        )
+        self._threads = [threading.Thread(target=each, daemon=True) for each in (self._listen, self._hear)]
+        for thread in self._threads:
+            thread.start()
+        if not self._ready.wait(PATIENCE) or not self._position:
+            self._end()
+            said = self._told[-1] if self._told else "it says nothing"
+            raise LinuxcncError(f"HAL does not answer: {said}; start it first, see splinefeed linuxcnc init")
+        at: Array = to_radians(np.array([self._position]), axes)[0]
+        return at
+
+    def _listen(self) -> None:
+        child = self._child
+        assert child is not None
+        assert child.stdout is not None
+        for line in child.stdout:
+            said = json.loads(line)
+            if "ready" in said:
+                self._position = said["position"]
+                self._ready.set()
+            elif "samples" in said:
+                self.samples += said["samples"]
+            else:
+                self._taken = Taken(said["taken"], said["underruns"], said.get("override", self._taken.override))
+                self._done = said.get("done", False)
+        child.stdout.close()
+        self._ready.set()
+
+    def _hear(self) -> None:
+        child = self._child
+        assert child is not None
+        assert child.stderr is not None
+        for line in child.stderr:
+            if line.strip():
+                self._told = [*self._told[-20:], line.decode(errors="replace").strip()]
+        child.stderr.close()
+
+    def write(self, rows: Rows) -> None:
+        """Hand the rows to the child."""
+        assert self._child is not None
+        assert self._child.stdin is not None
+        try:
+            self._child.stdin.write(rows.text().encode("ascii"))
+            self._child.stdin.flush()
+        except BrokenPipeError:
+            said = self._told[-1] if self._told else "its reason is not known"
+            raise LinuxcncError(f"HAL has stopped taking rows after row {self._taken.row}: {said}") from None
+        self._written = rows.first + len(rows) - 1
+
+    def taken(self) -> Taken:
+        """What HAL reported last."""
+        return self._taken
+
+    def depth(self) -> int:
+        """Rows on their way, in the FIFO and before it."""
+        if self._child is not None and self._child.poll() is not None:
+            raise LinuxcncError(f"HAL has stopped after row {self._taken.row} of {self._written}")
+        return self._written - self._taken.row
+
+    def close(self) -> Taken:
+        """Wait for the last row; LinuxcncError if it was never taken."""
+        child = self._child
+        if child is None:
+            return self._taken
+        assert child.stdin is not None
+        child.stdin.close()
+        while child.poll() is None:
+            time.sleep(0.02)
+        self._end()
+        if not self._done:
+            raise LinuxcncError(f"HAL has stopped after row {self._taken.row} of {self._written}")
+        return self._taken
+
+    def abandon(self) -> None:
+        """End the child; HAL holds the last row that it took."""
+        self._end()
+
+    def _end(self) -> None:
+        child = self._child
+        if child is None:
+            return
+        with suppress(OSError):
+            assert child.stdin is not None
+            child.stdin.close()
+        if child.poll() is None:
+            child.terminate()
+            child.wait(5.0)
+        for thread in self._threads:
+            thread.join(5.0)

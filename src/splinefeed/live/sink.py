@@ -1,0 +1,78 @@
+"""What rows are streamed into: the protocol that every sink keeps, the rows, and how they are written as text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from splinefeed.formats.metadata import to_degrees
+from splinefeed.records import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of a stream in order.
+
+    first     number of the first one; the first row of a stream is 1
+    position  (n, axes)  mm, rotary axes rad
+    last      whether the last of them is the last row of the stream, on which the axes stay
+    """
+
+    first: int
+    position: Array
+    axes: tuple[str, ...]
+    last: bool = False
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def text(self) -> str:
+        """One line a row, `row x y ... last`, as `halstreamer` takes them: 17 digits, rotary axes in degrees."""
+        count = len(self)
+        values = to_degrees(self.position, self.axes).tolist()
+        lines = []
+        for k, row in enumerate(values):
+            last = int(self.last and k == count - 1)
+            lines.append(" ".join([str(self.first + k), *(f"{value:.17g}" for value in row), str(last)]))
+        return "\n".join(lines) + "\n" if lines else ""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What a sink knows of its consumer.
+
+    row        the last row that it has confirmed; 0 if none
+    underruns  periods in which it wanted a row and there was none
+    override   the rate that the operator set at the controller, None where there is no such knob
+    """
+
+    row: int
+    underruns: int = 0
+    override: float | None = None
+
+
+class Sink(Protocol):
+    """Where rows go.
+
+    paced  whether rows are taken by a clock, so that only so many may be sent ahead
+    """
+
+    paced: bool
+
+    def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
+        """Begin; start (axes,) is where the first row is. Returns where the axes are, `start` if that is not known."""
+
+    def write(self, rows: Rows) -> None:
+        """Take more rows; may wait for room."""
+
+    def depth(self) -> int:
+        """Rows that were written and are not confirmed yet; 0 where nothing is confirmed but by writing."""
+
+    def close(self) -> Taken:
+        """Wait until every row is taken, and end."""
+
+    def abandon(self) -> None:
+        """End at once, after an error: leave nothing half-written."""
+
+    def taken(self) -> Taken:
+        """What the consumer has confirmed by now."""

@@ -1,0 +1,77 @@
+"""Rows as UDP datagrams: one a period, numbered, so that loss, repeat and order can be seen at the other end."""
+
+from __future__ import annotations
+
+import math
+import socket
+import struct
+import time
+
+from splinefeed.errors import InputError
+from splinefeed.formats.metadata import to_degrees
+from splinefeed.live.sink import Rows, Taken
+from splinefeed.records import Array
+
+#: What a datagram begins with: four letters, number of the row, whether it is the last, number of axes; behind it stand
+#: that many doubles, mm and degrees. All in network order.
+HEAD = struct.Struct("!4sQBB")
+MAGIC = b"spf1"
+#: Where datagrams go if nobody says else.
+HOST, PORT = "127.0.0.1", 5010
+
+
+class UdpSink:
+    """Sends rows `ahead` of a clock that starts with the first one; nothing comes back, the clock is the consumer."""
+
+    paced = True
+
+    def __init__(self, host: str = HOST, port: int = PORT) -> None:
+        if not 0 < port < 65536:
+            raise InputError(f"port {port}: must be from 1 to 65535")
+        self._to = (host, port)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._row = self._underruns = 0
+        self._start = math.nan
+        self._period = math.inf
+
+    def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
+        """Remember the period."""
+        self._period = period
+        return start
+
+    def write(self, rows: Rows) -> None:
+        """Send each row as a datagram."""
+        if math.isnan(self._start):
+            self._start = time.monotonic()
+        late = int((time.monotonic() - self._start) / self._period) - self._row
+        if late > 0:  # the clock has waited, and so goes on from here
+            self._underruns += late
+            self._start += late * self._period
+        for k, row in enumerate(to_degrees(rows.position, rows.axes).tolist()):
+            number, last = rows.first + k, rows.last and k == len(rows) - 1
+            head = HEAD.pack(MAGIC, number, last, len(row))
+            self._socket.sendto(head + struct.pack(f"!{len(row)}d", *row), self._to)
+        self._row = rows.first + len(rows) - 1
+
+    def taken(self) -> Taken:
+        """As many rows as the clock has passed."""
+        if math.isnan(self._start):
+            return Taken(0)
+        passed = int((time.monotonic() - self._start) / self._period)
+        return Taken(min(passed, self._row), self._underruns)
+
+    def depth(self) -> int:
+        """Rows that the clock has not come to."""
+        return self._row - self.taken().row
+
+    def abandon(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+    def close(self) -> Taken:
+        """Wait for the clock, and close the socket."""
+        while self.depth() > 0:
+            time.sleep(min(self.depth() * self._period, 0.05))
+        done = self.taken()
+        self._socket.close()
+        return done
