@@ -86,6 +86,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.cli.folder import default_name, staged
     from splinefeed.cli.record import record
     from splinefeed.cli.source import read_path
+    from splinefeed.cli.warm import helper
     from splinefeed.errors import InputError
     from splinefeed.interpolation import registry
     from splinefeed.machine.table import Table
@@ -112,7 +113,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     limits, period, strategy = options.limits_from(given, planned_for, path.axes)
     limits, assumed = options.as_programmed(limits, path, given)
     folder = default_name(path.name) if given["output"] is None else given["output"]
-    with staged(folder) as stage:
+    with staged(folder) as stage, helper("run", table is not None) as helped:
         if given["contour_tolerance"] is not None:
             if table is None:
                 raise InputError("--contour-tolerance: needs a machine; give --machine NAME or --machine FILE")
@@ -121,7 +122,10 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
                 period=period, strategy=strategy, method=method, corrections=corrections, on_progress=say,
             )  # fmt: skip
         say("planning and interpolating")
-        result = run(path, limits, period=period, strategy=strategy, method=method, corrections=corrections)
+        result = run(
+            path, limits, period=period, strategy=strategy, method=method, corrections=corrections,
+            before_measuring=helped,
+        )  # fmt: skip
         served: list[Served] = []
         servo: dict[str, Any] | None = None
         if table is not None:

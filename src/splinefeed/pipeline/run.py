@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -132,14 +132,17 @@ def run(
     method: str = DEFAULT_METHOD,
     corrections: int = 1,
     tolerance: float = 0.0,
+    before_measuring: Callable[[], None] = lambda: None,
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
+    before_measuring is called when the setpoints are there, before they are measured and checked.
     Raises what `plan` and `interpolate` raise, and LimitsError for more than MOST_TICKS ticks.
     """
     law = plan(path, limits, strategy=strategy, period=period)
     check_ticks(law, period)
     points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
+    before_measuring()
     return measured(path, limits, law, points)
 
 
