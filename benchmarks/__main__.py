@@ -21,6 +21,7 @@ NAMES = (
     "servo",
     "methods",
     "plan",
+    "smooth",
     "paths",
     "cad",
     "drawings",

@@ -10,6 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.geometry.nearest import Nearest
+from splinefeed.geometry.smoothing import _at_knot
 from splinefeed.geometry.smoothing_joints import transitions
 from splinefeed.geometry.smoothing_proof import deviation
 
@@ -192,6 +193,16 @@ def test_long_lines_and_arcs_keep_what_is_left_of_them():
     for curve in result.curves[2:4]:
         radii = np.linalg.norm(curve(np.linspace(*curve.domain, 101)) - [0.0, 30.0], axis=1)
         np.testing.assert_allclose(radii, 30.0, rtol=1e-13)
+
+
+def test_a_curve_is_cut_at_its_knot_and_not_a_rounding_beside_it():
+    points = [[0, 0], [1, 0.1], [2, 0.4], [3, 0.4], [4, 0.4], [5, 0.1], [6, 0]]
+    curve = sf.NurbsCurve(5, [0] * 6 + [0.5] + [1] * 6, points)
+    beside = float(np.nextafter(0.5, 1.0))
+    with pytest.raises(sf.SplinefeedError, match="differ by"):
+        curve.split(beside)
+    assert [part.domain for part in curve.split(_at_knot(curve, beside))] == [(0.0, 0.5), (0.5, 1.0)]
+    assert _at_knot(curve, 0.25) == 0.25
 
 
 def test_a_reversal_stays_a_stop_and_no_loop():

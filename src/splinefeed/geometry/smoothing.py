@@ -27,6 +27,8 @@ UNBOUNDED_TOLERANCE = 0.01
 PROGRAM = "program"
 #: Share of what is left of the tolerance that transitions use: the rest covers rounding and what lies between samples.
 JOINT = 0.95
+#: A parameter this near a knot, relative to the largest one, is the knot.
+SAME_KNOT = 1e-12
 CORNERS = ("keep", "round")
 _QUINTIC = frozen(np.repeat([0.0, 1.0], 6))
 
@@ -143,7 +145,7 @@ def _assembled(path: Path, base: Path, runs: Pieces, made: Transitions, apart: B
                 out.add(NurbsCurve.trusted(1, LINE_KNOTS, rests[i]), owner[i])
             else:
                 cuts = made.behind[i - 1 : i].tolist() * opens + made.before[i : i + 1].tolist() * closes
-                out.add(curve.split(*cuts)[opens], owner[i])
+                out.add(curve.split(*(_at_knot(curve, u) for u in cuts))[opens], owner[i])
         if i + 1 == count or not reach[i]:
             continue
         points = made.points[i]
@@ -157,6 +159,13 @@ def _assembled(path: Path, base: Path, runs: Pieces, made: Transitions, apart: B
         else:
             out.add(NurbsCurve.trusted(5, _QUINTIC, points), owner[i])
     return _said_again(path, out, begins, runs, made)
+
+
+def _at_knot(curve: NurbsCurve, u: float) -> float:
+    """The knot that u is but for rounding, or u."""
+    nearest = float(curve.breaks[np.argmin(np.abs(curve.breaks - u))])
+    size = max(map(abs, curve.domain))
+    return nearest if abs(nearest - u) <= SAME_KNOT * size and nearest not in curve.domain else u
 
 
 def _halves(points: Array) -> tuple[Array, Array]:
