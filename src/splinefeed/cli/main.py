@@ -24,6 +24,7 @@ COMMANDS = {
     "report": "The HTML report of a run, made again from its folder.",
     "follow": "What the axes of a machine do with setpoints: tracking and contour errors.",
     "stream": "Setpoints to a running controller, with override and hold that keep the limits.",
+    "linuxcnc": "The HAL file of a machine that LinuxCNC moves along a stream.",
     "pulses": "Setpoints as the pulse words of a motion card's bit-pattern mode, and back.",
     "tune": "Gains of a machine's axes: margins before and after, by a rule or for a path.",
     "tune-feed": "The highest feed at which a machine keeps to a contour tolerance.",

@@ -32,6 +32,8 @@ BISECTIONS = 52
 FOR_SLOPE = 0.5
 #: Largest change of the rate in one tick, and of that change: what counts where the axes hardly move.
 MOST_STEP = 0.25
+#: A rate that comes to rest as near as this to its target is at it; the step that it is moved by is far below 1 %.
+AT_TARGET = 1e-9
 #: How far beside 0 or the highest rate a stop may end by rounding.
 ROUNDING = 1e-12
 
@@ -352,7 +354,7 @@ def run_rate(
             if abs(wanted) <= 1e-9 * fall:
                 wanted = 0.0
         after = rate + 0.5 * period * (slope + wanted)
-        if wanted == 0.0 and abs(after - target) <= ROUNDING:
+        if wanted == 0.0 and abs(after - target) <= AT_TARGET:
             after = target
         after = min(max(after, 0.0), top)
         tau += period * (rate + period * (slope / 3.0 + wanted / 6.0))
