@@ -14,6 +14,7 @@ from splinefeed.errors import CurveError, LimitsError, PlanError
 #: What a plan may be refused for, and how the message then begins or what it contains.
 REFUSALS = (
     "the linear axes stand still while",  # a rotary axis turns on where no law s(t) can hold its limits
+    "would take",  # the same but for rounding: longer than thirty years
     "too short to",
 )
 #: Seeds that once failed, and what they were.
@@ -24,6 +25,9 @@ KEPT = {
     28: "two stops a rounding apart",
     80: "a loop of 1e-5 that its samples do not show",
     91: "a cusp next to the start",
+    1001: "two stops so near that cells between them have no length",
+    1077: "a ramp that runs over a span of 1e-6",
+    30065: "another, which ends behind it",
 }
 
 
@@ -53,7 +57,7 @@ def test_what_once_failed(seed):
 
 @pytest.mark.parametrize("strategy", ["seven-phase", "time-optimal"])
 def test_a_sample(strategy):
-    seeds = range(5000, 5050 if strategy == "seven-phase" else 5012)
+    seeds = range(5000, 5060 if strategy == "seven-phase" else 5012)
     found = [judge(seed, (strategy,)) for seed in seeds]
     assert found.count("ok") > 0.8 * len(found)
 

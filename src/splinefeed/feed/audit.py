@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.feed.bounds import shares
-from splinefeed.feed.cells import located
+from splinefeed.feed.cells import located, rows_between
 from splinefeed.feed.law_pieces import Nodes, Pieces, polynomial
 from splinefeed.feed.square import Setting
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
+from splinefeed.kernels import pieces as rows
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Places in every piece of the law where it is held against the limits.
@@ -19,6 +20,8 @@ CHECKED = np.linspace(0.0, 1.0, 7)
 LAST_CHECKED = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 33)))
 #: The rise of a peak between them is taken this much larger, as a parabola is not the whole truth.
 PEAK_MARGIN = 2.0
+#: Bisections that find when a ramp is at a place.
+BISECTIONS = 60
 #: Places of the curve between two ticks whose distance from their chord is looked at.
 CHORD_PLACES = np.linspace(0.0, 1.0, 11)[1:-1]
 #: A chord's share is taken this much larger, for what lies between those places.
@@ -56,19 +59,59 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
         ratios[row] = shares(
             d, v, a, j, feeds[curve], setting.limits, setting.axes, setting.period, path.linear, signs[row]
         )
-    worst = np.max(ratios, axis=0)
-    # between the places looked at a share may peak: a parabola through three of them tells how high
+    worst = _peaks(ratios)
+    over: Array = worst[inner]
+    if first:
+        over[0] = max(over[0], worst[0], _ramp_excess(path, pieces, 0, nodes.high, setting))
+    if last:
+        over[-1] = max(over[-1], worst[-1], _ramp_excess(path, pieces, len(durations) - 1, nodes.high, setting))
+    return over
+
+
+def _peaks(ratios: Array) -> Array:
+    """The largest of shares (places, n) in every column, (n,), and what lies between two places: a parabola tells."""
     below, here, above = ratios[:-2], ratios[1:-1], ratios[2:]
     bend = 2.0 * here - below - above
     peaked = (here >= below) & (here >= above) & (bend > 0.0)
     rise = np.where(peaked, (above - below) ** 2 / (8.0 * np.where(peaked, bend, 1.0)), 0.0)
-    worst = np.maximum(worst, np.max(here + PEAK_MARGIN * rise, axis=0))
-    over: Array = worst[inner]
-    if first:
-        over[0] = max(over[0], worst[0])
-    if last:
-        over[-1] = max(over[-1], worst[-1])
-    return over
+    worst: Array = np.maximum(np.max(ratios, axis=0), np.max(here + PEAK_MARGIN * rise, axis=0))
+    return worst
+
+
+def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: Setting) -> float:
+    """The same for the ramp of this index, on every arc-length piece of the path that it runs over, one-sided at both.
+
+    Cells have no knot inside, ramps may: next to a rest at one, or at a span of 1e-6, curvature explodes there.
+    """
+    last = index + 1 == len(pieces.coefficients)
+    begin, end = pieces.coefficients[index, 0], high if last else pieces.coefficients[index + 1, 0]
+    first_row, last_row, owner = rows_between(path, float(begin), float(end))
+    if first_row == last_row:
+        return 0.0
+    table = path.table[first_row : last_row + 1]
+    law = np.broadcast_to(pieces.coefficients[index], (len(table), pieces.coefficients.shape[1]))
+    low, up = np.zeros(len(table)), np.full(len(table), pieces.times[index + 1] - pieces.times[index])
+    duration = up.copy()
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + up)
+        behind = polynomial(law, middle, 0) < table[:, rows.START]
+        low, up = np.where(behind, middle, low), np.where(behind, up, middle)
+    edges = np.append(np.where(table[:, rows.START] <= begin, 0.0, up), duration[0])
+    ratios = np.zeros((len(LAST_CHECKED), len(table)))
+    feeds = curve_feeds(path, setting.limits)[owner]
+    inside = (table[:, rows.LOW], table[:, rows.HIGH])
+    for k, place in enumerate(LAST_CHECKED):
+        t = edges[:-1] + place * np.diff(edges)
+        s, v, a, j = (polynomial(law, t, order) for order in range(4))
+        u = np.clip(located(path, owner, s), *inside)
+        if place in (0.0, 1.0):
+            u[1:] = inside[0][1:] if place == 0.0 else u[1:]
+            u[:-1] = inside[1][:-1] if place == 1.0 else u[:-1]
+        d = by_arc_length(path.evaluate(owner, u, 3, side="left" if place == 1.0 else "right"), path.linear)
+        d = np.where(np.isfinite(d), d, 0.0)
+        sign = np.full(len(table), -1.0 if last else 1.0)
+        ratios[k] = shares(d, v, a, j, feeds, setting.limits, setting.axes, setting.period, path.linear, sign)
+    return float(np.max(_peaks(ratios)))
 
 
 def tick_excess(path: Path, pieces: Pieces, setting: Setting, start: float, rest: tuple[bool, bool]) -> Array:

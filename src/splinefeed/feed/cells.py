@@ -53,18 +53,22 @@ class Cells:
             long = np.zeros(len(h), dtype=bool)
             long[1:] |= h[1:] > GROWTH * h[:-1]
             long[:-1] |= h[:-1] > GROWTH * h[1:]
-            if not long.any():
+            finer = cells._cut(long)
+            if finer.count == cells.count:
                 break
-            cells = cells._cut(long)
+            cells = finer
         return cells
 
     def _cut(self, marked: BoolArray) -> Cells:
-        middle = 0.5 * (self.u0 + self.u1)[marked]
-        s = _lengths(self.path, self.curve[marked], middle)
         after = np.flatnonzero(marked)
+        middle = 0.5 * (self.u0 + self.u1)[after]
+        s = _lengths(self.path, self.curve[after], middle)
+        # a cell of a few roundings of s stays whole: its halves would have no length
+        kept = (s > self.s[after]) & (s < self.s[after + 1])
+        after, middle, s = after[kept], middle[kept], s[kept]
         return Cells(
             self.path,
-            np.insert(self.curve, after + 1, self.curve[marked]),
+            np.insert(self.curve, after + 1, self.curve[after]),
             np.insert(self.u0, after + 1, middle),
             np.insert(self.u1, after, middle),
             np.insert(self.s, after + 1, s),
@@ -86,13 +90,9 @@ class Cells:
             still = np.flatnonzero(speeds[place] <= STILL * speeds[1])
             inside = u[still] + ASIDE * (middle - u)[still]
             at[place][still] = self.path.evaluate(self.curve[still], inside, 3)
-        fractions = np.stack(
-            [
-                np.zeros(self.count),
-                (_lengths(self.path, self.curve, middle) - self.s[:-1]) / self.length,
-                np.ones(self.count),
-            ]
-        )
+        with np.errstate(divide="ignore", invalid="ignore"):  # a cell without length has no fractions: no room is found
+            half = (_lengths(self.path, self.curve, middle) - self.s[:-1]) / self.length
+        fractions = np.stack([np.zeros(self.count), half, np.ones(self.count)])
         found = np.stack([by_arc_length(d, self.path.linear)[:, 1:] for d in at])
         return fractions, np.where(np.isfinite(found), found, 0.0)
 

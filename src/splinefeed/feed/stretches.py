@@ -69,9 +69,13 @@ def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: flo
         if s >= length * (1.0 - SAME_PLACE):
             k, feed = len(starts), float(law.feed(law.duration))
         else:
-            k = int(np.argmin(np.abs(starts - s)))
-            feed = float(law.coefficients[k, 1])
-        if feed > AT_REST * top or (k < len(starts) and abs(starts[k] - s) > SAME_PLACE * length):
+            # several pieces may begin there but for rounding, some of them in motion: the slowest, then the nearest
+            near = np.searchsorted(starts, [s - SAME_PLACE * length, s + SAME_PLACE * length], side="right")
+            begin_there = np.arange(near[0], near[1])
+            rank = np.lexsort((np.abs(starts[begin_there] - s), np.abs(law.coefficients[begin_there, 1])))
+            k = int(begin_there[rank[0]]) if len(rank) else -1
+            feed = float(law.coefficients[k, 1]) if k >= 0 else math.inf
+        if feed > AT_REST * top:
             raise PlanError(f"the law does not rest at s = {s:.9g} mm, where the path waits {seconds:g} s")
         breaks.append(law.breaks[done:k] + shift)
         pieces.append(law.coefficients[done:k])

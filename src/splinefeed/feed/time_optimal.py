@@ -30,6 +30,10 @@ STRAIGHT = 1e-12
 STANDING, TURNING = 1e-6, 1e-6
 #: A solution that must be made this many times longer at last is held against the slow plan that always goes.
 POOR = 1.2
+#: A stretch below this share of the path has no room for cells above the rounding of s.
+UNRESOLVED = 1e-11
+#: No stretch may last longer, s: thirty years.
+LONGEST = 1e9
 #: Rounds of slowing a stretch down until the differences of its setpoints keep their limits.
 SLOWINGS = 20
 
@@ -57,6 +61,7 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
     _check_turns(path, corners.marks, axes)
     setting = Setting(limits, axes, period, corners.passed, corners.feed, corners.sharp)
     plans = [_stretch(path, float(low), float(high), setting) for low, high in pairwise(corners.marks)]
+    _check_durations(plans, corners.marks)
     breaks, coefficients = [np.zeros(1)], []
     tick = 0
     start = 0.0
@@ -153,11 +158,24 @@ def _check_turns(path: Path, marks: Array, axes: AxisLimits) -> None:
             )
 
 
+def _check_durations(plans: list[StretchPlan], marks: Array) -> None:
+    """Raise PlanError for a stretch that the limits make last for ever: there an axis turns while s hardly moves on."""
+    for k, plan in enumerate(plans):
+        if plan.pieces.duration > LONGEST:
+            raise PlanError(
+                f"the motion from s = {marks[k]:.9g} to {marks[k + 1]:.9g} mm would take {plan.pieces.duration:.3g} s "
+                "under these limits: an axis turns or bends there while the path hardly moves on; smooth or split it "
+                "there, or leave the limits of that axis out"
+            )
+
+
 def _stretch(path: Path, low: float, high: float, setting: Setting) -> StretchPlan:
     """Plan one stretch from rest to rest."""
     straight = _straight(path, low, high, setting)
     if straight is not None:
         return straight
+    if high - low < UNRESOLVED * path.length:
+        return StretchPlan(steady(path, low, high, setting), 0.0)
     try:
         found = solve(path, low, high, (0.0, 0.0), setting)
     except PlanError:
