@@ -20,6 +20,8 @@ CHECKED = np.linspace(0.0, 1.0, 7)
 LAST_CHECKED = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 33)))
 #: The rise of a peak between them is taken this much larger, as a parabola is not the whole truth.
 PEAK_MARGIN = 2.0
+#: A place is told from one with C' = 0 by half this many roundings of arc length.
+INDISTINCT = 32.0
 #: Bisections that find when a ramp is at a place.
 BISECTIONS = 60
 #: Places of the curve between two ticks whose distance from their chord is looked at.
@@ -85,7 +87,10 @@ def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: S
     """
     last = index + 1 == len(pieces.coefficients)
     begin, end = pieces.coefficients[index, 0], high if last else pieces.coefficients[index + 1, 0]
-    first_row, last_row, owner = rows_between(path, float(begin), float(end))
+    slack = 4.0 * float(np.finfo(np.float64).eps) * path.length
+    if not end - begin > 2.0 * slack:
+        return 0.0
+    first_row, last_row, owner = rows_between(path, float(begin) + slack, float(end) - slack)
     if first_row == last_row:
         return 0.0
     table = path.table[first_row : last_row + 1]
@@ -107,8 +112,11 @@ def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: S
         if place in (0.0, 1.0):
             u[1:] = inside[0][1:] if place == 0.0 else u[1:]
             u[:-1] = inside[1][:-1] if place == 1.0 else u[:-1]
-        d = by_arc_length(path.evaluate(owner, u, 3, side="left" if place == 1.0 else "right"), path.linear)
-        d = np.where(np.isfinite(d), d, 0.0)
+        by_u = path.evaluate(owner, u, 3, side="left" if place == 1.0 else "right")
+        d = by_arc_length(by_u, path.linear)
+        # C' = 0 within the rounding of s: all derivatives are 0/0 there
+        distinct = np.sum(by_u[:, 1] ** 2, axis=1) > INDISTINCT * slack * np.linalg.norm(by_u[:, 2], axis=1)
+        d = np.where(np.isfinite(d) & distinct[:, None, None], d, 0.0)
         sign = np.full(len(table), -1.0 if last else 1.0)
         ratios[k] = shares(d, v, a, j, feeds, setting.limits, setting.axes, setting.period, path.linear, sign)
     return float(np.max(_peaks(ratios)))
