@@ -10,6 +10,7 @@ EXAMPLES = """\b
 Examples:
   splinefeed linuxcnc init --machine router
   splinefeed linuxcnc init --machine my-table.toml -o mill --axes x,y,z
+  splinefeed linuxcnc init --machine xytheta --json
 
 """
 
