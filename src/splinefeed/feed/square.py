@@ -72,7 +72,7 @@ class SquareProblem:
     q is quadratic in s on every cell, with q' continuous:  q' = 2 s'',  sqrt(q) q'' = 2 s'''.
     An axis has  velocity r' sqrt(q),  acceleration r' q'/2 + r'' q,  jerk sqrt(q) (r' q''/2 + 3/2 r'' q' + r''' q).
     At rest, q goes with s^(4/3): the first and the last `length` mm are no cells but ramps of constant jerk. At an end
-    in motion q is held to the square of its feed from above, and falling short is made dear.
+    in motion q' = 0 and q is held to the square of its feed from above, and falling short is made dear.
 
     scale (n,) <= 1 is how much of every limit each cell may use; rising (n,) is 1 where the feed grows, -1 where it
     falls, 0 where both limits of jerk along the path hold. With `relaxed` there are no jerk limits, the limits are
@@ -94,10 +94,13 @@ class SquareProblem:
         self.cells = cells
         self.ends = ends
         self.setting = setting
+        self.cap = cap
         limits, axes, period = setting.limits, setting.axes, setting.period
         n = cells.count
         h = cells.length
         scale = np.ones(n) if scale is None else scale
+        #: What the caller gave, for a problem like this one.
+        self.scale, self.rising = scale, rising
         before = np.concatenate([[0.0], h[:-1]])
         after = np.concatenate([h[1:], [0.0]])
         with np.errstate(invalid="ignore"):  # what has no length is found by `room`
@@ -112,10 +115,13 @@ class SquareProblem:
                 np.stack([zero, one - right, right], 1),
             ]
         )
-        #: c[0] = ties[0] c[1] and c[-1] = ties[1] c[-2]: q goes with s^growth from rest, so that q' = growth q / end
+        #: c[0] = ties[0] c[1] and c[-1] = ties[1] c[-2]: q goes with s^growth from rest, so that q' = growth q / end;
+        #: at an end in motion q' = 0, as the relaxation does not ask for
         growth = 1.0 if relaxed else 4.0 / 3.0
         self.ties = tuple(
-            1.0 / (1.0 + 0.5 * growth * width / end.length) if end.rest else None
+            1.0 / (1.0 + 0.5 * growth * width / end.length)
+            if end.rest
+            else (1.0 if end.feed is not None and not relaxed else None)
             for width, end in zip((h[0], h[-1]), ends, strict=True)
         )
         fractions, derivatives = cells.derivatives()
@@ -139,9 +145,9 @@ class SquareProblem:
                 np.minimum(feed_squared_bound(r1, r2, feed, limits, axes, period, cells.path.linear), cap * cap) * scale
             )
             if place == 0:
-                top[0] = min(top[0], self._end_bound(0) * scale[0])
+                top[0] = min(top[0], self._end_bound(0) * (scale[0] if ends[0].rest else 1.0))
             if place == len(fractions) - 1:
-                top[-1] = min(top[-1], self._end_bound(1) * scale[-1])
+                top[-1] = min(top[-1], self._end_bound(1) * (scale[-1] if ends[1].rest else 1.0))
             if place != 1:
                 top = np.minimum(top, node_top[:-1] if place == 0 else node_top[1:])
             lowest = np.minimum(lowest, top)
@@ -190,13 +196,13 @@ class SquareProblem:
         self._shortfall = 0.0
         for which, (end, inner, outer) in enumerate(zip(ends, (1, n), (0, n + 1), strict=True)):
             tie = self.ties[which]
-            if tie is not None:
+            if end.rest and tie is not None:
                 # q at the inner end is that of its node: between c and its tied neighbour
                 self._end_rows[which] = share * end.length, tie, inner
             elif end.feed is not None:
                 around = float(np.sum(h / np.sqrt(lowest))) * SHORTFALL
                 self._shortfall += around
-                self._end_rows[which] = around * end.feed / 3.0, 1.0, outer
+                self._end_rows[which] = around * end.feed / 3.0, 1.0, outer if tie is None else inner
 
     def _jumps(self, derivatives: Array) -> tuple[Array, Array]:
         """Bound of q at each node, (n + 1,), and share of the axis jerk left to each cell, (n,), by corners and jumps.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +14,8 @@ from splinefeed.feed.bounds import AxisLimits, deceleration, deceleration_jerk
 from splinefeed.feed.cells import sample
 from splinefeed.feed.corners import Corners, find_corners, worth
 from splinefeed.feed.law_pieces import Pieces
-from splinefeed.feed.seven_phase import SevenPhase
+from splinefeed.feed.moving import finished
+from splinefeed.feed.seven_phase import SevenPhase, plan_seven_phase
 from splinefeed.feed.square import Setting
 from splinefeed.feed.steady import steady
 from splinefeed.feed.stretches import curve_feeds
@@ -40,41 +41,56 @@ SLOWINGS = 20
 
 @dataclass(frozen=True, eq=False)
 class StretchPlan:
-    """Motion over one stretch and a lower bound of its time, s; `slow` if it is no optimum but what always goes."""
+    """Motion over one stretch and a lower bound of its time, s; `slow` if it is no optimum but what always goes.
+
+    moving  whether an end is in motion: it must not be stretched in time;  late  s by which it then ends after a tick
+    """
 
     pieces: Pieces
     lower_bound: float
     slow: bool = False
+    moving: bool = False
+    late: float = 0.0
 
 
 def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeLaw:
-    """Least time under feed, chord error, centripetal, tangential and axis limits, at rest at the ends and at stops.
+    """Least time under feed, chord error, centripetal, tangential and axis limits, at rest at the stops.
 
-    Each stretch between stops is solved on its own, stretched in time to a whole number of periods. settings of the
+    The path begins at start_feed and ends at end_feed, without acceleration along the path where that is not 0. Each
+    stretch between stops is solved on its own, stretched in time to a whole number of periods; one with an end in
+    motion gets a lower top feed instead, and where that cannot be its last period is a short one. settings of the
     law hold `lower_bound_s`: the time of the relaxation without jerk limits, which no plan can be faster than.
     Raises LimitsError for limits that leave acceleration and jerk free, and for curvature jumps under an axis jerk
-    without a period; PlanError for end feeds that are not 0.
+    without a period; PlanError for end feeds that the path is too short for.
     """
     axes = AxisLimits.of(limits, path.axes)
     _check(path, limits, axes, period)
     corners = find_corners(path, limits, axes, period)
     _check_turns(path, corners.marks, axes)
     setting = Setting(limits, axes, period, corners.passed, corners.feed, corners.sharp)
-    plans = [_stretch(path, float(low), float(high), setting) for low, high in pairwise(corners.marks)]
+    spans = list(pairwise(corners.marks.tolist()))
+    feeds = [
+        (limits.start_feed if k == 0 else 0.0, limits.end_feed if k == len(spans) - 1 else 0.0)
+        for k in range(len(spans))
+    ]
+    plans = [_stretch(path, low, high, ends, setting) for (low, high), ends in zip(spans, feeds, strict=True)]
     _check_durations(plans, corners.marks)
     breaks, coefficients = [np.zeros(1)], []
     tick = 0
-    start = 0.0
+    start = late = 0.0
     for plan in plans:
         factor = 1.0
-        if period is not None:
+        if period is not None and not plan.moving:
             ticks = _ticks(path, plan.pieces, setting)
             tick += ticks
             factor = ticks * period / plan.pieces.duration
         pieces = plan.pieces.stretched(factor)
         times = start + pieces.times[1:]
         if period is not None:
-            times[-1] = tick * period
+            if plan.moving:
+                tick += round((plan.pieces.duration - plan.late) / period)
+            late += plan.late
+            times[-1] = tick * period + late
         breaks.append(times)
         coefficients.append(pieces.coefficients)
         start = float(times[-1])
@@ -84,7 +100,7 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
         strategy=STRATEGY,
         period=period,
         settings={"lower_bound_s": _bound(plans, corners, limits, axes)},
-        notes=_notes(plans, corners.marks),
+        notes=_notes(plans, corners.marks, period),
     )
 
 
@@ -95,13 +111,22 @@ def _bound(plans: list[StretchPlan], corners: Corners, limits: Limits, axes: Axi
     return max(float(sum(plan.lower_bound for plan in plans)) - saved, 0.0)
 
 
-def _notes(plans: list[StretchPlan], marks: Array) -> tuple[str, ...]:
-    """A sentence on the stretches that are slower than they could be."""
+def _notes(plans: list[StretchPlan], marks: Array, period: float | None) -> tuple[str, ...]:
+    """A sentence on the stretches that are slower than they could be, and on each that does not end on a tick."""
+    notes = []
+    for k, plan in enumerate(plans):
+        if plan.late > 0.0:
+            reason = "its end feeds leave no top feed to lower"
+            place = f"the stop at {marks[k + 1]:g} mm falls {plan.late:.6g} s after a tick"
+            if k == len(plans) - 1:
+                place = f"the last period is a short one, {plan.late:.6g} s of {period:g} s"
+            notes.append(f"{place}: {reason}")
     slow = [k for k, plan in enumerate(plans) if plan.slow]
     if not slow:
-        return ()
+        return tuple(notes)
     k = slow[0]
     return (
+        *notes,
         f"{len(slow)} stretch(es) are planned at one slow feed, as the optimiser found no better: the first from "
         f"{marks[k]:.6g} to {marks[k + 1]:.6g} mm",
     )
@@ -122,8 +147,6 @@ def _ticks(path: Path, pieces: Pieces, setting: Setting) -> int:
 
 def _check(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> None:
     """Raise for what this strategy cannot do."""
-    if limits.start_feed or limits.end_feed:
-        raise PlanError(f"the {STRATEGY} strategy begins and ends at rest; leave start_feed and end_feed at 0")
     finite = [limits.acceleration, limits.jerk, *axes.acceleration, *axes.jerk]
     if not np.any(np.isfinite(finite)):
         raise LimitsError(
@@ -169,15 +192,20 @@ def _check_durations(plans: list[StretchPlan], marks: Array) -> None:
             )
 
 
-def _stretch(path: Path, low: float, high: float, setting: Setting) -> StretchPlan:
-    """Plan one stretch from rest to rest."""
-    straight = _straight(path, low, high, setting)
+def _stretch(path: Path, low: float, high: float, feeds: tuple[float, float], setting: Setting) -> StretchPlan:
+    """Plan one stretch with these feeds at its ends, mm/s, 0 for rest."""
+    straight = _straight(path, low, high, feeds, setting)
     if straight is not None:
         return straight
+    if max(feeds) > 0.0:
+        found = solve(path, low, high, feeds, setting)
+        pieces, whole = finished(path, found, setting)
+        late = 0.0 if whole or setting.period is None else pieces.duration % setting.period
+        return StretchPlan(pieces, found.lower_bound, moving=True, late=late)
     if high - low < UNRESOLVED * path.length:
         return StretchPlan(steady(path, low, high, setting), 0.0)
     try:
-        found = solve(path, low, high, (0.0, 0.0), setting)
+        found = solve(path, low, high, feeds, setting)
     except PlanError:
         return StretchPlan(steady(path, low, high, setting), 0.0, slow=True)
     at_last = excess(found.nodes, found.pieces, setting, LAST_CHECKED)
@@ -190,7 +218,7 @@ def _stretch(path: Path, low: float, high: float, setting: Setting) -> StretchPl
     return plan
 
 
-def _straight(path: Path, low: float, high: float, setting: Setting) -> StretchPlan | None:
+def _straight(path: Path, low: float, high: float, feeds: tuple[float, float], setting: Setting) -> StretchPlan | None:
     """The exact seven-phase profile of a straight stretch, whose axes' limits are limits along the path; else None."""
     limits, axes = setting.limits, setting.axes
     curve, u, _ = sample(path, low, high, 3)
@@ -198,8 +226,8 @@ def _straight(path: Path, low: float, high: float, setting: Setting) -> StretchP
         return None
     d = by_arc_length(path.evaluate(curve, u, 2 + 1), path.linear)
     length = high - low
-    feeds = curve_feeds(path, limits)[curve]
-    if np.ptp(feeds) > 0.0 or not np.all(np.isfinite(d)):
+    tops = curve_feeds(path, limits)[curve]
+    if np.ptp(tops) > 0.0 or not np.all(np.isfinite(d)):
         return None
     if np.max(np.abs(d[:, 2])) * length > STRAIGHT or np.max(np.ptp(d[:, 1], axis=0)) > STRAIGHT:
         return None
@@ -210,13 +238,32 @@ def _straight(path: Path, low: float, high: float, setting: Setting) -> StretchP
     jerk, falling = min(limits.jerk, twist), min(deceleration_jerk(limits), twist)
     if not math.isfinite(up + down + jerk + falling):
         return None
-    feed = min(float(np.min(feeds)), float(np.min(axes.velocity * steepest)))
+    feed = min(float(np.min(tops)), float(np.min(axes.velocity * steepest)))
     along = Limits(feed=feed, acceleration=up, deceleration=down, jerk=jerk, deceleration_jerk=falling)
-    law = SevenPhase.solve(length, along).law()
+    start, end = feeds
+    moving = max(feeds) > 0.0
+    late = 0.0
+    if max(feeds) > feed:
+        return None
+    if moving:
+        law = plan_seven_phase(_Straight(length), replace(along, start_feed=start, end_feed=end), setting.period)
+        late = law.duration % setting.period if law.notes and setting.period is not None else 0.0
+    else:
+        law = SevenPhase.solve(length, along).law()
     coefficients: Array = law.coefficients.copy()
     coefficients[:, 0] += low
     # without jerk: a trapezoid, or a triangle where there is no room for the feed
-    top = min(feed, math.sqrt(2.0 * length * up * down / (up + down)))
-    rising = top * top / (2.0 * up) + top * top / (2.0 * down)
-    bound = top / up + top / down + (length - rising) / top
-    return StretchPlan(Pieces(law.breaks.copy(), coefficients, np.zeros(0, dtype=bool), 0), bound)
+    room = 2.0 * length + start * start / up + end * end / down
+    top = max(min(feed, math.sqrt(room * up * down / (up + down))), start, end)
+    rising = (top * top - start * start) / (2.0 * up) + (top * top - end * end) / (2.0 * down)
+    bound = (top - start) / up + (top - end) / down + (length - rising) / top
+    pieces = Pieces(law.breaks.copy(), coefficients, np.zeros(0, dtype=bool), 0)
+    return StretchPlan(pieces, bound, moving=moving, late=late)
+
+
+@dataclass(frozen=True)
+class _Straight:
+    """A straight stretch of this length, mm, as `plan_seven_phase` takes it."""
+
+    length: float
+    stops: tuple[float, ...] = ()

@@ -13,7 +13,7 @@ from splinefeed.feed.bounds import deceleration_jerk
 from splinefeed.feed.cells import Cells
 from splinefeed.feed.grid import first_cells
 from splinefeed.feed.law_pieces import Nodes, Pieces, to_pieces
-from splinefeed.feed.square import Setting, SquareProblem
+from splinefeed.feed.square import End, Setting, SquareProblem
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -42,8 +42,9 @@ PHASES = (0.0, 0.25, 0.5, 0.75)
 MOST_LOOKS = 20_000
 #: An end in motion may fall short of its feed by this share of q; it is then put right.
 SHORT = 1e-4
-#: Limits are tightened by this where the last hair cannot be a stretch in time.
-MARGIN = 2e-4
+#: Limits are tightened by this where the last hair cannot be a stretch in time: at moving ends, from nothing there to
+#: all of it at this share of the stretch away from them.
+MARGIN, MARGIN_REACH = 2e-4, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,10 +82,9 @@ def solve(
     c, relaxed_time, gap = _relaxed(bare, low, high)
     rising = np.zeros(cells.count)
     most = MOST_TIMES * cells.count + AND_A_FEW
-    margin = 1.0 - MARGIN if moving else 1.0
-    scale = np.full(cells.count, margin)
+    scale = _margins(cells, ends)
     problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
-    c, _, _ = problem.solve(_fitting(problem, c), tolerance=COARSE_GAP)
+    c, _, _ = problem.solve(fitting(problem, c), tolerance=COARSE_GAP)
     for refinement in range(REFINEMENTS + MORE_REFINEMENTS):
         regular = refinement < REFINEMENTS
         coarse = _coarse(problem, c)
@@ -97,11 +97,11 @@ def solve(
         scale, rising = scale[owner], rising[owner]
         problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
         last = refinement >= REFINEMENTS - 1
-        c, _, _ = problem.solve(_fitting(problem, c), tolerance=GAP if last else COARSE_GAP)
+        c, _, _ = problem.solve(fitting(problem, c), tolerance=GAP if last else COARSE_GAP)
     rest = (ends[0].rest, ends[1].rest)
     hair = 1.0 if moving else 1.0 + HAIR
     for repair in range(REPAIRS):
-        nodes = _nodes(problem, c, low, high)
+        nodes = nodes_of(problem, c, low, high)
         pieces = to_pieces(nodes)
         over = np.maximum(excess(nodes, pieces, setting), np.where(pieces.coarse, 4.0, 0.0))
         if setting.period is not None:
@@ -120,9 +120,22 @@ def solve(
             cells, c, owner = _halved(problem, c, much)
             scale, rising = scale[owner], rising[owner]
         problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
-        c, _, _ = problem.solve(_fitting(problem, c), tolerance=GAP)
+        c, _, _ = problem.solve(fitting(problem, c), tolerance=GAP)
     bound = relaxed_time - gap
     return Solution(nodes, pieces, over, bound if math.isfinite(bound) else 0.0, problem, c)
+
+
+def _margins(cells: Cells, ends: tuple[End, End]) -> Array:
+    """How much of the limits a stretch with moving ends may use at first, (n,)."""
+    scale = np.ones(cells.count)
+    if any(end.feed is not None for end in ends):
+        s = cells.s
+        share = np.ones(cells.count)
+        for which, away in ((0, s[:-1] - s[min(2, cells.count)]), (1, s[max(cells.count - 2, 0)] - s[1:])):
+            if ends[which].feed is not None:
+                share = np.minimum(share, np.clip(away / (MARGIN_REACH * (s[-1] - s[0])), 0.0, 1.0))
+        scale -= MARGIN * share
+    return scale
 
 
 def _relaxed(bare: SquareProblem, low: float, high: float) -> tuple[Array, float, float]:
@@ -135,7 +148,7 @@ def _relaxed(bare: SquareProblem, low: float, high: float) -> tuple[Array, float
     raise PlanError(f"the limits allow no motion between s = {low:.6g} and {high:.6g} mm")
 
 
-def _fitting(problem: SquareProblem, c: Array) -> Array:
+def fitting(problem: SquareProblem, c: Array) -> Array:
     """c slowed down as little as it takes to have room to every limit."""
     c = problem.raised(c)
     for _ in range(400):
@@ -146,21 +159,28 @@ def _fitting(problem: SquareProblem, c: Array) -> Array:
     raise PlanError(f"no feed was found that keeps the limits between s = {s[0]:.6g} and {s[-1]:.6g} mm")
 
 
-def _nodes(problem: SquareProblem, c: Array, low: float, high: float) -> Nodes:
+def nodes_of(problem: SquareProblem, c: Array, low: float, high: float) -> Nodes:
     """The solution at the nodes; a moving end that falls short by a hair is put right."""
+    s = problem.cells.s
     slope = np.append(problem.at(c, 0.0)[1], problem.at(c, 1.0)[1][-1])
     q = problem.nodes(c)
     for which, end in enumerate(problem.ends):
         if end.feed is not None:
             wanted = end.feed**2
             if q[-which] < wanted * (1.0 - SHORT):
-                change = "slow down from" if which == 0 else "speed up to"
                 name = ("start_feed", "end_feed")[which]
                 raise PlanError(
-                    f"the path is too short to {change} {end.feed:g} mm/s under these limits; "
-                    f"{name} of at most {math.floor(1e4 * math.sqrt(q[-which])) / 1e4:g} mm/s would do"
+                    f"{name} is {end.feed:g} mm/s; the path and its limits allow at most "
+                    f"{math.floor(1e4 * math.sqrt(q[-which])) / 1e4:g} mm/s there"
                 )
-            q[-which] = wanted
+            # all of q near it by the same share, which fades out smoothly: a cubic, whose slope is 0 at both its ends
+            reach = MARGIN_REACH * (s[-1] - s[0])
+            x = np.clip(np.abs(s - s[-which]) / reach, 0.0, 1.0)
+            lift = wanted / q[-which] - 1.0
+            fade = 1.0 + lift * (1.0 - x) ** 2 * (1.0 + 2.0 * x)
+            fall = (6.0 if which else -6.0) * lift * x * (1.0 - x) / reach
+            slope, q = slope * fade + q * fall, q * fade
+            q[-which], slope[-which] = wanted, 0.0
     return Nodes(problem.cells, np.maximum(q, np.finfo(float).tiny), slope, problem.ends, low, high)
 
 

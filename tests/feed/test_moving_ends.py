@@ -1,0 +1,66 @@
+"""Time-optimal plans that begin or end in motion: the feeds are met, every limit holds, periods are whole."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import motions
+import splinefeed as sf
+
+PERIOD = 1e-3
+BUTTERFLY = motions.butterfly()
+LINE = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0], [30, 10]])])
+CORNER = sf.Path(
+    [
+        sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[0, 0], [10, 0], [15, 8]]),
+        sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[15, 8], [15, 2], [30, 0]]),
+    ]
+)
+
+
+def limits(start: float, end: float, feed: float = 60.0) -> sf.Limits:
+    return sf.Limits(
+        feed=feed, axis_velocity=feed, axis_acceleration=500, axis_jerk=20000, start_feed=start, end_feed=end
+    )
+
+
+@pytest.mark.parametrize(
+    ("path", "start", "end"),
+    [(BUTTERFLY, 20, 0), (BUTTERFLY, 12, 22), (LINE, 20, 0), (LINE, 5, 40), (CORNER, 30, 0), (CORNER, 25, 35)],
+)
+def test_feeds_at_the_ends_are_met_within_every_limit_in_whole_periods(path: sf.Path, start: float, end: float) -> None:
+    given = limits(start, end)
+    law = sf.plan(path, given, "time-optimal", PERIOD)
+    rest = sf.plan(path, limits(0, 0), "time-optimal", PERIOD)
+    assert sf.check(sf.interpolate(path, law), path, given, law).ok
+    assert law.feed(np.array([0.0, law.duration])) == pytest.approx([start, end], rel=1e-12, abs=1e-9)
+    assert law.acceleration(np.array([0.0, law.duration])) == pytest.approx([0, 0], abs=1e-6 * 500)
+    assert law.duration / PERIOD == pytest.approx(round(law.duration / PERIOD), abs=1e-9)
+    assert law.settings["lower_bound_s"] < law.duration < rest.duration
+    assert law.settings["lower_bound_s"] < rest.settings["lower_bound_s"]
+    assert not law.notes
+
+
+def test_a_plan_backwards_takes_as_long() -> None:
+    forwards, backwards = (sf.plan(BUTTERFLY, limits(*f), "time-optimal", None) for f in ((20, 0), (0, 20)))
+    rest = sf.plan(BUTTERFLY, limits(0, 0), "time-optimal", None)
+    saved = rest.duration - forwards.duration
+    # the butterfly is its own mirror image
+    assert backwards.duration == pytest.approx(forwards.duration, rel=1e-3)
+    # what the start from rest to 20 mm/s takes, bar the way: at 500 mm/s2 and 20000 mm/s3 at most
+    assert 0.01 < saved < 20 / 500 + 500 / 20000
+
+
+def test_without_a_top_feed_to_lower_the_last_period_is_a_short_one() -> None:
+    law = sf.plan(LINE, limits(60, 60), "time-optimal", PERIOD)
+    assert law.duration == pytest.approx(LINE.length / 60, rel=1e-12)
+    assert law.notes[0].startswith("the last period is a short one, 4.62767e-05 s of 0.001 s: its end feeds leave no")
+    assert sf.check(sf.interpolate(LINE, law), LINE, limits(60, 60), law).ok
+
+
+def test_a_feed_that_cannot_be_met_is_an_error_that_names_one_that_can() -> None:
+    with pytest.raises(sf.errors.PlanError, match=r"end_feed is 25 mm/s; .* allow at most (\d+\.\d+) mm/s") as caught:
+        sf.plan(BUTTERFLY, limits(5, 25), "time-optimal", PERIOD)
+    most = float(str(caught.value).split("at most ")[1].split()[0])
+    assert sf.plan(BUTTERFLY, limits(5, most * (1 - 1e-3)), "time-optimal", PERIOD).duration > 0
