@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import bisect
+
 import numpy as np
 
 from splinefeed.feed.bounds import shares
@@ -228,5 +230,8 @@ def _jump_times(path: Path, pieces: Pieces, setting: Setting) -> Array:
     if not np.any(np.isfinite([setting.axes.acceleration, setting.axes.jerk])):
         return np.zeros(0)
     low, high = pieces.coefficients[0, 0], pieces.coefficients[-1, 0]
-    s = np.array([c.s for c in path.corners if low < c.s <= high and not (c.stop and c.s in setting.corner_s)])
+    first = bisect.bisect_right(path.corners, low, key=lambda corner: corner.s)
+    last = bisect.bisect_right(path.corners, high, key=lambda corner: corner.s)
+    passed = set(setting.corner_s.tolist())
+    s = np.array([c.s for c in path.corners[first:last] if not (c.stop and c.s in passed)])
     return _times_at(pieces, s)

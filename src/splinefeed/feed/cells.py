@@ -59,6 +59,17 @@ class Cells:
             cells = finer
         return cells
 
+    def followed_by(self, other: Cells) -> Cells:
+        """These cells and others that begin where they end, evened out."""
+        both = Cells(
+            self.path,
+            np.concatenate([self.curve, other.curve]),
+            np.concatenate([self.u0, other.u0]),
+            np.concatenate([self.u1, other.u1]),
+            np.concatenate([self.s, other.s[1:]]),
+        )
+        return both.halved(np.zeros(both.count, dtype=bool))
+
     def _cut(self, marked: BoolArray) -> Cells:
         after = np.flatnonzero(marked)
         middle = 0.5 * (self.u0 + self.u1)[after]
@@ -105,7 +116,8 @@ def _lengths(path: Path, curve: IntArray, u: Array) -> Array:
 def located(path: Path, curve: IntArray, s: Array) -> Array:
     """Parameters (n,) on the curves (n,) at arc lengths s (n,), mm, that lie on them but for rounding."""
     found, u = path.locate(np.clip(s, 0.0, path.length))
-    ends = np.array([path.curves[i].domain for i in range(len(path.curves))])[curve]
+    owners, own = np.unique(curve, return_inverse=True)
+    ends = np.array([path.curves[int(i)].domain for i in owners]).reshape(-1, 2)[own]
     inside: Array = np.where(found < curve, ends[:, 0], np.where(found > curve, ends[:, 1], u))
     return inside
 

@@ -20,6 +20,7 @@ from splinefeed.feed.square import Setting
 from splinefeed.feed.steady import steady
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.feed.window import solve
+from splinefeed.feed.windows import joints, solve_long
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Limits, TimeLaw
@@ -205,6 +206,10 @@ def _stretch(path: Path, low: float, high: float, feeds: tuple[float, float], se
     if high - low < UNRESOLVED * path.length:
         return StretchPlan(steady(path, low, high, setting), 0.0)
     try:
+        at, half = joints(path, low, high, setting)
+        long = solve_long(path, low, high, setting, at, half) if len(at) else None
+        if long is not None and long.over <= POOR:
+            return StretchPlan(long.pieces.stretched(math.sqrt(long.over) * (1.0 + 1e-12)), long.lower_bound)
         found = solve(path, low, high, feeds, setting)
     except PlanError:
         return StretchPlan(steady(path, low, high, setting), 0.0, slow=True)

@@ -69,33 +69,43 @@ def lower_bound(
 
 
 def solve(
-    path: Path, low: float, high: float, feeds: tuple[float, float], setting: Setting, cap: float = math.inf
+    path: Path,
+    low: float,
+    high: float,
+    feeds: tuple[float | None, float | None],
+    setting: Setting,
+    given: Cells | None = None,
 ) -> Solution:
-    """Least time over a stretch; feeds at its ends, mm/s, 0 for rest; cap: no feed above this, mm/s.
+    """Least time over a stretch; feeds at its ends, mm/s, 0 for rest, None for any.
 
+    given: cells from `low` on, fine enough already, whose nodes stay nodes.
     Raises PlanError where the limits allow no motion, or where the path is too short for the feeds at its ends.
     """
-    moving = max(feeds) > 0.0
+    moving = any(feed is not None and feed > 0.0 for feed in feeds)
     uneven_jerk = setting.limits.jerk != deceleration_jerk(setting.limits)
-    cells, ends = first_cells(path, low, high, feeds, setting)
+    cells, ends = first_cells(path, low if given is None else float(given.s[-1]), high, feeds, setting)
+    fine = -math.inf
+    if given is not None:
+        fine = float(given.s[-1])
+        cells = given.followed_by(cells)
     bare = SquareProblem(cells, ends, setting, relaxed=True)
     c, relaxed_time, gap = _relaxed(bare, low, high)
     rising = np.zeros(cells.count)
     most = MOST_TIMES * cells.count + AND_A_FEW
     scale = _margins(cells, ends)
-    problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
+    problem = SquareProblem(cells, ends, setting, scale, rising)
     c, _, _ = problem.solve(fitting(problem, c), tolerance=COARSE_GAP)
     for refinement in range(REFINEMENTS + MORE_REFINEMENTS):
         regular = refinement < REFINEMENTS
         coarse = _coarse(problem, c)
         if not regular and (not np.any(coarse) or cells.count > most):
             break
-        marked = coarse | _uneven(problem, c) if regular else coarse
+        marked = coarse | (_uneven(problem, c) & (cells.s[1:] > fine)) if regular else coarse
         signs = _signs(problem, c)
         rising = np.where(signs == rising, rising, 0.0) if refinement else signs
         cells, c, owner = _halved(problem, c, marked)
         scale, rising = scale[owner], rising[owner]
-        problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
+        problem = SquareProblem(cells, ends, setting, scale, rising)
         last = refinement >= REFINEMENTS - 1
         c, _, _ = problem.solve(fitting(problem, c), tolerance=GAP if last else COARSE_GAP)
     rest = (ends[0].rest, ends[1].rest)
@@ -119,7 +129,7 @@ def solve(
         if repair < CUTTING_REPAIRS and np.any(much) and cells.count < most:
             cells, c, owner = _halved(problem, c, much)
             scale, rising = scale[owner], rising[owner]
-        problem = SquareProblem(cells, ends, setting, scale, rising, cap=cap)
+        problem = SquareProblem(cells, ends, setting, scale, rising)
         c, _, _ = problem.solve(fitting(problem, c), tolerance=GAP)
     bound = relaxed_time - gap
     return Solution(nodes, pieces, over, bound if math.isfinite(bound) else 0.0, problem, c)
