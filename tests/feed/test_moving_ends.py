@@ -64,3 +64,9 @@ def test_a_feed_that_cannot_be_met_is_an_error_that_names_one_that_can() -> None
         sf.plan(BUTTERFLY, limits(5, 25), "time-optimal", PERIOD)
     most = float(str(caught.value).split("at most ")[1].split()[0])
     assert sf.plan(BUTTERFLY, limits(5, most * (1 - 1e-3)), "time-optimal", PERIOD).duration > 0
+
+
+def test_the_bound_holds_where_the_way_to_the_feed_is_much_shorter_than_a_cell() -> None:
+    given = sf.Limits(feed=3.3, axis_acceleration=4000, start_feed=0.7, end_feed=1.6)
+    law = sf.plan(motions.smooth(), given, "time-optimal", PERIOD)
+    assert law.settings["lower_bound_s"] < law.duration

@@ -96,8 +96,12 @@ def first_cells(
 def _low_points(
     path: Path, low: float, high: float, ends: tuple[End, End], setting: Setting
 ) -> list[tuple[float, float]]:
-    """Places from which the feed grows again, mm, and q there: rests, corners that are passed, slower curves."""
-    found = [(s, 0.0) for s, end in zip((low, high), ends, strict=True) if end.rest]
+    """Places from which the feed grows again, mm, and q there: rests, moving ends, corners passed, slower curves."""
+    found = [
+        (s, 0.0 if end.feed is None else end.feed**2)
+        for s, end in zip((low, high), ends, strict=True)
+        if end.rest or end.feed is not None
+    ]
     found += [
         (float(s), float(v) ** 2) for s, v in zip(setting.corner_s, setting.corner_feed, strict=True) if low < s < high
     ]
