@@ -9,6 +9,7 @@ import numpy as np
 from splinefeed.kernels.arc_length import arc_length, parameter_in_row
 from splinefeed.kernels.contour import PLACE, ROW, nearest_in_window
 from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.law import law_in_piece
 from splinefeed.kernels.measure import _from_chord, _within_row, curvature_at
 from splinefeed.kernels.pieces import (
     DEGREES,
@@ -124,6 +125,29 @@ def _turned_to(
 
 
 @kernel
+def _named(
+    table: Array, first: int, last: int, row: int, shape: Shape, u: float, at: Array
+) -> tuple[int, float, float]:
+    """Row, parameter and t of the place that u names on a curve of the rows first to last; its point into at (axes,).
+
+    `row` is where the last one was, tried first.
+    """
+    value = min(max(u, table[first, LOW]), table[last, HIGH])
+    if row < first or row > last or value < table[row, LOW] or value >= table[row, HIGH]:
+        row = find_row(table, first, last, LOW, value)
+    t = (value - table[row, MIDDLE]) * table[row, SCALE]
+    point(table, row, shape, t, at)
+    return row, value, t
+
+
+@kernel
+def _expect(state: Array, s: float, first: bool) -> None:
+    """Take note of the arc length of a setpoint: the next one is expected as far on as it was from the one before."""
+    state[0] = s if first and state[1] <= 0.0 else 2.0 * s - state[1]
+    state[1] = s
+
+
+@kernel
 def placed(
     table: Array,
     curve_rows: IntArray,
@@ -148,13 +172,7 @@ def placed(
         index = curve[i]
         if not (0 <= index < curve_rows.shape[0] and math.isfinite(u[i])):
             return i
-        first = curve_rows[index, 0]
-        last = curve_rows[index, 1]
-        value = min(max(u[i], table[first, LOW]), table[last, HIGH])
-        if row < first or row > last or value < table[row, LOW] or value >= table[row, HIGH]:
-            row = find_row(table, first, last, LOW, value)
-        t = (value - table[row, MIDDLE]) * table[row, SCALE]
-        point(table, row, shape, t, at)
+        row, value, t = _named(table, curve_rows[index, 0], curve_rows[index, 1], row, shape, u[i], at)
         distance, turned = _apart(at, position[i], linear)
         if not (distance <= allowed and turned <= allowed):
             return i
@@ -166,8 +184,7 @@ def placed(
         found[i, TURNED] = turned
         found[i, ASTRAY] = 0.0
         along[0] = max(along[0], abs(value) * speed(table, row, shape, t))
-        state[0] = 2.0 * s - state[1] if i > 0 or state[1] > 0.0 else s
-        state[1] = s
+        _expect(state, s, i == 0)
         state[2] = row
     return u.shape[0]
 
@@ -220,13 +237,7 @@ def locate(
         astray = 0.0
         hint[0] = min(max(state[0], 0.0), length)
         if named:
-            first = curve_rows[index, 0]
-            last = curve_rows[index, 1]
-            value = min(max(u[i], table[first, LOW]), table[last, HIGH])
-            if row < first or row > last or value < table[row, LOW] or value >= table[row, HIGH]:
-                row = find_row(table, first, last, LOW, value)
-            t = (value - table[row, MIDDLE]) * table[row, SCALE]
-            point(table, row, shape, t, at)
+            row, value, t = _named(table, curve_rows[index, 0], curve_rows[index, 1], row, shape, u[i], at)
             distance, turned = _apart(at, position[i], linear)
             hint[0] = min(max(arc_length(table, row, t), 0.0), length)
             good = distance <= allowed and turned <= allowed
@@ -253,8 +264,7 @@ def locate(
         found[i, TURNED] = turned
         found[i, ASTRAY] = astray
         along = max(along, abs(value) * speed(table, row, shape, t))
-        state[0] = 2.0 * s - state[1] if i > 0 or state[1] > 0.0 else s
-        state[1] = s
+        _expect(state, s, i == 0)
     state[2] = row
     return along
 
@@ -367,21 +377,6 @@ def least_curvatures(table: Array, shape: Shape, rows: IntArray, u: Array, out: 
 
 
 @kernel
-def _law(coefficients: Array, piece: int, tau: float) -> tuple[float, float, float, float]:
-    """s, ds/dt, d2s/dt2, d3s/dt3 at tau, s, behind the start of one piece: Horner's rule on c0 ... c5."""
-    s = coefficients[piece, 5]
-    v = 0.0
-    a = 0.0
-    j = 0.0
-    for k in range(4, -1, -1):
-        j = j * tau + a
-        a = a * tau + v
-        v = v * tau + s
-        s = s * tau + coefficients[piece, k]
-    return s, v, 2.0 * a, 6.0 * j
-
-
-@kernel
 def _motion(
     table: Array,
     feeds: Array,
@@ -458,7 +453,7 @@ def _time_at(coefficients: Array, piece: int, s: float, low: float, high: float)
     """tau in [low, high] of one piece at which its s, growing, is reached, by bisection."""
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        if _law(coefficients, piece, middle)[0] < s:
+        if law_in_piece(coefficients, piece, middle)[0] < s:
             low = middle
         else:
             high = middle
@@ -498,7 +493,7 @@ def law_extremes(
     irregular = 0
     for i in range(coefficients.shape[0]):
         span = breaks[i + 1] - breaks[i]
-        end = _law(coefficients, i, span)
+        end = law_in_piece(coefficients, i, span)
         while row < last_row and coefficients[i, 0] >= table[row + 1, START] - rounding:
             row += 1
         low = 0.0
@@ -506,11 +501,11 @@ def law_extremes(
             cut = row < last_row and end[0] > table[row + 1, START] + rounding
             high = _time_at(coefficients, i, table[row + 1, START], low, span) if cut else span
             for k in range(INSTANTS):
-                accelerations[k] = _law(coefficients, i, _place(low, high, k))[2]
+                accelerations[k] = law_in_piece(coefficients, i, _place(low, high, k))[2]
             no_sign = NO_SIGN * np.max(np.abs(accelerations))
             middle_grows = accelerations[INSTANTS // 2] >= 0.0
             for k in range(INSTANTS):
-                s, v, a, j = _law(coefficients, i, _place(low, high, k))
+                s, v, a, j = law_in_piece(coefficients, i, _place(low, high, k))
                 grows = a > 0.0 if abs(a) > no_sign else middle_grows
                 irregular += not _motion(table, feeds, row, shape, rounding, s, v, a, j, grows, work, values[k])
             for q in range(worst.shape[0]):
@@ -524,7 +519,7 @@ def law_extremes(
                     bend = before - 2.0 * top + after
                     if bend < 0.0:
                         between = _place(low, high, best + 0.5 * (before - after) / bend)
-                        s, v, a, j = _law(coefficients, i, between)
+                        s, v, a, j = law_in_piece(coefficients, i, between)
                         grows = a > 0.0 if abs(a) > no_sign else middle_grows
                         regular = _motion(table, feeds, row, shape, rounding, s, v, a, j, grows, work, values[INSTANTS])
                         if regular and values[INSTANTS, q] > top:
@@ -533,7 +528,7 @@ def law_extremes(
                 if top > worst[q, 0]:
                     worst[q, 0] = top
                     worst[q, 1] = breaks[i] + tau
-                    worst[q, 2] = _law(coefficients, i, tau)[0]
+                    worst[q, 2] = law_in_piece(coefficients, i, tau)[0]
                     worst[q, 3] = row
             if not cut:
                 break

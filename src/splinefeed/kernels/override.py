@@ -15,6 +15,7 @@ import numpy as np
 
 from splinefeed.kernels.arc_length import parameter_in_row
 from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.law import law_in_piece
 from splinefeed.kernels.pieces import DEGREES, START, Shape, derivatives, find_row, measured
 from splinefeed.records import Array
 
@@ -76,26 +77,11 @@ def _motion(
 
 
 @kernel
-def _law(coefficients: Array, piece: int, tau: float) -> tuple[float, float, float, float]:
-    """Arc length and its three derivatives, tau s into one piece of a law."""
-    s = coefficients[piece, 5]
-    v = 0.0
-    a = 0.0
-    j = 0.0
-    for power in range(4, -1, -1):
-        j = j * tau + a
-        a = a * tau + v
-        v = v * tau + s
-        s = s * tau + coefficients[piece, power]
-    return s, v, 2.0 * a, 6.0 * j
-
-
-@kernel
 def _time_at(coefficients: Array, piece: int, begin: float, s: float, low: float, high: float) -> float:
     """When, between low and high, a piece that begins at `begin` is at arc length s, by bisection."""
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        if _law(coefficients, piece, middle - begin)[0] < s:
+        if law_in_piece(coefficients, piece, middle - begin)[0] < s:
             low = middle
         else:
             high = middle
@@ -134,7 +120,9 @@ def ask(
     piece = 0
     while piece < last_piece and start >= breaks[piece + 1]:
         piece += 1
-    row = find_row(table, 0, last_row, START, _law(coefficients, piece, max(start - breaks[piece], 0.0))[0] + rounding)
+    row = find_row(
+        table, 0, last_row, START, law_in_piece(coefficients, piece, max(start - breaks[piece], 0.0))[0] + rounding
+    )
     for i in range(out.shape[0]):
         low = (first + i) * period
         if low >= end:
@@ -145,13 +133,17 @@ def ask(
         for _ in range(table.shape[0] + coefficients.shape[0]):
             high = min(tick_end, breaks[piece + 1])
             begin = breaks[piece]
-            while row < last_row and _law(coefficients, piece, low - begin)[0] >= table[row + 1, START] - rounding:
+            while (
+                row < last_row and law_in_piece(coefficients, piece, low - begin)[0] >= table[row + 1, START] - rounding
+            ):
                 row += 1
-            cut = row < last_row and _law(coefficients, piece, high - begin)[0] > table[row + 1, START] + rounding
+            cut = (
+                row < last_row and law_in_piece(coefficients, piece, high - begin)[0] > table[row + 1, START] + rounding
+            )
             if cut:
                 high = _time_at(coefficients, piece, begin, table[row + 1, START], low, high)
             for k in range(INSTANTS):
-                s, v, a, j = _law(coefficients, piece, low + (high - low) * (k / (INSTANTS - 1)) - begin)
+                s, v, a, j = law_in_piece(coefficients, piece, low + (high - low) * (k / (INSTANTS - 1)) - begin)
                 share = max(share, v / feeds[row])
                 t = parameter_in_row(table, row, s, 0.0)
                 if not _motion(table, row, shape, t, v, a, j, work, here):
