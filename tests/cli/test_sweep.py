@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 SPEC = """
 sources = ["circle?radius=1", "nothing.json"]
@@ -30,6 +31,10 @@ def test_a_sweep_and_what_it_came_to(splinefeed, folder):
     assert "Checked: every limit holds" in (out / "runs/0000001/report.html").read_text(encoding="utf-8")
     text = (out / "sweep.html").read_text(encoding="utf-8")
     assert "4 of 4 runs: 2 ok, 0 not kept, 2 failed" in text
+    drawn = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])["figures"]["parallel"]["data"][0]
+    times = next(each["values"] for each in drawn["dimensions"] if each["label"] == "time (s)")
+    assert len(times) == 2  # runs that failed have no time, and are not drawn as if they had
+    assert min(times) == page["numbers"]["duration_s"]["least"]
     again = splinefeed("sweep", "show", "splinefeed-sweep-night")
     assert "night: 4 of 4 runs" in again.stdout
     assert "duration_s" in again.stdout

@@ -221,9 +221,13 @@ def test_summary_and_front(serial):
     assert told["ok"] + told["not_kept"] == 24
     assert told["numbers"]["duration_s"]["least"] == min(row["duration_s"] for row in serial)
     front = pareto(whole)
+    kept = [r for r in serial if r["status"] == "ok"]
+    assert 0 < len(kept) < len(serial)
+    assert min(r["duration_s"] for r in kept) == whole["duration_s"][front[0]]
     for k in front:
+        assert whole["status"][k] == "ok"
         time_, error = whole["duration_s"][k], whole["contour_error_max_mm"][k]
-        assert not [r for r in serial if r["duration_s"] <= time_ and r["contour_error_max_mm"] < error]
+        assert not [r for r in kept if r["duration_s"] <= time_ and r["contour_error_max_mm"] < error]
 
 
 def test_a_part_of_the_machine_that_is_not_there():

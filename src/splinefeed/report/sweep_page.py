@@ -15,21 +15,27 @@ from splinefeed.report import theme
 from splinefeed.report.html import plotly_script
 from splinefeed.sweeps.store import settings_columns
 from splinefeed.sweeps.summary import column, pareto
+from splinefeed.sweeps.work import FAILED
 
 #: The file that it is written to.
 NAME = "sweep.html"
 #: Runs that are drawn at the most; more are thinned evenly.
 MOST = 20_000
 #: Coordinates behind the settings, where they have values.
-RESULTS = ("duration_s", "ripple_max", "worst_share", "contour_error_max_mm", "tracking_error_max_mm")
+RESULTS = {
+    "duration_s": "time (s)",
+    "ripple_max": "ripple",
+    "worst_share": "worst share",
+    "contour_error_max_mm": "contour (mm)",
+    "tracking_error_max_mm": "tracking (mm)",
+}
 
 
 def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], told: Mapping[str, Any]) -> str:
     """The page of a sweep as the text of one HTML file; `told` is `sweep.summary.summary`."""
-    count = len(rows["index"])
-    kept = (
-        np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST)).astype(np.int64)) if count else np.array([], int)
-    )
+    made = np.flatnonzero([status != FAILED for status in rows["status"]])
+    count = len(made)
+    kept = made[np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(np.int64))] if count else made
     figures = {"parallel": _parallel(about, rows, kept)} if count else {}
     if len(pareto(rows)):
         figures["pareto"] = _pareto(rows, kept)
@@ -58,9 +64,10 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], told: Mapp
 
 
 def _parallel(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
-    """One line a run over the settings that vary and the results."""
+    """One line a run that has results, over the settings that vary and these results."""
     dimensions = []
     for name in ["source", *settings_columns(about), *RESULTS]:
+        label = RESULTS.get(name, name.removeprefix("limits.").removeprefix("machine."))
         values = [rows[name][k] for k in kept]
         if len(set(values)) < 2 and name not in ("duration_s",):
             continue
@@ -69,18 +76,18 @@ def _parallel(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], kept:
             place = {value: k for k, value in enumerate(names)}
             numbers: list[float] = [place[str(value)] for value in values]
             dimensions.append(
-                {"label": name, "values": numbers, "tickvals": list(range(len(names))), "ticktext": names}
+                {"label": label, "values": numbers, "tickvals": list(range(len(names))), "ticktext": names}
             )
         else:
             known = [float(value) for value in values if value is not None]
             low = min(known, default=0.0)
-            dimensions.append({"label": name, "values": [low if value is None else float(value) for value in values]})
+            dimensions.append({"label": label, "values": [low if value is None else float(value) for value in values]})
     time = np.nan_to_num(column(rows, "duration_s")[kept])
     line = {"color": time.tolist(), "colorscale": "Viridis", "colorbar": {"title": {"text": "cycle time (s)"}}}
     data = [{"type": "parcoords", "dimensions": dimensions, "line": line}]
     return {
         "data": data,
-        "layout": {"height": 460, "margin": {"l": 90, "r": 40, "t": 60, "b": 30}, "font": {"size": 12}},
+        "layout": {"height": 460, "margin": {"l": 170, "r": 40, "t": 60, "b": 30}, "font": {"size": 12}},
     }
 
 

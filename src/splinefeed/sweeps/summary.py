@@ -62,9 +62,13 @@ def column(rows: Mapping[str, Sequence[Any]], name: str) -> Array:
 
 
 def pareto(rows: Mapping[str, Sequence[Any]]) -> IntArray:
-    """Rows that no other one beats in both cycle time and contour error, by cycle time; empty without a machine."""
+    """Rows that no other one beats in both cycle time and contour error, by cycle time; empty without a machine.
+
+    Only runs that keep every limit count: it is easy to be fast without.
+    """
     time, error = column(rows, "duration_s"), column(rows, "contour_error_max_mm")
-    known = np.flatnonzero(np.isfinite(time) & np.isfinite(error))
+    kept = np.array([status == DONE for status in rows["status"]], dtype=np.bool_)
+    known = np.flatnonzero(np.isfinite(time) & np.isfinite(error) & kept)
     order = known[np.lexsort((error[known], time[known]))]
     best = np.inf
     front = []
