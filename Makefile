@@ -53,7 +53,7 @@ $(VENV)/.installed: $(RECIPE_OF_VENV) | $(BIN)/python
 	@touch $@
 
 $(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[dev,cad,parquet,report,dask]'
+	$(PIP) --editable '.[dev,cad,parquet,report,dask,studio,docs]'
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-bench: $(RECIPE_OF_VENV) | $(BIN)/python
