@@ -22,13 +22,13 @@ def hal_session(text: str) -> Iterator[str]:
     """
     if not installed():
         raise LinuxcncError("LinuxCNC is not installed here: on Debian, apt-get install linuxcnc-uspace")
-    with _alone():
+    with alone():
         yield from _session(text)
 
 
 @contextmanager
-def _alone() -> Iterator[None]:
-    """Wait until no other session of ours runs: HAL has one shared memory a machine."""
+def alone() -> Iterator[None]:
+    """Wait until no other session of ours runs, HAL alone or all of LinuxCNC: it has one shared memory a machine."""
     import fcntl
 
     name = os.path.join(tempfile.gettempdir(), f"splinefeed-hal-{os.getuid()}.lock")
