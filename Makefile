@@ -53,7 +53,7 @@ $(VENV)/.installed: $(RECIPE_OF_VENV) | $(BIN)/python
 	@touch $@
 
 $(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[dev,cad,parquet,report,dask,studio,docs]'
+	$(PIP) --editable '.[dev,cad,parquet,report,dask,mpi,studio,docs]'
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-bench: $(RECIPE_OF_VENV) | $(BIN)/python
