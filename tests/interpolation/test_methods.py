@@ -18,14 +18,18 @@ ORDERS = {
     "adams-bashforth-moulton": 4,
     "hamming": 4,
     "milne-simpson": 4,
+    "taylor-3": 3,
+    "tsai-cheng": 2,
+    "runge-kutta-2-compensated": 2,
 }
 EXACT = ("milne-simpson-anchored", "arc-length")
+FITTED = ("feed-correction",)
 
 pytestmark = pytest.mark.nojit
 
 
 def test_names_are_the_published_ones():
-    assert sf.methods()[:8] == (*ORDERS, *EXACT)
+    assert set(sf.methods()) == {*ORDERS, *EXACT, *FITTED}
 
 
 @pytest.mark.parametrize(("name", "order"), ORDERS.items())
@@ -44,6 +48,16 @@ def test_anchored_methods_are_exact_to_rounding(name, smooth, smooth_law):
     points = sf.interpolate(smooth, smooth_law, period=1e-3, method=name)
     assert np.max(np.abs(drift(points, smooth_law))) <= 4e-16 * smooth.length
     assert registry.method(name).order is None
+
+
+def test_the_error_of_the_fitted_method_does_not_depend_on_the_period(smooth, smooth_law):
+    errors = [
+        np.max(np.abs(drift(sf.interpolate(smooth, smooth_law, period=period, method="feed-correction"), smooth_law)))
+        for period in (1e-2, 1e-3)
+    ]
+    assert errors == pytest.approx([4.5e-9, 4.5e-9], rel=0.15)
+    assert registry.method("feed-correction").order is None
+    assert not registry.method("feed-correction").anchor
 
 
 def rate(curve, u, feed):
@@ -117,6 +131,58 @@ def test_taylor_2_has_the_acceleration_term(smooth, smooth_law):
     assert points.u[k + 1] == pytest.approx(points.u[k] + feed * period / size + period**2 / 2 * bend, abs=1e-15)
 
 
+def test_taylor_3_is_the_third_derivative_of_u(smooth, smooth_law):
+    """Derivatives of u by Farouki and Tsai's recursion against the method's own step, at a feed that changes."""
+    period, k = 0.01, 40
+    curve = smooth.curves[0]
+    points = sf.interpolate(smooth, smooth_law, period=period, method="taylor-3")
+    u, t = points.u[k], points.t[k]
+    d = curve.derivatives(u, 3)
+    size = np.linalg.norm(d[1])
+    slope = d[1] @ d[2] / size
+    bend = (d[2] @ d[2] + d[1] @ d[3] - slope**2) / size
+    feed, acceleration = smooth_law.feed(t), smooth_law.acceleration(t)
+    jerk = 2.0 * (smooth_law.feed(t + period) - feed - acceleration * period) / period**2
+    first = feed / size
+    second = (acceleration - slope * first**2) / size
+    third = (jerk - 3.0 * slope * first * second - bend * first**3) / size
+    expected = u + period * first + period**2 / 2 * second + period**3 / 6 * third
+    assert points.u[k + 1] == pytest.approx(expected, abs=1e-14)
+
+
+@pytest.mark.parametrize("name", ["tsai-cheng", "runge-kutta-2-compensated"])
+def test_compensated_methods_make_the_chord_of_a_step_what_the_feed_asks_for(name, smooth, smooth_law):
+    points = sf.interpolate(smooth, smooth_law, period=1e-3, method=name, corrections=4)
+    chords = np.linalg.norm(np.diff(points.position, axis=0), axis=1)
+    wanted = np.diff(smooth_law(points.t))
+    first = 3 if name == "tsai-cheng" else 0  # its first three steps are Runge-Kutta's
+    assert chords[first:-1] == pytest.approx(wanted[first:-1], rel=1e-11)
+    # an arc is longer than its chord by kappa^2 (V T)^3 / 24: that is how far the tool runs ahead
+    ahead = np.sum(curvature(smooth, points) ** 2 * wanted**3) / 24
+    assert drift(points, smooth_law)[-2] == pytest.approx(ahead, rel=0.02)
+
+
+def curvature(path, points):
+    d = path.curves[0].derivatives(points.u[:-1], 2)
+    across = d[:, 1, 0] * d[:, 2, 1] - d[:, 1, 1] * d[:, 2, 0]
+    return np.abs(across) / np.linalg.norm(d[:, 1], axis=1) ** 3
+
+
+def test_tsai_cheng_follows_its_equations(smooth, smooth_law):
+    period = 0.02
+    curve = smooth.curves[0]
+    points = sf.interpolate(smooth, smooth_law, period=period, method="tsai-cheng", corrections=2)
+    u = points.u
+    for k in range(3, 30):
+        ahead = 3 * u[k] - 3 * u[k - 1] + u[k - 2]
+        t = points.t[k]
+        wanted = period / 6 * (smooth_law.feed(t) + 4 * smooth_law.feed(t + period / 2) + smooth_law.feed(t + period))
+        for _ in range(2):
+            ratio = np.linalg.norm(curve(ahead) - curve(u[k])) / wanted
+            ahead += (1 - ratio) * (ahead - u[k])
+        assert u[k + 1] == pytest.approx(ahead, abs=1e-14)
+
+
 def test_corrector_stops_at_its_tolerance(smooth, smooth_law):
     once = sf.interpolate(smooth, smooth_law, period=0.02, method="milne-simpson", corrections=1)
     loose = sf.interpolate(smooth, smooth_law, period=0.02, method="milne-simpson", corrections=50, tolerance=1.0)
@@ -155,6 +221,21 @@ def test_milne_simpson_ripples_and_the_anchored_one_does_not(butterfly):
     assert largest["milne-simpson"] == pytest.approx(2.55, abs=0.01)
     assert largest["milne-simpson-anchored"] < 1e-10
     assert largest["arc-length"] < 1e-10
+
+
+def test_ripple_and_drift_of_the_later_methods(butterfly):
+    """As above: butterfly, 60 mm/s throughout, 1 ms, one correction. A third Taylor term does worse than two."""
+    law = constant(butterfly, 60.0)
+    expected = {
+        "taylor-3": (1.164, -0.111),
+        "feed-correction": (1.8e-6, 0.0),
+        "tsai-cheng": (0.918, -0.225),
+        "runge-kutta-2-compensated": (0.221, 0.0297),
+    }
+    for name, (ripple, ahead) in expected.items():
+        points = sf.interpolate(butterfly, law, period=1e-3, method=name)
+        assert np.max(np.abs(feed_ripple(points, butterfly, law).relative[:-1])) == pytest.approx(ripple, rel=0.01)
+        assert drift(points, law)[-2] == pytest.approx(ahead, rel=0.01, abs=1e-9)
 
 
 def test_the_ripple_of_milne_simpson_changes_sign_at_every_tick(butterfly):

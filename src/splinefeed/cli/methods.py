@@ -32,7 +32,7 @@ def command(as_json: bool) -> None:
     if as_json:
         output.print_json({"methods": page, "default": registry.DEFAULT_METHOD})
         return
-    rows = [[each["name"], each["title"], "exact" if each["order"] is None else str(each["order"])] for each in page]
+    rows = [[each["name"], each["title"], _order(each)] for each in page]
     output.print_table(["method", "what it is", "order"], rows, texts=2)
     output.print_text()
     output.print_text(f"The default is {registry.DEFAULT_METHOD}. Sources:")
@@ -45,9 +45,16 @@ def _method(method: Any) -> dict[str, Any]:
         "name": method.name,
         "title": method.title,
         "order": method.order,
+        "exact": method.anchor,
         "history": method.history,
         "source": _source(method.step),
     }
+
+
+def _order(page: dict[str, Any]) -> str:
+    if page["order"] is not None:
+        return str(page["order"])
+    return "exact" if page["exact"] else "fit"
 
 
 def _source(step: Any) -> str:

@@ -32,8 +32,8 @@ ROW, FIRST_ROW, LAST_ROW, CURVE, PIECE, STEPS, REPLACED = range(7)
 STATE_INTEGERS = 7
 #: Places in the float state: the last four u, the last four rates, the method's memory, time, feed and acceleration
 #: now, and how far steps would have gone beyond the end of the path, mm.
-RATES, MEMORY, NOW, OVERRUN = 4, 8, 12, 15
-STATE_FLOATS = 16
+RATES, MEMORY, NOW, OVERRUN = 4, 8, 20, 23
+STATE_FLOATS = 24
 
 #: Steps that Runge-Kutta takes before a multistep method has the history it needs.
 STARTING_STEPS = 3

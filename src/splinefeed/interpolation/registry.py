@@ -33,7 +33,8 @@ DEFAULT_METHOD = "milne-simpson-anchored"
 class Method:
     """One interpolation method: its step, its name, and what the shared loop must know of it.
 
-    title    a few words for tables; order  observed order of convergence, None if exact to rounding
+    title    a few words for tables
+    order    observed order of convergence; None if the error does not depend on the period: that of rounding or a fit
     history  earlier steps that the step reads: 0 for one-step methods, 3 for the predictor-correctors
     half     whether it reads the feed at half a period
     anchor   whether its points lie on the law's arc length: its starting steps then do, too
@@ -66,6 +67,10 @@ _BUILT_IN: dict[str, tuple[str, int | None, int, bool, bool]] = {
     "milne-simpson": ("Milne-Simpson, as the paper (eq. 23, 24)", 4, STARTING_STEPS, False, False),
     "milne-simpson-anchored": ("Milne-Simpson, pulled onto the arc length", None, STARTING_STEPS, False, True),
     "arc-length": ("Newton on the arc length", None, 0, False, True),
+    "taylor-3": ("Taylor, third order", 3, 0, False, False),
+    "feed-correction": ("Feed-correction polynomial of degree 7", None, 0, False, False),
+    "tsai-cheng": ("Tsai-Cheng, parameter compensated", 2, 2, True, False),
+    "runge-kutta-2-compensated": ("Runge-Kutta, second order, compensated", 2, 0, True, False),
 }
 _methods: dict[str, Method] = {}
 
