@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from splinefeed.errors import PlanError
 from splinefeed.feed.bounds import AxisLimits, feed_squared_bound
 from splinefeed.feed.cells import sample, speed_by_u
 from splinefeed.feed.stretches import curve_feeds
@@ -22,6 +23,8 @@ WORTH_PASSING = 0.02
 SECTIONS, GOLDEN, SHARP = 60, 0.5 * (5.0**0.5 - 1.0), 0.5
 #: Rests nearer to each other than this share of the path are one.
 NEXT_TO = 1e-9
+#: The linear axes stand still at a speed below this share of the size of their curve; a rotary one turns above that.
+STANDING, TURNING = 1e-6, 1e-6
 #: Stops nearer than this share of the path are one place: what lies between is rounding.
 SAME = 1e-12
 
@@ -46,50 +49,79 @@ class Corners:
 
 def find_corners(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> Corners:
     """What to do at each corner of the path under limits; without axis_velocity_step the tool stops at all of them."""
-    stops = list(path.stops)
+    passed, feeds = passed_corners(path, limits, axes, period)
+    in_motion = set(passed.tolist())
+    asked_for = np.array([0.0, *(s for s in path.stops if s not in in_motion), path.length])
+    standing, sharp = _bends(path, limits, axes, period)
+    marks = apart(path.length, asked_for, standing)
+    return Corners(marks, passed, feeds, max(len(marks) - len(asked_for), 0), sharp)
+
+
+def passed_corners(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> tuple[Array, Array]:
+    """Stops of the path that are corners passed in motion, (k,), mm, and the largest feed there, (k,), mm/s.
+
+    There are none without axis_velocity_step; a corner next to which the feed would be next to nothing stays a stop.
+    """
     passed: list[float] = []
     feeds: list[float] = []
-    if limits.axis_velocity_step is not None:
-        step = limits.of_axes("axis_velocity_step", path.axes)
-        asked = {float(path.curve_starts[m.before]) for m in path.markers if m.stop}
-        soon = worth(limits, axes)
-        for corner in path.corners:
-            if (
-                not corner.stop
-                or corner.angle > SHARPEST
-                or corner.s in asked
-                or not np.isfinite(corner.curvature_jump)
-            ):
-                continue
-            after = min(corner.curve + int(corner.u >= path.curves[corner.curve].domain[1]), len(path.curves) - 1)
-            u_after = corner.u if after == corner.curve else path.curves[after].domain[0]
-            left = by_arc_length(path.evaluate([corner.curve], [corner.u], 3, side="left"), path.linear)[0, 1]
-            right = by_arc_length(path.evaluate([after], [u_after], 3), path.linear)[0, 1]
-            with np.errstate(divide="ignore"):
-                feed = float(np.min(step / np.abs(right - left)))
-            if limits.chord_error is not None and period is not None:
-                # a step d across the corner leaves it by at most d / 2 sin(angle / 2)
-                feed = min(feed, 2.0 * limits.chord_error / (period * np.sin(0.5 * corner.angle)))
-            if feed > soon and corner.s in stops:
-                stops.remove(corner.s)
-                passed.append(corner.s)
-                feeds.append(feed)
-    asked_for = np.array([0.0, *stops, path.length])
-    standing, sharp = _bends(path, limits, axes, period)
-    marks = _apart(path, asked_for, standing)
-    return Corners(marks, np.array(passed), np.array(feeds), max(len(marks) - len(asked_for), 0), sharp)
+    if limits.axis_velocity_step is None:
+        return np.zeros(0), np.zeros(0)
+    step = limits.of_axes("axis_velocity_step", path.axes)
+    stops = set(path.stops)
+    asked = {float(path.curve_starts[m.before]) for m in path.markers if m.stop}
+    soon = worth(limits, axes)
+    for corner in path.corners:
+        if not corner.stop or corner.angle > SHARPEST or corner.s in asked or not np.isfinite(corner.curvature_jump):
+            continue
+        after = min(corner.curve + int(corner.u >= path.curves[corner.curve].domain[1]), len(path.curves) - 1)
+        u_after = corner.u if after == corner.curve else path.curves[after].domain[0]
+        left = by_arc_length(path.evaluate([corner.curve], [corner.u], 3, side="left"), path.linear)[0, 1]
+        right = by_arc_length(path.evaluate([after], [u_after], 3), path.linear)[0, 1]
+        with np.errstate(divide="ignore"):
+            feed = float(np.min(step / np.abs(right - left)))
+        if limits.chord_error is not None and period is not None:
+            # a step d across the corner leaves it by at most d / 2 sin(angle / 2)
+            feed = min(feed, 2.0 * limits.chord_error / (period * np.sin(0.5 * corner.angle)))
+        if feed > soon and corner.s in stops:
+            stops.remove(corner.s)
+            passed.append(corner.s)
+            feeds.append(feed)
+    return np.array(passed), np.array(feeds)
 
 
-def _apart(path: Path, marks: Array, more: Array) -> Array:
-    """The marks without those that rounding puts beside another, and of what is added all that is not next to one."""
+def apart(length: float, marks: Array, more: Array) -> Array:
+    """The marks without those that rounding puts beside another, and of what is added all that is not next to one.
+
+    marks (m,) with both ends, more (k,): arc lengths on a path of this length, mm.
+    """
     inner = marks[1:-1]
-    apart = np.diff(marks[:-1]) > SAME * path.length
-    apart &= marks[-1] - inner > SAME * path.length
-    marks = np.concatenate([marks[:1], inner[apart], marks[-1:]])
+    clear = np.diff(marks[:-1]) > SAME * length
+    clear &= marks[-1] - inner > SAME * length
+    marks = np.concatenate([marks[:1], inner[clear], marks[-1:]])
     for s in more:
-        if np.min(np.abs(marks - s)) > NEXT_TO * path.length:
+        if np.min(np.abs(marks - s)) > NEXT_TO * length:
             marks = np.sort(np.append(marks, s))
     return marks
+
+
+def check_turns(path: Path, marks: Array, axes: AxisLimits) -> None:
+    """Raise PlanError where the linear axes stand still while a limited rotary axis turns on: no law s(t) can do it."""
+    rotary = np.isfinite(axes.velocity + 0.0) | np.isfinite(axes.acceleration) | np.isfinite(axes.jerk)
+    rotary[: path.linear] = False
+    if not np.any(rotary):
+        return
+    for s in marks:
+        curve, u = path.locate(np.array([s]))
+        here = path.curves[int(curve[0])]
+        d = path.evaluate(curve, u, 1)[0, 1]
+        moved = float(np.linalg.norm(np.ptp(here.control_points[:, : path.linear], axis=0)))
+        size = moved / (here.domain[1] - here.domain[0])
+        if moved > 0.0 and np.linalg.norm(d[: path.linear]) <= STANDING * size and np.linalg.norm(d[rotary]) > TURNING:
+            axis = path.axes[int(np.argmax(np.where(rotary, np.abs(d), 0.0)))]
+            raise PlanError(
+                f"at s = {s:.6g} mm the linear axes stand still while {axis} turns on; its limits cannot be held by a "
+                "motion along the path: smooth or split it there, or leave the limits of that axis out"
+            )
 
 
 def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> tuple[Array, Array]:

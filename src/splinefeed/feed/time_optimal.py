@@ -12,7 +12,7 @@ from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.audit import LAST_CHECKED, excess, tick_excess
 from splinefeed.feed.bounds import AxisLimits, deceleration, deceleration_jerk
 from splinefeed.feed.cells import sample
-from splinefeed.feed.corners import Corners, find_corners, worth
+from splinefeed.feed.corners import Corners, check_turns, find_corners, worth
 from splinefeed.feed.law_pieces import Pieces
 from splinefeed.feed.moving import finished
 from splinefeed.feed.seven_phase import SevenPhase, plan_seven_phase
@@ -28,8 +28,6 @@ from splinefeed.records import Array, Limits, TimeLaw
 STRATEGY = "time-optimal"
 #: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line.
 STRAIGHT = 1e-12
-#: The linear axes stand still at a speed below this share of the size of their curve; a rotary one turns above that.
-STANDING, TURNING = 1e-6, 1e-6
 #: A solution that must be made this many times longer at last is held against the slow plan that always goes.
 POOR = 1.2
 #: A stretch below this share of the path has no room for cells above the rounding of s.
@@ -67,7 +65,7 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
     axes = AxisLimits.of(limits, path.axes)
     _check(path, limits, axes, period)
     corners = find_corners(path, limits, axes, period)
-    _check_turns(path, corners.marks, axes)
+    check_turns(path, corners.marks, axes)
     setting = Setting(limits, axes, period, corners.passed, corners.feed, corners.sharp)
     spans = list(pairwise(corners.marks.tolist()))
     feeds = [
@@ -159,26 +157,6 @@ def _check(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
             raise LimitsError(
                 f"the curvature jumps at s = {jumps[0].s:.6g} mm, where axis jerk is infinite at any feed; "
                 "give the servo period, over which a drive sees it"
-            )
-
-
-def _check_turns(path: Path, marks: Array, axes: AxisLimits) -> None:
-    """Raise PlanError where the linear axes stand still while a limited rotary axis turns on: no law s(t) can do it."""
-    rotary = np.isfinite(axes.velocity + 0.0) | np.isfinite(axes.acceleration) | np.isfinite(axes.jerk)
-    rotary[: path.linear] = False
-    if not np.any(rotary):
-        return
-    for s in marks:
-        curve, u = path.locate(np.array([s]))
-        here = path.curves[int(curve[0])]
-        d = path.evaluate(curve, u, 1)[0, 1]
-        moved = float(np.linalg.norm(np.ptp(here.control_points[:, : path.linear], axis=0)))
-        size = moved / (here.domain[1] - here.domain[0])
-        if moved > 0.0 and np.linalg.norm(d[: path.linear]) <= STANDING * size and np.linalg.norm(d[rotary]) > TURNING:
-            axis = path.axes[int(np.argmax(np.where(rotary, np.abs(d), 0.0)))]
-            raise PlanError(
-                f"at s = {s:.6g} mm the linear axes stand still while {axis} turns on; its limits cannot be held by a "
-                "motion along the path: smooth or split it there, or leave the limits of that axis out"
             )
 
 
