@@ -22,9 +22,9 @@ test: lint ## lint, then the fast tests with the compiler off, then the whole su
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m "nojit and not torture"
 	$(BIN)/python -m pytest -n 2
 
-test-linuxcnc: $(VENV)/.installed-dev ## play streams into LinuxCNC's HAL, headless (as root on Debian it installs LinuxCNC)
+test-linuxcnc: $(VENV)/.installed-dev ## play streams into LinuxCNC's HAL, hold programs against its interpreter (as root on Debian it installs LinuxCNC)
 	@command -v halcmd >/dev/null || { [ "$$(id -u)" = 0 ] && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends linuxcnc-uspace; } || { echo "LinuxCNC is not here: apt-get install linuxcnc-uspace (Debian 12), as root"; exit 1; }
-	$(BIN)/python -m pytest -n 0 -m linuxcnc tests/live
+	$(BIN)/python -m pytest -n 0 -m linuxcnc tests/live tests/formats
 
 lint: $(VENV)/.installed-dev ## ruff, mypy and the directions between the rooms
 	$(BIN)/ruff check .

@@ -20,9 +20,13 @@ DONE, UNKNOWN, FULL = 0, 1, 2
 # columns of the state of floats: position and offset of 9 axes, what one unit of each is, feed, tolerance
 POSITION, OFFSET, SCALE, FEED, TOLERANCE, STATE = 0, 9, 18, 27, 28, 29
 # entries of the state of integers
-MOTION, RELATIVE, PLANE, INVERSE, EXTRUDER, LINE, EXACT_STOP, EXTRUDED, MODES = 0, 1, 2, 3, 4, 5, 6, 7, 8
+MOTION, RELATIVE, PLANE, INVERSE, EXTRUDER, LINE, EXACT_STOP, EXTRUDED, CENTRES, MODES = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 # columns of the rows of floats: end of 9 axes, centre, radius, turns, feed, tolerance
 END, CENTER, RADIUS, TURNS, ROW_FEED, ROW_TOLERANCE, FLOATS = 0, 9, 12, 13, 14, 15, 16
+# columns of what is said between moves, integers: before which move, line, M codes as decimal digits, bits of S and T;
+# floats: the values of S and T
+SAID_BEFORE, SAID_LINE, SAID_M, SAID_WORDS, SAID = 0, 1, 2, 3, 4
+SAID_S, SAID_T, SPOKEN = 0, 1, 2
 # columns of the rows of integers
 KIND, ROW_LINE, ROW_PLANE, FLAGS, SPLINE, AXES, INTEGERS = 0, 1, 2, 3, 4, 5, 6
 #: AXES has bits of the axes that a move concerns, and from this bit on of those whose place the program states.
@@ -32,6 +36,8 @@ HAS_I, HAS_J, HAS_K, HAS_R, ABSOLUTE, INVERSE_FEED, STOPS, INCH = 1, 2, 4, 8, 16
 
 #: Longest line that is read, characters.
 MAX_LINE = 4096
+#: Most M codes of one line here, 3 to 9 each: the next digit would do, but lines of people have one or two.
+_MOST_M = 4
 #: Largest word, in mm or rad: beyond it the interpreter says what is wrong.
 LARGEST = 1e9
 #: Axis of each letter A to Z, -1 for those that are none: x y z a b c u v w.
@@ -114,22 +120,34 @@ def _number(data: Bytes, i: int) -> tuple[float, int]:
 
 @kernel
 def scan(
-    data: Bytes, start: int, state: Array, modes: IntArray, rows: Array, marks: IntArray, count: int
-) -> tuple[int, int, int]:
+    data: Bytes,
+    start: int,
+    state: Array,
+    modes: IntArray,
+    rows: Array,
+    marks: IntArray,
+    count: int,
+    said: IntArray,
+    spoken: Array,
+) -> tuple[int, int, int, int]:
     """Read lines from data[start:], which ends with a line feed, until one is not known here.
 
-    state (29,), modes (8,) are read and kept up to date; moves are written to rows (n, 16) and marks (n, 6) from
-    `count` on. Returns where it stopped (the beginning of a line), the count of moves, and DONE, UNKNOWN or FULL.
+    state (29,), modes (9,) are read and kept up to date; moves are written to rows (n, 16) and marks (n, 6) from
+    `count` on, what M, S and T say between them to said (m, 4) and spoken (m, 2) from 0 on. Returns where it stopped
+    (the beginning of a line), the count of moves, that of what is said, and DONE, UNKNOWN or FULL.
     """
     size = len(data)
     words = np.empty(26)
     i = start
+    heard = 0
     while i < size:
-        if count >= len(rows):
-            return i, count, FULL
+        if count >= len(rows) or heard >= len(said):
+            return i, count, heard, FULL
         begin = i
         given = 0  # bits of the letters that stand in the line
         motion = -1
+        outputs = 0  # M codes in their order, a digit each
+        switched = 0  # bits of those among them that exclude each other: the spindle's, the tool's
         known = True
         while True:
             c = int(data[i])
@@ -167,6 +185,17 @@ def scan(
             i = behind
             if letter == 13:  # N
                 continue
+            if letter == 12:  # M
+                if not 3.0 <= value <= 9.0 or value != np.floor(value) or outputs >= 10 ** (_MOST_M - 1):
+                    known = False
+                    break
+                outputs = 10 * outputs + int(value)
+                group = 1 if value <= 5.0 else (2 if value == 6.0 else 0)
+                if switched & group:
+                    known = False
+                    break
+                switched |= group
+                continue
             if given >> letter & 1:
                 known = False
                 break
@@ -179,13 +208,15 @@ def scan(
                     break
             elif _AXIS[letter] >= 0 or (8 <= letter <= 10) or letter == 5 or letter == 17 or letter == 15:
                 words[letter] = value  # axes, I J K, F, R, P
+            elif letter == 18 or letter == 19:  # S, T
+                words[letter] = value
             elif letter == 4 and modes[EXTRUDER]:
                 modes[EXTRUDED] = 1
             else:
                 known = False
                 break
         if not known or i - begin > MAX_LINE:
-            return begin, count, UNKNOWN
+            return begin, count, heard, UNKNOWN
         axes = 0
         for letter in range(26):
             if given >> letter & 1 and _AXIS[letter] >= 0:
@@ -197,40 +228,51 @@ def scan(
         moves = axes != 0 or (mode >= 2 and centre != 0)
         has_feed = given >> 5 & 1
         if has_feed and not 0.0 <= words[5] <= LARGEST:
-            return begin, count, UNKNOWN
-        if not moves and (centre or radius or turns):
-            return begin, count, UNKNOWN
+            return begin, count, heard, UNKNOWN
+        if (not moves or (outputs and motion < 0)) and (centre or radius or turns):
+            return begin, count, heard, UNKNOWN
         if moves:
             if mode < 0 or mode > 3:
-                return begin, count, UNKNOWN
+                return begin, count, heard, UNKNOWN
             if mode < 2 and (centre or radius or turns):
-                return begin, count, UNKNOWN
+                return begin, count, heard, UNKNOWN
             if mode >= 2:
                 across = 4 if modes[PLANE] == 17 else (2 if modes[PLANE] == 18 else 1)
                 if (centre != 0) == (radius != 0) or centre & across:
-                    return begin, count, UNKNOWN
+                    return begin, count, heard, UNKNOWN
+                if modes[CENTRES] and centre and centre | across != 7:
+                    return begin, count, heard, UNKNOWN
                 if turns and not (words[15] >= 1.0 and words[15] == np.floor(words[15]) and words[15] <= 1e3):
-                    return begin, count, UNKNOWN
+                    return begin, count, heard, UNKNOWN
             if modes[INVERSE] and mode > 0 and not has_feed:
-                return begin, count, UNKNOWN
+                return begin, count, heard, UNKNOWN
             for letter in range(26):
                 axis = _AXIS[letter]
                 if given >> letter & 1 and axis >= 0:
                     there = words[letter] * state[SCALE + axis]
                     base = state[POSITION + axis] if modes[RELATIVE] else state[OFFSET + axis]
                     if not abs(base + there) <= LARGEST:
-                        return begin, count, UNKNOWN
+                        return begin, count, heard, UNKNOWN
             for k in range(3):
-                if centre >> k & 1 and not abs(words[8 + k] * state[SCALE + k]) <= LARGEST:
-                    return begin, count, UNKNOWN
+                base = state[OFFSET + k] if modes[CENTRES] else 0.0
+                if centre >> k & 1 and not abs(base + words[8 + k] * state[SCALE + k]) <= LARGEST:
+                    return begin, count, heard, UNKNOWN
             if radius and not abs(words[17] * state[SCALE]) <= LARGEST:
-                return begin, count, UNKNOWN
+                return begin, count, heard, UNKNOWN
         # nothing below can fail: from here on the state changes
         modes[LINE] += 1
         if motion >= 0:
             modes[MOTION] = motion
         if has_feed and not modes[INVERSE]:
             state[FEED] = words[5] * state[SCALE]
+        if outputs or given >> 18 & 3:
+            said[heard, SAID_BEFORE] = count
+            said[heard, SAID_LINE] = modes[LINE]
+            said[heard, SAID_M] = outputs
+            said[heard, SAID_WORDS] = given >> 18 & 3
+            spoken[heard, SAID_S] = words[18] if given >> 18 & 1 else 0.0
+            spoken[heard, SAID_T] = words[19] if given >> 19 & 1 else 0.0
+            heard += 1
         if not moves:
             continue
         for letter in range(26):
@@ -241,10 +283,12 @@ def scan(
                 state[POSITION + axis] = base + there
         flags = centre | (HAS_R if radius else 0) | (STOPS if modes[EXACT_STOP] else 0)
         flags |= INCH if state[SCALE] != 1.0 else 0
+        flags |= ABSOLUTE if modes[CENTRES] and centre else 0
         for axis in range(9):
             rows[count, END + axis] = state[POSITION + axis]
         for k in range(3):
-            rows[count, CENTER + k] = words[8 + k] * state[SCALE + k] if centre >> k & 1 else 0.0
+            base = state[OFFSET + k] if modes[CENTRES] else 0.0
+            rows[count, CENTER + k] = base + words[8 + k] * state[SCALE + k] if centre >> k & 1 else 0.0
         rows[count, RADIUS] = words[17] * state[SCALE] if radius else 0.0
         rows[count, TURNS] = words[15] if turns else 1.0
         rows[count, ROW_FEED] = state[FEED]
@@ -263,4 +307,4 @@ def scan(
             axes |= 3 if modes[PLANE] == 17 else (5 if modes[PLANE] == 18 else 6)
         marks[count, AXES] = axes | stated << STATED
         count += 1
-    return i, count, DONE
+    return i, count, heard, DONE

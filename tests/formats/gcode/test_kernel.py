@@ -22,9 +22,32 @@ NUMBERS = st.one_of(
     st.integers(0, 10**17).map(lambda digits: f"{digits / 1e17:.17f}"),
 )
 WORDS = st.tuples(st.sampled_from("XYZABCUVWIJKRFPNGEMST/#xyz"), st.sampled_from(["", " "]), NUMBERS).map("".join)
-MOTION = st.sampled_from(["G0", "G1", "g01", "G2", "G3", "G90", "G91", "G20", "G21", "G17", "G18", "G19", "G93", "G94"])
+MOTION = st.sampled_from(
+    ["G0", "G1", "g01", "G2", "G3", "G90", "G91", "G20", "G21", "G17", "G18", "G19", "G93", "G94", "G90.1", "G91.1"]
+)
 OTHERS = st.sampled_from(
-    ["(note)", "; rest", "(open", ")", "M3 S100", "G61.1", "G64 P0.1", "G92 X1", "%", "", "\r", "\t"]
+    [
+        "(note)",
+        "; rest",
+        "(open",
+        ")",
+        "M3 S100",
+        "M5",
+        "T2 M6",
+        "m08 M9",
+        "S-1.5",
+        "M3.0",
+        "M7M8",
+        "M3 M4",
+        "M2 G1 X1",
+        "G61.1",
+        "G64 P0.1",
+        "G92 X1",
+        "%",
+        "",
+        "\r",
+        "\t",
+    ]
 )
 LINES = st.lists(st.one_of(WORDS, WORDS, WORDS, MOTION, OTHERS), max_size=6).map(" ".join)
 #: A line that is right, so that some of the file comes to something.
@@ -95,7 +118,8 @@ def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bo
     state, modes = np.zeros(29), np.zeros(8, dtype=np.int64)
     state[18:27] = 1.0
     rows, marks = np.zeros((4, 16)), np.zeros((4, 6), dtype=np.int64)
-    _, count, status = scan(data, 0, state, modes, rows, marks, 0)
+    said, spoken = np.zeros((4, 4), dtype=np.int64), np.zeros((4, 2))
+    _, count, _, status = scan(data, 0, state, modes, rows, marks, 0, said, spoken)
     if count == 1:  # otherwise it is left to the interpreter
         assert status == 0 and rows[0, 0] == float(text)
     else:
@@ -111,7 +135,9 @@ def test_blocks_may_end_anywhere(file: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_more_moves_than_one_part_holds(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = "".join(f"G1 X{i} F100\n" + ("M3 S5\nG5.1 X0 I1 Y3\n" if i % 5 == 0 else "") for i in range(200))
+    text = "".join(
+        f"G1 X{i} F100\n" + ("M3 S5\nG5.1 X0 I1 Y3\n" if i % 5 == 0 else "M8\n" * (i % 20)) for i in range(200)
+    )
     whole = agree(file, text)
     monkeypatch.setattr("splinefeed.formats.gcode.state.CAPACITY", 8)
     parts = agree(file, text)

@@ -118,6 +118,29 @@ def test_a_move_before_any_feed_runs_as_fast_as_the_limits_allow(tmp_path: Path)
     assert path.findings == ("moves without a feed before them (F) run as fast as the limits allow: line 1",)
 
 
+def test_percents_are_the_ends_of_a_program(tmp_path: Path) -> None:
+    assert ends(path_of(tmp_path, "%", "G1 X1 F60", "%", "X2", "no code at all")) == [[1]]
+    assert ends(path_of(tmp_path, "(a note)", "%", ":0001", "G1 X1 F60", "X2", "%", "X3")) == [[1], [2]]
+    assert ends(path_of(tmp_path, "G1 X1 F60", "%", "X3")) == [[1]]
+
+
+def test_a_line_that_begins_many_programs(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "G00 G17 G21 G40 G49 G80 G90 X1", "X2", "G80 G1 X3 F60", "X4")
+    assert ends(path) == [[1], [2], [3], [4]] and path.feeds is not None and path.feeds.tolist()[1:] == [math.inf, 1, 1]
+
+
+def test_blanks_within_numbers_mean_nothing_either(tmp_path: Path) -> None:
+    assert ends(path_of(tmp_path, "G 1 X 1 0 . 5 (note) F6 0", "X-\t2")) == [[10.5], [-2]]
+
+
+def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "G90.1 F60 G1 X10", "G2 X10 I12 J0", "G2 I12 J0", "G91.1", "G3 X14 I2")
+    assert [curve((curve.domain[0] + curve.domain[1]) / 2)[0] for curve in path.curves[1:]] == pytest.approx(
+        [14, 14, 12]
+    )
+    assert refusal(tmp_path, "G90.1 F60 G1 X10", "G2 X14 I12").startswith("line 2: with G90.1 an arc needs both words")
+
+
 @pytest.mark.parametrize(
     ("lines", "reason"),
     [
@@ -129,7 +152,8 @@ def test_a_move_before_any_feed_runs_as_fast_as_the_limits_allow(tmp_path: Path)
         (["G1 X1 F1", "G80", "X2"], "line 3: axis words without G0, G1, G2 or G3 before them"),
         (["G1 X"], "line 1: X: a number is missing at the end of the line"),
         (["G1 Xnan"], "line 1: X: a number is missing before 'nan'"),
-        (["G1 X1 0"], "line 1: expected a letter, got '0'"),
+        (["G1 X1 (and) 0,5"], "line 1: expected a letter, got ',5'"),
+        (["G92"], "line 1: G92 needs the axes whose places it gives"),
         (["G1 X1e9"], "line 1: E9 belongs to no code of the line; a number cannot have an exponent"),
         (["G1 X99999999999"], "line 1: X leads to 1e+11; at most 1e+09 mm or rad from the zero point is possible"),
         (["G1 X1 I2"], "line 1: I2 belongs to no code of the line"),

@@ -26,7 +26,7 @@ from splinefeed.formats.gcode.offsets import (
     SYSTEMS,
 )
 from splinefeed.formats.gcode.spline_words import SplineWords
-from splinefeed.formats.gcode.state import UNBOUNDED, State
+from splinefeed.formats.gcode.state import UNBOUNDED, State, number
 from splinefeed.formats.gcode.words import Block, parse, without_comments
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
@@ -52,7 +52,7 @@ class Interpreter:
         self.line = 0
         self.splines = SplineWords(state)
         self._modal: int | None = None
-        self._absolute_centre = False
+        self._percents = False
         self._words: dict[str, float] = {}
         self._reference: dict[int, Array] = {}
         self._machine_known = bool(state.offsets.known)
@@ -65,6 +65,8 @@ class Interpreter:
         block = parse(self._plain(text), self.parameters, exponents=self.repair)
         if block.deletable:
             self.findings.count("lines with / are carried out, as if block delete were off", line)
+        if block.percent:
+            self._percent()
         if not block.empty:
             self._do(block)
         for key, value in block.settings:
@@ -73,6 +75,13 @@ class Interpreter:
     def end(self) -> None:
         """The file is at its end; LineError if a spline is still open."""
         self.splines.end()
+
+    def _percent(self) -> None:
+        """A % in front of the program, its first one, begins it; any other ends it."""
+        if self._percents or self.state.busy:
+            self.splines.end()
+            self.ended = True
+        self._percents = True
 
     # --- words ------------------------------------------------------------------------------------------------------
 
@@ -125,6 +134,7 @@ class Interpreter:
 
     def _do(self, block: Block) -> None:
         self._words = dict(block.words)
+        self._bare_g92 = not self._words.keys() & {"S", "E"}  # G92 S limits a spindle, G92 E is about filament
         known = {code for code in block.g if code not in self.dialect.modes}
         for code in sorted(set(block.g) - known):
             for letter in "PQR":
@@ -243,7 +253,7 @@ class Interpreter:
         if known & {900, 910}:
             state.modes[layout.RELATIVE] = 910 in known
         if known & {901, 911}:
-            self._absolute_centre = 901 in known
+            state.modes[layout.CENTRES] = 901 in known
 
     def _places(self, known: set[int]) -> None:
         """G10, G52, G92 and the reference points of G28 and G30."""
@@ -254,7 +264,10 @@ class Interpreter:
         if 520 in known:
             offsets.set_local(self._axes())
         if 920 in known:
-            offsets.set_g92(self._axes(), state.position)
+            axes = self._axes()
+            if not axes and self._bare_g92:
+                raise LineError("G92 needs the axes whose places it gives")
+            offsets.set_g92(axes, state.position)
         for code in (921, 922, 923):
             if code in known:
                 offsets.clear(code)
@@ -308,7 +321,8 @@ class Interpreter:
 
     def _motion(self, known: set[int]) -> None:
         state = self.state
-        code = next((each for each in sorted(known) if codes.GROUP_OF.get(each) == "motion"), None)
+        code = next((each for each in sorted(known) if codes.GROUP_OF.get(each) == "motion" and each != 800), None)
+        code = 800 if code is None and 800 in known else code
         if self.splines.open and (code is not None and code != 53):
             self.splines.end()
         if code == 800:
@@ -381,11 +395,11 @@ class Interpreter:
         flags = 0
         more: dict[str, float] = {"turns": turns}
         for k, value in offsets.items():
-            base = state.values[layout.OFFSET + k] if self._absolute_centre else 0.0
+            base = state.values[layout.OFFSET + k] if state.modes[layout.CENTRES] else 0.0
             more["ijk"[k]] = base + state.scaled(k, value or 0.0)
             self._checked(more["ijk"[k]])
             flags |= 1 << k
-        if self._absolute_centre:
+        if state.modes[layout.CENTRES]:
             flags |= layout.ABSOLUTE
             if flags & 7 != {17: 3, 18: 5, 19: 6}[plane]:
                 raise LineError("with G90.1 an arc needs both words of its centre")
@@ -432,9 +446,3 @@ class Interpreter:
         if self.ended:
             self._words.clear()
             self.splines.end()
-
-
-def number(value: float) -> str:
-    """A number as words have it: no exponent, no more digits than it needs."""
-    text = f"{value:.10f}".rstrip("0").rstrip(".")
-    return text if text not in ("-0", "") else "0"

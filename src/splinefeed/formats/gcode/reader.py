@@ -84,12 +84,11 @@ class Reading:
         while at < len(data) and not run.ended:
             if self.fast and not run.splines.open:
                 state.modes[kernel.LINE] = self.lines
-                at, state.count, _ = kernel.scan(
-                    data, at, state.values, state.modes, state.rows, state.marks, state.count
-                )
+                at, why = state.scan(data, at)
                 self.lines = int(state.modes[kernel.LINE])
                 if state.full:
                     yield state.take()
+                if why == kernel.FULL:
                     continue
                 if at >= len(data):
                     break

@@ -17,6 +17,8 @@ from splinefeed.records import Array
 CAPACITY = 2**16
 #: A line adds at most this many moves.
 _ROOM = 4
+#: Texts of markers that are kept, so that those alike are one.
+_TEXTS = 2**16
 INCH = 25.4
 #: Tolerance of what says nothing of it, and of G64 without P, which sets no bound.
 UNSAID, UNBOUNDED = -1.0, math.inf
@@ -32,6 +34,9 @@ class State:
         self.rows = np.zeros((CAPACITY, layout.FLOATS))
         self.marks = np.zeros((CAPACITY, layout.INTEGERS), dtype=np.int64)
         self.count = 0
+        self._heard = np.zeros((CAPACITY, layout.SAID), dtype=np.int64)
+        self._spoken = np.zeros((CAPACITY, layout.SPOKEN))
+        self._texts: dict[tuple[int, int, float, float], str] = {}
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
         self.inch = False
@@ -41,6 +46,7 @@ class State:
         self.modes[layout.EXTRUDER] = extruder
         self.position[:] = start
         self._chunk_start = start.copy()
+        self._taken = False
         self.set_units(inch=False)
         self.set_offsets()
 
@@ -49,6 +55,11 @@ class State:
         """Where the tool is, (9,), mm and rad, in machine coordinates; a view that may be written to."""
         view: Array = self.values[layout.POSITION : layout.POSITION + AXES]
         return view
+
+    @property
+    def busy(self) -> bool:
+        """Whether there was a move or a marker yet."""
+        return self._taken or self.count > 0 or bool(self.said)
 
     @property
     def full(self) -> bool:
@@ -110,6 +121,31 @@ class State:
         """A marker before the next move."""
         self.said.append(Mark(self.count, line, text, dwell, stop))
 
+    def scan(self, data: layout.Bytes, at: int) -> tuple[int, int]:
+        """Let the kernel read lines from data[at:]: where it stopped, and DONE, UNKNOWN or FULL as it says."""
+        at, self.count, heard, why = layout.scan(
+            data, at, self.values, self.modes, self.rows, self.marks, self.count, self._heard, self._spoken
+        )
+        if heard:
+            self._hear(heard)
+        return at, why
+
+    def _hear(self, count: int) -> None:
+        """Markers of the first `count` rows that the kernel has written of M, S and T."""
+        texts = self._texts
+        for (before, line, codes, words), (speed, tool) in zip(
+            self._heard[:count].tolist(), self._spoken[:count].tolist(), strict=True
+        ):
+            key = (codes, words, speed, tool)
+            text = texts.get(key)
+            if text is None:
+                said = [f"S{number(speed)}"] if words & 1 else []
+                said += [f"T{number(tool)}"] if words & 2 else []
+                text = " ".join(said + [f"M{digit}" for digit in str(codes) if codes])
+                if len(texts) < _TEXTS:
+                    texts[key] = text
+            self.said.append(Mark(before, line, text))
+
     def take(self) -> Moves:
         """The moves made since the last time."""
         made = Moves(
@@ -119,6 +155,7 @@ class State:
             tuple(self.splines),
             tuple(self.said),
         )
+        self._taken = self.busy
         self.count = 0
         self.splines, self.said = [], []
         self._chunk_start = self.position.copy()
@@ -131,3 +168,9 @@ def check_size(letter: str, value: float) -> None:
         raise LineError(
             f"{letter} leads to {value:g}; at most {layout.LARGEST:g} mm or rad from the zero point is possible"
         )
+
+
+def number(value: float) -> str:
+    """A number as words have it: no exponent, no more digits than it needs."""
+    text = f"{value:.10f}".rstrip("0").rstrip(".")
+    return text if text not in ("-0", "") else "0"

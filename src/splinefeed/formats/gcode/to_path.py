@@ -265,7 +265,8 @@ def spline_path(spline: Spline) -> Path | None:
 
 def _markers(moves: Moves, kept: IntArray) -> list[Marker]:
     """What stands between the curves: M, S, T and dwells, and the exact stops of G61.1."""
-    markers = [Marker(int(np.searchsorted(kept, mark.move)), mark.text, mark.dwell, mark.stop) for mark in moves.marks]
+    places = np.searchsorted(kept, [mark.move for mark in moves.marks]).tolist()
+    markers = [Marker(place, mark.text, mark.dwell, mark.stop) for place, mark in zip(places, moves.marks, strict=True)]
     stops = np.flatnonzero(moves.flags[kept[:-1]] & layout.STOPS) + 1  # at the end it rests anyway
     return markers + [Marker(int(place), "", 0.0, True) for place in stops]
 

@@ -14,6 +14,7 @@ MAX_CODE = 999
 MAX_WORDS = 100
 _CODE_SLACK = 1e-4
 
+_BLANKS, _BLANKS_BUT_E = re.compile(r"\s+"), re.compile(r"\s+(?![eE])")
 _MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]", re.IGNORECASE)
 
 
@@ -27,6 +28,7 @@ class Block:
     settings: list[tuple[int | str, float]] = field(default_factory=list)
     deletable: bool = False
     program: bool = False
+    percent: bool = False
 
     @property
     def empty(self) -> bool:
@@ -40,7 +42,8 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
     exponents   whether a number may end in E-05
     """
     block = Block()
-    scanner = Scanner(without_comments(text), parameters, exponents)
+    # as in RS274 blanks mean nothing, not even within a number; but 1 E5 is no 1e5
+    scanner = Scanner((_BLANKS_BUT_E if exponents else _BLANKS).sub("", without_comments(text)), parameters, exponents)
     if scanner.peek() == "/":
         block.deletable = True
         scanner.at += 1
@@ -49,6 +52,7 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
     if scanner.peek() == "%":
         if scanner.text[scanner.at + 1 :].strip():
             raise LineError("% stands alone on its line")
+        block.percent = True
         return block
     macro = _MACRO.match("".join(scanner.text.split()))
     if macro is not None:
@@ -63,11 +67,11 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
         if c == "#":
             _setting(scanner, block)
             continue
-        if not ("A" <= c <= "Z"):
+        if not ("A" <= c <= "Z" or c == ":"):
             raise LineError(f"expected a letter, got {_shown(scanner.text[scanner.at :])}")
         scanner.at += 1
-        if c == "O":
-            _program_number(scanner)
+        if c in "O:":
+            _program_number(scanner, text)
             block.program = True
             return block
         if c == "N":
@@ -116,12 +120,11 @@ def _setting(scanner: Scanner, block: Block) -> None:
     block.settings.append((key, value))
 
 
-def _program_number(scanner: Scanner) -> None:
-    """Behind O: the number of a program alone is only its name; everything else is a subprogram."""
-    rest = scanner.text[scanner.at :].strip()
-    if not rest.isdigit():
+def _program_number(scanner: Scanner, text: str) -> None:
+    """Behind O (or :): the number of a program alone is only its name; everything else is a subprogram."""
+    if not scanner.text[scanner.at :].isdigit():
         raise LineError(
-            f"O{_shown(rest)[1:-1]}: subprograms, loops and jumps are not read; write the program in one piece"
+            f"{_shown(text)[1:-1]}: subprograms, loops and jumps are not read; write the program in one piece"
         )
     scanner.at = len(scanner.text)
 
@@ -156,6 +159,9 @@ def _check_groups(block: Block) -> None:
     for code in block.g:
         group = GROUP_OF.get(code)
         if group is None:
+            continue
+        if group in seen and 800 in (code, seen[group]):  # G80 beside a move only ends the cycle before it
+            seen[group] = min(code, seen[group])
             continue
         if group in seen:
             before, after = g_name(seen[group]), g_name(code)

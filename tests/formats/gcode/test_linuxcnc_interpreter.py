@@ -1,0 +1,217 @@
+"""Programs held against LinuxCNC's own interpreter: the same moves, arcs, feeds, tolerances, waits and refusals."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rs274_twin import PROGRAM, Run, run
+
+import splinefeed as sf
+from splinefeed.errors import FormatError
+from splinefeed.formats.gcode.arcs import arc_curve
+from splinefeed.formats.gcode.dialects import named
+from splinefeed.formats.gcode.moves import RAPID, SPLINE, Moves
+from splinefeed.formats.gcode.reader import Reading, joined
+from splinefeed.formats.gcode.state import UNSAID
+from splinefeed.formats.gcode.to_path import find_arcs
+from splinefeed.kernels import gcode as layout
+
+pytestmark = [
+    pytest.mark.linuxcnc,
+    pytest.mark.skipif(PROGRAM is None, reason="LinuxCNC is not installed; `make test-linuxcnc` installs it from apt"),
+]
+
+#: A program for each group of words; each runs in LinuxCNC as it stands.
+PROGRAMS = {
+    "planes": "G21 G90 F100\nG17 G2 X2 I1\nG3 X0 Y0 I-1 J0\nG18 G2 X2 Z0 I1 K0\nG3 Z4 X2 K2\nG19 G2 Y2 J1\n"
+    "G3 Y0 Z4 J-1 F50\nG17 G2 I3\nG18 G3 K2 Y1\nG19 G3 J1 K1 X3 P3\nG17 G2 X1 Y1 Z5 I-1 P2",
+    "radii": "G21 F100\nG2 X10 R5\nG3 X0 R-8\nG2 X3 Y4 R2.5\nG18 G3 X5 Z9 R30\nG19 G2 Y7 Z1 R-12\nG17 G3 X0 Y0 Z2 R9",
+    "inches": "G20 G90\nF30\nG1 X1 Y2\nG2 X2 Y3 I1\nG21 G1 X1 Y1\nF100\nG20 G91 X.5 Z-.25\nG3 X0.1 Y0.1 R.1",
+    "relative": "G91 F10\nG1 X1 Y2 Z3\nX1\nG2 X2 I1\nG90 X3 Y3 I-1 G3\nG91 G0 Z1 A30",
+    "centres": "G90.1 F100\nG2 X2 Y0 I1 J0\nG91.1\nG2 X4 I1\nG90.1 G91\nG2 X2 Y0 I5 J0\n",
+    "systems": "F100\nG10 L2 P1 X10 Y20\nG10 L2 P2 X-5 Z3\nG54 G1 X1\nG55 X1 Y1\nG10 L20 P2 X100\nX101\nG59.3 X0\n"
+    "G10 L2 P0 Y-7\nY1\nG53 G1 X3\nG53 G0 Z0\nX5",
+    "shifts": "F100\nG1 X5 Y5\nG92 X1\nX2 Y7\nG92.2\nX1\nG92.3\nX1\nG92 Y3 Z2\nG2 X3 Y5 I1 J1\nG92.1\nG1 X0",
+    "feeds": "G94 F100\nG1 X1\nF20 X2\nF30\nX3\nG21 F1000 G1 Y1\nG0 X9\nG1 X0",
+    "control": "F100\nG61 G1 X1\nG64 X2\nG64 P0.1 X3\nG64 P.2 Q.01 X4\nG61 X5",
+    "waits": "F100\nG4 P.5\nG1 X1 M3 S100\nG4 P2 M8\nM5 M9\nT1 M6\nM0\nM1\nG0 X0",
+    "comments": "(start)(more) G1 (x) X1 (y) F50 ; rest\n;\nn10 g1 y 2\nN20G1X3Y4\n\n  g 1 x - 5 . 5\nG01 X+.5 Y007.50",
+    "parameters": "F100\n#1=3\n#2=[#1*2] #1=4\nG1 X#1 Y#2\n#1=5 X#1\nX[#1+1]\n#<wide>=4\n"
+    "Y#<wide>\n#3=1\nX##3\nY[sin[30]*10]\n"
+    "X[2**3+4/2-1] Y[7 mod 4]\nX[atan[1]/[1]] Y[sqrt[2]]\nX[abs[-3.5]] Y[fix[-2.5]]\nX[fup[2.1]] Y[round[2.5]]\n"
+    "X[ln[exp[2]]] Y[acos[0.5]]\nX[1 gt 0] Y[1 eq 2]\nX[[1 lt 2] and [3 ge 3]] Y[0 or 0]\nX[1 xor 1] Y-#1\nX[-[#1]]\n"
+    "X#5420 Y#5421\nX[-2**2]\nX[5 - 3 - 1] Y[2 ** 2 ** 3]\nX[-7 mod 4] Y[asin[-0.5]]\nX[tan[45]] Y[cos[60]]",
+    "rotary": "F100\nG1 X1 A90\nG1 A45 B10 C-30\nG0 A0\nG91 A10\nG20 G90 X1 A20",
+    "splines": "F100\nG5 X10 Y10 I1 J1 P-1 Q-1\nG5 X20 Y0 P-1 Q1\nG5.1 X25 Y5 I2 J3\nG1 Z1",
+    "nurbs": "F100 G17\nG5.2 X3 Y5 P1 L3\nX5 Y5 P2\nX8 Y1 P1\nX9 Y9 P1\nG5.3\nG1 Z1",
+    "inverse time": "G93 G1 X1 F2\nX3 F4\nG2 X5 I1 F1\nG0 X0\nG94 G1 X1 F60",
+    "ends": "G1 X1 F1\nM2\nG1 X2\n",
+    "percent": "%\nG1 X1 F1\nX2\n%\nX3\n",
+    "order in a line": "X1 F100 G1 G91\nG90 M3 S1 X5 G20\nG1 G21 G91 X1 Y1\nG0 G90 G54 G17 G40 G49 G80 X0 Y0 Z5",
+    "modal": "G0 X1\nY2\nG1 F1 X2\nY3\nG2 X4 Y3 I1\nX6 I1\nG3 X8 I1\nG1\nX0\nG2 X8 Y3 I4\nI-4 J1",
+    "block delete": "F100\nG1 X1\n/ G1 X2\n/X3 (kept)\nG1 X4",
+}  # fmt: skip
+#: What both refuse.
+REFUSED = [
+    "G1 X1 F1 X2", "G2 X1 F1", "G2 X5 I1 F1", "G2 X1 Y1 R.1 F1", "G21 G20", "M3 M4", "G17 G18", "X1",
+    "G1 F1 X1 (open", "G93 G1 X1", "G2 X1 I1 R1 F1", "G17 G2 X1 K1 F1", "G5 X1 Y1 F1", "G5.1 X1 Y1 F1", "G4",
+    "G1 X[1/0] F1", "G1 X[sqrt[-1]] F1", "G92", "F-1", "G1 X F1", "Q1", "G1 X1 F1 I2", "G18 F1 G5 X1 Y1 I1 J1 P1 Q1",
+    "G5.3", "G2 X2 I1 P-1 F1", "G53 G2 X1 I1 F1", "M1000", "G123.4", "#1=", "G1 X[1 + F1", "G3 R5 F1",
+]  # fmt: skip
+
+
+def ours(file: Path) -> tuple[Moves, str]:
+    """All moves up to the first error, and the error."""
+    parts: list[Moves] = []
+    message = ""
+    try:
+        for part in Reading(dialect=named("linuxcnc"), offsets={1: np.zeros(9)}).moves(file):
+            parts.append(part)
+            find_arcs(part, file, Reading().findings, False)
+    except FormatError as error:
+        message = str(error)
+    return joined(parts), message
+
+
+def held_against(file: Path) -> Run:
+    """Compare every move, wait and switch of the program with those of LinuxCNC."""
+    twin = run(file)
+    moves, message = ours(file)
+    assert bool(message) == bool(twin.error), (message, twin.error)
+    if message:
+        return twin
+    compare(moves, twin, file)
+    return twin
+
+
+def compare(moves: Moves, twin: Run, file: Path) -> None:
+    step = np.max(np.abs(moves.ends - moves.starts), axis=1) if len(moves) else np.zeros(0)
+    arcs = find_arcs(moves, file, Reading().findings, False)
+    number = {int(move): i for i, move in enumerate(arcs.move)}
+    columns = np.arange(3)
+    # LinuxCNC leaves out moves that lead nowhere in some places and not in others
+    kept = [i for i in range(len(moves)) if i in number or moves.kind[i] == SPLINE or step[i] > 0.0]
+    place, theirs = np.zeros(6), []
+    for canon in twin.moves:
+        if canon.middle is not None or canon.kind == "NURBS" or np.any(np.abs(canon.end - place) > canon.rounded):
+            theirs.append(canon)
+        place = canon.end
+        if canon.kind == "NURBS":
+            place = np.full(6, np.inf)
+    assert len(kept) == len(theirs)
+    for i, canon in zip(kept, theirs, strict=True):
+        said = f"line {moves.line[i]}"
+        kind = "ARC" if i in number else "NURBS" if moves.kind[i] == SPLINE else "TRAVERSE"
+        kind = "FEED" if kind == "TRAVERSE" and moves.kind[i] != RAPID else kind
+        assert kind == canon.kind, said
+        if kind != "NURBS":
+            assert np.abs(moves.ends[i, :6] - canon.end).max() <= canon.rounded, said
+        if canon.middle is not None:
+            curve = arc_curve(moves.starts[i], moves.ends[i], arcs, number[i], columns)
+            middle = curve(0.5 * sum(curve.domain))
+            # the centre is rounded too, and on a flat arc that moves its middle as far
+            assert np.abs(middle - canon.middle).max() <= 4.0 * canon.rounded, said
+        tolerance = moves.values[i, layout.ROW_TOLERANCE]
+        assert math.inf if tolerance == UNSAID else tolerance == pytest.approx(canon.tolerance, abs=1e-6), said
+        if kind != "TRAVERSE" and not moves.flags[i] & layout.INVERSE_FEED:
+            assert moves.values[i, layout.ROW_FEED] == pytest.approx(canon.feed, abs=2e-4), said
+    waits = [mark.dwell for mark in moves.marks if mark.dwell]
+    assert waits == pytest.approx(twin.waits, abs=1e-4)
+    words = [word for mark in moves.marks for word in mark.text.split() if word[0] == "M"]
+    # a change of tool and the end of the program stop the spindle there without being told
+    switches = [word for word in twin.switches if word != "M5"]
+    assert [word for word in words if word in set(switches)] == switches
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_program_moves_as_in_linuxcnc(tmp_path: Path, name: str) -> None:
+    file = tmp_path / "part.ngc"
+    end = "" if name in ("ends", "percent") else "\nM2\n"
+    file.write_text(PROGRAMS[name] + end)
+    twin = held_against(file)
+    assert twin.error == "" and twin.moves
+
+
+@pytest.mark.parametrize("line", REFUSED)
+def test_what_linuxcnc_refuses_is_refused(tmp_path: Path, line: str) -> None:
+    file = tmp_path / "part.ngc"
+    file.write_text(f"{line}\nM2\n")
+    twin = run(file)
+    assert twin.error
+    assert ours(file)[1].startswith(f"{file}: line 1: ")
+
+
+@pytest.mark.parametrize("name", ["cncjs_tball.gcode", "linuxcnc_nurbs.ngc", "cncjs_calibration.gcode"])
+def test_programs_of_others_move_as_in_linuxcnc(tmp_path: Path, data_dir: Path, name: str) -> None:
+    file = tmp_path / name
+    file.write_bytes((data_dir / "gcode" / name).read_bytes())
+    twin = held_against(file)
+    if twin.error:
+        assert "line 624" in ours(file)[1] and "r1=29.0000 r2=27.5862" in twin.error
+
+
+def test_an_inch_program_without_an_end_moves_as_in_linuxcnc(tmp_path: Path, data_dir: Path) -> None:
+    file = tmp_path / "part.ngc"
+    file.write_bytes((data_dir / "gcode" / "gcodetoolpath_one-inch-circle.nc").read_bytes() + b"\nM2\n")
+    assert held_against(file).error == ""
+
+
+@pytest.mark.parametrize("as_", ["g5.2", "arcs", "g1"])
+def test_what_is_written_is_read_by_linuxcnc(tmp_path: Path, as_: str) -> None:
+    file = tmp_path / "part.ngc"
+    sf.write(sf.shapes.butterfly(), file, as_=as_, feed=60, tolerance=0.01)
+    twin = held_against(file)
+    assert twin.error == "" and len(twin.moves) > 1
+
+
+def random_program(rng: np.random.Generator, lines: int) -> str:
+    """Lines of words that belong together, drawn at random; most of them run."""
+    value = lambda: f"{rng.uniform(-20, 20):.{rng.integers(0, 5)}f}"  # noqa: E731
+    out = ["G21 G90 G17 F100", "G1 X1 Y1 Z1"]
+    for _ in range(lines):
+        words = [str(rng.choice(["", "", "", "G0", "G1", "G90", "G91", "G20", "G21", "G92", "G55", "G54", "G64 P0.1"]))]
+        if words[0] in ("", "G0", "G1"):
+            words += [f"{axis}{value()}" for axis in "XYZABC" if rng.random() < 0.35]
+        elif words[0] == "G92":
+            words += [f"X{value()} Y{value()}"]
+        if rng.random() < 0.25:
+            radius = abs(float(value())) + 30.0
+            plane, (a, b, across) = [("G17", "XYZ"), ("G18", "ZXY"), ("G19", "YZX")][rng.integers(3)]
+            motion = rng.choice(["G2", "G3"])
+            if rng.random() < 0.5:
+                words = [plane, motion, f"{a}{value()} {b}{value()} {across}{value()} R{radius:.3f}"]
+            else:  # a full circle, whose end is right by itself
+                names = {"X": "I", "Y": "J", "Z": "K"}
+                words = [plane, motion, f"{names[a]}{value()} {names[b]}{radius:.2f} {across}{value()}"]
+                words += [f"P{rng.integers(1, 4)}"] if rng.random() < 0.5 else []
+        if rng.random() < 0.1:
+            # F beside G20 or G21 is taken in the new units here, and a finding says so; LinuxCNC takes it in the old
+            more = ["M3 S100", "M5", "M8", "(c)", "S5", *[] if words[0] in ("G20", "G21") else ["F200"]]
+            words.append(str(rng.choice(more)))
+        out.append(" ".join(words))
+    return "\n".join([*out, "M2", ""])
+
+
+def compare_random(folder: Path, seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    file = folder / "part.ngc"
+    for _ in range(count):
+        file.write_text(random_program(rng, 12))
+        try:
+            held_against(file)
+        except AssertionError as error:
+            raise AssertionError(f"seed {seed}:\n{file.read_text()}") from error
+
+
+def test_programs_made_up_move_as_in_linuxcnc(tmp_path: Path) -> None:
+    compare_random(tmp_path, 0, 40)
+
+
+@pytest.mark.torture
+@pytest.mark.timeout(0)
+@pytest.mark.parametrize("seed", range(1, 11))
+def test_thousands_of_programs_made_up_move_as_in_linuxcnc(tmp_path: Path, seed: int) -> None:
+    compare_random(tmp_path, seed, 1000)

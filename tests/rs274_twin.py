@@ -1,0 +1,117 @@
+"""LinuxCNC's own interpreter, run apart, as a twin: its canonical moves in machine coordinates, mm and rad."""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+PROGRAM = shutil.which("rs274")
+#: It prints four decimals, in the units of the program.
+ROUNDED = 6e-5
+_CALL = re.compile(r"^\s*\d+\s+N\S*\s+(\w+)\((.*)\)\s*$")
+_SWITCHES = {
+    "START_SPINDLE_CLOCKWISE": "M3", "START_SPINDLE_COUNTERCLOCKWISE": "M4", "STOP_SPINDLE_TURNING": "M5",
+    "CHANGE_TOOL": "M6", "MIST_ON": "M7", "FLOOD_ON": "M8", "PROGRAM_STOP": "M0", "OPTIONAL_PROGRAM_STOP": "M1",
+}  # fmt: skip
+_PLANES = {"XY": (0, 1), "XZ": (2, 0), "YZ": (1, 2)}
+
+
+@dataclass
+class Canon:
+    """A move: its kind, end (6,), how far that is rounded, feed, mm a minute, tolerance, the middle (3,) of an arc."""
+
+    kind: str
+    end: np.ndarray
+    rounded: float
+    feed: float
+    tolerance: float
+    middle: np.ndarray | None = None
+
+
+@dataclass
+class Run:
+    """What the interpreter says of a program: its moves, waits and switches in their order, and its error if any."""
+
+    moves: list[Canon] = field(default_factory=list)
+    waits: list[float] = field(default_factory=list)
+    switches: list[str] = field(default_factory=list)
+    error: str = ""
+
+
+def run(file: Path) -> Run:
+    """Run `file` through rs274 in the folder of the file, which gets its parameters, all 0."""
+    assert PROGRAM is not None
+    memory = file.with_suffix(".var")
+    memory.write_text("")
+    done = subprocess.run(
+        [PROGRAM, "-g", "-v", str(memory), file.name],
+        cwd=file.parent, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    found = Run()
+    said = [line for line in done.stderr.splitlines() if line.strip() and line.strip() != "executing"]
+    found.error = said[0] if said else ""
+    rounded = ROUNDED
+    unit, feed, tolerance, plane = 1.0, 0.0, math.inf, (0, 1)
+    system, shift = np.zeros(6), np.zeros(6)
+    place = np.zeros(6)
+    for line in done.stdout.splitlines():
+        match = _CALL.match(line)
+        if match is None:
+            continue
+        name, words = match.group(1), [word.strip() for word in match.group(2).split(",")]
+        scale = np.array([unit] * 3 + [math.pi / 180.0] * 3)
+        if name == "USE_LENGTH_UNITS":
+            unit = 25.4 if "INCH" in words[0] else 1.0
+            rounded = max(rounded, ROUNDED * unit)  # places said before are still in use
+        elif name == "SET_G5X_OFFSET":
+            system = np.array([float(word) for word in words[1:7]]) * scale
+        elif name == "SET_G92_OFFSET":
+            shift = np.array([float(word) for word in words[:6]]) * scale
+        elif name == "SELECT_PLANE":
+            plane = _PLANES[words[0].rpartition("_")[2]]
+        elif name == "SET_FEED_RATE":
+            feed = float(words[0]) * unit
+        elif name == "SET_MOTION_CONTROL_MODE":
+            tolerance = (float(words[1]) * unit or math.inf) if "CONTINUOUS" in words[0] else 0.0
+        elif name == "DWELL":
+            found.waits.append(float(words[0]))
+        elif name in _SWITCHES:
+            found.switches.append(_SWITCHES[name])
+        elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
+            end = np.array([float(word) for word in words[:6]]) * scale + system + shift
+            found.moves.append(Canon(name[9:], end, rounded, feed, tolerance))
+            place = end
+        elif name == "ARC_FEED":
+            end = np.array([0.0, 0.0, 0.0, *(float(word) for word in words[6:9])])
+            across = 3 - sum(plane)
+            end[[*plane, across]] = float(words[0]), float(words[1]), float(words[5])
+            end = end * scale + system + shift
+            centre = np.array([float(words[2]), float(words[3])]) * unit + (system + shift)[list(plane)]
+            middle = _middle(place, end, centre, plane, int(words[4]))
+            found.moves.append(Canon("ARC", end, rounded, feed, tolerance, middle))
+            place = end
+        elif name == "NURBS_FEED":
+            found.moves.append(Canon("NURBS", np.full(6, np.nan), rounded, feed, tolerance))
+    return found
+
+
+def _middle(start: np.ndarray, end: np.ndarray, centre: np.ndarray, plane: tuple[int, int], turns: int) -> np.ndarray:
+    """The place (3,) halfway along an arc of so many turns, counterclockwise if above 0."""
+    first, last = start[list(plane)] - centre, end[list(plane)] - centre
+    sign = math.copysign(1.0, turns)
+    sweep = (sign * (math.atan2(last[1], last[0]) - math.atan2(first[1], first[0]))) % (2.0 * math.pi)
+    # rounded ends of a full circle may be a little apart on either side
+    if min(sweep, 2.0 * math.pi - sweep) * np.linalg.norm(first) < 3.0 * ROUNDED * 25.4:
+        sweep = 2.0 * math.pi
+    sweep += 2.0 * math.pi * (abs(turns) - 1)
+    angle = math.atan2(first[1], first[0]) + 0.5 * sign * sweep
+    radius = 0.5 * (np.linalg.norm(first) + np.linalg.norm(last))
+    middle = 0.5 * (start[:3] + end[:3])
+    middle[list(plane)] = centre + radius * np.array([math.cos(angle), math.sin(angle)])
+    return middle
