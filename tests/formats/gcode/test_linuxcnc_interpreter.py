@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rs274_twin import PROGRAM, Run, run
 
 import splinefeed as sf
+from rs274_twin import PROGRAM, Run, run
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import arc_curve
 from splinefeed.formats.gcode.dialects import named
@@ -189,7 +189,7 @@ def random_program(rng: np.random.Generator, lines: int) -> str:
                 words += [f"P{rng.integers(1, 4)}"] if rng.random() < 0.5 else []
         if rng.random() < 0.1:
             # F beside G20 or G21 is taken in the new units here, and a finding says so; LinuxCNC takes it in the old
-            more = ["M3 S100", "M5", "M8", "(c)", "S5", *[] if words[0] in ("G20", "G21") else ["F200"]]
+            more = ["M3 S100", "M5", "M8", "(c)", "S5" if words[0] in ("G20", "G21") else "F200"]
             words.append(str(rng.choice(more)))
         out.append(" ".join(words))
     return "\n".join([*out, "M2", ""])
