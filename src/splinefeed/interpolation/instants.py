@@ -1,4 +1,4 @@
-"""Setpoints at any instants of a law, in order of time: what a law that is run at another rate needs."""
+"""Setpoints at any instants of a law, forwards or backwards: what a law that is run at another rate needs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _fill(
     feed_out: Array,
     position: Array,
 ) -> None:
-    """The point at every tau (n,), s, not decreasing; state (3,): row, curve, piece of the law, carried on."""
+    """The point at every tau (n,), s; state (3,): row, curve, piece of the law, carried on."""
     cursor = np.empty(3, dtype=np.int64)
     cursor[0] = state[0]
     current = state[1]
@@ -42,6 +42,8 @@ def _fill(
         s = min(max(s, 0.0), length)
         while current < last_curve and s >= table[curve_rows[current + 1, 0], START]:
             current += 1
+        while current > 0 and s < table[curve_rows[current, 0], START]:
+            current -= 1
         first = curve_rows[current, 0]
         last = curve_rows[current, 1]
         cursor[0] = min(max(cursor[0], first), last)
@@ -64,7 +66,7 @@ def _fill(
 
 
 class Instants:
-    """Points of one motion at instants of its law that never decrease, block by block."""
+    """Points of one motion at instants of its law, block by block."""
 
     def __init__(self, path: Path, law: TimeLaw, period: float) -> None:
         self.path, self.law, self.period = path, law, period

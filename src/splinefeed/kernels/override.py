@@ -1,8 +1,8 @@
-"""Arithmetic of the override: what a law asks of the axes in each of its ticks, and the rate at which it is run.
+"""Arithmetic of the override: the rate at which a law is run, tick by tick, so that no limit is exceeded.
 
-A law gives positions q(tau) by plan time tau; run at the rate r = dtau/dt, it moves the axes by
+A law gives positions q(tau) by plan time tau; run at the rate r = |dtau/dt|, forwards or backwards, it moves axes by
 
-    v = q' r,   a = q'' r^2 + q' r',   j = q''' r^3 + 3 q'' r r' + q' r''
+    |v| = |q'| r,   |a| <= |q''| r^2 + |q'| |r'|,   |j| <= |q'''| r^3 + 3 |q''| r |r'| + |q'| |r''|
 
 docs/math/override.md bounds each term.
 """
@@ -13,22 +13,16 @@ import math
 
 import numpy as np
 
-from splinefeed.kernels.arc_length import parameter_in_row
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.law import law_in_piece
-from splinefeed.kernels.pieces import DEGREES, START, Shape, derivatives, find_row, measured
-from splinefeed.records import Array
+from splinefeed.records import Array, IntArray
 
-#: Instants looked at in every part of a tick that lies in one piece of the law, its ends included.
-INSTANTS = 5
-#: Places in the state of `run_rate`: plan time s, rate, its slope 1/s, and by how much the slope falls a tick on the
-#: stop that is certain to keep the limits, and ticks at rest so far (0, 1 or more).
-TAU, RATE, SLOPE, FALL, STILL = 0, 1, 2, 3, 4
-STATE = 5
-#: Arc length is rounded by so much of what it can be: what is so near to a row of the path has reached it.
-ROUNDINGS = 1e-14
-#: Halvings that find when the law reaches a row of the path.
-BISECTIONS = 52
+#: Places in the state of `run_rate`: plan time s; rate, never negative; its slope 1/s; 1 forwards, -1 backwards; ticks
+#: at rest so far (0, 1 or more).
+TAU, RATE, SLOPE, DIRECTION, STILL = 0, 1, 2, 3, 4
+#: Places of the way out that is certain to keep the limits: for DOWNS ticks the slope falls by DOWN, for FLATS it
+#: stays, for UPS it rises by UP; behind it the slope is 0, and the rate one that may stay for ever.
+DOWN, DOWNS, FLATS, UP, UPS = 5, 6, 7, 8, 9
+STATE = 10
 #: Share of the jerk left beside the law's own that the term 3 q'' r r' may take; the rest is for q' r''.
 FOR_SLOPE = 0.5
 #: Largest change of the rate in one tick, and of that change: what counts where the axes hardly move.
@@ -37,170 +31,24 @@ MOST_STEP = 0.25
 AT_TARGET = 1e-9
 #: How far beside 0 or the highest rate a stop may end by rounding.
 ROUNDING = 1e-12
-
-
-@kernel
-def _motion(
-    table: Array, row: int, shape: Shape, t: float, v: float, a: float, j: float, work: Array, out: Array
-) -> bool:
-    """q', q'' and q''' of every axis, and of the arc length behind them, into out (3, axes + 1); False where C' = 0."""
-    derivatives(table, row, shape, t, 3, work)
-    begin, end = measured(table, row, shape)
-    unit = DEGREES if begin > 0 else 1.0
-    square = 0.0
-    m = 0.0
-    n = 0.0
-    for k in range(begin, end):
-        c1 = unit * work[1, k]
-        c2 = unit * work[2, k]
-        square += c1 * c1
-        m += c1 * c2
-        n += c2 * c2 + c1 * unit * work[3, k]
-    if not square > 0.0:
-        return False
-    size = math.sqrt(square)
-    u1 = 1.0 / size
-    u2 = -m / (square * square)
-    u3 = 4.0 * m * m / (square * square * square * size) - n / (square * square * size)
-    axes = shape[1]
-    for k in range(axes):
-        r1 = work[1, k] * u1
-        r2 = work[2, k] * u1 * u1 + work[1, k] * u2
-        r3 = work[3, k] * u1 * u1 * u1 + 3.0 * work[2, k] * u1 * u2 + work[1, k] * u3
-        out[0, k] = r1 * v
-        out[1, k] = r2 * v * v + r1 * a
-        out[2, k] = r3 * v * v * v + 3.0 * r2 * v * a + r1 * j
-    out[0, axes] = v
-    out[1, axes] = a
-    out[2, axes] = j
-    return math.isfinite(u3)
-
-
-@kernel
-def _time_at(coefficients: Array, piece: int, begin: float, s: float, low: float, high: float) -> float:
-    """When, between low and high, a piece that begins at `begin` is at arc length s, by bisection."""
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if law_in_piece(coefficients, piece, middle - begin)[0] < s:
-            low = middle
-        else:
-            high = middle
-    return high
-
-
-@kernel
-def ask(
-    breaks: Array,
-    coefficients: Array,
-    table: Array,
-    shape: Shape,
-    period: float,
-    first: int,
-    feeds: Array,
-    out: Array,
-) -> float:
-    """Largest |q'|, |q''|, |q'''| of every axis, and of the arc length, in ticks first ... of a law.
-
-    out (n, 3, axes + 1), for plan times (first + i) T to (first + i + 1) T; 0 beyond the end of the law. A jump of q''
-    counts as jerk over the period, as the drive sees it. feeds (rows,) mm/s: the largest share of them is returned.
-    """
-    axes = shape[1]
-    last_row = table.shape[0] - 1
-    last_piece = coefficients.shape[0] - 1
-    end = breaks[last_piece + 1]
-    rounding = ROUNDINGS * (table[last_row, START] + coefficients[last_piece, 0])
-    work = np.empty((4, axes))
-    here = np.zeros((3, axes + 1))
-    before = np.zeros((3, axes + 1))
-    jumped = np.zeros(axes + 1)
-    share = 0.0
-    seen = False  # whether `before` holds the motion at the instant before
-    out[:] = 0.0
-    start = first * period
-    piece = 0
-    while piece < last_piece and start >= breaks[piece + 1]:
-        piece += 1
-    row = find_row(
-        table, 0, last_row, START, law_in_piece(coefficients, piece, max(start - breaks[piece], 0.0))[0] + rounding
-    )
-    for i in range(out.shape[0]):
-        low = (first + i) * period
-        if low >= end:
-            break
-        tick_end = min((first + i + 1) * period, end)
-        jumped[:] = 0.0
-        # parts of the tick that lie in one piece of the law and one row of the path: there everything is smooth
-        for _ in range(table.shape[0] + coefficients.shape[0]):
-            high = min(tick_end, breaks[piece + 1])
-            begin = breaks[piece]
-            while (
-                row < last_row and law_in_piece(coefficients, piece, low - begin)[0] >= table[row + 1, START] - rounding
-            ):
-                row += 1
-            cut = (
-                row < last_row and law_in_piece(coefficients, piece, high - begin)[0] > table[row + 1, START] + rounding
-            )
-            if cut:
-                high = _time_at(coefficients, piece, begin, table[row + 1, START], low, high)
-            for k in range(INSTANTS):
-                s, v, a, j = law_in_piece(coefficients, piece, low + (high - low) * (k / (INSTANTS - 1)) - begin)
-                share = max(share, v / feeds[row])
-                t = parameter_in_row(table, row, s, 0.0)
-                if not _motion(table, row, shape, t, v, a, j, work, here):
-                    seen = False
-                    continue
-                for q in range(axes + 1):
-                    for order in range(3):
-                        out[i, order, q] = max(out[i, order, q], abs(here[order, q]))
-                    if k == 0 and seen:
-                        jumped[q] += abs(here[1, q] - before[1, q])
-                seen = True
-                before[:] = here
-            low = high
-            if cut:
-                row += 1
-            if not cut and high >= breaks[piece + 1] and piece < last_piece:
-                piece += 1
-            if not cut and high >= tick_end:
-                break
-        for q in range(axes + 1):
-            out[i, 2, q] += jumped[q] / period
-    return share
-
-
-@kernel
-def look_on(cells: Array, window: int, out: Array) -> None:
-    """The largest of cells (n + window, orders, columns) in `window` of them from each on, out (n, orders, columns)."""
-    # van Herk's way: maxima from the left and from the right inside blocks of one window, two comparisons a cell
-    count = cells.shape[0]
-    left = np.empty(count)
-    right = np.empty(count)
-    for order in range(cells.shape[1]):
-        for q in range(cells.shape[2]):
-            for i in range(count):
-                value = cells[i, order, q]
-                left[i] = value if i % window == 0 else max(left[i - 1], value)
-            for i in range(count - 1, -1, -1):
-                value = cells[i, order, q]
-                right[i] = value if i == count - 1 or (i + 1) % window == 0 else max(right[i + 1], value)
-            for i in range(out.shape[0]):
-                out[i, order, q] = max(right[i], left[i + window - 1])
+#: Halvings that find the highest rate on a stretch: a coarse grid of rates, so that it does not change all the time.
+HALVINGS = 5
 
 
 @kernel
 def _room(rate: float, slope: float, ahead: Array, limit: Array, period: float) -> float:
     """Largest |r''| at rates up to `rate` and slopes up to `slope`; below 0 where not even r'' = 0 holds.
 
-    ahead (3, n): |q'|, |q''|, |q'''|; limit (2, n): acceleration and jerk. Jumps of q''
-    count in |q'''| and grow by r^2: below r = 1 all of it is taken to.
+    ahead (3, n): |q'|, |q''|, |q'''|; limit (3, n): velocity, acceleration, jerk. Jumps of q'' count in |q'''| and
+    grow by r^2: below r = 1 all of it is taken to.
     """
     square = rate * rate
     power = square * max(rate, 1.0)
     most = MOST_STEP / (period * period)
     for k in range(limit.shape[1]):
-        if ahead[1, k] * square + ahead[0, k] * slope > limit[0, k]:
+        if ahead[1, k] * square + ahead[0, k] * slope > limit[1, k]:
             return -1.0
-        left = limit[1, k] - ahead[2, k] * power - 3.0 * ahead[1, k] * rate * slope
+        left = limit[2, k] - ahead[2, k] * power - 3.0 * ahead[1, k] * rate * slope
         if left < 0.0:
             return -1.0
         if left < most * ahead[0, k]:
@@ -215,10 +63,10 @@ def _steepest(rate: float, ahead: Array, limit: Array, period: float) -> float:
     power = square * max(rate, 1.0)
     most = MOST_STEP / period
     for k in range(limit.shape[1]):
-        left = max(limit[0, k] - ahead[1, k] * square, 0.0)
+        left = max(limit[1, k] - ahead[1, k] * square, 0.0)
         if left < most * ahead[0, k]:
             most = left / ahead[0, k]
-        left = FOR_SLOPE * max(limit[1, k] - ahead[2, k] * power, 0.0)
+        left = FOR_SLOPE * max(limit[2, k] - ahead[2, k] * power, 0.0)
         if left < most * 3.0 * ahead[1, k] * rate:
             most = left / (3.0 * ahead[1, k] * rate)
     return most * (1.0 - 1e-9)
@@ -247,114 +95,267 @@ def _towards(gap: float, slope: float, bend: float, steepest: float, period: flo
 
 
 @kernel
-def _certain(
+def _slow_enough(rate: float, ahead: Array, limit: Array) -> bool:
+    """Whether no axis is faster than it may be at that rate; ahead, limit (3, n)."""
+    kept = True
+    for k in range(limit.shape[1]):
+        kept = kept and ahead[0, k] * rate <= limit[0, k]
+    return kept
+
+
+@kernel
+def _can_return(rate: float, base: float, left: float, ahead: Array, limit: Array, period: float) -> bool:
+    """Whether a steady rate above `base` can be left for it within `left` s of plan time, and be reached."""
+    if not _slow_enough(rate, ahead, limit):
+        return False
+    steepest = _steepest(rate, ahead, limit, period)
+    bend = _room(rate, steepest, ahead, limit, period)
+    if not (bend > 0.0 and steepest > 0.0):
+        return False
+    peak = min(math.sqrt((rate - base) * bend), steepest)
+    ticks = 3.0 * peak / (bend * period) + max((rate - base) / peak - peak / bend, 0.0) / period + 6.0
+    return ticks * period * rate <= left
+
+
+@kernel
+def cap_rates(ahead: Array, base: float, highest: float, left: Array, limit: Array, period: float, out: Array) -> None:
+    """Highest steady rates on stretches that begin at each cell, from which there is a way back to `base` in time.
+
+    ahead (levels, cells, 3, n); left (levels,) s of plan time that each level speaks of; out (levels, cells).
+    """
+    for level in range(ahead.shape[0]):
+        for i in range(ahead.shape[1]):
+            cell = ahead[level, i]
+            low = base
+            high = highest
+            if _can_return(high, base, left[level], cell, limit, period):
+                low = high
+            elif _can_return(base + 0.5**HALVINGS * (high - base), base, left[level], cell, limit, period):
+                for _ in range(HALVINGS):
+                    middle = 0.5 * (low + high)
+                    if _can_return(middle, base, left[level], cell, limit, period):
+                        low = middle
+                    else:
+                        high = middle
+            out[level, i] = low
+
+
+@kernel
+def _way_out(
     rate: float,
     slope: float,
     wanted: float,
     highest: float,
+    base: float,
+    steepest: float,
+    left: float,
+    ahead: Array,
+    limit: Array,
+    period: float,
+    out: Array,
+) -> bool:
+    """Whether the step to `wanted`, and behind it a way to a steady rate of at most `base`, keep every limit.
+
+    highest  rate that neither exceeds; left  s of plan time for which `ahead` (3, n) holds. The way goes to
+    out (STATE,).
+    """
+    after = rate + 0.5 * period * (slope + wanted)
+    most = max(abs(slope), abs(wanted))
+    bend = _room(highest, most, ahead, limit, period)
+    if bend < 0.0 or abs(wanted - slope) > bend * period * (1.0 + ROUNDING):
+        return False
+    n = 0.0
+    if wanted != 0.0:
+        if not bend > 0.0:
+            return False
+        n = math.ceil(abs(wanted) / (bend * period) * (1.0 - ROUNDING))
+    end = after + 0.5 * period * wanted * n
+    if max(rate, after, end) > highest + ROUNDING or end < -ROUNDING:
+        return False
+    if highest > base + ROUNDING and not _slow_enough(highest, ahead, limit):
+        return False
+    if end <= base + ROUNDING:
+        if (n + 1.0) * period * highest > left:
+            return False
+        step = abs(wanted) / n if n > 0.0 else 0.0
+        out[DOWN], out[DOWNS] = (step, n) if wanted > 0.0 else (0.0, 0.0)
+        out[UP], out[UPS] = (step, n) if wanted < 0.0 else (0.0, 0.0)
+        out[FLATS] = 0.0
+        return True
+    # the slope falls to -peak, may stay there, and rises to 0: the rate falls from `after` to `base` or just below
+    most = max(most, steepest)
+    bend = _room(highest, most, ahead, limit, period)
+    if not bend > 0.0 or abs(wanted - slope) > bend * period * (1.0 + ROUNDING):
+        return False
+    step = bend * period
+    peak = math.sqrt(0.5 * (wanted * wanted + 2.0 * (after - base) * bend))
+    peak = max(min(peak, most), -wanted)
+    if not peak > 0.0:
+        return False
+    downs = math.ceil((wanted + peak) / step * (1.0 - ROUNDING))
+    ups = math.ceil(peak / step * (1.0 - ROUNDING))
+    end = after + 0.5 * period * (downs * (wanted - peak) - ups * peak)
+    flats = max(math.ceil((end - base) / (period * peak)), 0.0)
+    end -= period * peak * flats
+    top = after + (0.5 * wanted * wanted / ((wanted + peak) / downs) * period if wanted > 0.0 and downs > 0.0 else 0.0)
+    if end < 0.0 or end > base + ROUNDING or top > highest + ROUNDING:
+        return False
+    if (downs + flats + ups + 1.0) * period * highest > left:
+        return False
+    out[DOWN], out[DOWNS] = ((wanted + peak) / downs if downs > 0.0 else 0.0), downs
+    out[FLATS] = flats
+    out[UP], out[UPS] = peak / ups, ups
+    return True
+
+
+@kernel
+def _step(
+    rate: float,
+    slope: float,
+    target: float,
+    base: float,
     top: float,
     left: float,
     ahead: Array,
     limit: Array,
     period: float,
-) -> float:
-    """By how much the slope may fall a tick so that the step to `wanted` and the stop behind it keep every limit.
+    out: Array,
+) -> bool:
+    """The step towards `target` on a stretch, slope into out[SLOPE] and the way out behind it; False if there is none.
 
-    highest  rate that neither exceeds; top  highest rate there is; left  s of plan time for which `ahead` holds.
-    Negative if there is no such stop.
+    top  highest rate there is on it.
     """
-    bend = _room(highest, max(abs(slope), abs(wanted)), ahead, limit, period)
-    if bend < 0.0 or abs(wanted - slope) > bend * period * (1.0 + ROUNDING):
-        return -1.0
-    after = rate + 0.5 * period * (slope + wanted)
-    n = 0.0
-    if wanted != 0.0:
-        if not bend > 0.0:
-            return -1.0
-        n = math.ceil(abs(wanted) / (bend * period) * (1.0 - ROUNDING))
-    end = after + 0.5 * period * wanted * n
-    if max(rate, after, end) > highest + ROUNDING or end < -ROUNDING or max(after, end) > top + ROUNDING:
-        return -1.0
-    if (n + 1.0) * period * highest > left:
-        return -1.0
-    return abs(wanted) / n if n > 0.0 else 0.0
+    gap = target - rate
+    sign = 1.0 if gap >= 0.0 else -1.0
+    highest = rate
+    if sign > 0.0 or slope > 0.0:
+        # how far it would still rise: one more step up, and the stop behind it
+        bend = max(_room(rate, abs(slope), ahead, limit, period), 0.0)
+        next_slope = max(slope, 0.0) + bend * period
+        rise = 0.5 * period * (max(slope, 0.0) + next_slope)
+        if bend > 0.0:
+            rise += 0.5 * period * next_slope * (1.0 + next_slope / (bend * period))
+        highest = min(rate + 1.1 * rise, max(top, rate))
+        if slope <= 0.0 or rate <= target:
+            highest = max(target, rate) if target > base else min(highest, max(target, rate))
+    steepest = _steepest(highest, ahead, limit, period)
+    most = min(max(abs(slope), steepest), MOST_STEP / period)
+    bend = _room(highest, most, ahead, limit, period)
+    if bend <= 0.0:
+        bend = _room(highest, abs(slope), ahead, limit, period)
+    if bend <= 0.0:
+        return False
+    ticks = left / (period * max(highest, 1e-9)) - 2.0
+    steep = min(steepest, bend * period * max(ticks, 0.0))
+    wanted = sign * _towards(sign * gap, sign * slope, bend, steep, period)
+    out[SLOPE] = wanted
+    return _way_out(rate, slope, wanted, highest, base, steepest, left, ahead, limit, period, out)
+
+
+@kernel
+def _along_way_out(slope: float, way: Array) -> float:
+    """The slope one tick further on the way out."""
+    if way[DOWNS] > 0.0:
+        way[DOWNS] -= 1.0
+        slope -= way[DOWN]
+    elif way[FLATS] > 0.0:
+        way[FLATS] -= 1.0
+    elif way[UPS] > 0.0:
+        way[UPS] -= 1.0
+        slope += way[UP]
+    else:
+        return 0.0
+    rests = way[DOWNS] == 0.0 and way[FLATS] == 0.0 and way[UPS] == 0.0
+    return 0.0 if rests else slope
 
 
 @kernel
 def run_rate(
     targets: Array,
     ahead: Array,
+    caps: Array,
     limit: Array,
     first: int,
-    window: int,
+    windows: IntArray,
     period: float,
-    top: float,
+    base: float,
     duration: float,
     state: Array,
     taus: Array,
     rates: Array,
 ) -> int:
-    """Run a law towards the wanted rates `targets` (n,); plan time and rate at the end of each tick, (n,).
+    """Run a law towards the wanted rates `targets` (n,), negative ones backwards; plan time and rate at its ticks.
 
-    ahead (cells, 3, columns)  what the law asks for in `window` ticks from tick first + i on; limit (2, columns);
-    state (STATE,), carried on. Ends before a tick for which `ahead` has nothing, and at the end of the law; returns the
-    ticks that were run.
+    ahead (levels, cells, 3, columns)  what the law asks for in windows[level] ticks from tick first + i on, forwards,
+    or from tick first - i on, backwards; caps (levels, cells)  highest rates there; limit (3, columns); base  the rate
+    that keeps the limits everywhere; state (STATE,), carried on. taus, rates (n,); rates are negative backwards.
+    Ends before a tick for which `ahead` has nothing, at rest before it turns round, and at the end of the law; returns
+    the ticks that were run.
     """
+    levels = ahead.shape[0]
+    way = np.zeros(STATE)
     for i in range(targets.shape[0]):
         tau = state[TAU]
         rate = state[RATE]
         slope = state[SLOPE]
-        cell = int(tau / period) - first
-        if tau >= duration or cell >= ahead.shape[0]:
+        direction = state[DIRECTION]
+        forward = direction > 0.0
+        number = int(tau / period)
+        cell = number - first if forward else first - number
+        if (forward and tau >= duration) or cell < 0 or cell >= ahead.shape[1]:
             return i
-        now = ahead[cell]
-        left = (first + cell + window) * period - tau
-        target = min(max(targets[i], 0.0), top)
-        if rate == 0.0 and slope == 0.0 and state[STILL] == 1.0:
+        target = direction * targets[i]
+        rests = rate == 0.0 and slope == 0.0
+        if rests and state[STILL] == 1.0:
             target = 0.0  # a rest of one tick would be a setpoint said twice, as by mistake: it lasts two
-        gap = target - rate
-        sign = 1.0 if gap >= 0.0 else -1.0
+        if rests and target < 0.0:
+            return i  # it turns round
+        target = max(target, 0.0)
+        if not forward and tau <= 0.0:
+            target = 0.0  # back at the start
+        goal = target
         wanted = 0.0
-        fall = -1.0
-        if gap != 0.0 or slope != 0.0:
-            highest = rate
-            if sign > 0.0 or slope > 0.0:
-                # how far it would still rise: one more step up, and the stop behind it
-                bend = max(_room(rate, abs(slope), now, limit, period), 0.0)
-                next_slope = max(slope, 0.0) + bend * period
-                rise = 0.5 * period * (max(slope, 0.0) + next_slope)
-                if bend > 0.0:
-                    rise += 0.5 * period * next_slope * (1.0 + next_slope / (bend * period))
-                highest = min(rate + 1.1 * rise, top)
-                if slope <= 0.0 or rate <= target:
-                    highest = min(highest, max(target, rate))
-            steepest = _steepest(highest, now, limit, period)
-            bend = _room(highest, min(max(abs(slope), steepest), MOST_STEP / period), now, limit, period)
-            if bend <= 0.0:
-                bend = _room(highest, abs(slope), now, limit, period)
-            if bend > 0.0:
-                most = left / (period * max(highest, 1e-9)) - 2.0
-                steepest = min(steepest, bend * period * max(most, 0.0))
-                wanted = sign * _towards(sign * gap, sign * slope, bend, steepest, period)
-                fall = _certain(rate, slope, wanted, highest, top, left, now, limit, period)
-        else:
-            fall = 0.0
-        if fall < 0.0:
-            # the stop that was certain before still is: another step of it
-            fall = state[FALL]
-            wanted = max(slope - fall, 0.0) if slope > 0.0 else min(slope + fall, 0.0)
-            if abs(wanted) <= 1e-9 * fall:
-                wanted = 0.0
+        certain = True
+        if target != rate or slope != 0.0 or rate > base:
+            # the stretch on which it may run fastest, the shorter one of two that are alike
+            best = 0
+            for level in range(1, levels):
+                if min(caps[level, cell], target) > min(caps[best, cell], target):
+                    best = level
+            certain = False
+            for k in range(levels + 1):
+                level = best if k == 0 else k - 1
+                if k > 0 and level == best:
+                    continue
+                top = caps[level, cell]
+                end = (
+                    (number + windows[level]) * period - tau
+                    if forward
+                    else tau - (number + 1 - windows[level]) * period
+                )
+                goal = min(target, top)
+                certain = _step(rate, slope, goal, base, top, end, ahead[level, cell], limit, period, way)
+                if certain or (rate <= base and target <= base):
+                    break
+            if certain:
+                wanted = way[SLOPE]
+                state[DOWN:] = way[DOWN:]
+        if not certain:
+            # the way out that was certain before still is: another step of it
+            wanted = _along_way_out(slope, state)
         after = rate + 0.5 * period * (slope + wanted)
-        if wanted == 0.0 and abs(after - target) <= AT_TARGET:
-            after = target
-        after = min(max(after, 0.0), top)
-        tau += period * (rate + period * (slope / 3.0 + wanted / 6.0))
+        if wanted == 0.0 and abs(after - goal) <= AT_TARGET:
+            after = goal
+        after = max(after, 0.0)
+        tau += direction * period * (rate + period * (slope / 3.0 + wanted / 6.0))
         state[STILL] = state[STILL] + 1.0 if tau == state[TAU] else 0.0
+        if not forward and tau <= 0.0:
+            # at the start the law rests: so does what is sent, at any rate
+            tau = after = wanted = 0.0
+            state[DOWN:] = 0.0
         state[TAU] = min(tau, duration)
         state[RATE] = after
         state[SLOPE] = wanted
-        state[FALL] = fall
         taus[i] = state[TAU]
-        rates[i] = after
+        rates[i] = direction * after
     return targets.shape[0]
