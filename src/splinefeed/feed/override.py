@@ -261,5 +261,5 @@ class Override:
             look_on(cells[: count + window], window, out)
         self._caps = np.full(self._ahead.shape[:2], self.top)
         if self._most > self.top:
-            left = self.period * (self._windows - 1.0)
+            left = self.period * (self._windows.astype(np.float64) - 1.0)
             kernels.cap_rates(self._ahead, self.top, self._most, left, self._limit, self.period, self._caps)
