@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from splinefeed.geometry.fitting import fit as fit
     from splinefeed.geometry.path import Marker as Marker
     from splinefeed.geometry.path import Path as Path
+    from splinefeed.geometry.smoothing_stream import Smoother as Smoother
+    from splinefeed.geometry.smoothing_stream import smooth_stream as smooth_stream
     from splinefeed.geometry.tangential import tangential as tangential
     from splinefeed.interpolation.interpolator import Interpolator as Interpolator
     from splinefeed.interpolation.interpolator import interpolate as interpolate
@@ -51,6 +53,7 @@ _PUBLIC = {
     "NurbsCurve": "geometry.curve",
     "Path": "geometry.path",
     "Setpoints": "records",
+    "Smoother": "geometry.smoothing_stream",
     "SplinefeedError": "errors",
     "Response": "records",
     "Table": "machine.table",
@@ -70,6 +73,7 @@ _PUBLIC = {
     "run": "pipeline.run",
     "save": "formats.setpoints",
     "shapes": "geometry",
+    "smooth_stream": "geometry.smoothing_stream",
     "sweep": "sweeps.sweeping",
     "tangential": "geometry.tangential",
     "tune": "pipeline.tuning",

@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.geometry.nearest import Nearest
-from splinefeed.geometry.smoothing import _at_knot
+from splinefeed.geometry.smoothing_assembly import at_knot
 from splinefeed.geometry.smoothing_joints import transitions
 from splinefeed.geometry.smoothing_proof import deviation
 
@@ -201,8 +201,8 @@ def test_a_curve_is_cut_at_its_knot_and_not_a_rounding_beside_it():
     beside = float(np.nextafter(0.5, 1.0))
     with pytest.raises(sf.SplinefeedError, match="differ by"):
         curve.split(beside)
-    assert [part.domain for part in curve.split(_at_knot(curve, beside))] == [(0.0, 0.5), (0.5, 1.0)]
-    assert _at_knot(curve, 0.25) == 0.25
+    assert [part.domain for part in curve.split(at_knot(curve, beside))] == [(0.0, 0.5), (0.5, 1.0)]
+    assert at_knot(curve, 0.25) == 0.25
 
 
 def test_a_reversal_stays_a_stop_and_no_loop():

@@ -65,6 +65,60 @@ class Flat:
             np.empty(0),
         )
 
+    @classmethod
+    def joined(cls, flats: Sequence[Flat]) -> Flat:
+        """The curves of all of them, one behind the other."""
+        if len(flats) == 1:
+            return flats[0]
+        counts = np.concatenate([np.diff(flat.point_starts) for flat in flats])
+        knots = np.concatenate([np.diff(flat.knot_starts) for flat in flats])
+        rational = np.concatenate([flat.rational for flat in flats])
+        weights = np.empty(0)
+        if rational.any():
+            weights = np.concatenate([f.weights if len(f.weights) else np.ones(len(f.points)) for f in flats])
+        return cls(
+            np.concatenate([flat.degrees for flat in flats]),
+            rational,
+            _starts(knots),
+            np.concatenate([flat.knots for flat in flats]),
+            _starts(counts),
+            np.concatenate([flat.points for flat in flats]),
+            weights,
+        )
+
+    def part(self, low: int, high: int) -> Flat:
+        """The curves from `low` to the one before `high`; the same memory."""
+        a, b = int(self.point_starts[low]), int(self.point_starts[high])
+        c, d = int(self.knot_starts[low]), int(self.knot_starts[high])
+        rational = self.rational[low:high]
+        return Flat(
+            self.degrees[low:high],
+            rational,
+            self.knot_starts[low : high + 1] - c,
+            self.knots[c:d],
+            self.point_starts[low : high + 1] - a,
+            self.points[a:b],
+            self.weights[a:b] if len(self.weights) and rational.any() else np.empty(0),
+        )
+
+    def chosen(self, index: IntArray) -> Flat:
+        """The curves of these numbers (n,), in their order."""
+        points, point_starts = _gathered(self.point_starts, index)
+        knots, knot_starts = _gathered(self.knot_starts, index)
+        rational = self.rational[index]
+        weights = self.weights[points] if len(self.weights) and rational.any() else np.empty(0)
+        return Flat(
+            self.degrees[index], rational, knot_starts, self.knots[knots], point_starts, self.points[points], weights
+        )
+
+    def curve(self, i: int) -> NurbsCurve:
+        """One of the curves, of copies of its arrays."""
+        a, b = int(self.point_starts[i]), int(self.point_starts[i + 1])
+        degree, knots = int(self.degrees[i]), self.knots[self.knot_starts[i] : self.knot_starts[i + 1]]
+        weights = _frozen(self.weights[a:b]) if self.rational[i] else None
+        clamped = bool(knots[1] == knots[degree] and knots[-2] == knots[-degree - 1])
+        return NurbsCurve.trusted(degree, _frozen(knots), _frozen(self.points[a:b]), weights, clamped=clamped)
+
     def __len__(self) -> int:
         return len(self.degrees)
 
@@ -127,6 +181,55 @@ class Flat:
         out = np.zeros(len(self), dtype=bool)
         out[owner[fits[turns]]] = True
         return out
+
+
+def _starts(counts: IntArray) -> IntArray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+
+def _gathered(starts: IntArray, index: IntArray) -> tuple[IntArray, IntArray]:
+    """Places of all that belongs to the curves `index` in arrays cut at `starts`, and where each of them starts."""
+    counts = np.diff(starts)[index]
+    out = _starts(counts)
+    return np.arange(out[-1]) + np.repeat(starts[index] - out[:-1], counts), out
+
+
+def _frozen(values: Array) -> Array:
+    copy = values.copy()
+    copy.setflags(write=False)
+    return copy
+
+
+class Packed(Sequence[NurbsCurve]):
+    """Curves that are made when they are asked for, from the arrays of all of them; these must be right."""
+
+    __slots__ = ("flat",)
+
+    def __init__(self, flat: Flat) -> None:
+        self.flat = flat
+
+    def __len__(self) -> int:
+        return len(self.flat)
+
+    @overload
+    def __getitem__(self, index: int) -> NurbsCurve: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[NurbsCurve]: ...
+
+    def __getitem__(self, index: int | slice) -> NurbsCurve | Sequence[NurbsCurve]:
+        if isinstance(index, slice):
+            return tuple(self[i] for i in range(*index.indices(len(self))))
+        return self.flat.curve(range(len(self))[index])
+
+    def __iter__(self) -> Iterator[NurbsCurve]:
+        return (self[i] for i in range(len(self)))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Packed, (self.flat,)
+
+    def __repr__(self) -> str:
+        return f"Packed({len(self)} curves)"
 
 
 class Lines(Sequence[NurbsCurve]):

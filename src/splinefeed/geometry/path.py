@@ -17,7 +17,7 @@ from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
-from splinefeed.geometry.curves import Flat, Lines, lines_with_length
+from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.tables import arc_rows, read_only, span_rows
 from splinefeed.kernels import arc_length as arc_kernels
@@ -26,6 +26,8 @@ from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_a
 
 #: Up to so many curves are faster looked at one by one than as arrays.
 _FEW = 8
+#: Curves that are made when they are looked at: they are right, and there as arrays.
+_STORED = (Lines, Packed)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
 JOIN_TOLERANCE = 1e-6
@@ -56,7 +58,7 @@ class Marker:
 class Path:
     """Curves joined end to end.
 
-    curves      one or more NurbsCurve of the same number of axes, each beginning where the last one ends, or Lines
+    curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Lines or Packed
     axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
     name        what files and figures call it; findings  what a reader had to say of it, one sentence each
     tolerance   the gap that is still no gap, mm (rotary axes rad)
@@ -84,7 +86,7 @@ class Path:
         markers: Iterable[Marker] = (),
     ) -> None:
         try:
-            self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, Lines) else tuple(curves)
+            self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, _STORED) else tuple(curves)
         except TypeError:
             raise CurveError(f"curves are a {type(curves).__name__}; a list of NurbsCurve is needed") from None
         self.name = name
@@ -94,7 +96,7 @@ class Path:
             raise InputError(f"tolerance is {self.tolerance:g} mm; it must be 0 or more")
         if not self.curves:
             raise CurveError("a path needs at least one curve")
-        for i, curve in enumerate(() if isinstance(curves, Lines) else self.curves):
+        for i, curve in enumerate(() if isinstance(curves, _STORED) else self.curves):
             if not isinstance(curve, NurbsCurve):
                 raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; a NurbsCurve is needed")
             if curve.axes != self.curves[0].axes:
@@ -194,7 +196,7 @@ class Path:
     @cached_property
     def flat(self) -> Flat:
         """All curves as arrays."""
-        return self.curves.flat if isinstance(self.curves, Lines) else Flat.of(self.curves)
+        return self.curves.flat if isinstance(self.curves, _STORED) else Flat.of(self.curves)
 
     def _check_still(self) -> None:
         """Refuse a curve whose linear axes move by rounding only while rotary ones turn: s would be rounding."""
@@ -214,7 +216,7 @@ class Path:
     @cached_property
     def _ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes)."""
-        few = not isinstance(self.curves, Lines) and len(self.curves) <= _FEW
+        few = not isinstance(self.curves, _STORED) and len(self.curves) <= _FEW
         ends = np.array([curve.ends for curve in self.curves]) if few else self.flat.ends(self.curves)
         ends.setflags(write=False)
         return ends

@@ -17,6 +17,10 @@ from splinefeed.records import Array, BoolArray, IntArray
 TANGENT, BEND, RATE = 3.0 / 16.0, 0.010737, 0.049511
 #: A transition is no longer than this many tolerances on each side: beyond, a long line stays what it was.
 REACH = 500.0
+#: A jump of curvature below CURVATURE_JUMP over this, mm, is rounding: no path is larger.
+LARGE = 1e4
+#: A transition shorter than this, relative to the coordinates and the curves there, is none.
+LEAST = 1e-9
 #: Directions that turn by more than this, rad, are a reversal: no transition, the tool rests there.
 REVERSAL = np.radians(175.0)
 #: What is left of a curve between two transitions is left out below this share of the curve.
@@ -69,8 +73,8 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
     bend = _norms(jumps[:, 2], linear)
     opposite = np.linalg.norm((right[:, 1] + left[:, 1])[:, :linear], axis=1)
     angle = 2.0 * np.arctan2(tangent[:, 0], opposite)
-    size = path.size if path.size > 0.0 else 1.0
-    rough = (tangent.max(axis=1) > 0.5 * CORNER_ANGLE) | (bend.max(axis=1) > 0.5 * CURVATURE_JUMP / size)
+    bent = 1.0 / LARGE + np.linalg.norm(left[:, 2], axis=1) + np.linalg.norm(right[:, 2], axis=1)
+    rough = (tangent.max(axis=1) > 0.5 * CORNER_ANGLE) | (bend.max(axis=1) > 0.5 * CURVATURE_JUMP * bent)
     wanted = free & rough & (angle < REVERSAL) & np.isfinite(tangent).all(axis=1) & np.isfinite(bend).all(axis=1)
     reach = np.where(wanted, np.minimum(0.5 * np.minimum(lengths[:-1], lengths[1:]), REACH * tolerance), 0.0)
     straight = path.flat.degrees == 1
@@ -80,7 +84,8 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
         rate[curved] = BETWEEN * _rates(path, joint[curved], reach[curved])
     allowed = np.column_stack([tolerance, angular])
     reach = np.minimum(reach, _longest(tangent, bend, rate, allowed, reach))
-    reach[reach <= 1e-9 * size] = 0.0
+    # what is said of one place does not depend on how large the whole path is, which a stream does not know
+    reach[reach <= LEAST * (np.abs(left[:, 0, :linear]).max(axis=1) + lengths[:-1] + lengths[1:])] = 0.0
     return _made(path, reach, curved & (reach > 0.0), allowed)
 
 

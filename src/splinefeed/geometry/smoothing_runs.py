@@ -1,15 +1,14 @@
-"""Runs of short lines: found among the curves of a path, freed of points that are noise, and fitted by splines."""
+"""Runs of short lines: freed of points that are noise, found among the curves that come, and fitted by splines."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.curves import LINE_KNOTS
-from splinefeed.geometry.path import Path
+from splinefeed.geometry.curves import Flat, Packed
+from splinefeed.geometry.smoothing_batch import Batch
 from splinefeed.kernels import smoothing as kernels
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -29,86 +28,163 @@ ARM, ARM_LINES = 5.0, 8
 SAMPLES, MOST_SAMPLES = 3, 48
 
 
-@dataclass(frozen=True, eq=False)
-class Pieces:
-    """Curves of a path, some of them in place of several.
+@dataclass
+class Thinning:
+    """Points within a tenth of the tolerance of the last one go, lines between those that stay take their place."""
 
-    curves  what stands for the curves first[i] ... first[i + 1] - 1 of the path; first (pieces + 1,)
-    spent   (pieces,) share of the tolerance that is used up
-    corner  (pieces - 1,) joints that turn by more than the corner angle
-    fits    how many are splines over runs
+    linear: int
+    angular: float
+    _tail: Batch | None = None  # from the last point but one that is sure to stay: few lines, however many came
+
+    def push(self, batch: Batch, last: bool) -> Batch | None:
+        """Take more curves; those that are final, all with `last`."""
+        if self._tail is not None:
+            batch = Batch.joined([self._tail, batch])
+        ends = _ends(batch.flat)
+        vertices = np.vstack([ends[:1, 0], ends[:, 1]])
+        count = len(batch)
+        held = np.ones(count + 1, dtype=bool)
+        held[1:-1] = ~(batch.free[1:] & ~batch.apart[1:] & batch.line[:-1] & batch.line[1:])
+        held[-1] = last or not batch.line[-1]
+        allowed = batch.allowed
+        near = THIN * np.minimum(np.append(allowed[:1], allowed), np.append(allowed, allowed[-1:]))
+        kept = np.empty(count + 1, dtype=bool)
+        kernels.thin(vertices, held, self.linear, near, THIN * self.angular, kept)
+        at = np.flatnonzero(kept)
+        if last:
+            self._tail = None
+            return _between(batch, vertices, at)
+        sure = int(at[-2]) if len(at) > 1 else 0
+        # what is not sure yet: a line to the last point that stays, one to the first point elsewhere, one to the end
+        end = int(at[-1])
+        aside = np.flatnonzero(np.any(vertices[end + 1 :, : self.linear] != vertices[end, : self.linear], axis=1))
+        marks = {sure, end, *(end + 1 + aside[:1]).tolist(), count}
+        self._tail = _between(batch.part(sure, count), vertices[sure:], np.array(sorted(marks)) - sure)
+        return _between(batch.part(0, sure), vertices[: sure + 1], at[at <= sure]) if sure else None
+
+
+@dataclass
+class Runs:
+    """Runs of short lines that turn gently become splines of degree 5, everything else stays as it is.
+
+    linear, angular, corner_angle  as for `smoothed`; fits  splines so far
     """
 
-    curves: Sequence[NurbsCurve]
-    first: IntArray
-    spent: Array
-    corner: BoolArray
-    fits: int
+    linear: int
+    angular: float
+    corner_angle: float
+    fits: int = 0
+    _waiting: Batch | None = None
+    _past: int = 0  # how many of those that wait are out already: corners are seen between arms
 
+    @property
+    def waiting(self) -> int:
+        """Curves that are held."""
+        return 0 if self._waiting is None else len(self._waiting)
 
-def pieces(
-    path: Path, tolerance: Array, angular: float, free: BoolArray, loose: BoolArray, corner_angle: float
-) -> Pieces:
-    """Runs of short lines as splines of degree 5, everything else as it is.
+    def push(self, batch: Batch | None, last: bool) -> Batch | None:
+        """Take more curves; those that are final, all with `last`."""
+        given = [each for each in (self._waiting, batch) if each is not None]
+        if not given:
+            return None
+        batch = Batch.joined(given)
+        past, count = self._past, len(batch)
+        known = count if last else count - ARM_LINES
+        if known <= past:
+            self._waiting = batch
+            return None
+        ends = _ends(batch.flat)
+        steps = ends[:, 1] - ends[:, 0]
+        lengths = np.linalg.norm(steps[:, : self.linear], axis=1)
+        line, allowed = batch.line, batch.allowed
+        angle = _angles(steps[:-1, : self.linear], steps[1:, : self.linear])
+        angle[~(line[:-1] & line[1:])] = 0.0
+        vertices = np.vstack([ends[:1, 0], ends[:, 1]])
+        corner = _corners(vertices[:, : self.linear], line, angle, allowed, self.corner_angle)
+        rise = angle * np.minimum(lengths[:-1], lengths[1:]) / 8.0
+        gentle = batch.free[1:] & ~batch.apart[1:] & ~corner & (rise < RISE * np.minimum(allowed[:-1], allowed[1:]))
+        batch = replace(batch, corner=np.append(batch.corner[:1], corner))
+        short = line & (lengths > 0.0) & (lengths < LONG * allowed)
+        end, runs = known, []
+        top = count if last else known + 1
+        for low, high in _stretches(short[past:top], gentle[past : top - 1]):
+            a, b = past + low, past + high
+            if b > known:  # it may go on
+                b = a + (known - a) // MOST * MOST
+                end = b
+            runs += _runs(lengths, a, b)
+        keep = max(end - ARM_LINES, 0)
+        self._waiting, self._past = (None, 0) if last else (batch.part(keep, count), end - keep)
+        return self._fitted(batch.part(past, end), vertices[past : end + 1], lengths[past:end], runs, past)
 
-    tolerance (curves,) mm; angular rad; free (curves - 1,) joints that a run may cross; loose (curves,) curves that may
-    be changed at all; corner_angle rad
-    """
-    flat, linear = path.flat, path.linear
-    lines = (flat.degrees == 1) & (np.diff(flat.point_starts) == 2) & loose
-    ends = path.ends
-    vertices = np.vstack([ends[:1, 0], ends[:, 1]])
-    held = np.ones(len(vertices), dtype=bool)
-    held[1:-1] = ~(free & lines[:-1] & lines[1:])
-    kept = _kept(vertices, held, tolerance, linear)
-    at = np.flatnonzero(kept)
-    vertices, first = vertices[at], at
-    allowed = np.minimum.reduceat(tolerance, at[:-1])
-    lines = lines[at[:-1]]
-    crossed = (~held[at])[1:-1]
-    merged = np.diff(first) > 1
-    steps = np.diff(vertices, axis=0)
-    lengths = np.linalg.norm(steps[:, :linear], axis=1)
-    angle = _angles(steps[:-1, :linear], steps[1:, :linear])
-    angle[~(lines[:-1] & lines[1:])] = 0.0
-    corner = _corners(vertices[:, :linear], lines, angle, allowed, corner_angle)
-    smooth = crossed & ~corner
-    rise = angle * np.minimum(lengths[:-1], lengths[1:]) / 8.0
-    gentle = smooth & (rise < RISE * np.minimum(allowed[:-1], allowed[1:]))
-    runs = _runs(lines & (lengths > 0.0) & (lengths < LONG * allowed), gentle, lengths)
-    curves: list[NurbsCurve] = []
-    starts: list[int] = []
-    spent: list[float] = []
-    fits = 0
+    def _fitted(
+        self, batch: Batch, vertices: Array, lengths: Array, runs: list[tuple[int, int]], offset: int
+    ) -> Batch | None:
+        """The curves, splines in place of the runs."""
+        if not len(batch):
+            return None
+        starts = np.ones(len(batch), dtype=bool)
+        curves: list[NurbsCurve] = []
+        places: list[int] = []
+        for low, high in runs:
+            for a, b, curve in self._splines(vertices, lengths, batch.allowed, low - offset, high - offset):
+                if curve is not None:
+                    starts[a + 1 : b] = False
+                    places.append(a)
+                    curves.append(curve)
+        self.fits += len(curves)
+        if not curves:
+            return batch
+        at = np.flatnonzero(starts)
+        spent = batch.spent[at]
+        index = at.copy()
+        new = np.searchsorted(at, places)
+        spent[new] = FIT + THIN
+        index[new] = len(batch) + np.arange(len(curves))
+        flat = Flat.joined([batch.flat, Flat.of(curves)]).chosen(index)
+        line = batch.line.copy()
+        line[places] = False
+        return replace(batch, line=line).standing(flat, at, spent)
 
-    def plain(low: int, high: int) -> None:
-        for i in range(low, high):
-            starts.append(i)
-            spent.append(THIN if merged[i] else 0.0)
-            if lines[i]:
-                curves.append(NurbsCurve.trusted(1, LINE_KNOTS, both[i]))
-            else:
-                curves.append(path.curves[int(first[i])])
+    def _splines(
+        self, vertices: Array, lengths: Array, allowed: Array, low: int, high: int
+    ) -> list[tuple[int, int, NurbsCurve | None]]:
+        """The run low ... high - 1 as splines and, where none is near enough, None, in order."""
+        waiting = [(low, high)]
+        found: list[tuple[int, int, NurbsCurve | None]] = []
+        while waiting:
+            a, b = waiting.pop()
+            curve, worst = self._spline(vertices[a : b + 1], lengths[a:b], float(allowed[a:b].min()))
+            if curve is not None or b - a < 2 * LEAST:
+                found.append((a, b, curve))
+                continue
+            cut = min(max(a + worst, a + LEAST), b - LEAST)
+            waiting += [(cut, b), (a, cut)]
+        return found
 
-    if not runs and kept.all():
-        return Pieces(path.curves, np.arange(len(lines) + 1), np.zeros(len(lines)), corner, 0)
-    both = np.stack([vertices[:-1], vertices[1:]], axis=1)
-    both.setflags(write=False)
-    last = 0
-    for low, high in runs:
-        plain(last, low)
-        last = high
-        for a, b, curve in _fitted(vertices, lengths, allowed, low, high, linear, angular):
-            if curve is None:
-                plain(a, b)
-            else:
-                starts.append(a)
-                spent.append(FIT + THIN)
-                curves.append(curve)
-                fits += 1
-    plain(last, len(lines))
-    index = np.array(starts, dtype=np.int64)
-    return Pieces(curves, np.append(first[index], first[-1]), np.array(spent), corner[index[1:] - 1], fits)
+    def _spline(self, vertices: Array, lengths: Array, allowed: float) -> tuple[NurbsCurve | None, int]:
+        """The spline near lines between vertices (n + 1, axes), or None and the line at which it is furthest off."""
+        linear = self.linear
+        counts = np.clip(np.ceil(SAMPLES * lengths / lengths.mean()), SAMPLES, MOST_SAMPLES).astype(np.int64)
+        owner = np.repeat(np.arange(len(lengths)), counts)
+        share = (np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[owner]
+        start = np.concatenate([[0.0], np.cumsum(lengths)])
+        points = np.vstack([vertices[owner] + share[:, None] * np.diff(vertices, axis=0)[owner], vertices[-1:]])
+        s = np.append(start[owner] + share * lengths[owner], start[-1])
+        weights = np.append(lengths[owner] / counts[owner], 0.0)
+        middle = points[0].copy()
+        spans, knots, coefficients, worst = kernels.fit_run(
+            s, points - middle, weights, linear, FIT * allowed, FIT * self.angular
+        )
+        line = int(owner[min(worst, len(owner) - 1)])
+        if not spans:
+            return None, line
+        slopes = np.diff(coefficients[:, :linear], axis=0)
+        if np.any(np.sum(slopes[1:] * slopes[:-1], axis=1) <= 0.0):
+            return None, line  # it may turn back, which the lines do not
+        coefficients += middle
+        coefficients[0], coefficients[-1] = vertices[0], vertices[-1]
+        return NurbsCurve.trusted(kernels.DEGREE, frozen(knots), frozen(coefficients)), line
 
 
 def frozen(values: Array) -> Array:
@@ -118,16 +194,21 @@ def frozen(values: Array) -> Array:
     return out
 
 
-def _kept(vertices: Array, held: BoolArray, tolerance: Array, linear: int) -> BoolArray:
-    """Vertices (n + 1,) that stay when those within THIN tolerances of the last one go; no line loses its length."""
-    near = THIN * np.minimum(np.append(tolerance[:1], tolerance), np.append(tolerance, tolerance[-1:]))
-    kept = np.ones(len(vertices), dtype=bool)
-    kernels.thin(vertices, held, linear, near, kept)
-    if not kept.all():
-        at = np.flatnonzero(kept)
-        for i in np.flatnonzero(np.all(vertices[at[1:], :linear] == vertices[at[:-1], :linear], axis=1)).tolist():
-            kept[at[i] : at[i + 1]] = True
-    return kept
+def _ends(flat: Flat) -> Array:
+    """First and last point of each curve, (n, 2, axes)."""
+    return flat.ends(Packed(flat))
+
+
+def _between(batch: Batch, vertices: Array, at: IntArray) -> Batch:
+    """The curves of a batch, lines between the vertices `at`, which begin with the first and end with the last."""
+    first, length = at[:-1], np.diff(at)
+    flat = batch.flat if len(first) == len(batch) else batch.flat.chosen(first)
+    lines = np.flatnonzero(batch.line[first])
+    points = flat.points.copy()
+    place = flat.point_starts[lines]
+    points[place], points[place + 1] = vertices[first[lines]], vertices[at[lines + 1]]
+    spent = np.maximum(np.maximum.reduceat(batch.spent, first), np.where(length > 1, THIN, 0.0))
+    return batch.standing(replace(flat, points=points), first, spent)
 
 
 def _angles(before: Array, behind: Array) -> Array:
@@ -161,14 +242,13 @@ def _corners(vertices: Array, lines: BoolArray, angle: Array, allowed: Array, co
     return corner
 
 
-def _runs(short: BoolArray, gentle: BoolArray, lengths: Array) -> list[tuple[int, int]]:
-    """First line and line behind the last of every run of at least LEAST and at most MOST lines."""
+def _runs(lengths: Array, low: int, high: int) -> list[tuple[int, int]]:
+    """First line and line behind the last of every run of at least LEAST and at most MOST lines of a stretch."""
     runs = []
-    for low, high in _stretches(short, gentle):
-        for a in range(low, high, MOST):
-            own = lengths[a : min(a + MOST, high)]
-            even = own <= LONGER * np.median(own)
-            runs += [(a + i, a + k) for i, k in _stretches(even, np.ones(len(own) - 1, dtype=bool)) if k - i >= LEAST]
+    for a in range(low, high, MOST):
+        own = lengths[a : min(a + MOST, high)]
+        even = own <= LONGER * np.median(own)
+        runs += [(a + i, a + k) for i, k in _stretches(even, np.ones(len(own) - 1, dtype=bool)) if k - i >= LEAST]
     return runs
 
 
@@ -178,46 +258,3 @@ def _stretches(chosen: BoolArray, joined: BoolArray) -> list[tuple[int, int]]:
     together[1:-1] = chosen[:-1] & chosen[1:] & joined
     change = np.diff(together)
     return list(zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) + 1).tolist(), strict=True))
-
-
-def _fitted(
-    vertices: Array, lengths: Array, allowed: Array, low: int, high: int, linear: int, angular: float
-) -> list[tuple[int, int, NurbsCurve | None]]:
-    """The run low ... high - 1 as splines and, where none is near enough, None, in order."""
-    waiting = [(low, high)]
-    found: list[tuple[int, int, NurbsCurve | None]] = []
-    while waiting:
-        a, b = waiting.pop()
-        curve, worst = _spline(vertices[a : b + 1], lengths[a:b], float(allowed[a:b].min()), linear, angular)
-        if curve is not None or b - a < 2 * LEAST:
-            found.append((a, b, curve))
-            continue
-        cut = min(max(a + worst, a + LEAST), b - LEAST)
-        waiting += [(cut, b), (a, cut)]
-    return found
-
-
-def _spline(
-    vertices: Array, lengths: Array, allowed: float, linear: int, angular: float
-) -> tuple[NurbsCurve | None, int]:
-    """The spline near lines between vertices (n + 1, axes), or None and the line at which it is furthest off."""
-    counts = np.clip(np.ceil(SAMPLES * lengths / lengths.mean()), SAMPLES, MOST_SAMPLES).astype(np.int64)
-    owner = np.repeat(np.arange(len(lengths)), counts)
-    share = (np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[owner]
-    start = np.concatenate([[0.0], np.cumsum(lengths)])
-    points = np.vstack([vertices[owner] + share[:, None] * np.diff(vertices, axis=0)[owner], vertices[-1:]])
-    s = np.append(start[owner] + share * lengths[owner], start[-1])
-    weights = np.append(lengths[owner] / counts[owner], 0.0)
-    middle = points[0].copy()
-    spans, knots, coefficients, worst = kernels.fit_run(
-        s, points - middle, weights, linear, FIT * allowed, FIT * angular
-    )
-    line = int(owner[min(worst, len(owner) - 1)])
-    if not spans:
-        return None, line
-    slopes = np.diff(coefficients[:, :linear], axis=0)
-    if np.any(np.sum(slopes[1:] * slopes[:-1], axis=1) <= 0.0):
-        return None, line  # it may turn back, which the lines do not
-    coefficients += middle
-    coefficients[0], coefficients[-1] = vertices[0], vertices[-1]
-    return NurbsCurve.trusted(kernels.DEGREE, frozen(knots), frozen(coefficients)), line
