@@ -21,6 +21,7 @@ NAMES = (
     "servo",
     "methods",
     "plan",
+    "planners",
     "smooth",
     "paths",
     "cad",
@@ -44,6 +45,10 @@ PACKAGES = (
     "rhino3dm",
     "ezdxf",
     "svgelements",
+    "casadi",
+    "copp-py",
+    "ruckig",
+    "toppra",
 )
 
 

@@ -10,7 +10,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks import __main__ as command
-from benchmarks import arc, cases, child, online, paths, points, servo, stream, tables, ticks, timing
+from benchmarks import (
+    arc,
+    cases,
+    child,
+    online,
+    paths,
+    peer_copp,
+    plan,
+    points,
+    sampled,
+    servo,
+    stream,
+    tables,
+    ticks,
+    timing,
+)
 
 import splinefeed as sf
 
@@ -256,3 +271,32 @@ def test_an_unknown_benchmark_is_refused(monkeypatch, capsys):
 def test_every_name_of_the_command_is_a_file():
     files = {file.stem for file in Path(command.__file__).parent.glob("*.py")}
     assert set(command.NAMES) <= files
+
+
+def test_a_peers_plan_is_judged_by_its_setpoints_and_slowed_until_they_hold():
+    """Constant acceleration along a line, twice too fast: a third difference sees its jumps of acceleration."""
+    line = sf.Path([sf.NurbsCurve.bezier(np.array([[0.0, 0.0], [10.0, 0.0]]))])
+    nodes = sampled.grid(line, 11)
+    assert nodes == pytest.approx(np.linspace(0.0, 10.0, 11))
+
+    def at(t):
+        return np.where(t < 1.0, 5.0 * t**2, 10.0 - 5.0 * (2.0 - t) ** 2)
+
+    profile = sampled.Profile(2.0, at, 0.0)
+    shares = sampled.shares_at_setpoints(line, profile, (5.0, 10.0, 1000.0), 1e-3)
+    assert shares == pytest.approx((2.0, 1.0, 10.0), rel=1e-3)
+    held = sampled.stretched(line, (5.0, 10.0, 1e6), profile, 1e-3)
+    assert held.duration == pytest.approx(4.0, rel=1e-3)
+    assert max(sampled.shares_at_setpoints(line, held, (5.0, 10.0, 1e6), 1e-3)) <= 1.0 + 2.0 * sampled.HAIR
+
+
+def test_copp_and_ours_agree_on_the_least_time_of_a_smooth_curve():
+    """TOPP3 of copp-py, an independent planner: within its grid's error of ours, both holding the limits."""
+    pytest.importorskip("copp_py", reason="copp-py is of the extra bench")
+    limits = (60.0, 500.0, 20000.0)
+    path = plan.airfoil12()
+    theirs = sampled.stretched(path, limits, peer_copp.plan(path, limits, (400,)), 1e-3)
+    feed, acceleration, jerk = limits
+    asked = sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+    ours = sf.plan(path, asked, "time-optimal", 1e-3)
+    assert ours.duration < theirs.duration < 1.05 * ours.duration
