@@ -82,7 +82,7 @@ FORMATS = (
     Format("STEP", "step", (".step", ".stp", ".p21"), MAX_CAD_BYTES),
     Format("IGES", "iges", (".iges", ".igs"), MAX_CAD_BYTES),
     Format("3DM", "threedm", (".3dm",), MAX_CAD_BYTES),
-    Format("SVG drawing", "svg", (".svg",), MAX_DRAWING_BYTES),
+    Format("SVG drawing", "svg", (".svg", ".svgz"), MAX_DRAWING_BYTES),
     Format("airfoil", "airfoil", (".dat", ".txt")),
     Format("G-code", "gcode", (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".h", ".gc", ".g"), 2 * 2**30),
 )

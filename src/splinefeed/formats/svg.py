@@ -10,18 +10,21 @@ from __future__ import annotations
 import os
 import pathlib
 import re
-from collections.abc import Sequence
+import zlib
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import svg_paths, svg_shapes
+from splinefeed.formats import svg_paths, svg_places, svg_shapes
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import Drawing, join_tolerance, layers_from
+from splinefeed.formats.drawing import Drawing, counted, join_tolerance, layers_from
 from splinefeed.formats.source import head_text
 from splinefeed.formats.svg_paths import Piece, Subpath
-from splinefeed.formats.svg_shapes import Affine, ShapeError, Viewport
-from splinefeed.formats.svg_tree import MAX_DEPTH, Node, Styles, read_tree
+from splinefeed.formats.svg_places import Affine, ShapeError, Viewport
+from splinefeed.formats.svg_styles import Styles
+from splinefeed.formats.svg_tree import GZIP, MAX_DEPTH, Node, read_tree, unpacked
 from splinefeed.formats.svg_write import write as write
 from splinefeed.geometry.arcs import polyline
 from splinefeed.geometry.curve import NurbsCurve
@@ -42,6 +45,8 @@ _SILENT = {
     "linearGradient", "radialGradient", "view", "cursor", "animate", "animateTransform", "animateMotion", "set",
     "font", "font-face",
 }  # fmt: skip
+_QUOTED_DATA = re.compile(r"""path\(\s*(["'])(.*)\1\s*\)""", re.DOTALL)
+_OF_THE_FONT = re.compile(rb"""[\d.](?:ex|ch)\s*["';]""")
 _ROOT = re.compile(rb"<(?:[\w.-]+:)?svg[\s>/]")
 _BEZIER_KNOTS = {degree: np.repeat([0.0, 1.0], degree + 1) for degree in (2, 3)}
 for _knots in _BEZIER_KNOTS.values():
@@ -49,7 +54,12 @@ for _knots in _BEZIER_KNOTS.values():
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format: an element svg near the beginning of something that begins with <."""
+    """Whether `head`, packed or not, looks like this format: an element svg near the begin of what starts with <."""
+    if head.startswith(GZIP):
+        try:
+            head = zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(head, len(head))
+        except zlib.error:
+            return False
     return head_text(head[:256]).lstrip()[:1] == "<" and _ROOT.search(head) is not None
 
 
@@ -66,8 +76,10 @@ def from_file(
     """
     allowed, wanted = join_tolerance(tolerance), layers_from(layer)
     source = os.fspath(file)
-    root = read_tree(pathlib.Path(file).read_bytes(), source)
-    reader = _Reader(source, root, wanted, repair)
+    content = unpacked(pathlib.Path(file).read_bytes(), source)
+    reader = _Reader(source, read_tree(content, source), wanted, repair)
+    if _OF_THE_FONT.search(content):
+        reader.drawing.findings.append("ex and ch are read as half the size of the letters: the font is not known here")
     unit = reader.read()
     return Contents(reader.drawing.paths(pathlib.Path(file).stem, allowed, repair), unit)
 
@@ -81,15 +93,14 @@ class _Reader:
         self.repair = repair
         self.wanted = {name.casefold() for name in layers}
         self.drawing = Drawing(source)
-        self.styles = Styles(root)
+        self.styles = Styles(root, source)
+        self.drawing.findings += self.styles.findings
+        self.cut: Counter[str] = Counter()
         self.drawn = self.depth = 0
         self._paths: dict[int, tuple[list[Subpath], str]] = {}
         self.named: dict[str, Node] = {}
         self.groups: dict[str, None] = {}
-        pending = [root]
-        while pending:
-            node = pending.pop()
-            pending += reversed(node.children)
+        for node in root.walk():
             if "id" in node.attributes:
                 self.named.setdefault(node.attributes["id"], node)
             if node.tag == "g":
@@ -105,20 +116,31 @@ class _Reader:
             place, view, unit = self._page()
         except ShapeError as error:
             raise FormatError(f"{self.source}: {self.root.place()}: {error}") from None
+        visible = _visible(self.styles.of(self.root), True)
         for child in self.root.children:
-            self._node(child, place, view, (), chosen=not self.wanted, visible=self._visible(self.root, True))
+            self._node(child, place, view, (), chosen=not self.wanted, visible=visible)
+        if self.cut:
+            self.drawing.findings.append(
+                f"clips and masks are not carried out, what they cut is whole: {counted(self.cut)}"
+            )
         return unit
 
     def _page(self) -> tuple[Affine, Viewport, str]:
         """The map from user units to mm with y up, what percentages are of, and the unit of the page's size."""
-        given = self.root.attributes
-        box = _view_box(given)
+        said = self.styles.of(self.root)
+        font = svg_places.font_size(said.get("font-size", said.get("font", "")), Viewport(None, None))
+        unknown = Viewport(None, None, font, font)
+        # what a web page makes of its size counts only where the drawing says none
+        given = {**said, **self.root.attributes}
+        if given.get("transform", "").strip() not in ("", "none"):
+            self.drawing.findings.append("the transform of the page itself is not carried out")
+        box = svg_places.view_box(given)
         sizes: list[float | None] = []
         unit = ""
         for name in ("width", "height"):
             text = given.get(name, "").strip()
             relative = text in ("", "auto") or text.endswith("%")
-            sizes.append(None if relative else svg_shapes.length(text, name, Viewport(None, None), "x"))
+            sizes.append(None if relative else svg_places.length(text, name, unknown, "x"))
             unit = unit or ("" if relative else re.sub(r"[^a-zA-Z]", "", text.lower().lstrip("+-.0123456789e")) or "px")
         width, height = sizes
         if box is not None:  # a size that is not given follows from the other, or is that of the view box
@@ -130,16 +152,17 @@ class _Reader:
             raise ShapeError("its width or height is not above 0")
         inner = Affine()
         if box is not None and width is not None and height is not None:
-            inner = svg_shapes.fit_view_box(box, width, height, given.get("preserveAspectRatio", ""))
+            inner = svg_places.fit_view_box(box, width, height, given.get("preserveAspectRatio", ""))
         if unit in ("", "px"):
             self.drawing.findings.append("the page has no size in mm or inch: 1 px is read as 1/96 inch")
         if height is None:
             self.drawing.findings.append("the page has no height: y is turned about, and 0 stays 0")
         x, y = 0.0, 0.0
         if ORIGIN in given:
-            x, y = (*svg_shapes.numbers(given[ORIGIN], ORIGIN), 0.0, 0.0)[:2]
+            x, y = (*svg_places.numbers(given[ORIGIN], ORIGIN), 0.0, 0.0)[:2]
         up = Affine(_MM_PER_PIXEL, 0.0, 0.0, -_MM_PER_PIXEL, x, y + (height or 0.0) * _MM_PER_PIXEL)
-        view = Viewport(width, height) if box is None else Viewport(box[2], box[3])
+        view = unknown._replace(width=width, height=height)
+        view = view if box is None else view._replace(width=box[2], height=box[3])
         return up.after(inner), view, unit or "px"
 
     # --- the tree ---------------------------------------------------------------------------------------------------
@@ -150,40 +173,50 @@ class _Reader:
             raise FormatError(f"{self.source}: {node.place()}: {text}")
         self.drawing.findings.append(f"{node.place()}: {text}; {kept}")
 
-    def _visible(self, node: Node, above: bool) -> bool:
-        said = self.styles.of(node, "visibility")
-        return above if said in (None, "inherit") else said == "visible"
-
     def _node(
-        self, node: Node, place: Affine, view: Viewport, uses: tuple[str, ...], *, chosen: bool, visible: bool
+        self,
+        node: Node,
+        place: Affine,
+        view: Viewport,
+        uses: tuple[str, ...],
+        *,
+        chosen: bool,
+        visible: bool,
+        used: Mapping[str, str] | None = None,
     ) -> None:
+        """Draw an element; `used` are the sizes that a use gives to a symbol or an inner svg."""
         tag = node.tag
         self.drawn += 1
         if self.drawn > MAX_DRAWN:
             raise FormatError(f"{self.source}: draws more than {MAX_DRAWN} elements, uses counted each time")
-        if tag in _SILENT:
+        if tag in _SILENT and not (tag == "symbol" and used is not None):
             return
-        if self.styles.of(node, "display") == "none":
+        given = self.styles.of(node)
+        if given.get("display", "").lower() == "none":
             self.drawing.left_out[f"{tag} that is not displayed"] += 1
             return
-        visible = self._visible(node, visible)
+        visible = _visible(given, visible)
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise FormatError(f"{self.source}: {node.place()}: elements and uses are nested more than {MAX_DEPTH} deep")
         try:
-            if node.attributes.get("transform", "").strip():
-                place = place.after(svg_shapes.transform(node.attributes["transform"]))
-            if tag in _GROUPS:
-                self._group(node, place, view, uses, chosen=chosen, visible=visible)
+            if "font-size" in given or "font" in given:
+                view = view._replace(font=svg_places.font_size(given.get("font-size", given.get("font", "")), view))
+            place = place.after(svg_places.placing(given, view))
+            if tag in _GROUPS or tag == "symbol":
+                self._note_cut(given, tag)
+                self._group(node, {**given, **(used or {})}, place, view, uses, chosen=chosen, visible=visible)
             elif tag == "use":
-                self._use(node, place, view, uses, chosen=chosen, visible=visible)
+                self._note_cut(given, tag)
+                self._use(node, given, place, view, uses, chosen=chosen, visible=visible)
             elif not chosen:
                 return
             elif tag == "path" or tag in _SHAPES:
                 if not visible:
                     self.drawing.left_out[f"{tag} that is hidden"] += 1
                     return
-                self._shape(node, place, view)
+                self._note_cut(given, tag)
+                self._shape(node, given, place, view)
             else:
                 self.drawing.left_out[tag[:40]] += 1
         except ShapeError as error:
@@ -191,40 +224,43 @@ class _Reader:
         finally:
             self.depth -= 1
 
+    def _note_cut(self, given: Mapping[str, str], tag: str) -> None:
+        for name in ("clip-path", "mask"):
+            if given.get(name, "none").strip().lower() not in ("none", ""):
+                self.cut[f"{name} of {tag}"] += 1
+
     def _group(
-        self, node: Node, place: Affine, view: Viewport, uses: tuple[str, ...], *, chosen: bool, visible: bool
+        self,
+        node: Node,
+        given: Mapping[str, str],
+        place: Affine,
+        view: Viewport,
+        uses: tuple[str, ...],
+        *,
+        chosen: bool,
+        visible: bool,
     ) -> None:
         chosen = chosen or any(name.casefold() in self.wanted for name in _labels(node))
-        if node.tag == "svg":
-            place, view = self._nested(node, place, view, node.attributes)
+        if node.tag in ("svg", "symbol"):
+            place, view = svg_places.nested(given, place, view)
         children = node.children
         if node.tag == "switch":
             children = next(([child] for child in children if child.tag not in _SILENT), [])
         for child in children:
             self._node(child, place, view, uses, chosen=chosen, visible=visible)
 
-    def _nested(self, node: Node, place: Affine, view: Viewport, sizes: dict[str, str]) -> tuple[Affine, Viewport]:
-        """Where the contents of an inner svg or a symbol lie; `sizes` has x, y, width and height."""
-        values = [
-            svg_shapes.length(sizes.get(name, default), name, view, of)
-            for name, default, of in (("x", "0", "x"), ("y", "0", "y"))
-        ]
-        place = place.after(Affine(e=values[0], f=values[1]))
-        box = _view_box(node.attributes)
-        if box is None:
-            return place, view
-        width, height = (
-            svg_shapes.length(sizes.get(name, "100%"), name, view, of) for name, of in (("width", "x"), ("height", "y"))
-        )
-        if width <= 0.0 or height <= 0.0:
-            raise ShapeError("its width or height is not above 0")
-        aspect = node.attributes.get("preserveAspectRatio", "")
-        return place.after(svg_shapes.fit_view_box(box, width, height, aspect)), Viewport(box[2], box[3])
-
     def _use(
-        self, node: Node, place: Affine, view: Viewport, uses: tuple[str, ...], *, chosen: bool, visible: bool
+        self,
+        node: Node,
+        given: Mapping[str, str],
+        place: Affine,
+        view: Viewport,
+        uses: tuple[str, ...],
+        *,
+        chosen: bool,
+        visible: bool,
     ) -> None:
-        target = node.attributes.get("href", node.attributes.get("xlink:href", "")).strip()
+        target = given.get("href", given.get("xlink:href", "")).strip()
         if not target.startswith("#"):
             self.drawing.left_out[f"use of another file, {target[:60]!r}"] += 1
             return
@@ -239,39 +275,39 @@ class _Reader:
         if len(uses) >= MAX_USES:
             self._fault(node, f"uses are nested more than {MAX_USES} deep")
             return
-        x, y = (svg_shapes.length(node.attributes.get(key, "0"), key, view, key) for key in ("x", "y"))
-        place = place.after(Affine(e=x, f=y))
-        uses = (*uses, name)
-        if found.tag in ("symbol", "svg"):
-            sizes = dict(found.attributes) if found.tag == "svg" else {}
-            sizes |= {key: value for key, value in node.attributes.items() if key in ("width", "height")}
-            inner, view = self._nested(found, place, view, sizes)
-            for child in found.children:
-                self._node(child, inner, view, uses, chosen=chosen, visible=self._visible(found, visible))
-            return
-        self._node(found, place, view, uses, chosen=chosen, visible=visible)
+        x, y = (svg_places.length(given.get(key) or "0", key, view, key) for key in ("x", "y"))
+        sizes = {key: value for key, value in given.items() if key in ("width", "height") and value.strip() != "auto"}
+        self._node(
+            found, place.after(Affine(e=x, f=y)), view, (*uses, name), chosen=chosen, visible=visible, used=sizes
+        )
 
     # --- curves -----------------------------------------------------------------------------------------------------
 
-    def _parsed(self, node: Node) -> tuple[list[Subpath], str]:
+    def _parsed(self, node: Node, data: str) -> tuple[list[Subpath], str]:
         """Subpaths and fault of a path; once for all of its uses."""
         key = id(node)
         if key not in self._paths:
-            self._paths[key] = svg_paths.parse(node.attributes.get("d", ""))
+            quoted = _QUOTED_DATA.fullmatch(data.strip())
+            self._paths[key] = svg_paths.parse(data if quoted is None else quoted[2])
         return self._paths[key]
 
-    def _shape(self, node: Node, place: Affine, view: Viewport) -> None:
+    def _shape(self, node: Node, given: Mapping[str, str], place: Affine, view: Viewport) -> None:
         if node.tag == "path":
-            found, fault = self._parsed(node)
+            found, fault = self._parsed(node, given.get("d", ""))
             if fault:
                 self._fault(node, f"path data: {fault}", kept="what stands before it is kept")
         else:
-            found = svg_shapes.subpaths(node.tag, node.attributes, view)
+            found = svg_shapes.subpaths(node.tag, given, view)
         name = node.attributes.get("label") or node.attributes.get("id") or node.tag
         for subpath in found:
             curves = _curves(subpath, place)
             if curves:
                 self.drawing.add(curves, name)
+
+
+def _visible(given: Mapping[str, str], above: bool) -> bool:
+    said = given.get("visibility", "").strip().lower()
+    return above if said in ("", "inherit") else said == "visible"
 
 
 def _curves(subpath: Subpath, place: Affine) -> list[NurbsCurve]:
@@ -313,15 +349,3 @@ def _bent(piece: Piece, points: Array) -> list[NurbsCurve]:
 
 def _labels(node: Node) -> list[str]:
     return [node.attributes[key] for key in ("label", "id") if node.attributes.get(key)]
-
-
-def _view_box(given: dict[str, str]) -> list[float] | None:
-    text = given.get("viewBox", "").strip()
-    if not text:
-        return None
-    box = svg_shapes.numbers(text, "viewBox")
-    if len(box) != 4:
-        raise ShapeError(f"viewBox has {len(box)} numbers; expected x, y, width and height")
-    if not (box[2] > 0.0 and box[3] > 0.0):
-        raise ShapeError(f"viewBox is {text[:40]!r}; its width and height must be above 0")
-    return box

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-import re
+import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.sizes import MAX_DRAWING_BYTES
 
 #: Most elements in one file, and how deep they may be nested.
 MAX_ELEMENTS = 500_000
 MAX_DEPTH = 200
+#: Longest text that an entity may stand for, and letters that all uses of one may come to.
+MAX_ENTITY, MAX_ENTITIES = 200, 2**20
 #: Longest name in a message.
 _SHOWN = 40
+#: How a packed file begins.
+GZIP = b"\x1f\x8b"
 _SVG = "http://www.w3.org/2000/svg"
 _XLINK = "http://www.w3.org/1999/xlink"
 _INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
@@ -20,7 +26,7 @@ _INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 _FOREIGN = {f"{_XLINK} href": "xlink:href", f"{_INKSCAPE} label": "label"}
 
 
-@dataclass
+@dataclass(eq=False)
 class Node:
     """An element: its name ("" in a name space that is not SVG's), attributes, children, line and text of a style."""
 
@@ -29,6 +35,22 @@ class Node:
     line: int
     children: list[Node] = field(default_factory=list)
     text: str = ""
+    parent: Node | None = None
+    place_in_parent: int = 0
+
+    def walk(self) -> Iterator[Node]:
+        """This node and all below it, in the order of the file."""
+        pending = [self]
+        while pending:
+            node = pending.pop()
+            pending += reversed(node.children)
+            yield node
+
+    def elders(self, most: int) -> list[Node]:
+        """Up to `most` nodes before this one in its parent, the nearest first."""
+        if self.parent is None or self.place_in_parent == 0:
+            return []
+        return self.parent.children[self.place_in_parent - 1 :: -1][:most]
 
     def __str__(self) -> str:
         name = self.attributes.get("id", "")
@@ -37,6 +59,28 @@ class Node:
     def place(self) -> str:
         """Line and element, as a message names them."""
         return f"line {self.line}: {self}"
+
+
+def unpacked(content: bytes, source: str, most: int = MAX_DRAWING_BYTES) -> bytes:
+    """`content`, unpacked if it is gzip (.svgz); FormatError for what is damaged or unpacks to more than `most`."""
+    if not content.startswith(GZIP):
+        return content
+    parts, size = [], 0
+    try:
+        while content:
+            unpacker = zlib.decompressobj(zlib.MAX_WBITS | 16)
+            parts.append(unpacker.decompress(content, most - size + 1))
+            size += len(parts[-1])
+            if size > most:
+                raise FormatError(f"{source}: unpacks to more than {most // 2**20} MB; that is no drawing of a part")
+            if not unpacker.eof:
+                raise FormatError(f"{source}: ends inside of its packed data (gzip); is the file complete?")
+            content = unpacker.unused_data.lstrip(b"\0")
+            if content and not content.startswith(GZIP):
+                raise FormatError(f"{source}: something stands behind its packed data (gzip); is it damaged?")
+    except zlib.error as error:
+        raise FormatError(f"{source}: is no sound gzip: {error}; is it damaged?") from None
+    return b"".join(parts)
 
 
 def read_tree(content: bytes, source: str) -> Node:
@@ -57,6 +101,7 @@ def read_tree(content: bytes, source: str) -> Node:
         own = {_FOREIGN.get(key, key): value for key, value in attributes.items()}
         node = Node(tag if space in ("", _SVG) else "", own, parser.CurrentLineNumber)
         if stack:
+            node.parent, node.place_in_parent = stack[-1], len(stack[-1].children)
             stack[-1].children.append(node)
         else:
             root.append(node)
@@ -66,10 +111,13 @@ def read_tree(content: bytes, source: str) -> Node:
         if stack and stack[-1].tag == "style":
             stack[-1].text += data
 
-    def declared(name: str, *_: object) -> None:
+    def declared(name: str, parameter: int, value: str | None, *_: object) -> None:
+        plain = not parameter and value is not None and not set(value) & set("&%<") and len(value) <= MAX_ENTITY
+        if plain and content.count(f"&{name};".encode()) * len(value or "") <= MAX_ENTITIES:
+            return  # as Illustrator names its name spaces
         raise FormatError(
             f"{source}: line {parser.CurrentLineNumber}: declares the entity {name[:_SHOWN]!r}; "
-            f"files with entities are not read, save it without a DOCTYPE"
+            f"only short texts may be entities, save it without a DOCTYPE"
         )
 
     parser.StartElementHandler = start
@@ -90,53 +138,3 @@ def read_tree(content: bytes, source: str) -> Node:
     if root[0].tag != "svg":
         raise FormatError(f"{source}: line {root[0].line}: begins with {root[0]}; expected <svg>")
     return root[0]
-
-
-_RULE = re.compile(r"([^{}]*)\{([^{}]*)\}")
-_COMMENT = re.compile(r"/\*.*?(?:\*/|$)", re.DOTALL)
-_SIMPLE = re.compile(r"(\w+|\*)?(?:([.#])([\w-]+))?")
-
-
-class Styles:
-    """What style sheets say of elements, by name, class or id alone: enough to know what is hidden."""
-
-    def __init__(self, root: Node) -> None:
-        self._rules: dict[str, dict[str, str]] = {}
-        pending = [root]
-        while pending:
-            node = pending.pop()
-            pending += node.children
-            if node.tag == "style" and node.text:
-                self._add(_COMMENT.sub(" ", node.text))
-
-    def _add(self, text: str) -> None:
-        for selectors, body in _RULE.findall(text):
-            said = declarations(body)
-            for selector in selectors.split(","):
-                match = _SIMPLE.fullmatch(selector.strip())
-                if match and selector.strip():
-                    tag, mark, name = match.groups()
-                    if tag in (None, "*") or not mark:
-                        self._rules.setdefault((mark or "") + (name or tag or ""), {}).update(said)
-
-    def of(self, node: Node, name: str) -> str | None:
-        """The value of property `name`: the style attribute's, or a sheet's by id, class, element, or the attribute."""
-        own = declarations(node.attributes.get("style", ""))
-        if name in own:
-            return own[name]
-        keys = [f"#{node.attributes['id']}"] if "id" in node.attributes else []
-        keys += [f".{each}" for each in reversed(node.attributes.get("class", "").split())] + [node.tag, "*"]
-        for key in keys if self._rules else ():
-            if name in self._rules.get(key, {}):
-                return self._rules[key][name]
-        return node.attributes.get(name)
-
-
-def declarations(text: str) -> dict[str, str]:
-    """Properties in the text of a style, such as "display: none; fill: red"."""
-    pairs = (each.partition(":") for each in text.split(";")) if text else ()
-    return {
-        name.strip().lower(): value.replace("!important", "").strip().lower()
-        for name, _, value in pairs
-        if name.strip()
-    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import math
 import os
 from collections.abc import Sequence
@@ -49,7 +50,9 @@ def write(
         f'<g fill="none" stroke="black" stroke-width="{stroke:.3g}">\n' + "\n".join(elements) + "\n</g>\n</svg>\n"
     )
     with atomic_write(target) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        content = text.encode()
+        packed = os.fspath(target).lower().endswith("z")  # .svgz; without the time, so that it is the same each time
+        temporary.write_bytes(gzip.compress(content, mtime=0) if packed else content)
     if page.split:
         page.notes.append(f"{many(page.split, 'curve has', 'curves have')} several pieces now, each exact")
     if page.approximated:

@@ -108,12 +108,13 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
         kind = "FEED" if kind == "TRAVERSE" and moves.kind[i] != RAPID else kind
         assert kind == canon.kind, said
         if kind != "NURBS":
-            assert np.abs(moves.ends[i, :6] - canon.end).max() <= canon.rounded, said
+            # the place, the offset of its system and that of G92 are rounded each
+            assert np.abs(moves.ends[i, :6] - canon.end).max() <= 3.0 * canon.rounded, said
         if canon.middle is not None:
             curve = arc_curve(moves.starts[i], moves.ends[i], arcs, number[i], columns)
             middle = curve(0.5 * sum(curve.domain))
             # the centre is rounded too, and on a flat arc that moves its middle as far
-            assert np.abs(middle - canon.middle).max() <= 4.0 * canon.rounded, said
+            assert np.abs(middle - canon.middle).max() <= 6.0 * canon.rounded, said
         tolerance = moves.values[i, layout.ROW_TOLERANCE]
         assert math.inf if tolerance == UNSAID else tolerance == pytest.approx(canon.tolerance, abs=1e-6), said
         if kind != "TRAVERSE" and not moves.flags[i] & layout.INVERSE_FEED:

@@ -1,0 +1,260 @@
+"""SVG: style sheets, transforms as properties, letters as units, symbols and inner pages, packed files."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+import svgelements
+
+from splinefeed.errors import FormatError
+from splinefeed.formats import svg_places, svg_styles, svg_tree
+from splinefeed.formats.registry import format_of, read, read_all, write
+from splinefeed.formats.svg_tree import read_tree
+from splinefeed.geometry.shapes import circle
+
+SPACES = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+
+
+def drawing(body: str, more: str = "") -> str:
+    return f'<svg {SPACES} width="100mm" height="100mm" viewBox="0 0 100 100" {more}>{body}</svg>'
+
+
+def drawn(folder: Path, body: str, more: str = "", **options: object) -> list[list[list[float]]]:
+    """Ends of all paths, mm, y down from the upper edge as in the file."""
+    file = folder / "part.svg"
+    file.write_text(drawing(body, more))
+    paths = read_all(file, **options)
+    return [(path.ends[[0, -1], [0, 1]] * [1, -1] + [0, 100]).round(9).tolist() for path in paths]
+
+
+# --- who is meant ---------------------------------------------------------------------------------------------------
+
+TREE = (
+    '<g id="a" class="one two"><path id="p" class="cut deep"/><path id="q"/><rect id="r" data-k="x-y z"/></g>'
+    '<g id="b"><g id="c" class="two"><path id="s" class="cut"/></g></g>'
+)
+
+
+@pytest.mark.parametrize(
+    ("selector", "meant"),
+    [
+        ("path", "pqs"), ("*", "abcpqrs"), (".cut", "ps"), (".cut.deep", "p"), ("path.cut#p", "p"), ("#b path", "s"),
+        ("#b > path", ""), ("#b > g > path", "s"), ("g g path", "s"), ("svg .two > .cut", "ps"),
+        (".one.two > path", "pq"),
+        ("path + path", "q"), ("path ~ rect", "r"), ("path+rect", "r"), (".cut ~ rect", "r"), ("#a, #b", "ab"),
+        ("[class]", "acps"), ("[class~=two]", "ac"), ("[data-k|='x']", "r"), ("[id^=p], [id$='q']", "pq"),
+        ("[data-k*='y z']", "r"), ("g > :first-child", "pcs"), ("path:last-child", "s"), (":root > g", "ab"),
+        ("path:hover", ""), ("svg|path", "pqs"), ("g path:only-child", "s"), ("[id='p'],rect", "pr"),
+    ],
+)  # fmt: skip
+def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
+    text = f"<svg {SPACES}><style>{selector} {{ display: none }}</style>{TREE}</svg>".replace(" > ", " &gt; ")
+    root = read_tree(text.encode(), "part.svg")
+    styles = svg_styles.Styles(root, "part.svg")
+    found = [n.attributes["id"] for n in root.walk() if "id" in n.attributes and styles.of(n).get("display") == "none"]
+    assert sorted(found) == sorted(meant) and not styles.findings
+
+
+@pytest.mark.parametrize(
+    ("rules", "own", "value"),
+    [
+        ("path{x:1} path{x:2}", "", "2"), ("#p{x:1} path.cut{x:2} .cut{x:3}", "", "1"),
+        (".cut{x:1} path{x:2}", "", "1"),
+        ("path{x:1}", "x:5", "5"), ("path{x:1 !important} #p{x:2}", "", "1"), ("path{x:1!important}", "x:5", "1"),
+        ("path{x:1!important}", "x:5 !important", "5"), ("@media screen { path{x:1} } path{y:3}", "", "1"),
+        ("@media print { path{x:1} }", "", "7"), ("@font-face{src:x} path{x:1}", "", "1"),
+        ("path{x:initial}", "", None),
+        ("/* path{x:1} */ path{X : 2 ; ;}", "", "2"), ("<!-- path{x:4} -->", "", "4"), ("}} path{x:1}", "", "7"),
+        ("a[b='{'] {x:3} path{x:2}", "", "2"), ("path{x:1;x:2}", "", "2"), ("path{x:1!important;x:2}", "", "1"),
+    ],
+)  # fmt: skip
+def test_the_cascade_decides(rules: str, own: str, value: str | None) -> None:
+    text = f'<svg {SPACES}><style><![CDATA[{rules}]]></style><path id="p" class="cut" x="7" style="{own}"/></svg>'
+    root = read_tree(text.encode(), "part.svg")
+    assert svg_styles.Styles(root, "part.svg").of(root.children[1]).get("x") == value
+
+
+def test_rules_that_are_not_understood_are_findings_where_they_matter(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    rules = "path:nth-child(2){display:none} path:is(.a){fill:red} @import url(x.css); @media (width>9px){path{r:1}}"
+    file.write_text(drawing(f"<style><![CDATA[{rules}]]></style><path d='M0 0H9'/>"))
+    assert read(file).findings == (
+        "rules of the style sheet that are not read here are left out: 'path:nth-child(2)', '@import url(x.css)', "
+        "'@media (width>9px)'",
+    )
+
+
+def test_sheets_too_large_for_their_drawing_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(svg_styles, "MAX_QUESTIONS", 1000)
+    monkeypatch.setattr(svg_styles, "MAX_SELECTORS", 100)
+    file = tmp_path / "part.svg"
+    for rules, reason in (
+        ("* * * * * *~*{x:1}" * 20, "too many rules for its elements"),
+        ("a{x:1}" * 101, "more than 100 selectors"),
+    ):
+        file.write_text(drawing(f"<style>{rules}</style>" + "<g>" * 50 + "<path d='M0 0H9'/>" * 50 + "</g>" * 50))
+        with pytest.raises(FormatError, match=reason):
+            read(file)
+
+
+# --- where it lies --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("body", "ends"),
+    [
+        # properties move as attributes do, and overrule them
+        ('<path d="M0 0H9" transform="scale(3)" style="transform: translate(10px, 20px)"/>', [[10, 20], [19, 20]]),
+        ('<style>path{transform:rotate(0.25turn)}</style><path d="M0 0H9"/>', [[0, 0], [0, 9]]),
+        ('<path d="M0 0H9" style="transform:translateX(1in)"/>', [[96, 0], [105, 0]]),
+        ('<path d="M0 0H9" style="transform:translateY(10%) scaleX(2) skewY(45deg)"/>', [[0, 10], [18, 19]]),
+        ('<path d="M0 0H9" style="transform:rotate(100grad) scale(1, -1) skew(0)"/>', [[0, 0], [0, 9]]),
+        ('<path d="M50 50H60" transform="rotate(90)" transform-origin="50 50"/>', [[50, 50], [50, 60]]),
+        ('<path d="M50 50H60" transform="scale(2)" style="transform-origin:center"/>', [[50, 50], [70, 50]]),
+        ('<path d="M100 0V10" transform="scale(2)" style="transform-origin:right top"/>', [[100, 0], [100, 20]]),
+        ('<path d="M0 0H9" style="transform:none" transform="scale(2)"/>', [[0, 0], [9, 0]]),
+        ('<path d="M0 0H9" style="d:path(&quot;M1 1H5&quot;)"/>', [[1, 1], [5, 1]]),
+        ('<style>line{x1:1}</style><line x1="2" y1="3" x2="9" y2="3"/>', [[2, 3], [9, 3]]),
+        # letters as units
+        ('<line x1="1em" y1="2ex" x2="2rem" y2="1ch"/>', [[16, 16], [32, 8]]),
+        ('<g font-size="10"><g style="font-size:2em"><line x2="1em" y2="50%"/></g></g>', [[0, 0], [20, 50]]),
+        ('<g style="font:italic 700 12px/1.5 Arial"><line x2="1em" y2="1rem"/></g>', [[0, 0], [12, 16]]),
+        ('<g font-size="small"><line x2="1em" y1="1" y2="1"/></g>', [[0, 1], [13, 1]]),
+        ('<g font-size="50%"><line x2="1em" y1="1" y2="1"/></g>', [[0, 1], [8, 1]]),
+        # pages within pages, symbols
+        ('<svg x="10" y="20" width="50" height="40"><line x2="100%" y2="50%"/></svg>', [[10, 20], [60, 40]]),
+        ('<svg x="10%" width="50" height="50" viewBox="0 0 10 20"><line x2="100%"/></svg>', [[22.5, 0], [47.5, 0]]),
+        ('<svg width="50" height="50" viewBox="0 0 10 20" preserveAspectRatio="xMinYMax slice"><line x2="10"/></svg>',
+         [[0, -50], [50, -50]]),
+        ('<svg viewBox="0 0 50 50"><line x2="5" y2="5"/></svg>', [[0, 0], [10, 10]]),
+        ('<symbol id="s" viewBox="0 0 10 10"><line x2="5" y2="5"/></symbol><use href="#s"/>', [[0, 0], [50, 50]]),
+        ('<symbol id="s" viewBox="0 0 10 10" width="20" height="20"><line x2="5" y2="5"/></symbol>'
+         '<use href="#s" x="1" height="40"/>', [[1, 10], [11, 20]]),
+        ('<symbol id="s"><line x2="50%" y2="5"/></symbol><use href="#s" width="20" height="9"/>', [[0, 0], [10, 5]]),
+        ('<symbol id="s" transform="scale(2)"><line x2="5" y2="5"/></symbol><use href="#s" x="3"/>',
+         [[3, 0], [13, 10]]),
+        ('<svg id="s" x="5" width="9" height="9"><line x2="100%"/></svg><g display="none"/>', [[5, 0], [14, 0]]),
+        ('<defs><svg id="s" x="5" width="9" height="9"><line x2="100%"/></svg></defs><use href="#s" x="2" width="30"/>',
+         [[7, 0], [37, 0]]),
+    ],
+)  # fmt: skip
+def test_an_element_lies_where_css_and_svg_2_put_it(tmp_path: Path, body: str, ends: list[list[float]]) -> None:
+    assert drawn(tmp_path, body) == [ends]
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ('<path d="M0 0H9" style="transform:rotate3d(1,1,1,3deg)"/>', "transform: 'rotate3d(1,1,1,3deg)' is no"),
+        ('<path d="M0 0H9" style="transform:scale(2px)"/>', "transform: scale: '2px' is no number"),
+        ('<path d="M0 0H9" style="rotate:3deg"/>', "the property rotate is not read; write it as transform"),
+        ('<path d="M0 0H9" style="transform:scale(2);transform-box:fill-box"/>', "transform-box is 'fill-box'; only"),
+    ],
+)  # fmt: skip
+def test_what_css_can_and_this_cannot_is_said(tmp_path: Path, body: str, reason: str) -> None:
+    with pytest.raises(FormatError) as caught:
+        drawn(tmp_path, body)
+    assert str(caught.value).split("<path>: ")[1].startswith(reason)
+
+
+def test_the_height_of_letters_that_are_not_known_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    file.write_text(drawing('<line x2="2ex"/>'))
+    assert read(file).findings == ("ex and ch are read as half the size of the letters: the font is not known here",)
+
+
+def test_symbols_that_are_not_shown_stay_away(tmp_path: Path) -> None:
+    body = '<symbol id="s" style="display:none"><path d="M0 0H9"/></symbol><use href="#s"/><path d="M0 1H9"/>'
+    assert drawn(tmp_path, body) == [[[0, 1], [9, 1]]]
+
+
+def test_clips_masks_and_moved_pages_are_findings(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    body = '<g clip-path="url(#c)"><path d="M0 0H9" style="mask:url(#m)"/></g><path d="M0 1H9" clip-path="none"/>'
+    file.write_text(drawing(body, 'transform="scale(2)"'))
+    assert read_all(file)[0].findings == (
+        "the transform of the page itself is not carried out",
+        "clips and masks are not carried out, what they cut is whole: 1 clip-path of g, 1 mask of path",
+    )
+
+
+#: What svgelements knows of it too; symbols and inner pages it puts elsewhere than Chromium does, which agrees with us.
+SHARED = {
+    "classes": "<style>.a{display:none} g .b{display:none} path.c{display:inline}</style>"
+    '<path class="a" d="M0 0H9"/><path class="c" d="M0 5H9"/>',
+    "style": '<g style="transform:translate(3px,4px)"><rect width="4" height="5" style="transform:rotate(20deg)"/></g>',
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SHARED)
+def test_svgelements_sees_the_same(tmp_path: Path, name: str) -> None:
+    file = tmp_path / "part.svg"
+    file.write_text(drawing(SHARED[name]))
+    shapes = [s for s in svgelements.SVG.parse(str(file), ppi=96.0).elements() if isinstance(s, svgelements.Shape)]
+    boxes = np.array([shape.bbox() for shape in shapes]).reshape(-1, 2, 2)
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    found = np.array([path.bounding_box() for path in read_all(file)])
+    ours = np.array([found[:, 0].min(axis=0), found[:, 1].max(axis=0)]) * 96.0 / 25.4
+    height = 100.0 * 96.0 / 25.4
+    assert np.abs(ours[:, 0] - [low[0], high[0]]).max() < 1e-3
+    assert np.abs(height - ours[::-1, 1] - [low[1], high[1]]).max() < 1e-3
+
+
+# --- files ----------------------------------------------------------------------------------------------------------
+
+
+def test_packed_drawings_are_read_and_written(tmp_path: Path) -> None:
+    file = tmp_path / "part.svgz"
+    assert write(circle(5.0), file) == ()
+    content = file.read_bytes()
+    assert content[:2] == b"\x1f\x8b" and gzip.decompress(content).startswith(b"<")
+    assert write(circle(5.0), file) == () and file.read_bytes() == content
+    assert read(file).length == pytest.approx(10.0 * np.pi, rel=1e-13)
+    other = tmp_path / "drawing.bin"
+    other.write_bytes(content + b"\0" * 512)
+    assert format_of(other).title == "SVG drawing" and read(other).closed
+
+
+def test_packed_drawings_that_are_cut_garbled_or_bombs_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "part.svgz"
+    whole = gzip.compress(drawing('<path d="M0 0H9"/>').encode())
+    for end in range(2, len(whole) - 1):
+        file.write_bytes(whole[:end])
+        with pytest.raises(FormatError):
+            read(file)
+    for content, reason in (
+        (whole[:20] + b"\xff\xff" + whole[22:], "is no sound gzip"),
+        (whole[:-8] + b"\0" * 8, "is no sound gzip"),
+        (whole + b"PK", "something stands behind its packed data"),
+        (gzip.compress(b"<svg>" + b" " * (300 * 2**20), 1), "unpacks to more than 256 MB"),
+    ):
+        file.write_bytes(content)
+        with pytest.raises(FormatError, match=reason):
+            read(file)
+
+
+def test_entities_as_illustrator_writes_them_are_read(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    names = '<!ENTITY ns_svg "http://www.w3.org/2000/svg"><!ENTITY st0 "display:none">'
+    body = '<path d="M0 0H9"/><path d="M0 1H9" style="&st0;"/>'
+    file.write_text(f"<!DOCTYPE svg [{names}]>{drawing(body).replace('http://www.w3.org/2000/svg', '&ns_svg;', 1)}")
+    assert read(file).length == pytest.approx(9.0)
+    for long in (f'<!ENTITY a "{"x" * (svg_tree.MAX_ENTITY + 1)}">', '<!ENTITY b "x"><!ENTITY a "&b;">'):
+        file.write_text(f"<!DOCTYPE svg [{long}]>{drawing(body)}")
+        with pytest.raises(FormatError, match="only short texts may be entities"):
+            read(file)
+    file.write_text(f'<!DOCTYPE svg [<!ENTITY a "{"x" * 200}">]><svg>{"&a;" * 6000}</svg>')
+    with pytest.raises(FormatError, match="declares the entity 'a'"):
+        read(file)
+
+
+def test_a_page_gets_its_size_from_its_style_where_it_has_no_other(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    file.write_text(f'<svg {SPACES} style="width:50mm;height:50mm" viewBox="0 0 10 10"><path d="M0 0H1"/></svg>')
+    assert read(file).length == pytest.approx(5.0)
+    file.write_text(f'<svg {SPACES} style="width:100%" width="50mm" viewBox="0 0 10 10"><path d="M0 0H1"/></svg>')
+    assert read(file).length == pytest.approx(5.0)
+    assert svg_places.font_size("bold 1.5em serif", svg_places.Viewport(None, None)) == 24.0
