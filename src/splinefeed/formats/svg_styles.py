@@ -96,9 +96,9 @@ class Styles:
                 if name not in ranked or ranked[name][0] <= rank:
                     ranked[name] = (rank, value)
         for name, (value, important) in own.items():
-            rank = (int(important), 1)
-            if name not in ranked or ranked[name][0] <= rank:
-                ranked[name] = (rank, value)
+            above_rules = (int(important), 1)
+            if name not in ranked or ranked[name][0] <= above_rules:
+                ranked[name] = (above_rules, value)
         found = dict(node.attributes)
         for name, (_, value) in ranked.items():
             if value.lower() in ("initial", "unset", "revert"):
