@@ -1,4 +1,4 @@
-"""Run benchmarks by name, print their tables, and write them down."""
+"""Run benchmarks by name, print their tables, and write them into results.json, the README and docs/benchmarks.md."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from importlib import import_module, metadata
 from pathlib import Path
 
-from benchmarks.tables import Headline, read_results, summary, write_into, write_results
+from benchmarks.tables import Headline, Report, read_results, summary, write_into, write_results
 
 NAMES = (
     "ticks",
@@ -30,7 +30,9 @@ NAMES = (
     "sweeps",
 )
 RESULTS = Path(__file__).with_name("results.json")
-README = Path(__file__).parents[1] / "README.md"
+ROOT = Path(__file__).parents[1]
+#: Each has markers for the tables that it shows.
+PAGES = (ROOT / "README.md", ROOT / "docs" / "benchmarks.md")
 PACKAGES = (
     "splinefeed",
     "numpy",
@@ -56,20 +58,31 @@ def main() -> int:
     """Measure what was asked for, all by default; 2 for a name that is none."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"one or more of {', '.join(NAMES)}; all by default")
-    names = parser.parse_args().names or NAMES
+    parser.add_argument("--pages", action="store_true", help="measure nothing: write the pages anew from results.json")
+    arguments = parser.parse_args()
+    names = arguments.names or NAMES
     unknown = [name for name in names if name not in NAMES]
     if unknown:
         parser.error(f"no benchmark is called {unknown[0]!r}; there are {', '.join(NAMES)}")
-    for name in names:
-        print(f"measuring {name} ...", file=sys.stderr, flush=True)
-        report = import_module(f"benchmarks.{name}").measure()
-        print(f"## {name}\n\n{report.markdown()}\n", flush=True)
-        write_results(RESULTS, name, {**surroundings(), **report.as_dict()})
-        write_into(README, name, report.markdown())
+    if arguments.pages:
+        for name, entry in read_results(RESULTS).items():
+            _write_pages(name, Report.from_dict(entry).markdown())
+    else:
+        for name in names:
+            print(f"measuring {name} ...", file=sys.stderr, flush=True)
+            report = import_module(f"benchmarks.{name}").measure()
+            print(f"## {name}\n\n{report.markdown()}\n", flush=True)
+            write_results(RESULTS, name, {**surroundings(), **report.as_dict()})
+            _write_pages(name, report.markdown())
     found = headlines()
     print(f"## speed\n\n{found}", flush=True)
-    write_into(README, "speed", found)
+    _write_pages("speed", found)
     return 0
+
+
+def _write_pages(name: str, text: str) -> None:
+    for page in PAGES:
+        write_into(page, name, text)
 
 
 def headlines() -> str:

@@ -1,4 +1,4 @@
-"""Tables of results: as Markdown, as JSON, and between their markers in the README."""
+"""Tables of results: as Markdown, as JSON and back, and between their markers in the README and the docs."""
 
 from __future__ import annotations
 
@@ -52,18 +52,15 @@ class Table:
         """The table for results.json: numbers as they were measured, one object a row."""
         titles = [column.title for column in self.columns]
         rows = [dict(zip(titles, row, strict=True)) for row in self.rows]
-        return {"caption": self.caption, "rows": rows, "notes": list(self.notes)}
+        forms = {column.title: column.form for column in self.columns}
+        return {"caption": self.caption, "forms": forms, "rows": rows, "notes": list(self.notes)}
 
-
-def _pairs(widths: list[int], numeric: list[bool]) -> Iterable[tuple[int, bool]]:
-    return zip(widths, numeric, strict=True)
-
-
-def _aligned(line: list[str], widths: list[int], numeric: list[bool]) -> list[str]:
-    return [
-        text.rjust(width) if right else text.ljust(width)
-        for text, (width, right) in zip(line, _pairs(widths, numeric), strict=True)
-    ]
+    @classmethod
+    def from_dict(cls, entry: dict[str, Any]) -> Table:
+        """The table that `as_dict` gave."""
+        columns = tuple(Column(title, form) for title, form in entry["forms"].items())
+        rows = tuple(tuple(row[column.title] for column in columns) for row in entry["rows"])
+        return cls(entry["caption"], columns, rows, tuple(entry["notes"]))
 
 
 @dataclass(frozen=True)
@@ -96,6 +93,12 @@ class Report:
             "tables": [table.as_dict() for table in self.tables],
             "headlines": [asdict(headline) for headline in self.headlines],
         }
+
+    @classmethod
+    def from_dict(cls, entry: dict[str, Any]) -> Report:
+        """The report that `as_dict` gave."""
+        headlines = tuple(Headline(**line) for line in entry["headlines"])
+        return cls(tuple(Table.from_dict(table) for table in entry["tables"]), headlines)
 
 
 def summary(headlines: Iterable[Headline]) -> Table:

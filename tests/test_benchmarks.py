@@ -246,7 +246,7 @@ def test_the_command_prints_and_writes_what_it_measured(monkeypatch, tmp_path, c
     readme.write_text(
         "".join(f"<!-- benchmarks:{name} -->\n<!-- /benchmarks:{name} -->\n" for name in ("arc", "speed"))
     )
-    monkeypatch.setattr(command, "README", readme)
+    monkeypatch.setattr(command, "PAGES", (readme,))
     monkeypatch.setattr(command, "RESULTS", tmp_path / "results.json")
     monkeypatch.setattr(
         arc, "measure", lambda: tables.Report((TABLE,), (tables.Headline("arc", "1 ms", "2 ms", True),))
@@ -259,6 +259,10 @@ def test_the_command_prints_and_writes_what_it_measured(monkeypatch, tmp_path, c
     assert TABLE.markdown() in capsys.readouterr().out
     entry = json.loads((tmp_path / "results.json").read_text())["arc"]
     assert {"date", "processor", "versions", "tables", "headlines"} <= entry.keys()
+    readme.write_text("<!-- benchmarks:arc -->\n<!-- /benchmarks:arc -->\n")
+    monkeypatch.setattr("sys.argv", ["benchmarks", "--pages"])
+    assert command.main() == 0
+    assert TABLE.markdown() in readme.read_text()
 
 
 def test_an_unknown_benchmark_is_refused(monkeypatch, capsys):
