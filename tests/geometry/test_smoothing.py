@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from smoothing_paths import arc, random_path
 from splinefeed.errors import InputError
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.smoothing_assembly import at_knot
 from splinefeed.geometry.smoothing_joints import transitions
 from splinefeed.geometry.smoothing_proof import deviation
+from splinefeed.geometry.smoothing_proven import proven
 
 PROGRAMS = ("cncjs_tball.gcode",)
 #: Share of the tolerance to which deviations are told.
@@ -21,91 +23,15 @@ PRECISION = 0.02
 ROUNDING = 1e-6
 
 
-def turned(rng, count, step, angle):
-    """Points of a walk that turns by at most `angle`, rad, after steps of about `step`, mm."""
-    heading = np.cumsum(rng.uniform(-angle, angle, count))
-    lengths = step * rng.uniform(0.3, 1.7, count)
-    return np.vstack([np.zeros(2), np.cumsum(lengths[:, None] * np.c_[np.cos(heading), np.sin(heading)], axis=0)])
-
-
-def chopped_arc(rng, radius, sag, noise):
-    """Points on an arc at uneven places, each off by at most `noise`, mm."""
-    step = math.sqrt(8.0 * sag / radius)
-    phi = np.concatenate([[0.0], np.cumsum(step * rng.uniform(0.2, 1.0, int(rng.integers(20, 120))))])
-    points = radius * np.c_[np.sin(phi), 1.0 - np.cos(phi)]
-    return points + noise * rng.uniform(-1.0, 1.0, points.shape)
-
-
-def smooth_curve(rng, count):
-    t = np.sort(rng.uniform(0.0, 6.0, count))
-    return np.c_[8.0 * t, 5.0 * np.sin(t) + np.sin(2.3 * t)]
-
-
-def random_path(seed):
-    """A polyline, a chopped arc or curve, or a mixture of long and short lines and true arcs; and a tolerance, mm."""
-    rng = np.random.default_rng(seed)
-    tolerance = float(10.0 ** rng.uniform(-3.0, -1.0))
-    kind = seed % 6
-    if kind == 0:
-        points = turned(rng, int(rng.integers(2, 60)), 5.0, rng.uniform(0.1, 3.0))
-    elif kind == 1:
-        points = chopped_arc(rng, rng.uniform(2.0, 80.0), 0.5 * tolerance, 0.2 * tolerance)
-    elif kind == 2:
-        points = np.round(smooth_curve(rng, int(rng.integers(50, 400))), 3)
-    elif kind == 3:
-        points = np.vstack([turned(rng, 12, 10.0, 1.0), chopped_arc(rng, 5.0, 0.3 * tolerance, 0.05 * tolerance)])
-        points[13:] += points[12] - points[13] + [0.5, 0.2]
-    elif kind == 4:
-        points = turned(rng, 300, 3.0 * tolerance, 1.5)  # nothing but noise
-    else:
-        return mixture(rng), tolerance
-    return sf.Path.polyline(points, repair=True), tolerance
-
-
-def arc(start, centre, angle):
-    """A circular arc as rational quadratic Bezier curves of at most a quarter turn."""
-    parts = max(1, math.ceil(abs(angle) / (0.5 * math.pi)))
-    half = 0.5 * angle / parts
-    curves = []
-    p = np.asarray(start, dtype=float)
-    for _ in range(parts):
-        r = p - centre
-        c, s = math.cos(2 * half), math.sin(2 * half)
-        q = centre + np.array([c * r[0] - s * r[1], s * r[0] + c * r[1]])
-        c, s = math.cos(half), math.sin(half)
-        middle = centre + np.array([c * r[0] - s * r[1], s * r[0] + c * r[1]]) / c
-        curves.append(sf.NurbsCurve.bezier([p, middle, q], [1.0, c, 1.0]))
-        p = q
-    return curves
-
-
-def mixture(rng):
-    """Lines and arcs, some joined smoothly, some at corners."""
-    curves, at, heading = [], np.zeros(2), 0.0
-    for _ in range(int(rng.integers(3, 12))):
-        if rng.random() < 0.5:
-            heading += rng.choice([0.0, rng.uniform(-0.5, 0.5), rng.uniform(-2.5, 2.5)])
-        direction = np.array([math.cos(heading), math.sin(heading)])
-        if rng.random() < 0.5:
-            to = at + rng.uniform(0.5, 30.0) * direction
-            curves.append(sf.NurbsCurve(1, [0, 0, 1, 1], [at, to]))
-        else:
-            radius, angle = rng.uniform(0.5, 20.0), rng.uniform(0.3, 3.0) * rng.choice([-1.0, 1.0])
-            centre = at + math.copysign(radius, angle) * np.array([-direction[1], direction[0]])
-            curves += arc(at, centre, angle)
-            heading += angle
-        at = curves[-1].ends[1]
-    return sf.Path(curves)
-
-
 def check_one(seed):
     path, tolerance = random_path(seed)
     if tolerance > path.size:
         return
     for corners in ("keep", "round"):
-        result = path.smoothed(tolerance, corners=corners)
-        found = deviation(path, result, PRECISION * tolerance)
-        assert found.largest <= (1.0 + PRECISION) * tolerance, f"seed {seed}, {corners}: {found.largest / tolerance}"
+        proof = proven(path, tolerance, corners=corners)
+        assert proof.holds, f"seed {seed}, {corners}: {proof.sentence}"
+        assert proof.order.unclear == 0, f"seed {seed}, {corners}: {proof.sentence}"
+        result = proof.path
         np.testing.assert_array_equal(result.ends[[0, -1], [0, 1]], path.ends[[0, -1], [0, 1]])
         jumps = result.corners.curvature_jump[~result.corners.stop]
         assert np.all(jumps < ROUNDING), f"seed {seed}: the curvature jumps in the result"

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 #: What is done to a path after it is read.
 _AFTER_READING = ("tangential", "smooth", "corners", "corner_angle")
-#: The proof tells the distance from the original to this share of the tolerance.
-PROOF_PRECISION = 0.02
 
 
 def read_path(source: str, reading: Mapping[str, Any]) -> Path:
@@ -39,13 +37,12 @@ def read_path(source: str, reading: Mapping[str, Any]) -> Path:
 
 
 def smooth(path: Path, how: Mapping[str, Any]) -> Path:
-    """The path smoothed as `options.smoothing_from` says, its findings telling the proven distance from the original.
+    """The path smoothed as `options.smoothing_from` says, its findings telling what is proven of it.
 
-    Raises CurveError if that is over the tolerance, which no path is known to bring about.
+    Raises CurveError if it is over the tolerance, which no path is known to bring about.
     """
-    from splinefeed.errors import CurveError
-    from splinefeed.geometry.smoothing import PROGRAM, UNBOUNDED_TOLERANCE
-    from splinefeed.geometry.smoothing_proof import deviation
+    from splinefeed.geometry.smoothing_proven import proven
+    from splinefeed.geometry.smoothing_stream import PROGRAM
 
     tolerance = how.get("smooth")
     if tolerance is None:
@@ -53,28 +50,11 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
     said: dict[str, Any] = {"corners": how["corners"]} if "corners" in how else {}
     if "corner_angle" in how:
         said["corner_angle"] = math.radians(how["corner_angle"])
-    if tolerance != PROGRAM:
-        result = path.smoothed(tolerance, **said)
-    else:
+    if tolerance == PROGRAM:
         if path.tolerances is None or not path.tolerances.any():
             raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
-        result = path.smoothed(PROGRAM, **{"corners": "round", **said})
-        tolerance = min(float(path.tolerances.max()), max(UNBOUNDED_TOLERANCE, *_finite(path)))
-    if result is path or not path.linear:
-        return result
-    found = deviation(path, result, PROOF_PRECISION * tolerance)
-    if found.largest > (1.0 + PROOF_PRECISION) * tolerance:
-        raise CurveError(
-            f"{path.name}: smoothed by {tolerance:g} mm, but {found.largest:.6g} mm from the original; please report it"
-        )
-    proof = f"at most {found.largest:.4g} mm from the original and back (tolerance {tolerance:g} mm)"
-    return result.with_findings(*result.findings, proof)
-
-
-def _finite(path: Path) -> list[float]:
-    """Finite tolerances of a path, at least one number."""
-    assert path.tolerances is not None
-    return [0.0, *(value for value in set(path.tolerances.tolist()) if math.isfinite(value))]
+        said = {"corners": "round", **said}
+    return proven(path, tolerance, **said).path
 
 
 def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:

@@ -12,6 +12,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing_stream import ANGULAR_TOLERANCE, SMOOTHING_CORNER_ANGLE, Smoother, raw
 from splinefeed.geometry.smoothing_stream import PROGRAM as PROGRAM
 from splinefeed.geometry.smoothing_stream import UNBOUNDED_TOLERANCE as UNBOUNDED_TOLERANCE
+from splinefeed.records import Array
 
 
 def smoothed(
@@ -21,6 +22,7 @@ def smoothed(
     corner_angle: float = SMOOTHING_CORNER_ANGLE,
     corners: str = "keep",
     angular_tolerance: float = ANGULAR_TOLERANCE,
+    share: Array | None = None,
 ) -> Path:
     """The path with continuous tangent and curvature and bounded third derivative, within `tolerance` everywhere.
 
@@ -28,6 +30,7 @@ def smoothed(
     corner_angle       joints that turn by more, rad, are corners
     corners            "keep" them, the tool rests there, or "round" them within the tolerance; reversals are kept
     angular_tolerance  of rotary axes, rad
+    share              (curves,) of the tolerance that each curve may use, all of it if not given, 0 for exact
 
     Runs of short lines become splines of degree 5 (least squares, knots where the error is); at the joints that are
     left, of whatever curves, quintics lead from one to the other. What they leave of long lines and of arcs stays as
@@ -40,9 +43,9 @@ def smoothed(
     value = smoother.tolerance
     if value != PROGRAM and float(value) > path.size > 0.0:
         raise InputError(f"tolerance is {value:g} mm, more than the whole path, {path.size:.4g} mm; give a smaller one")
-    if not raw(path, value, 0).free.any():
+    if not raw(path, value, 0, share).free.any():
         return path
-    parts = [*smoother.take(path), *smoother.rest()]
+    parts = [*smoother.take(path, share), *smoother.rest()]
     starts = np.cumsum([0, *(len(part.flat) for part in parts)]).tolist()
     return Path(
         Packed(Flat.joined([part.flat for part in parts])),

@@ -18,6 +18,10 @@ from splinefeed.records import Array, IntArray
 SAG, SLACK = 0.1, 0.6
 #: Halvings of a chord at most.
 MOST_HALVINGS = 24
+#: Steps no longer than this, relative to the coordinates, are rounding.
+ROUNDING = 1e-14
+#: The share of a short span that its chords may cut off.
+FLAT = 1.0 / 64.0
 #: Chords of one span at most.
 MOST_CHORDS = 100_000
 #: Places a span of a rational curve at which its second derivative is looked at, and the factor for what lies between.
@@ -53,7 +57,7 @@ def deviation(original: Path, result: Path, precision: float) -> Deviation:
         raise InputError(f"the paths have axes {original.axes} and {result.axes}; the same are needed")
     if not 0.0 < precision < math.inf:
         raise InputError(f"precision is {precision!r} mm; it must be greater than 0 and finite")
-    first, second = chords(original, SAG * precision), chords(result, SAG * precision)
+    first, second = (chords(path, SAG * precision)[:2] for path in (original, result))
     sags = 2.0 * SAG * precision
     return Deviation(
         result=_farthest(second, first, len(result.curves), SLACK * precision) + sags,
@@ -61,50 +65,65 @@ def deviation(original: Path, result: Path, precision: float) -> Deviation:
     )
 
 
-def chords(path: Path, sag: float) -> tuple[Array, IntArray]:
-    """Points (n + 1, linear) of chords that cut off at most `sag`, mm, and the curve of each chord (n,)."""
-    linear = path.linear
+def chords(path: Path, sag: float, scale: Array | None = None) -> tuple[Array, IntArray, Array]:
+    """Points (n + 1, axes) of chords, the curve of each chord (n,), and what it cuts off at most (n,).
+
+    That is at most `sag`, and a small share of the span.
+    scale  (axes,) what each axis is taken times; only the linear ones, in mm, if it is not given
+    """
+    scale = np.ones(path.linear) if scale is None else scale
     flat = path.flat
     rows: list[Array] = []
     owners: list[IntArray] = []
+    cuts: list[Array] = []
     straight = (flat.degrees == 1) & (flat.rational == 0)
     low = 0
     for i in [*np.flatnonzero(~straight).tolist(), len(flat)]:
         if i > low:  # lines are their own chords
-            points = flat.points[flat.point_starts[low] : flat.point_starts[i], :linear]
+            points = flat.points[flat.point_starts[low] : flat.point_starts[i], : len(scale)] * scale
             rows.append(points)
             per = np.repeat(np.arange(low, i), np.diff(flat.point_starts)[low:i])
             owners.append(per)
+            cuts.append(np.zeros(len(per)))
         if i < len(flat):
-            points = path.curves[i](_parameters(path.curves[i], linear, sag))[:, :linear]
+            curve = path.curves[i]
+            u, cut = _parameters(curve, scale, sag)
+            points = curve(u)[:, : len(scale)] * scale
             rows.append(points)
+            cuts.append(np.append(0.0, cut))
             owners.append(np.full(len(points), i))
         low = i + 1
-    points, owner = np.concatenate(rows), np.concatenate(owners)
-    moved = np.append(True, np.any(points[1:] != points[:-1], axis=1))
-    return points[moved], owner[moved][1:]
+    points, owner, off = np.concatenate(rows), np.concatenate(owners), np.concatenate(cuts)
+    # where two curves join there may be a step of a rounding, which is no chord
+    least = ROUNDING * float(np.abs(points).max())
+    moved = np.append(True, np.any(np.abs(points[1:] - points[:-1]) > least, axis=1))
+    return points[moved], owner[moved][1:], off[moved][1:]
 
 
-def _parameters(curve: NurbsCurve, linear: int, sag: float) -> Array:
-    """Parameters between which chords cut off at most `sag`, mm."""
-    breaks = curve.breaks
+def _parameters(curve: NurbsCurve, scale: Array, sag: float) -> tuple[Array, Array]:
+    """Parameters (n + 1,) between which chords cut off at most `sag` of the axes taken times `scale`, and what (n,)."""
+    breaks, axes = curve.breaks, len(scale)
     if curve.rational:
         u = breaks[:-1, None] + np.diff(breaks)[:, None] * np.linspace(0.0, 1.0, PLACES)
-        top = BETWEEN * np.linalg.norm(curve.derivatives(u, 2)[..., 2, :linear], axis=-1).max(axis=1)
+        top = BETWEEN * np.linalg.norm(curve.derivatives(u, 2)[..., 2, :axes] * scale, axis=-1).max(axis=1)
     else:
-        p, knots, q = curve.degree, curve.knots, curve.control_points[:, :linear]
+        p, knots, q = curve.degree, curve.knots, curve.control_points[:, :axes] * scale
         for _ in range(2):
             width = knots[p + 1 : p + len(q)] - knots[1 : len(q)]
-            q = np.divide(p * np.diff(q, axis=0), width[:, None], out=np.zeros((len(q) - 1, linear)),
+            q = np.divide(p * np.diff(q, axis=0), width[:, None], out=np.zeros((len(q) - 1, axes)),
                           where=width[:, None] > 0.0)  # fmt: skip
             knots, p = knots[1:-1], p - 1
         sizes = np.linalg.norm(q, axis=1)
         spans = np.searchsorted(knots, breaks[:-1], side="right") - 1
         top = np.max(sizes[np.clip(spans[:, None] - np.arange(p + 1), 0, len(sizes) - 1)], axis=1)
-    counts = np.clip(np.ceil(np.diff(breaks) * np.sqrt(top / (8.0 * sag))), 1, MOST_CHORDS).astype(np.int64)
+    width = np.diff(breaks)
+    long = np.linalg.norm(np.diff(curve(breaks)[:, :axes] * scale, axis=0), axis=1)
+    allowed = np.clip(FLAT * long, FLAT * sag, sag)
+    counts = np.clip(np.ceil(width * np.sqrt(top / (8.0 * allowed))), 1, MOST_CHORDS).astype(np.int64)
     first = np.repeat(np.cumsum(counts) - counts, counts)
     share = (np.arange(len(first)) - first) / np.repeat(counts, counts)
-    return np.append(np.repeat(breaks[:-1], counts) + share * np.repeat(np.diff(breaks), counts), breaks[-1])
+    u = np.append(np.repeat(breaks[:-1], counts) + share * np.repeat(width, counts), breaks[-1])
+    return u, np.repeat(top * (width / counts) ** 2 / 8.0, counts)
 
 
 def _farthest(of: tuple[Array, IntArray], to: tuple[Array, IntArray], count: int, slack: float) -> Array:

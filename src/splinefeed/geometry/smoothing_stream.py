@@ -85,8 +85,8 @@ class Smoother:
         """The rest of the smooth path."""
         return [self._as_path(done) for done in self.rest()]
 
-    def take(self, path: Path) -> list[Done]:
-        """As `push`, as arrays."""
+    def take(self, path: Path, share: Array | None = None) -> list[Done]:
+        """As `push`, as arrays; share (curves,) of the tolerance that each curve may use."""
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the smoother has {self.axes}")
         said = path.feeds is not None, path.tolerances is not None
@@ -104,7 +104,7 @@ class Smoother:
             raise CurveError(f"gap of {gap:.6g} mm between curve {self._came - 1} and curve {self._came}")
         self._end = ends[-1, 1].copy()
         self._markers += [dataclasses.replace(m, before=m.before + self._came) for m in path.markers]
-        self._waiting.append(raw(path, self.tolerance, self._came))
+        self._waiting.append(raw(path, self.tolerance, self._came, share))
         self._came += len(path.flat)
         found: list[Done] = []
         if sum(map(len, self._waiting)) > self._window:
@@ -193,7 +193,7 @@ def checked(tolerance: float | str, corner_angle: float, corners: str, angular_t
     return tolerance
 
 
-def raw(path: Path, tolerance: float | str, first: int) -> Batch:
+def raw(path: Path, tolerance: float | str, first: int, share: Array | None = None) -> Batch:
     """The curves of a path as a Batch in which `free` says whether each may be changed at all."""
     flat, count = path.flat, len(path.flat)
     unsaid = np.full(count, np.nan)
@@ -203,6 +203,8 @@ def raw(path: Path, tolerance: float | str, first: int) -> Batch:
         allowed = np.zeros(count)
     else:
         allowed = np.where(np.isfinite(path.tolerances), path.tolerances, UNBOUNDED_TOLERANCE)
+    if share is not None:
+        allowed = share * allowed
     loose = (allowed > 0.0) & (flat.sizes(slice(path.linear)) > 0.0) & ~flat.turning(path.linear)
     if path.feeds is not None:
         loose &= np.isfinite(path.feeds)

@@ -1,0 +1,193 @@
+"""Order: how far a smoothed path is from the original when both are run through side by side, and new crossings."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.smoothing_proof import chords
+from splinefeed.kernels import matching as kernels
+from splinefeed.records import Array, IntArray
+
+#: What chords may cut off, as a share of the precision: each distance counts it of both paths.
+SAG = 0.25
+#: Ways on which the paths come further apart than this many tolerances are not followed.
+LIMIT = 3.0
+#: Cells of a chord beside a chord at first, for each chord, and at most: beyond, the paths are too entangled.
+CELLS, MOST_CELLS = 4, 30_000_000
+#: Places that lie within this, relative to the coordinates, are one.
+TOUCH = 1e-10
+#: Meetings of a path with itself that are looked at at most.
+MOST_MEETINGS = 1_000_000
+#: A curve whose chord is longer than this many times what it cuts off does not turn back over it.
+BACK = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """Two paths run through side by side, from start to end and never back.
+
+    distance   (curves of the result,) largest distance over the linear axes meanwhile, mm; angle over rotary ones, rad
+    crossings  (n, 2) arc lengths of the result at which it meets itself and the original, near there, does not
+    concerned  (2 n, 2) first and last curve of the original that the pieces which meet there stand for
+    unclear    chords of the result too short, for their bend, to tell whether there are loops in them
+    """
+
+    distance: Array
+    angle: Array
+    crossings: Array
+    concerned: IntArray
+    unclear: int
+
+    @property
+    def largest(self) -> float:
+        """A bound of the Frechet distance of the paths over the linear axes, mm; infinite if none was found."""
+        return float(self.distance.max())
+
+    @property
+    def largest_angle(self) -> float:
+        """The largest angle between the rotary axes meanwhile, rad; 0 without any."""
+        return float(self.angle.max())
+
+
+def order(original: Path, result: Path, tolerance: float, angular_tolerance: float, precision: float = 0.02) -> Order:
+    """Both paths run through side by side, so that they stay near each other, and where the result crosses itself anew.
+
+    tolerance, angular_tolerance  mm and rad: what counts as equally far over linear and rotary axes
+    precision                     of both, as a share: what chords in place of curves may cost
+
+    The largest distance on the way bounds the Frechet distance: the order of places, and the direction, are those of
+    the original, nothing is left out or run through twice. The way is found from the chords of both paths alone, cell
+    by cell (Alt, Godau, "Computing the Frechet distance between two polygonal curves", Int. J. Comput. Geom. Appl. 5
+    (1995), 75-91, doi 10.1142/S0218195995000064); the distance is convex along it within a cell, so that its places
+    on the edges tell the largest. Nothing is shared with the smoothing. Raises InputError for paths of other axes or
+    tolerances that cannot be used.
+    """
+    if original.axes != result.axes:
+        raise InputError(f"the paths have axes {original.axes} and {result.axes}; the same are needed")
+    for name, value in (("tolerance", tolerance), ("angular_tolerance", angular_tolerance), ("precision", precision)):
+        if not 0.0 < value < math.inf:
+            raise InputError(f"{name} is {value!r}; it must be greater than 0 and finite")
+    linear = result.linear
+    scale = np.repeat([1.0 / tolerance, 1.0 / angular_tolerance], [linear, len(result.axes) - linear])
+    p, owner, cut = chords(result, SAG * precision, scale)
+    q, source, _ = chords(original, SAG * precision, scale)
+    way = _way(p, q, linear)
+    if way is None:
+        none = np.full(len(result.curves), math.inf)
+        return Order(none, none, np.empty((0, 2)), np.empty((0, 2), dtype=np.int64), 0)
+    sag = 2.0 * SAG * precision
+    off = _at(p, way[:, 0]) - _at(q, way[:, 1])
+    distance, angle = _of_curves(way, owner, off, linear, len(result.curves))
+    crossings, places = np.empty((0, 2)), np.empty((0, 2))
+    if linear > 1:
+        crossings, places = _new_meetings(result, p[:, :linear] * tolerance, q[:, :linear] * tolerance, owner, way)
+    concerned = np.clip(np.column_stack([np.floor(places[:, 0]), np.ceil(places[:, 1]) - 1.0]), 0, len(source) - 1)
+    return Order(
+        tolerance * (distance + sag),
+        angular_tolerance * (angle + (sag if linear < len(result.axes) else 0.0)),
+        crossings,
+        source[concerned.astype(np.int64)],
+        _unclear(p[:, :linear], cut, owner),
+    )
+
+
+def _way(p: Array, q: Array, linear: int) -> Array | None:
+    """Places (n, 2) on both lines, chord and share in one number, that lead from start to end; None if none is near."""
+    columns, chord = len(p) - 1, len(q) - 1
+    lows, starts = np.zeros(columns + 1, dtype=np.int64), np.zeros(columns + 1, dtype=np.int64)
+    room = CELLS * (columns + chord)
+    while True:
+        places, ways = np.empty((room, 2)), np.empty((room, 2), dtype=np.int64)
+        used = kernels.side_by_side(p, q, linear, LIMIT**2, lows, starts, places, ways)
+        if used >= 0 or room >= MOST_CELLS:
+            break
+        room *= 4
+    if used <= 0:
+        return None
+    out = np.empty((columns + chord + 2, 2))
+    count = kernels.traced(lows, starts, places, ways, out)
+    return np.vstack([[[0.0, 0.0]], out[:count][::-1]])
+
+
+def _at(points: Array, place: Array) -> Array:
+    """Points (n, axes) at places (n,) on a line."""
+    i = np.minimum(place.astype(np.int64), len(points) - 2)
+    return np.asarray(points[i] + (place - i)[:, None] * (points[i + 1] - points[i]))
+
+
+def _of_curves(way: Array, owner: IntArray, off: Array, linear: int, count: int) -> tuple[Array, Array]:
+    """Largest norms of `off` over linear and other axes along the way, for each curve (count,)."""
+    norms = [np.linalg.norm(columns, axis=1) for columns in (off[:, :linear], off[:, linear:])]
+    chord = np.minimum(way[:, 0].astype(np.int64), len(owner) - 1)
+    before = np.minimum(np.ceil(way[:, 0]).astype(np.int64), len(owner)) - 1
+    found = []
+    for norm in norms:
+        out = np.zeros(count)
+        np.maximum.at(out, owner[chord], norm)
+        np.maximum.at(out, owner[np.maximum(before, 0)], norm)  # what stands between two curves counts for both
+        found.append(out)
+    return found[0], found[1]
+
+
+def _meetings(points: Array) -> Array | None:
+    """Places (n, 2) at which a line of chords meets itself; None if there are too many."""
+    leaves = 1 << max(-(-(len(points) - 1) // kernels.LEAF) - 1, 0).bit_length()
+    boxes = np.empty((2 * leaves, 2 * points.shape[1]))
+    kernels.boxes_of(points, boxes)
+    room = 4 * len(points)
+    while True:
+        out = np.empty((room, 2))
+        found = kernels.meetings(points, boxes, TOUCH * float(np.abs(points).max()), out)
+        if found <= room:
+            return out[:found]
+        if room >= MOST_MEETINGS:
+            return None
+        room *= 4
+
+
+def _new_meetings(result: Path, p: Array, q: Array, owner: IntArray, way: Array) -> tuple[Array, Array]:
+    """Arc lengths (n, 2) at which the result meets itself where the original, over the same pieces, does not.
+
+    And (2 n, 2) where on the original these pieces begin and end.
+    """
+    found, known = _meetings(p), _meetings(q)
+    if found is None or known is None or not len(found):
+        return np.empty((0, 2)), np.empty((0, 2))
+    # the pieces at both places and their neighbours, as places on the original
+    first = np.searchsorted(owner, np.arange(len(result.curves)))
+    bounds = np.append(first, len(owner)).astype(float)
+    piece = owner[np.minimum(found.astype(np.int64), len(owner) - 1)]
+    low = np.interp(bounds[np.maximum(piece - 1, 0)], way[:, 0], way[:, 1])
+    high = np.interp(bounds[np.minimum(piece + 2, len(result.curves))], way[:, 0], way[:, 1])
+    new = np.ones(len(found), dtype=bool)
+    ordered = known[np.argsort(known[:, 0], kind="stable")]
+    begin = np.searchsorted(ordered[:, 0], np.floor(low[:, 0]))
+    end = np.searchsorted(ordered[:, 0], np.ceil(high[:, 0]), side="right")
+    for k in range(len(found)):
+        other = ordered[begin[k] : end[k], 1]
+        new[k] = not np.any((other >= np.floor(low[k, 1])) & (other <= np.ceil(high[k, 1])))
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+    mine = piece[new].ravel()
+    places = np.column_stack([np.interp(bounds[each], way[:, 0], way[:, 1]) for each in (mine, mine + 1)])
+    return np.asarray(np.interp(found[new], np.arange(len(p)), length)), places
+
+
+def _unclear(p: Array, cut: Array, owner: IntArray) -> int:
+    """Chords (n,) within which, or over to the next of which, the curve could turn back: it cuts off too much.
+
+    With e the distance of a curve from its chord at equal shares, |e'| <= 4 cut / h: the curve goes forwards along any
+    direction in which its chord is longer than four times what it cuts off.
+    """
+    step = np.diff(p, axis=0)
+    length = np.linalg.norm(step, axis=1)
+    unit = step / np.maximum(length, 1e-300)[:, None]
+    cosine = np.sqrt(np.maximum(0.5 * (1.0 + np.sum(unit[1:] * unit[:-1], axis=1)), 0.0))
+    inside = (cut > 0.0) & (length <= BACK * cut)
+    over = (owner[1:] == owner[:-1]) & (cut[1:] > 0.0)
+    over &= (cosine * length[1:] <= BACK * cut[1:]) | (cosine * length[:-1] <= BACK * cut[:-1])
+    return int(np.count_nonzero(inside)) + int(np.count_nonzero(over))

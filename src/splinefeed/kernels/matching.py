@@ -1,0 +1,321 @@
+"""Two lines of chords run through side by side, forwards only, and chords of one line that meet."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from splinefeed.kernels.jit import kernel
+from splinefeed.records import Array, IntArray
+
+#: How a node was reached: from the left or from the lower edge of its cell.
+LEFT, BELOW = 1, 2
+#: Chords a leaf of the tree of boxes.
+LEAF = 8
+#: Pairs of boxes that wait at most: a few for each level of the tree.
+STACK = 1024
+#: Neighbouring chords whose directions have a cosine below this run back over each other.
+BACK = -0.996
+
+
+@kernel
+def apart(p: Array, i: int, x: float, q: Array, j: int, y: float, linear: int) -> float:
+    """Square of the distance of p at chord i, share x, from q at chord j, share y: over the linear or other axes.
+
+    The larger of the two. p, q (n + 1, axes) are in tolerances.
+    """
+    along = 0.0
+    turned = 0.0
+    for a in range(p.shape[1]):
+        step = p[i, a] + x * (p[i + 1, a] - p[i, a]) - q[j, a] - y * (q[j + 1, a] - q[j, a])
+        if a < linear:
+            along += step * step
+        else:
+            turned += step * step
+    return max(along, turned)
+
+
+@kernel
+def nearest_share(p: Array, k: int, q: Array, j: int, linear: int) -> float:
+    """Share of chord j of q at which it is nearest to the point p[k], by the larger of both distances.
+
+    Each is a parabola in the share: the least of the larger one lies at the foot of either or where they cross.
+    """
+    best = math.inf
+    at = 0.0
+    c = np.zeros((2, 3))  # constant, linear, quadratic
+    for a in range(q.shape[1]):
+        step = q[j + 1, a] - q[j, a]
+        off = q[j, a] - p[k, a]
+        which = 0 if a < linear else 1
+        c[which, 0] += off * off
+        c[which, 1] += 2.0 * off * step
+        c[which, 2] += step * step
+    for trial in range(4):
+        share = 0.0
+        if trial < 2:
+            if c[trial, 2] > 0.0:
+                share = -0.5 * c[trial, 1] / c[trial, 2]
+        else:
+            constant, slope, square = c[0, 0] - c[1, 0], c[0, 1] - c[1, 1], c[0, 2] - c[1, 2]
+            root = slope * slope - 4.0 * square * constant
+            if root < 0.0:
+                continue
+            total = -0.5 * (slope + math.copysign(math.sqrt(root), slope))
+            if trial == 2:
+                share = total / square if square != 0.0 else 0.0
+            else:
+                share = constant / total if total != 0.0 else 0.0
+        share = min(max(share, 0.0), 1.0)
+        largest = max(c[0, 0] + share * (c[0, 1] + share * c[0, 2]), c[1, 0] + share * (c[1, 1] + share * c[1, 2]))
+        if largest < best:
+            best = largest
+            at = share
+    return at
+
+
+@kernel
+def side_by_side(
+    p: Array, q: Array, linear: int, limit: float, lows: IntArray, starts: IntArray, places: Array, ways: IntArray
+) -> int:
+    """Run through chords p and q (points, axes), in tolerances, forwards only, so that they stay near each other.
+
+    A cell is a chord of p beside a chord of q; on its right and on its upper edge one node is kept: the place where the
+    largest distance on the way there, as far as it is looked for, is least. lows, starts (chords of p + 1,): first
+    chord of q in each column and its first row in places (rows, 2), the shares of the nodes on both edges, and ways
+    (rows, 2), LEFT or BELOW or 0 where none is within `limit` (a square). Returns the rows that are used, 0 if the end
+    is not reached, or minus the rows that were there if they are too few.
+    """
+    columns, chords = p.shape[0] - 1, q.shape[0] - 1
+    room = places.shape[0]
+    left_value = np.full(chords + 1, np.inf)  # of the nodes on the line between the last column and this one
+    left_share = np.zeros(chords + 1)
+    low = 0
+    high = 0  # behind the last chord of q that the last column reached
+    used = 0
+    for i in range(columns):
+        lows[i] = low
+        starts[i] = used
+        below_value = np.inf
+        below_share = 0.0
+        next_low = -1
+        next_high = 0
+        j = low
+        while j < chords:
+            here_value = left_value[j] if j < high else np.inf
+            here_share = left_share[j]
+            if i == 0 and j == 0:
+                here_value = apart(p, 0, 0.0, q, 0, 0.0, linear)
+                here_share = 0.0
+            if j >= high and below_value == np.inf and not (i == 0 and j == 0):
+                break
+            if used >= room:
+                return -room
+            # right edge: p[i + 1] beside chord j
+            value = np.inf
+            way = 0
+            share = 0.0
+            if here_value < np.inf or below_value < np.inf:
+                wanted = 1.0 if i == columns - 1 and j == chords - 1 else nearest_share(p, i + 1, q, j, linear)
+                if below_value < np.inf:
+                    value = max(below_value, apart(p, i, 1.0, q, j, wanted, linear))
+                    share = wanted
+                    way = BELOW
+                if here_value < np.inf:
+                    later = max(wanted, here_share)
+                    other = max(here_value, apart(p, i, 1.0, q, j, later, linear))
+                    if other < value:
+                        value = other
+                        share = later
+                        way = LEFT
+                if value > limit:
+                    value = np.inf
+                    way = 0
+            # upper edge: q[j + 1] beside chord i
+            up_value = np.inf
+            up_way = 0
+            up_share = 0.0
+            if here_value < np.inf or below_value < np.inf:
+                wanted = 1.0 if i == columns - 1 and j == chords - 1 else nearest_share(q, j + 1, p, i, linear)
+                if here_value < np.inf:
+                    up_value = max(here_value, apart(p, i, wanted, q, j, 1.0, linear))
+                    up_share = wanted
+                    up_way = LEFT
+                if below_value < np.inf:
+                    later = max(wanted, below_share)
+                    other = max(below_value, apart(p, i, later, q, j, 1.0, linear))
+                    if other < up_value:
+                        up_value = other
+                        up_share = later
+                        up_way = BELOW
+                if up_value > limit:
+                    up_value = np.inf
+                    up_way = 0
+            places[used, 0], places[used, 1] = share, up_share
+            ways[used, 0], ways[used, 1] = way, up_way
+            used += 1
+            left_value[j] = value
+            left_share[j] = share
+            if way != 0:
+                if next_low < 0:
+                    next_low = j
+                next_high = j + 1
+            below_value = up_value
+            below_share = up_share
+            j += 1
+        if i == columns - 1:
+            starts[columns] = used
+            return used if j == chords and ways[used - 1, 0] != 0 else 0
+        if next_low < 0:
+            return 0
+        low = next_low
+        high = next_high
+    return 0
+
+
+@kernel
+def traced(lows: IntArray, starts: IntArray, places: Array, ways: IntArray, out: Array) -> int:
+    """The way back from the end of `side_by_side`: places on both lines, chord and share in one number, from behind.
+
+    out (places, 2); returns how many there are, at most one a column and one a chord, and one.
+    """
+    i = starts.shape[0] - 2
+    row = starts[i + 1] - 1
+    edge = 0
+    count = 0
+    j = lows[i] + row - starts[i]
+    while count < out.shape[0]:
+        if edge == 0:
+            out[count, 0], out[count, 1] = i + 1.0, j + places[row, 0]
+        else:
+            out[count, 0], out[count, 1] = i + places[row, 1], j + 1.0
+        count += 1
+        way = ways[row, edge]
+        if way == LEFT:
+            if i == 0:
+                break
+            i -= 1
+            row = starts[i] + j - lows[i]
+            edge = 0
+        else:
+            if j == 0:
+                break
+            j -= 1
+            row -= 1
+            edge = 1
+    return count
+
+
+@kernel
+def closest(points: Array, i: int, j: int, shares: Array) -> float:
+    """Square of the least distance of chords i and j of points (n + 1, axes), and where it is, as `shares` (2,)."""
+    a = b = c = d = e = 0.0
+    for k in range(points.shape[1]):
+        u = points[i + 1, k] - points[i, k]
+        v = points[j + 1, k] - points[j, k]
+        w = points[i, k] - points[j, k]
+        a += u * u
+        b += u * v
+        c += v * v
+        d += u * w
+        e += v * w
+    best = math.inf
+    for trial in range(5):
+        if trial == 0:
+            determinant = a * c - b * b
+            if determinant <= 1e-14 * a * c:
+                continue
+            s, t = (b * e - c * d) / determinant, (a * e - b * d) / determinant
+            if not (0.0 <= s <= 1.0 and 0.0 <= t <= 1.0):
+                continue
+        elif trial < 3:
+            s = trial - 1.0
+            t = min(max((e + s * b) / c, 0.0), 1.0) if c > 0.0 else 0.0
+        else:
+            t = trial - 3.0
+            s = min(max((t * b - d) / a, 0.0), 1.0) if a > 0.0 else 0.0
+        square = 0.0
+        for k in range(points.shape[1]):
+            step = (points[i, k] + s * (points[i + 1, k] - points[i, k])) - (
+                points[j, k] + t * (points[j + 1, k] - points[j, k])
+            )
+            square += step * step
+        if square < best:
+            best = square
+            shares[0], shares[1] = s, t
+    return best
+
+
+@kernel
+def runs_back(points: Array, i: int) -> bool:
+    """Whether chord i + 1 runs back over chord i."""
+    a = b = c = 0.0
+    for k in range(points.shape[1]):
+        u = points[i + 1, k] - points[i, k]
+        v = points[i + 2, k] - points[i + 1, k]
+        a += u * u
+        b += u * v
+        c += v * v
+    return b < BACK * math.sqrt(a * c)
+
+
+@kernel
+def boxes_of(points: Array, boxes: Array) -> None:
+    """Boxes (2 leaves, 2 axes) of LEAF chords each and, node k over 2 k and 2 k + 1, of all; leaves is a power of 2."""
+    leaves, axes = boxes.shape[0] // 2, points.shape[1]
+    chords = points.shape[0] - 1
+    for leaf in range(leaves):
+        for a in range(axes):
+            low, high = np.inf, -np.inf
+            end = min((leaf + 1) * LEAF, chords) if leaf * LEAF < chords else -1
+            for i in range(leaf * LEAF, end + 1):
+                low, high = min(low, points[i, a]), max(high, points[i, a])
+            boxes[leaves + leaf, a], boxes[leaves + leaf, axes + a] = low, high
+    for k in range(leaves - 1, 0, -1):
+        for a in range(axes):
+            boxes[k, a] = min(boxes[2 * k, a], boxes[2 * k + 1, a])
+            boxes[k, axes + a] = max(boxes[2 * k, axes + a], boxes[2 * k + 1, axes + a])
+
+
+@kernel
+def meetings(points: Array, boxes: Array, touch: float, out: Array) -> int:
+    """Pairs of chords, neighbours only if one runs back over the other, no further apart than `touch`, mm.
+
+    out (room, 2) gets their places, chord and share in one number, the earlier one first. Returns how many there are,
+    room + 1 if more than fit.
+    """
+    leaves, axes = boxes.shape[0] // 2, points.shape[1]
+    chords = points.shape[0] - 1
+    stack = np.empty((STACK, 2), dtype=np.int64)
+    shares = np.empty(2)
+    stack[0, 0] = stack[0, 1] = 1
+    waiting = 1
+    found = 0
+    while waiting > 0:
+        waiting -= 1
+        k, m = stack[waiting, 0], stack[waiting, 1]
+        clear = False
+        for a in range(axes):
+            if boxes[k, a] > boxes[m, axes + a] + touch or boxes[m, a] > boxes[k, axes + a] + touch:
+                clear = True
+        if clear:
+            continue
+        if k < leaves:  # both are of one level
+            for one in range(2):
+                for other in range(2):
+                    if k == m and one > other:
+                        continue
+                    stack[waiting, 0], stack[waiting, 1] = 2 * k + one, 2 * m + other
+                    waiting += 1
+            continue
+        for i in range((k - leaves) * LEAF, min((k - leaves + 1) * LEAF, chords)):
+            for j in range(max((m - leaves) * LEAF, i + 1), min((m - leaves + 1) * LEAF, chords)):
+                if j == i + 1 and not runs_back(points, i):
+                    continue
+                if closest(points, i, j, shares) <= touch * touch:
+                    if found == out.shape[0]:
+                        return found + 1
+                    out[found, 0], out[found, 1] = i + shares[0], j + shares[1]
+                    found += 1
+    return found
