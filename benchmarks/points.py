@@ -20,7 +20,7 @@ from benchmarks.timing import interleaved
 COUNT = 100_000
 #: Libraries that take microseconds a point are given fewer of them.
 SLOW_COUNT = 1_000
-SLOW = ("splipy", "nurbspy", "geomdl")
+SLOW = ("splipy", "nurbspy", "OCCT", "geomdl")
 ROUNDS = 7
 
 Evaluate = Callable[[np.ndarray], np.ndarray]
@@ -73,12 +73,42 @@ def geomdl(curve: sf.NurbsCurve) -> Evaluate:
     return lambda u: np.array([other.derivatives(value, 2) for value in u.tolist()])
 
 
+def occt(curve: sf.NurbsCurve) -> Evaluate:
+    """One D2 a point through the Python binding, as OCCT has no call for many; its own C++ users wait less."""
+    gp = import_module("OCP.gp")
+    arrays = import_module("OCP.collections")
+    count = len(curve.control_points)
+    poles, weights = arrays.Array1_gp_Pnt(1, count), arrays.Array1_double(1, count)
+    for i, (point, weight) in enumerate(zip(curve.control_points.tolist(), _weights(curve).tolist(), strict=True), 1):
+        poles.SetValue(i, gp.gp_Pnt(*point, *[0.0] * (3 - len(point))))
+        weights.SetValue(i, weight)
+    distinct, times = np.unique(curve.knots, return_counts=True)
+    knots = arrays.Array1_double(1, len(distinct))
+    multiplicities = arrays.Array1_int(1, len(distinct))
+    for i, (knot, multiplicity) in enumerate(zip(distinct.tolist(), times.tolist(), strict=True), 1):
+        knots.SetValue(i, knot)
+        multiplicities.SetValue(i, multiplicity)
+    other = import_module("OCP.Geom").Geom_BSplineCurve(poles, weights, knots, multiplicities, curve.degree)
+    point, first, second = gp.gp_Pnt(), gp.gp_Vec(), gp.gp_Vec()
+
+    def evaluate(u: np.ndarray) -> np.ndarray:
+        out = np.empty((len(u), 3, curve.axes))
+        for i, value in enumerate(u.tolist()):
+            other.D2(value, point, first, second)
+            for order, vector in enumerate((point, first, second)):
+                out[i, order] = (vector.X(), vector.Y(), vector.Z())[: curve.axes]
+        return out
+
+    return evaluate
+
+
 LIBRARIES: dict[str, Callable[[sf.NurbsCurve], Evaluate]] = {
     "splinefeed": splinefeed,
     "SciPy PPoly": scipy_ppoly,
     "SciPy BSpline": scipy_bspline,
     "nurbspy": nurbspy,
     "splipy": splipy,
+    "OCCT": occt,
     "geomdl": geomdl,
 }
 

@@ -69,7 +69,7 @@ def test_without_a_compiler_there_is_no_kernel_and_no_error(monkeypatch, tmp_pat
     assert ticks.compile_kernel(str(tmp_path)) is None
 
 
-@pytest.mark.parametrize("name", ["SciPy PPoly", "SciPy BSpline"])
+@pytest.mark.parametrize("name", ["SciPy PPoly", "SciPy BSpline", "OCCT"])
 def test_other_libraries_are_given_the_same_curve(name):
     curve = cases.butterfly().curves[0]
     u = np.linspace(*curve.domain, 100)[1:-1]
