@@ -10,7 +10,7 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test test-linuxcnc lint bench torture clean
+.PHONY: help run test docs test-linuxcnc lint bench torture clean
 
 help: ## print these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -31,6 +31,10 @@ lint: $(VENV)/.installed-dev ## ruff, mypy and the directions between the rooms
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy --strict
 	$(BIN)/lint-imports
+
+docs: $(VENV)/.installed-dev ## the documentation as a site, build/docs/index.html (no network; a warning is an error)
+	$(BIN)/sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs
+	@echo "see build/docs/index.html"
 
 bench: $(VENV)/.installed-bench ## measure against C and other libraries (needs gcc)
 	$(BIN)/python -m benchmarks $(ARGS)

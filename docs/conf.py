@@ -1,0 +1,54 @@
+"""How Sphinx makes the documentation: `make docs`, without a network, warnings being errors."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from splinefeed import __version__
+
+project = "splinefeed"
+author = "The splinefeed authors"
+copyright = "The splinefeed authors, MIT licence"
+release = version = __version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
+source_suffix = {".md": "markdown"}
+myst_heading_anchors = 4
+highlight_language = "none"  # what has no language is a formula or a command
+html_theme = "furo"
+html_title = f"splinefeed {__version__}"
+html_show_sphinx = False
+html_static_path = ["_static"]
+html_css_files = ["docstrings.css"]
+templates_path: list[str] = []
+
+autodoc_typehints = "none"  # docstrings say shapes and units, which types do not
+autodoc_preserve_defaults = True
+autodoc_member_order = "bysource"
+autodoc_class_signature = "separated"
+
+
+def as_written(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    """Show a docstring as it is in the code: its sentence, then formulas, columns and errors letter by letter."""
+    if not any(line.strip() for line in lines):
+        return
+    end = next((i for i, line in enumerate(lines) if not line.strip()), len(lines))
+    sentence, rest = lines[:end], lines[end:]
+    lines[:] = [_escaped(line.strip()) for line in sentence]
+    if any(line.strip() for line in rest):
+        lines += ["", "::", "", *(f"   {line}".rstrip() for line in rest), ""]
+
+
+def _escaped(text: str) -> str:
+    """`text` for reStructuredText: code between backticks, everything else as it stands."""
+    parts = text.split("`")
+    if len(parts) % 2 == 0:  # a lone backtick is a letter
+        parts = [text]
+    plain = [re.sub(r"([\\`*_|])", r"\\\1", part) for part in parts]
+    return "".join(f"``{parts[i]}``" if i % 2 else plain[i] for i in range(len(parts)))
+
+
+def setup(app: Any) -> None:
+    """Tell Sphinx of the hook above."""
+    app.connect("autodoc-process-docstring", as_written)

@@ -1,0 +1,30 @@
+"""Draw the pictures of the gallery, or those named: `python docs/gallery/draw.py [butterfly ...]`."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+from splinefeed.report import theme
+from splinefeed.report.files import save_figure
+
+HERE = Path(__file__).parent
+
+
+def scripts() -> list[Path]:
+    """The script of each picture."""
+    return sorted(file for file in HERE.glob("*.py") if file != Path(__file__))
+
+
+def main(names: list[str]) -> None:
+    """Write the pictures beside their scripts."""
+    for script in scripts():
+        if not names or script.stem in names:
+            with theme.applied():
+                save_figure(runpy.run_path(str(script))["picture"](), script.with_suffix(".svg"))
+            print(script.with_suffix(".svg").name)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,15 @@
+"""Which limit binds: an ellipse under limits of feed, chord error and axes, and the share of each over time."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+import splinefeed as sf
+from splinefeed.report.limits_figure import limits_figure
+
+
+def picture() -> Figure:
+    """Plan an ellipse and draw feed, binding limit and shares."""
+    limits = sf.Limits(feed=120, chord_error=2e-4, axis_acceleration=1500, axis_jerk=60000)
+    run = sf.run(sf.shapes.ellipse(a=30, b=8), limits, strategy="time-optimal")
+    return limits_figure(run.use, run.points, "ellipse, 60 by 16 mm")

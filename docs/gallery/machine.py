@@ -1,0 +1,19 @@
+"""What an axis does: the paper's airfoil on the paper's table as we model it, the deviation enlarged."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+import splinefeed as sf
+from splinefeed.pipeline.deviation import deviation
+from splinefeed.report.servo_figures import contour_figure
+
+
+def picture() -> Figure:
+    """Follow the airfoil and draw where the table left it."""
+    path = sf.shapes.naca("0025", perimeter=33)
+    points = sf.run(path).points
+    response = sf.follow(points, sf.Table.load("xytheta"), path=path)
+    beside = deviation(response, path, points.s)
+    assert beside is not None  # it moves, so there is something to draw
+    return contour_figure(beside, "NACA 0025, 33 mm", "xytheta")
