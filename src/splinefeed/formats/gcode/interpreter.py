@@ -17,14 +17,7 @@ from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError, Parameters
 from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, RAPID, Findings
-from splinefeed.formats.gcode.offsets import (
-    G92_PARAMETERS,
-    POSITION_PARAMETERS,
-    REFERENCE_PARAMETERS,
-    SYSTEM_PARAMETERS,
-    SYSTEM_STEP,
-    SYSTEMS,
-)
+from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, State, number
 from splinefeed.formats.gcode.words import Block, parse, without_comments
@@ -47,7 +40,7 @@ class Interpreter:
         self.dialect = dialect
         self.findings = findings
         self.repair = repair
-        self.parameters = Parameters(self._parameter)
+        self.parameters = Parameters(state.parameter)
         self.ended = False
         self.line = 0
         self.splines = SplineWords(state)
@@ -114,21 +107,6 @@ class Interpreter:
         """Axis words as values in mm or rad by axis, which are then done with."""
         found = {axis: self._take(letter) for axis, letter in enumerate(LETTERS) if letter in self._words}
         return {axis: self.state.scaled(axis, value) for axis, value in found.items() if value is not None}
-
-    def _parameter(self, number: int) -> float | None:
-        """Values that the interpreter knows by number, in the units in force."""
-        state = self.state
-        axis = number - POSITION_PARAMETERS
-        if 0 <= axis < AXES:
-            place = state.position[axis] - state.values[layout.OFFSET + axis]
-            return float(place / state.values[layout.SCALE + axis])
-        axis = number - G92_PARAMETERS
-        if 0 <= axis < AXES:
-            return float(state.offsets.g92[axis] / state.values[layout.SCALE + axis])
-        system, axis = divmod(number - SYSTEM_PARAMETERS, SYSTEM_STEP)
-        if 0 <= system < 9 and axis < AXES:
-            return float(state.offsets.systems[system + 1][axis] / state.values[layout.SCALE + axis])
-        return None
 
     # --- one line ---------------------------------------------------------------------------------------------------
 

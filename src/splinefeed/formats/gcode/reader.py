@@ -57,7 +57,8 @@ class Reading:
         yield from self._run(file, self.dialect)
 
     def _run(self, file: str | os.PathLike[str], dialect: Dialect) -> Iterator[Moves]:
-        state = State(Offsets(self.offsets), self.start, dialect.extruder)
+        lines = pathlib.Path(file).stat().st_size // 2 + 1  # a letter and an end of line at least
+        state = State(Offsets(self.offsets), self.start, dialect.extruder, lines)
         interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
         run = interpreter(state, dialect, self.findings, repair=self.repair)
         self.fast &= interpreter is Interpreter

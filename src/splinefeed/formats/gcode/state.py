@@ -9,7 +9,13 @@ import numpy as np
 
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import AXES, LETTERS, ROTARY, Mark, Moves, Spline
-from splinefeed.formats.gcode.offsets import Offsets
+from splinefeed.formats.gcode.offsets import (
+    G92_PARAMETERS,
+    POSITION_PARAMETERS,
+    SYSTEM_PARAMETERS,
+    SYSTEM_STEP,
+    Offsets,
+)
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
@@ -25,17 +31,21 @@ UNSAID, UNBOUNDED = -1.0, math.inf
 
 
 class State:
-    """Position, offsets, units and modes; `take` hands out the moves that were made since the last time."""
+    """Position, offsets, units and modes; `take` hands out the moves that were made since the last time.
 
-    def __init__(self, offsets: Offsets, start: Array, extruder: bool) -> None:
+    lines  no program has more of them, so that a short one needs less room
+    """
+
+    def __init__(self, offsets: Offsets, start: Array, extruder: bool, lines: int) -> None:
         self.offsets = offsets
         self.values = np.zeros(layout.STATE)
         self.modes = np.zeros(layout.MODES, dtype=np.int64)
-        self.rows = np.zeros((CAPACITY, layout.FLOATS))
-        self.marks = np.zeros((CAPACITY, layout.INTEGERS), dtype=np.int64)
+        self._capacity = min(CAPACITY, lines + 2 * _ROOM)
+        self.rows = np.zeros((self._capacity, layout.FLOATS))
+        self.marks = np.zeros((self._capacity, layout.INTEGERS), dtype=np.int64)
         self.count = 0
-        self._heard = np.zeros((CAPACITY, layout.SAID), dtype=np.int64)
-        self._spoken = np.zeros((CAPACITY, layout.SPOKEN))
+        self._heard = np.zeros((self._capacity, layout.SAID), dtype=np.int64)
+        self._spoken = np.zeros((self._capacity, layout.SPOKEN))
         self._texts: dict[tuple[int, int, float, float], str] = {}
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
@@ -64,7 +74,7 @@ class State:
     @property
     def full(self) -> bool:
         """Whether the moves should be taken before the next line."""
-        return self.count > CAPACITY - _ROOM
+        return self.count > self._capacity - _ROOM
 
     def set_units(self, *, inch: bool) -> None:
         """G20 and G21: mm of one unit; degrees stay degrees."""
@@ -80,6 +90,20 @@ class State:
     def scaled(self, axis: int, value: float) -> float:
         """A word of an axis in mm or rad."""
         return float(value * self.values[layout.SCALE + axis])
+
+    def parameter(self, number: int) -> float | None:
+        """Value of a parameter that the interpreter knows by its number, in the units in force."""
+        axis = number - POSITION_PARAMETERS
+        if 0 <= axis < AXES:
+            place = self.position[axis] - self.values[layout.OFFSET + axis]
+            return float(place / self.values[layout.SCALE + axis])
+        axis = number - G92_PARAMETERS
+        if 0 <= axis < AXES:
+            return float(self.offsets.g92[axis] / self.values[layout.SCALE + axis])
+        system, axis = divmod(number - SYSTEM_PARAMETERS, SYSTEM_STEP)
+        if 0 <= system < 9 and axis < AXES:
+            return float(self.offsets.systems[system + 1][axis] / self.values[layout.SCALE + axis])
+        return None
 
     def target(self, words: Mapping[str, float]) -> tuple[Array, int, int]:
         """Where axis words lead, (9,), with the bits of the axes said, and of those whose place is stated."""
