@@ -14,6 +14,7 @@ from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.sizes import MAX_COORDINATE, MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
 from splinefeed.geometry.chaining import Chain, chain, copies
 from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.overlaps import overlaps
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
 from splinefeed.records import Array, IntArray
 
@@ -65,6 +66,7 @@ class Drawing:
             pools = pools[kept]
         found = chain(ends, tolerance, pools)
         self.findings += found.findings
+        self._say_overlaps([piece for piece, pool in zip(pieces, pools.tolist(), strict=True) if not pool], names)
         moved = _Moves(tolerance)
         runs = [_run(pieces, each, moved) for each in found.chains]
         if moved.count:
@@ -111,6 +113,16 @@ class Drawing:
                 row += count
             pieces.append(curves)
         return pieces
+
+    def _say_overlaps(self, pieces: list[list[NurbsCurve]], names: list[str]) -> None:
+        """A finding for lines and arcs that lie on others in part; what is to become of them is not to be guessed."""
+        shared = overlaps(pieces, JOIN_TOLERANCE)
+        if shared is not None:
+            begin, end = (", ".join(f"{value:.6g}" for value in place.tolist()) for place in (shared.begin, shared.end))
+            self.findings.append(
+                f"{many(shared.count, 'line or arc lies', 'lines or arcs lie')} on others in part, the first from "
+                f"({begin}) to ({end}) in {names[shared.piece]!r}; they are left as drawn and run through twice there"
+            )
 
     def _copies(self, pieces: list[list[NurbsCurve]], ends: Array, repair: bool) -> IntArray:
         """(n,) how many earlier pieces lie exactly where this one does, run through either way."""

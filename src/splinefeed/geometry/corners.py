@@ -120,7 +120,9 @@ def find_corners(path: Path) -> Corners:
     parts.append((at_curve, at, np.full(len(at), np.pi), np.full(len(at), np.inf)))
     curve, u, angle, jump = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     order = np.lexsort((u, curve))
-    s = path.arc_length(curve[order], u[order])
+    joint = u[order] == flat.domains[curve[order], 1]
+    # a joint is where the next curve starts, to the bit, so that a marker there and the corner are one stop
+    s = np.where(joint, path.curve_starts[curve[order] + 1], path.arc_length(curve[order], u[order]))
     # a point that is given twice, or a span that stands still, is one corner and not two
     keep = np.ones(len(order), dtype=bool)
     keep[1:] = np.diff(s) > SAME_PLACE * path.length

@@ -92,3 +92,9 @@ def test_a_nurbs_that_linuxcnc_has_run(data_dir: Path) -> None:
     assert path.feeds is not None and path.feeds.tolist() == [60.0]
     assert path.tolerances is not None and path.tolerances.tolist() == [0.01]
     assert [(m.before, m.text, m.dwell) for m in path.markers] == [(0, "", 0.2), (1, "M2", 0.0)]
+
+
+def test_a_marker_and_a_corner_at_one_place_are_one_stop(data_dir: Path) -> None:
+    path = sf.read(data_dir / "gcode" / "gcodepreview_mach3.gcode", repair=True)
+    assert np.diff(path.stops).min() > 0.1 and len(path.stops) == 16
+    assert set(path.stops) <= set(path.curve_starts.tolist())
