@@ -146,6 +146,17 @@ def test_info(splinefeed, square):
     assert "least radius of curvature none: straight lines" in text
 
 
+def test_info_of_a_long_program_lists_the_first_curves_or_all(splinefeed, folder):
+    (folder / "long.ngc").write_text("G1 X0 Y1 F60\n" + "".join(f"X{i}\n" for i in range(1, 5101)))
+    page = answer(splinefeed("info", "long.ngc", "--json"))
+    assert (page["paths"][0]["curves"], len(page["curves"]), page["curves_left_out"]) == (5101, 5000, 101)
+    assert page["curves"][1] == {
+        "path": 1, "degree": 1, "control_points": 2, "spans": 1, "rational": False, "closed": False, "length_mm": 1.0,
+    }  # fmt: skip
+    assert len(answer(splinefeed("info", "long.ngc", "--json", "--all"))["curves"]) == 5101
+    assert answer(splinefeed("info", "long.ngc", "--json", "--path", "1"))["curves_left_out"] == 0
+
+
 def test_info_of_several_paths(splinefeed, refused, apart):
     page = answer(splinefeed("info", apart, "--json"))
     assert [path["name"] for path in page["paths"]] == ["low", "high"]

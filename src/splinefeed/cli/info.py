@@ -28,8 +28,9 @@ Examples:
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source")
 @options.reading
+@click.option("--all", "every", is_flag=True, help="List every curve of a long program in --json, not the first alone.")
 @options.as_json
-def command(source: str, as_json: bool, **given: Any) -> None:
+def command(source: str, as_json: bool, every: bool, **given: Any) -> None:
     """Say what SOURCE holds: curves, length, corners, least radius, and what its reader had to guess or mend."""
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
@@ -40,7 +41,7 @@ def command(source: str, as_json: bool, **given: Any) -> None:
 
         say(f"reading {source}")
         reading = options.reading_from(given)
-        page, program = program_page(source, reading)
+        page, program = program_page(source, reading, every)
         page = page or _page(read_contents(source, reading))
         if program is not None:
             page["program"] = program
@@ -58,6 +59,7 @@ def _page(paths: Contents) -> dict[str, Any]:
         "curves": [
             _curve(path, i, number) for number, path in enumerate(paths, start=1) for i in range(len(path.curves))
         ],
+        "curves_left_out": 0,
         "format": paths.format,
         "units": paths.units,
         "findings": list(findings),
@@ -152,7 +154,7 @@ def _print(page: dict[str, Any]) -> None:
     ]
     if rows:
         print_table(["curve", "kind", "degree", "control points", "spans", "length mm"], rows[:MOST_LISTED], texts=2)
-        _print_more(len(rows))
+        _print_more(len(rows) + page["curves_left_out"])
     print_notes(page["findings"])
 
 

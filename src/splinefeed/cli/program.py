@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping
 from typing import Any
 
-#: Programs with at most this many moves are also made into curves, which are then listed one by one.
+#: Programs with at most this many moves are made into a path; of longer ones as many curves are listed.
 FEW = 5_000
 
 
-def program_page(source: str, reading: Mapping[str, Any]) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
-    """The page of a program too long to be listed curve by curve, and what only a program has; None without one."""
+def program_page(
+    source: str, reading: Mapping[str, Any], every: bool = False
+) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
+    """The page of a program too long to be made into a path, and what only a program has; None without one.
+
+    `every` lists all of its curves, and not the first ones alone.
+    """
     from splinefeed.formats import registry
     from splinefeed.geometry import shapes
 
@@ -22,11 +28,11 @@ def program_page(source: str, reading: Mapping[str, Any]) -> tuple[dict[str, Any
     known = {"dialect", "start", "offsets", "repair"}
     if set(reading) - known:
         return None, None  # the registry says which option is none of a program's
-    counted = summary_as_read(source, **reading)
+    counted = summary_as_read(source, **reading, most_listed=sys.maxsize if every else FEW)
     program = counted.program()
     if sum(counted.moves.values()) <= FEW:
         return None, program
-    return {**counted.page(source), "curves": [], "format": "G-code"}, program
+    return {**counted.page(source), "format": "G-code"}, program
 
 
 def print_program(program: Mapping[str, Any]) -> None:

@@ -73,7 +73,7 @@ def overlaps(pieces: Sequence[Sequence[NurbsCurve]], tolerance: float) -> Overla
         sweep = np.concatenate([arcs[:, 5], arcs[:, 5]])
         scale = np.concatenate([radius, radius])
         pairs = _neighbours(doubled[:, 1:4], low * scale, (low + sweep) * scale, cell)
-        alike = {}  # what overlaps does so a turn later again
+        alike: dict[int, tuple[int, float, float]] = {}  # what overlaps does so a turn later again
         for i, a, b in pairs:
             alike.setdefault(i % len(arcs), (i, a, b))
         apart = list(alike.values())

@@ -41,6 +41,25 @@ def test_it_agrees_with_the_path(tmp_path: Path, data_dir: Path, name: str) -> N
     assert found.dwell_time == sum(wait for _, wait in path.dwells)
 
 
+@pytest.mark.parametrize("name", ["tball.gcode", "calibration.gcode", "mixed"])
+def test_its_curves_are_those_of_the_path_as_many_as_are_asked_for(tmp_path: Path, data_dir: Path, name: str) -> None:
+    files = {file.name: file for file in (data_dir / "gcode").iterdir()}
+    file = next((files[each] for each in files if each.endswith(name)), None) or program(tmp_path, *MIXED)
+    path = sf.read(file, repair=True)
+    page = summary(file, reading=Reading(repair=True), most_listed=10**9).page(file)
+    lengths = np.diff(path.curve_starts)
+    assert page["curves_left_out"] == 0 and len(page["curves"]) == len(path.curves)
+    for said, curve, length in zip(page["curves"], path.curves, lengths, strict=True):
+        # arcs that miss their circle are spirals, whose length is that of the mean radius but for the second order
+        assert said.pop("length_mm") == pytest.approx(length, rel=1e-6)
+        assert said == {
+            "path": 1, "degree": curve.degree, "control_points": len(curve.control_points),
+            "spans": len(curve.spans), "rational": curve.rational, "closed": curve.closed,
+        }  # fmt: skip
+    few = summary(file, reading=Reading(repair=True), most_listed=3).page(file)
+    assert len(few["curves"]) == 3 and few["curves_left_out"] == len(path.curves) - 3
+
+
 def test_parts_make_no_difference(tmp_path: Path, data_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mixed = program(tmp_path, *MIXED)
     files = [mixed, data_dir / "gcode" / "cncjs_tball.gcode"]

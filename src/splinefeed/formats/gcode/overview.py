@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.arcs import CHORD_SWEEP, Arcs, arc_lengths
+from splinefeed.formats.gcode.arcs import CHORD_SWEEP, Arcs, arc_curve, arc_lengths
 from splinefeed.formats.gcode.moves import (
     AXES,
     CLOCKWISE,
@@ -41,8 +41,9 @@ from splinefeed.formats.gcode.to_path import (
 )
 from splinefeed.formats.metadata import axis_units, to_degrees
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
+from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import gcode as layout
-from splinefeed.records import Array, BoolArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 _LINEAR = [axis for axis in range(AXES) if axis not in ROTARY]
 _KINDS = {RAPID: "G0", LINE: "G1", CLOCKWISE: "G2", COUNTERCLOCKWISE: "G3", SPLINE: "splines"}
@@ -50,7 +51,10 @@ _KINDS = {RAPID: "G0", LINE: "G1", CLOCKWISE: "G2", COUNTERCLOCKWISE: "G3", SPLI
 
 @dataclass
 class Summary:
-    """Counts and measures of a program; lengths mm, times s. Made by `summary`."""
+    """Counts and measures of a program; lengths mm, times s. Made by `summary`.
+
+    curves  of the first moves, `most_listed` at most, what `info` says of each
+    """
 
     name: str
     dialect: str = ""
@@ -75,6 +79,8 @@ class Summary:
     first: Array | None = None
     last: Array | None = None
     findings: list[str] = field(default_factory=list)
+    most_listed: int = 0
+    curves: list[dict[str, Any]] = field(default_factory=list)
 
     @property
     def length(self) -> float:
@@ -82,18 +88,19 @@ class Summary:
         return math.fsum(self.lengths.values())
 
     def page(self, file: str | os.PathLike[str]) -> dict[str, Any]:
-        """The keys of `info --json`: `paths` with one entry, `program`, `units`, `findings`; no curves one by one."""
+        """The keys of `info --json`: `paths` with one entry, the first `curves`, how many more, and the others."""
         columns = path_columns(self.used, file)
         axes = tuple(LETTERS[column].lower() for column in columns)
         assert self.first is not None
         assert self.last is not None
         size = float(np.linalg.norm((self.high - self.low)[_LINEAR]))
         gap = float(np.linalg.norm((self.last - self.first)[_LINEAR]))
+        count = sum(self.moves.values()) - self.without_length - self.left_out
         path = {
             "name": self.name,
             "axes": list(axes),
             "axis_units": axis_units(axes, rotary="deg"),
-            "curves": sum(self.moves.values()) - self.without_length - self.left_out,
+            "curves": count,
             "degrees": sorted(self.degrees),
             "length_mm": self.length,
             "bbox_min": to_degrees(self.low[columns][None], axes)[0].tolist(),
@@ -106,7 +113,14 @@ class Summary:
             "gaps": 0,
             "largest_gap_mm": 0.0,
         }
-        return {"paths": [path], "program": self.program(), "units": self.units, "findings": self.findings}
+        return {
+            "paths": [path],
+            "curves": self.curves,
+            "curves_left_out": count - len(self.curves),
+            "program": self.program(),
+            "units": self.units,
+            "findings": self.findings,
+        }
 
     def program(self) -> dict[str, Any]:
         """What only a program has."""
@@ -127,10 +141,12 @@ class Summary:
         }
 
 
-def summary(file: str | os.PathLike[str], *, reading: Reading | None = None, keep_start: bool = False) -> Summary:
+def summary(
+    file: str | os.PathLike[str], *, reading: Reading | None = None, keep_start: bool = False, most_listed: int = 0
+) -> Summary:
     """Measure the program in `file`; FormatError for a line that is wrong, or where nothing moves."""
     reading = reading or Reading()
-    found = Summary(pathlib.Path(file).stem)
+    found = Summary(pathlib.Path(file).stem, most_listed=most_listed)
     joint = _Joint()
     for part in reading.moves(file):
         found.markers += sum(bool(mark.text) for mark in part.marks)
@@ -156,10 +172,11 @@ def summary_as_read(
     start: str | Sequence[float] | None = None,
     offsets: str | Mapping[str, Sequence[float]] | None = None,
     repair: bool = False,
+    most_listed: int = 0,
 ) -> Summary:
     """`summary` with the options of `to_path.from_file`."""
     reading = reading_of(dialect, start, offsets, repair)
-    return summary(file, reading=reading, keep_start=start is not None)
+    return summary(file, reading=reading, keep_start=start is not None, most_listed=most_listed)
 
 
 @dataclass
@@ -198,6 +215,7 @@ def _add(
     if not kept.any():
         joint.rest |= any(mark.stop for mark in moves.marks)
         return
+    _list(found, moves, arcs, ends.length, np.flatnonzero(kept)[: found.most_listed - len(found.curves)])
     _feeds(found, moves, ends.length, kept, reading)
     _boxes(found, moves, arcs, kept)
     if np.any(straight & kept):
@@ -273,6 +291,35 @@ def _splines(found: Summary, moves: Moves, ends: _Ends, none: BoolArray) -> None
             if square > 0.0:
                 ends.bends[k][i] = 0.0
                 ends.bends[k][i][columns] = (second - (second @ velocity) / square * velocity) / square
+
+
+def _list(found: Summary, moves: Moves, arcs: Arcs, length: Array, chosen: IntArray) -> None:
+    """What `info` says of the curves of these moves, which are the same as those of the path."""
+    number_of_arc = {int(move): i for i, move in enumerate(arcs.move)} if len(chosen) else {}
+    for i in chosen.tolist():
+        degree, points, spans, rational, closed = 1, 2, 1, False, False
+        if moves.kind[i] == SPLINE:
+            spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
+            curve = NurbsCurve(spline.degree, spline.knots, spline.points[:, _LINEAR], spline.weights)
+        elif i in number_of_arc:
+            start = moves.start if i == 0 else moves.ends[i - 1]
+            curve = arc_curve(start, moves.ends[i], arcs, number_of_arc[i], np.arange(3))
+        else:
+            curve = None
+        if curve is not None:
+            degree, points, spans = curve.degree, len(curve.control_points), len(curve.spans)
+            rational, closed = curve.rational, curve.closed
+        found.curves.append(
+            {
+                "path": 1,
+                "degree": degree,
+                "control_points": points,
+                "spans": spans,
+                "rational": rational,
+                "closed": closed,
+                "length_mm": float(length[i]),
+            }
+        )
 
 
 def _feeds(found: Summary, moves: Moves, length: Array, kept: BoolArray, reading: Reading) -> None:
