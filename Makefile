@@ -10,7 +10,7 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test docs test-linuxcnc lint bench torture clean
+.PHONY: help run test docs test-linuxcnc test-browser lint bench torture clean
 
 help: ## print these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -25,6 +25,10 @@ test: lint ## lint, then the fast tests with the compiler off, then the whole su
 test-linuxcnc: $(VENV)/.installed-dev ## play streams into LinuxCNC's HAL, hold programs against its interpreter (as root on Debian it installs LinuxCNC)
 	@command -v halcmd >/dev/null || { [ "$$(id -u)" = 0 ] && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends linuxcnc-uspace; } || { echo "LinuxCNC is not here: apt-get install linuxcnc-uspace (Debian 12), as root"; exit 1; }
 	$(BIN)/python -m pytest -n 0 -m linuxcnc tests/live tests/formats
+
+test-browser: $(VENV)/.installed-dev ## drive the studio and the reports in Chromium (as root on Debian it installs it)
+	@command -v chromium >/dev/null || { [ "$$(id -u)" = 0 ] && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; } || { echo "Chromium is not here: apt-get install chromium (Debian), as root"; exit 1; }
+	$(BIN)/python -m pytest -n 0 -m browser
 
 lint: $(VENV)/.installed-dev ## ruff, mypy and the directions between the rooms
 	$(BIN)/ruff check .

@@ -114,10 +114,10 @@ def test_a_source_is_planned_for_the_axes_of_its_machine(splinefeed, folder):
 def test_one_number_for_all_axes_leaves_theta_its_own(splinefeed, folder):
     words = ["plan", "circle?radius=10&tangential=true", "--machine", "xytheta", "--axis-accel", "300", "--json"]
     assert page_of(splinefeed(*words))["strategy"] == "time-optimal"
-    from splinefeed.cli import options
     from splinefeed.machine.table import Table
+    from splinefeed.pipeline.limits import over_machine
 
-    flat = options._over_machine({"axis_acceleration": 300.0}, Table.load("xytheta"), ("x", "y", "theta"))
+    flat = over_machine({"axis_acceleration": 300.0}, Table.load("xytheta"), ("x", "y", "theta"))
     assert flat["axis_acceleration.x"] == 300.0
     assert flat["axis_acceleration.theta"] == pytest.approx(np.radians(100000.0))
 

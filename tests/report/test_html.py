@@ -13,10 +13,10 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.cli.record import record
 from splinefeed.report import html as report
 from splinefeed.report import plotly_figures
 from splinefeed.report.html import page
+from splinefeed.report.record import record
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450, axis_jerk=18000)
 

@@ -46,10 +46,11 @@ def command(source: str, target: str, as_json: bool, **given: Any) -> None:
     from splinefeed.cli.progress import busy
 
     with busy("convert") as say:
-        from splinefeed.cli.source import read_contents, smooth
+        from splinefeed.cli.source import read_contents
         from splinefeed.formats import registry
         from splinefeed.formats.contents import Contents
         from splinefeed.pipeline.convert import convert
+        from splinefeed.pipeline.smooth import smooth
 
         registry.format_to_write(target)  # before anything long begins
         say(f"reading {source}")

@@ -64,10 +64,10 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
     import splinefeed
     from splinefeed.cli.folder import default_name, staged
-    from splinefeed.cli.output import plain
     from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
     from splinefeed.errors import FormatError, InputError
     from splinefeed.formats import response_hdf5
+    from splinefeed.formats.plain import plain
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured

@@ -28,6 +28,7 @@ COMMANDS = {
     "pulses": "Setpoints as the pulse words of a motion card's bit-pattern mode, and back.",
     "tune": "Gains of a machine's axes: margins before and after, by a rule or for a path.",
     "tune-feed": "The highest feed at which a machine keeps to a contour tolerance.",
+    "studio": "The local web page: sliders, plots, playback, tuning, history.",
     "sweep": "Many runs over settings, kept as a dataset: on processes, Dask or MPI.",
     "info": "What a file or shape holds, and what its reader had to say.",
     "convert": "From any format to any other, with what was approximated and lost.",

@@ -78,10 +78,9 @@ class AxisQuantities(click.ParamType):  # type: ignore[type-arg]
         try:
             if "=" not in value:
                 return {self.limit: limits_toml.axis_value(self.limit, "x", value)}
-            pairs = [each.partition("=") for each in value.split(",")]
             return {
-                f"{self.limit}.{axis.strip()}": limits_toml.axis_value(self.limit, axis.strip(), text)
-                for axis, _, text in pairs
+                f"{self.limit}.{axis}": limits_toml.axis_value(self.limit, axis, text)
+                for axis, text in limits_toml.by_axis(value)
             }
         except InputError as error:
             raise click.BadParameter(str(error), ctx, param) from None
@@ -287,13 +286,14 @@ def limits_from(
     The limits of the `axes` of a machine hold where neither file nor options say others.
     """
     from splinefeed.formats import limits_toml
+    from splinefeed.pipeline.limits import over_machine
     from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, PAPER_PERIOD, TIME_OPTIMAL
     from splinefeed.records import Limits
 
     file = given["limits_file"]
     flat = replaced(limits_toml.read(file).as_dict() if file else {}, given)
     if machine is not None:
-        flat = _over_machine(flat, machine, axes)
+        flat = over_machine(flat, machine, axes)
     kinds = {key.partition(".")[0] for key in flat}
     if not file:
         if not kinds & {"axis_acceleration", "axis_jerk"}:
@@ -305,43 +305,14 @@ def limits_from(
 
 
 def as_programmed(limits: Limits, path: Path, given: Mapping[str, Any]) -> tuple[Limits, list[str]]:
-    """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it.
-
-    The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
-    the highest programmed feed or the paper's, whichever is more.
-    """
-    import math
-    from dataclasses import replace
-
+    """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it."""
     from splinefeed.formats import limits_toml
-    from splinefeed.pipeline.run import PAPER_LIMITS
+    from splinefeed.pipeline.limits import at_programmed_feeds
 
     file = given["limits_file"]
-    if path.feeds is None or given["feed"] is not None or (file and "feed" in limits_toml.read(file).as_dict()):
+    if given["feed"] is not None or (file and "feed" in limits_toml.read(file).as_dict()):
         return limits, []
-    programmed = [feed for feed in path.feeds.tolist() if math.isfinite(feed)]
-    top = max(programmed, default=0.0)
-    note = f"no --feed is given: curves run at the program's feeds, {top:.6g} mm/s at most"
-    if len(programmed) == len(path.feeds):
-        return replace(limits, feed=top), [note]
-    if limits.axis_velocity is not None:
-        return replace(limits, feed=math.inf), [f"{note}; rapid moves as fast as the velocities of the axes allow"]
-    rapid = max(top, PAPER_LIMITS.feed)
-    return replace(limits, feed=rapid), [f"{note}; rapid moves at {rapid:.6g} mm/s, which is assumed"]
-
-
-def _over_machine(flat: Mapping[str, float], machine: Table, axes: Sequence[str]) -> dict[str, float]:
-    """The limits of those of `axes` that a machine has, with those of `flat` in their place."""
-    from splinefeed.records import BY_AXIS, ROTARY_AXES
-
-    own = machine.limits(axes)
-    out = {f"{name}.{axis}": value for name, values in own.items() for axis, value in values.items()}
-    for name, value in flat.items():
-        if name in BY_AXIS and own.get(name):  # one number is for every linear axis
-            out |= {f"{name}.{axis}": value for axis in axes if axis not in ROTARY_AXES}
-        else:
-            out[name] = value
-    return out
+    return at_programmed_feeds(limits, path)
 
 
 def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:

@@ -10,22 +10,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from splinefeed.cli.failures import visible
+from splinefeed.formats.plain import plain
 
 #: Columns that the widest of our tables takes; a narrower terminal wraps its lines, but no number is cut.
 WIDTH = 110
-
-
-def plain(value: Any) -> Any:
-    """`value` as JSON knows it: lists, numbers of Python, null for what is not finite."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(each) for key, each in value.items()}
-    if isinstance(value, str | bool | int) or value is None:
-        return value
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return [plain(each) for each in value]
 
 
 def print_json(numbers: Mapping[str, Any]) -> None:

@@ -49,8 +49,8 @@ def command(ctx: click.Context, /, folder: str, output: str | None, as_json: boo
 def _report(folder: str, output: str | None, say: Say) -> dict[str, Any]:
     from pathlib import Path
 
-    from splinefeed.cli.output import plain
     from splinefeed.cli.setpoints_file import path_of
+    from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import load
     from splinefeed.pipeline.compare import MethodResult
     from splinefeed.pipeline.run import measured

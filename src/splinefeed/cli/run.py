@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -84,7 +83,6 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from pathlib import Path
 
     from splinefeed.cli.folder import default_name, staged
-    from splinefeed.cli.record import record
     from splinefeed.cli.source import read_path
     from splinefeed.cli.warm import helper
     from splinefeed.errors import InputError
@@ -95,6 +93,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
     from splinefeed.pipeline.run import PAPER_SHAPE, run
     from splinefeed.report import files
+    from splinefeed.report.record import documented, record
 
     table = Table.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
     of_paper = source is None
@@ -141,9 +140,8 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
         page = record(result, traces, source, reading, formats, servo)
         page["notes"] = [*assumed, *options.smoothing_note(path, given), *page["notes"]]
         say("writing setpoints and figures")
-        settings = {**result.points.settings, "source": page["source"], "command": page["command"]}
-        documented = dataclasses.replace(result, points=dataclasses.replace(result.points, settings=settings))
+        result = documented(result, page)
         names = files.write(
-            documented, stage, formats=formats, traces=traces, with_figures=given["figures"], record=page, served=served
+            result, stage, formats=formats, traces=traces, with_figures=given["figures"], record=page, served=served
         )
     return traces, {**page, "files": [str(Path(folder) / name) for name in names]}

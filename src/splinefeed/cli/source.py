@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -25,6 +24,7 @@ def read_path(source: str, reading: Mapping[str, Any]) -> Path:
     With theta behind if `tangential` is true.
     """
     from splinefeed.formats import registry
+    from splinefeed.pipeline.smooth import smooth
 
     paths = read_contents(source, {name: value for name, value in reading.items() if name not in _AFTER_READING})
     path = paths[0] if len(paths) == 1 else registry.choose(paths, None, source)
@@ -34,27 +34,6 @@ def read_path(source: str, reading: Mapping[str, Any]) -> Path:
     from splinefeed.geometry.tangential import tangential
 
     return tangential(path)
-
-
-def smooth(path: Path, how: Mapping[str, Any]) -> Path:
-    """The path smoothed as `options.smoothing_from` says, its findings telling what is proven of it.
-
-    Raises CurveError if it is over the tolerance, which no path is known to bring about.
-    """
-    from splinefeed.geometry.smoothing_proven import proven
-    from splinefeed.geometry.smoothing_stream import PROGRAM
-
-    tolerance = how.get("smooth")
-    if tolerance is None:
-        return path
-    said: dict[str, Any] = {"corners": how["corners"]} if "corners" in how else {}
-    if "corner_angle" in how:
-        said["corner_angle"] = math.radians(how["corner_angle"])
-    if tolerance == PROGRAM:
-        if path.tolerances is None or not path.tolerances.any():
-            raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
-        said = {"corners": "round", **said}
-    return proven(path, tolerance, **said).path
 
 
 def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:

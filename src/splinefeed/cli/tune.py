@@ -86,8 +86,8 @@ def command(ctx: click.Context, /, machine: str, as_json: bool, **given: Any) ->
 def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """Tune and write; the page of numbers, with `files` as seen from the current folder."""
     import splinefeed
-    from splinefeed.cli.output import plain
     from splinefeed.errors import InputError
+    from splinefeed.formats.plain import plain
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.tuning import PATH_RULE
 

@@ -74,16 +74,16 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
 
     import splinefeed
     from splinefeed.cli.folder import default_name, staged
-    from splinefeed.cli.output import plain
-    from splinefeed.cli.record import command as command_line
-    from splinefeed.cli.record import source_of
     from splinefeed.cli.source import read_path
     from splinefeed.formats import limits_toml
+    from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import save
     from splinefeed.interpolation import registry
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.contour_feed import tune_feed
     from splinefeed.report import files
+    from splinefeed.report.record import command as command_line
+    from splinefeed.report.record import source_of
 
     table = Table.load(given["machine"])
     method = given["method"] or registry.DEFAULT_METHOD

@@ -28,8 +28,8 @@ def command(verbose: bool, as_json: bool) -> None:
     if verbose:
         import platform
 
-        from splinefeed.cli.record import version_of
         from splinefeed.kernels.jit import cache_directory
+        from splinefeed.report.record import version_of
 
         page |= {"python": platform.python_version(), "system": platform.platform()}
         page |= {name: version_of(name) for name in NEEDED}

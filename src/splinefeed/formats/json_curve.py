@@ -75,6 +75,13 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
     """Write the curves of `paths` to the file `target`; coordinates of linear axes come back bit for bit."""
+    with atomic_write(target) as temporary:
+        temporary.write_text(to_text(paths), encoding="utf-8")
+    return []
+
+
+def to_text(paths: Sequence[Path]) -> str:
+    """The text of a file with the curves of `paths`."""
     several = len(paths) > 1
     curves = [
         {
@@ -90,9 +97,7 @@ def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
     ]
     shared = {"units": "mm"} if several else {"name": paths[0].name, "units": "mm", "axes": paths[0].axes}
     document = {**shared, **curves[0]} if len(curves) == 1 else {**shared, "curves": curves}
-    with atomic_write(target) as temporary:
-        temporary.write_text(json.dumps(document, allow_nan=False) + "\n", encoding="utf-8")
-    return []
+    return json.dumps(document, allow_nan=False) + "\n"
 
 
 def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:

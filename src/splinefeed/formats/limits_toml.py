@@ -8,6 +8,7 @@ import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from splinefeed import units
@@ -62,7 +63,14 @@ def parse(text: str, source: str = "limits") -> Limits:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise FormatError(f"{source}: is no TOML: {error}") from None
-    lines = _lines(text)
+    return from_content(content, source, _lines(text))
+
+
+def from_content(content: Mapping[str, Any], source: str, lines: Mapping[str, int] = MappingProxyType({})) -> Limits:
+    """Limits from what a file of limits holds, once it is read; lines: where each key stands in it.
+
+    Raises LimitsFileError, whose `problems` each begin with the key, behind its line where that is known.
+    """
     problems: list[tuple[int, str]] = []
     values: dict[str, Any] = {}
 
@@ -108,6 +116,12 @@ def axis_value(name: str, axis: str, value: Any) -> float:
     if axis not in ROTARY_AXES:
         return _number(name, value)
     return _positive(turning(value, ORDERS[name]), value)
+
+
+def by_axis(text: str) -> list[tuple[str, str]]:
+    """Axis and quantity of each part of `x=2000,theta=90deg/s^3`."""
+    pairs = (each.partition("=") for each in text.split(","))
+    return [(axis.strip(), value.strip()) for axis, _, value in pairs]
 
 
 def turning(value: Any, order: int) -> float:

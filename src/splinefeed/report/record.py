@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import os
 import shlex
@@ -10,8 +11,8 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 import splinefeed
-from splinefeed.cli.output import plain
 from splinefeed.formats.limits_toml import ORDERS
+from splinefeed.formats.plain import plain
 from splinefeed.records import BY_AXIS, ROTARY_AXES, TRAVEL_ENDS
 
 if TYPE_CHECKING:
@@ -49,8 +50,12 @@ def record(
     reading: Mapping[str, Any],
     formats: Sequence[str],
     servo: Mapping[str, Any] | None = None,
+    origin: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """What `run.json` says and `--json` prints, but for the names of the files; servo: what a machine made of it."""
+    """What `run.json` says and `--json` prints, but for the names of the files.
+
+    servo  what a machine made of it; origin  what to say of a source that is no file at hand, in place of `source_of`
+    """
     numbers = run.numbers()
     machine = None
     if servo is not None:
@@ -64,7 +69,7 @@ def record(
         {
             **numbers,
             "name": run.path.name,
-            "source": source_of(source),
+            "source": source_of(source) if origin is None else dict(origin),
             "settings": {**settings, "reading": dict(reading)},
             "command": command(None if "experiment" in numbers else source, settings, reading, formats, machine),
             "program": f"splinefeed {splinefeed.__version__}",
@@ -72,6 +77,12 @@ def record(
         }
     )
     return page
+
+
+def documented(run: Run, page: Mapping[str, Any]) -> Run:
+    """The run, its setpoints saying the source and the command of its page of numbers."""
+    settings = {**run.points.settings, "source": page["source"], "command": page["command"]}
+    return dataclasses.replace(run, points=dataclasses.replace(run.points, settings=settings))
 
 
 def command(

@@ -1,0 +1,68 @@
+"""`splinefeed studio`: the local web page to try limits, methods and machines by hand."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+from splinefeed.cli import options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+EXAMPLES = """\b
+Examples:
+  splinefeed studio
+  splinefeed studio --port 8700 --no-browser
+  splinefeed studio --history night.sqlite
+
+"""
+
+
+@click.command(epilog=EXAMPLES)
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port on loopback.  [default: a free one]")
+@click.option("--browser/--no-browser", default=True, help="Open the page in the browser.  [default: browser]")
+@click.option(
+    "--history", "history_file", metavar="FILE", help="Where plans are remembered.  [default: a file of yours]"
+)
+@click.option("--no-history", is_flag=True, help="Remember no plans.")
+@options.as_json
+def command(port: int, browser: bool, history_file: str | None, no_history: bool, as_json: bool) -> None:
+    """Serve the studio on this computer alone, until Ctrl-C.
+
+    The address that is printed carries a token: whoever has it, on this computer, has the studio. Uploads are kept in a
+    temporary folder that goes with the program; plans are remembered in a SQLite file.
+    """
+    import asyncio
+    from contextlib import suppress
+    from importlib.util import find_spec
+    from pathlib import Path as File
+
+    from splinefeed.cli.output import print_json, print_text
+    from splinefeed.errors import InputError
+
+    if not (find_spec("plotly") and find_spec("tornado")):
+        raise InputError("the studio needs Tornado and Plotly: pip install 'splinefeed[studio]'")
+    from splinefeed.studio import server
+
+    history = None if no_history else File(history_file) if history_file else default_history()
+
+    def say(address: str) -> None:
+        if as_json:
+            print_json({"address": address, "history": None if history is None else str(history)})
+        else:
+            print_text(f"the studio is at {address}")
+            print_text("Ctrl-C ends it")
+        sys.stdout.flush()
+
+    with suppress(KeyboardInterrupt):
+        asyncio.run(server.serve(port, history, browser=browser, say=say))
+
+
+def default_history() -> Path:
+    """The file of the user in which plans are remembered."""
+    import platformdirs
+
+    return platformdirs.user_data_path("splinefeed", appauthor=False) / "studio.sqlite"

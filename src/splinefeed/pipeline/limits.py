@@ -1,0 +1,46 @@
+"""Which limits hold for a motion: those that were said, those of the machine's axes, the feeds of a program."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from splinefeed.geometry.path import Path
+from splinefeed.machine.table import Table
+from splinefeed.pipeline.run import PAPER_LIMITS
+from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits
+
+
+def over_machine(flat: Mapping[str, float], machine: Table, axes: Sequence[str]) -> dict[str, float]:
+    """The limits of those of `axes` that a machine has, with those of `flat` in their place.
+
+    flat  limits as `Limits.as_dict` has them
+    """
+    own = machine.limits(axes)
+    out = {f"{name}.{axis}": value for name, values in own.items() for axis, value in values.items()}
+    for name, value in flat.items():
+        if name in BY_AXIS and own.get(name):  # one number is for every linear axis
+            out |= {f"{name}.{axis}": value for axis in axes if axis not in ROTARY_AXES}
+        else:
+            out[name] = value
+    return out
+
+
+def at_programmed_feeds(limits: Limits, path: Path) -> tuple[Limits, list[str]]:
+    """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it.
+
+    The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
+    the highest programmed feed or the paper's, whichever is more. Limits stay as they are for a path without feeds.
+    """
+    if path.feeds is None:
+        return limits, []
+    programmed = [feed for feed in path.feeds.tolist() if math.isfinite(feed)]
+    top = max(programmed, default=0.0)
+    note = f"no feed is given: curves run at the program's feeds, {top:.6g} mm/s at most"
+    if len(programmed) == len(path.feeds):
+        return replace(limits, feed=top), [note]
+    if limits.axis_velocity is not None:
+        return replace(limits, feed=math.inf), [f"{note}; rapid moves as fast as the velocities of the axes allow"]
+    rapid = max(top, PAPER_LIMITS.feed)
+    return replace(limits, feed=rapid), [f"{note}; rapid moves at {rapid:.6g} mm/s, which is assumed"]

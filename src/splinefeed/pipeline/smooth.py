@@ -1,0 +1,33 @@
+"""A path smoothed as a user asks, with what is proven of it among its findings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from splinefeed.errors import InputError
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.smoothing_proven import proven
+from splinefeed.geometry.smoothing_stream import PROGRAM
+
+
+def smooth(path: Path, how: Mapping[str, Any]) -> Path:
+    """The path smoothed as asked, its findings telling what is proven of it.
+
+    how  `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners` and `corner_angle`, degrees
+
+    Raises InputError where a program says no tolerance, and CurveError if the path is over it, which no path is known
+    to bring about.
+    """
+    tolerance = how.get("smooth")
+    if tolerance is None:
+        return path
+    said: dict[str, Any] = {"corners": how["corners"]} if "corners" in how else {}
+    if "corner_angle" in how:
+        said["corner_angle"] = math.radians(how["corner_angle"])
+    if tolerance == PROGRAM:
+        if path.tolerances is None or not path.tolerances.any():
+            raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
+        said = {"corners": "round", **said}
+    return proven(path, tolerance, **said).path

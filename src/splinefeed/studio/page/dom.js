@@ -1,0 +1,34 @@
+// Small helpers to make elements without ever reading text as HTML.
+
+export const $ = (id) => document.getElementById(id);
+
+export const make = (tag, attributes = {}, ...children) => {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name === "data") Object.assign(element.dataset, value);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== false && value != null) element.setAttribute(name, value);
+  }
+  element.append(...children.filter((child) => child != null));
+  return element;
+};
+
+export const options = (select, entries, chosen) => {
+  select.replaceChildren(...entries.map(([value, text]) => make("option", { value, selected: value === chosen }, text)));
+};
+
+export const show = (element, visible) => { element.hidden = !visible; };
+
+export const colours = () => {
+  const style = getComputedStyle(document.documentElement);
+  const of = (name) => style.getPropertyValue(name).trim();
+  return { ink: of("--ink"), paper: of("--paper"), panel: of("--panel"), line: of("--line"), faint: of("--faint"), bar: of("--bar"), bad: of("--bad") };
+};
+
+// what base64 typed arrays of the figures are as arrays
+export const numbersOf = (column) => {
+  if (Array.isArray(column)) return column;
+  const bytes = Uint8Array.from(atob(column.bdata), (c) => c.charCodeAt(0));
+  return new Float64Array(bytes.buffer);
+};

@@ -1,0 +1,105 @@
+// The figures over time, drawn by Plotly when their tab is looked at; A, where it is pinned, dotted behind.
+import { $, colours, make, show } from "./dom.js";
+
+const NAMES = { motion: "Motion", binding: "Which limit binds", errors: "Axis errors", spectra: "Error spectra", limits: "Limits", tuning: "Tuning" };
+const WORDS = {
+  motion: "travel, feed, acceleration, jerk and axes over time", binding: "the share of each limit over time",
+  errors: "errors of the axes over time", spectra: "amplitude of the errors over frequency", tuning: "steps and loops before and after",
+};
+const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+const PINNED = "#8a8f94";
+
+export class Figures {
+  constructor() {
+    this.sets = {};
+    this.sheets = {};
+    this.chosen = "limits";
+    this.loaded = new Promise((resolve, reject) => {
+      const script = make("script", { src: "/page/plotly.min.js", onload: () => resolve(window.Plotly), onerror: reject });
+      // after the first paint: the library is some MB of script
+      requestAnimationFrame(() => setTimeout(() => document.head.append(script), 0));
+    });
+    $("tabs").addEventListener("keydown", (event) => {
+      const tabs = [...$("tabs").children];
+      const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (!step) return;
+      const next = tabs[(tabs.findIndex((tab) => tab.dataset.name === this.chosen) + step + tabs.length) % tabs.length];
+      this.choose(next.dataset.name);
+      next.focus();
+    });
+  }
+
+  // figures by name, and sheets: elements that stand in for figures
+  set(figures, sheets, pinned) {
+    this.sets = figures;
+    this.pinned = pinned;
+    this.sheets = { ...this.sheets, ...sheets };
+    this.tabs();
+    this.draw();
+  }
+
+  add(name, figure, sheet) {
+    if (figure) this.sets = { ...this.sets, [name]: figure };
+    if (sheet) this.sheets[name] = sheet;
+    this.tabs();
+  }
+
+  tabs() {
+    const names = ["limits", "motion", "binding", "errors", "spectra", "tuning"].filter((name) => this.sets[name] || this.sheets[name]);
+    if (!names.includes(this.chosen)) this.chosen = names[0];
+    const there = [...$("tabs").children].map((tab) => tab.dataset.name);
+    if (there.join() !== names.join()) {
+      $("tabs").replaceChildren(...names.map((name) => make("button", { type: "button", role: "tab", id: `tab-${name}`, "aria-controls": "panel", data: { name }, onclick: () => this.choose(name) }, NAMES[name])));
+    }
+    for (const tab of $("tabs").children) {
+      const chosen = tab.dataset.name === this.chosen;
+      tab.setAttribute("aria-selected", String(chosen));
+      tab.tabIndex = chosen ? 0 : -1;
+    }
+    $("panel").setAttribute("aria-labelledby", `tab-${this.chosen}`);
+  }
+
+  choose(name) {
+    this.chosen = name;
+    this.tabs();
+    this.draw();
+  }
+
+  async draw() {
+    const name = this.chosen;
+    const sheet = this.sheets[name];
+    $("sheet").replaceChildren(...(sheet ? [sheet] : []));
+    show($("figure"), Boolean(this.sets[name]));
+    if (!this.sets[name]) return;
+    $("figure").setAttribute("aria-label", WORDS[name] ?? name);
+    const Plotly = await this.loaded;
+    if (this.chosen !== name || !this.sets[name]) return;
+    const figure = this.sets[name];
+    const behind = name === "motion" && this.pinned?.motion ? this.behind(this.pinned.motion, figure) : [];
+    await Plotly.react($("figure"), [...behind, ...figure.data], this.themed(figure.layout), CONFIG);
+  }
+
+  // the curves of A that have a panel in this figure
+  behind(pinned, figure) {
+    const titles = (layout) => Object.fromEntries(Object.entries(layout).filter(([key]) => /^yaxis\d*$/.test(key)).map(([key, axis]) => [key.replace("axis", ""), axis.title.text]));
+    const here = Object.entries(titles(figure.layout));
+    const there = titles(pinned.layout);
+    return pinned.data.flatMap((trace) => {
+      const panel = here.find(([, title]) => title === there[trace.yaxis]);
+      return panel ? [{ ...trace, yaxis: panel[0], name: `A: ${trace.name}`, line: { color: PINNED, width: 1, dash: "dot" } }] : [];
+    });
+  }
+
+  themed(layout) {
+    const c = colours();
+    const out = { ...layout, paper_bgcolor: c.paper, plot_bgcolor: c.paper, font: { ...layout.font, color: c.ink },
+      hoverlabel: { bgcolor: c.paper, bordercolor: c.line, font: { color: c.ink } } };
+    for (const key of Object.keys(layout)) {
+      if (/^[xy]axis\d*$/.test(key)) out[key] = { ...layout[key], gridcolor: c.line, zerolinecolor: c.line, linecolor: c.faint };
+    }
+    if (window.innerWidth < 640) {
+      out.margin = { ...layout.margin, l: Math.min(layout.margin?.l ?? 62, 96), r: 8 };
+    }
+    return out;
+  }
+}

@@ -1,0 +1,36 @@
+// Files that are dropped or chosen: paths go to the server, TOML is a machine or settings.
+import { $ } from "./dom.js";
+
+const LARGEST = 64 * 2 ** 20;
+
+const upload = async (file, { dropped, refused }) => {
+  if (file.size > LARGEST) { refused(`${file.name} has ${Math.round(file.size / 2 ** 20)} MB; at most 64 MB are taken: use the command line`); return; }
+  try {
+    const answer = await fetch("/upload", { method: "POST", headers: { "X-Name": encodeURIComponent(file.name), "Content-Type": "application/octet-stream" }, body: file });
+    const said = await answer.json();
+    if (said.error) refused(said.error);
+    else dropped({ file: said.file, name: file.name });
+  } catch {
+    refused(`${file.name} did not get through; is splinefeed studio running?`);
+  }
+};
+
+export const takeFiles = (takers) => {
+  const take = async (file) => {
+    if (!file) return;
+    if (/\.toml$/i.test(file.name) && file.size < 2 ** 22) {
+      const text = await file.text();
+      if (/^\s*\[+axis\./m.test(text)) takers.machine(file.name.replace(/\.toml$/i, ""), text);
+      else takers.settings(text);
+    } else await upload(file, takers);
+  };
+  $("file").addEventListener("change", () => { take($("file").files[0]); $("file").value = ""; });
+  const over = (on) => document.body.classList.toggle("dropping", on);
+  window.addEventListener("dragover", (event) => { event.preventDefault(); over(true); });
+  window.addEventListener("dragleave", (event) => { if (!event.relatedTarget) over(false); });
+  window.addEventListener("drop", (event) => {
+    event.preventDefault();
+    over(false);
+    take(event.dataTransfer.files[0]);
+  });
+};

@@ -1,0 +1,78 @@
+// Jobs that wait or run, each with a button that cancels it; and files to download, which are made by jobs.
+import { $, make, show } from "./dom.js";
+
+const OPEN = ["waiting", "running"];
+const PATIENCE = 400; // ms that a job runs before it is shown: most end sooner
+
+export class Jobs {
+  constructor(link) {
+    this.link = link;
+    this.known = new Map();
+    link.on("job", ({ job }) => this.change(job));
+  }
+
+  all(jobs) {
+    this.known = new Map(jobs.map((job) => [job.id, job]));
+    this.draw();
+  }
+
+  change(job) {
+    if (OPEN.includes(job.state)) this.known.set(job.id, job); else this.known.delete(job.id);
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.draw(), PATIENCE);
+    if (!this.known.size || $("jobs").children.length) this.draw();
+  }
+
+  draw() {
+    $("jobs").replaceChildren(...[...this.known.values()].map((job) => {
+      const [done, total] = job.share;
+      return make("div", { class: `job ${job.state}`, data: { job: job.id } },
+        make("span", { class: "spinner", "aria-hidden": "true" }),
+        make("span", {}, `${job.title}: ${job.state === "waiting" ? "waiting" : job.words || "begins"}`),
+        total ? make("progress", { max: total, value: done, "aria-label": `${done} of ${total}` }) : null,
+        job.kind === "warm" ? null : make("button", { type: "button", onclick: () => this.link.send({ do: "cancel", job: job.id }) }, "Cancel"));
+    }));
+  }
+}
+
+const TITLES = { hdf5: "HDF5", csv: "CSV", mat: "MATLAB", npz: "NumPy", parquet: "Parquet", halstreamer: "LinuxCNC halstreamer", pvt: "PVT table", json: "JSON", dxf: "DXF", svg: "SVG", ngc: "G-code" };
+
+export class Downloads {
+  constructor(link, settings) {
+    Object.assign(this, { link, settings });
+    $("save").addEventListener("click", () => this.open($("save-menu").hidden));
+    document.addEventListener("click", (event) => { if (!event.target.closest(".menu")) this.open(false); });
+    document.addEventListener("keydown", (event) => { if (event.key === "Escape" && !$("save-menu").hidden) { this.open(false); $("save").focus(); } });
+  }
+
+  open(visible) {
+    show($("save-menu"), visible);
+    $("save").setAttribute("aria-expanded", String(visible));
+    if (visible) $("save-menu").querySelector("button")?.focus();
+  }
+
+  build(offer) {
+    const item = (what, form, text) => make("button", { type: "button", role: "menuitem", data: { what, form: form ?? "" }, onclick: () => this.make(what, form, text) }, text);
+    const head = (text) => make("span", { class: "menu-head", role: "presentation" }, text);
+    $("save-menu").replaceChildren(
+      item("report", null, "Report, HTML"), item("numbers", null, "Numbers, JSON"),
+      head("Setpoints"), ...offer.setpoints.map((form) => item("setpoints", form, TITLES[form] ?? form)),
+      head("Path"), ...offer.paths.map((form) => item("path", form, TITLES[form] ?? form)),
+      head("More"), item("law", null, "Time law, HDF5"), item("response", null, "Axes' response, HDF5"), item("machine", null, "Machine, TOML"));
+  }
+
+  offer(result) {
+    $("save").disabled = false;
+    const machine = Boolean(this.settings.value.machine);
+    for (const what of ["response", "machine"]) $("save-menu").querySelector(`[data-what="${what}"]`).disabled = !machine;
+  }
+
+  make(what, form, title) {
+    this.open(false);
+    this.link.send({ do: "job", kind: "make", title, settings: this.settings.value, what, form });
+  }
+
+  fetch({ download, name }) {
+    make("a", { href: `/download/${download}`, download: name }).click();
+  }
+}

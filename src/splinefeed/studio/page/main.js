@@ -1,0 +1,179 @@
+// The page: puts its parts together, and asks for a plan whenever something has changed.
+import { $, show } from "./dom.js";
+import { Downloads, Jobs } from "./jobs.js";
+import { Figures } from "./figures.js";
+import { History } from "./history.js";
+import { Link } from "./link.js";
+import { PathPicture } from "./path.js";
+import { Settings } from "./settings.js";
+import { Share } from "./share.js";
+import { limitsSheet, showCompared, showNumbers } from "./numbers.js";
+import { takeFiles } from "./files.js";
+
+const REST = 350; // ms without a change, after which the whole is planned
+
+const link = new Link();
+const picture = new PathPicture();
+const figures = new Figures();
+const settings = new Settings((moving) => planner.want(moving));
+const jobs = new Jobs(link);
+const downloads = new Downloads(link, settings);
+
+// one plan at a time is asked for, always the latest; when nothing moves any more, the final one
+const planner = {
+  number: 0, asked: null, wanted: false, timer: 0,
+  want(moving) {
+    this.wanted = true;
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.rest(), moving ? REST : 30);
+    if (moving) this.ask(false);
+  },
+  ask(rest) {
+    if (this.asked || !link.open) return;
+    this.number += 1;
+    this.wanted = false;
+    this.asked = { n: this.number, rest, at: performance.now(), settings: structuredClone(settings.value) };
+    link.send({ do: "plan", n: this.number, settings: settings.value, rest });
+    document.body.dataset.busy = "plan";
+  },
+  rest() {
+    if (this.asked) { this.resting = true; return; }
+    this.resting = false;
+    settings.keep();
+    this.ask(true);
+  },
+  answered(n) {
+    if (this.asked?.n !== n) return null;
+    const asked = this.asked;
+    this.asked = null;
+    if (this.resting) this.rest();
+    else if (this.wanted) this.ask(false);
+    return asked;
+  },
+};
+
+const now = { result: null, shown: null, pinned: null, final: false };
+
+const render = (result, shown, final) => {
+  Object.assign(now, { result, shown, final });
+  const { numbers, words } = result;
+  showNumbers(numbers, words, shown, !final);
+  picture.set(result.path, result.axes);
+  figures.set({ ...result.figures, ...(figures.sets.tuning ? { tuning: figures.sets.tuning } : {}) }, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
+  for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? null);
+  compare();
+  $("pin").disabled = false;
+  downloads.offer(result, final);
+  settings.problems({});
+  document.body.dataset.shown = final ? "final" : "preview";
+};
+
+const sideOf = (numbers, words, shown) => {
+  const { limits, ...rest } = numbers.settings;
+  return { numbers, words, shown, flat: { ...limits, strategy: numbers.strategy, method: numbers.method, period: rest.period, machine: numbers.machine, path: numbers.name } };
+};
+
+const compare = () => {
+  const { pinned, result, shown } = now;
+  showCompared(pinned && sideOf(pinned.result.numbers, pinned.result.words, pinned.shown), result && sideOf(result.numbers, result.words, shown));
+};
+
+$("pin").addEventListener("click", () => {
+  now.pinned = now.pinned ? null : { result: now.result, shown: now.shown };
+  $("pin").textContent = now.pinned ? "Unpin A" : "Pin as A";
+  $("pin").setAttribute("aria-pressed", String(Boolean(now.pinned)));
+  figures.pinned = now.pinned?.result.figures;
+  figures.draw();
+  compare();
+});
+
+link.on("welcome", (message) => {
+  if (!settings.value) {
+    settings.build(message.offer);
+    downloads.build(message.offer);
+    settings.first();
+  }
+  $("state").textContent = message.state;
+  jobs.all(message.jobs);
+  planner.asked = null;
+  if (message.state === "ready") planner.want(false);
+  document.body.dataset.ready = "yes";
+});
+link.on("state", (message) => {
+  const before = $("state").textContent;
+  $("state").textContent = message.words;
+  document.body.dataset.state = message.words;
+  if (message.words === "ready" && before !== "ready") planner.want(false);
+});
+link.on("lost", () => { $("state").textContent = "not connected: is splinefeed studio running?"; });
+
+link.on("planned", (message) => {
+  const asked = planner.answered(message.n);
+  if (!asked) return;
+  const { final, shown, result } = message.answer;
+  if (result) render(result, shown, final);
+  document.body.dataset.took = String(Math.round(performance.now() - asked.at));
+  delete document.body.dataset.busy;
+  if (!final && asked.rest && !planner.asked) {
+    link.send({ do: "job", kind: "settle", title: settings.value.strategy, settings: settings.value });
+    document.body.dataset.busy = "settle";
+  }
+});
+link.on("refused", (message) => {
+  planner.answered(message.n);
+  delete document.body.dataset.busy;
+  settings.problems(message.error.fields);
+  $("verdict").className = "verdict bad";
+  $("verdict").textContent = "These settings cannot be run; see the words beside them.";
+});
+link.on("done", (message) => {
+  const { kind } = message.job;
+  if (kind === "settle" && JSON.stringify(message.settings) === JSON.stringify(settings.value)) {
+    const { result, shown, final } = message.answer;
+    render(result, shown, final);
+    delete document.body.dataset.busy;
+  }
+  if (kind === "make") downloads.fetch(message.answer);
+  if (kind === "read") opened(message.answer);
+});
+link.on("failed", (message) => {
+  delete document.body.dataset.busy;
+  settings.problems(message.error.fields);
+});
+
+let reading = null;
+const opened = (found) => {
+  const source = { ...reading, name: found.name };
+  if (found.paths.length > 1) Object.assign(source, { which: 1, paths: found.paths.map((each) => `${each.name} (${each.curves} curves)`) });
+  settings.value.source = source;
+  settings.touched(false);
+};
+takeFiles({
+  dropped: (source) => { reading = source; link.send({ do: "job", kind: "read", title: source.name, source }); },
+  machine: (name, toml) => { settings.ownMachine = settings.value.machine = { name, toml }; settings.touched(false); },
+  settings: (text) => link.send({ do: "share", text }),
+  refused: (words) => settings.problems({ source: words }),
+});
+link.on("opened", (message) => { settings.load(message.settings); planner.want(false); });
+
+const history = new History(link);
+const share = new Share(link, settings);
+link.on("entries", (message) => history.show(message));
+link.on("history", () => history.ask());
+link.on("toml", (message) => share.toml(message.text));
+
+const wear = (theme) => {
+  document.documentElement.dataset.theme = theme;
+  picture.draw();
+  figures.draw();
+};
+wear(localStorage.getItem("theme") ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"));
+$("theme").addEventListener("click", () => {
+  const theme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  localStorage.setItem("theme", theme);
+  wear(theme);
+});
+window.addEventListener("hashchange", () => { settings.first(); planner.want(false); });
+for (const button of document.querySelectorAll("dialog .close")) button.addEventListener("click", () => button.closest("dialog").close());
+show($("shown"), false);
+link.connect();

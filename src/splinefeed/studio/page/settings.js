@@ -1,0 +1,178 @@
+// The settings of this tab: in the form, in the address behind #, and in this tab's storage.
+import { $, make, options, show } from "./dom.js";
+
+// limits with a slider: name, label, unit, least and greatest of the slider
+const LIMITS = [
+  ["feed", "feed", "mm/s", 1, 1000],
+  ["acceleration", "acceleration", "mm/s²", 10, 20000],
+  ["jerk", "jerk", "mm/s³", 100, 1e6],
+  ["axis_velocity", "axis velocity", "mm/s", 1, 1000],
+  ["axis_acceleration", "axis acceleration", "mm/s²", 10, 20000],
+  ["axis_jerk", "axis jerk", "mm/s³", 100, 1e6],
+  ["chord_error", "chord error", "mm", 1e-5, 0.1],
+];
+const MORE = [
+  ["centripetal", "centripetal", "mm/s²", 10, 20000],
+  ["deceleration", "deceleration", "mm/s²", 10, 20000],
+  ["deceleration_jerk", "jerk, slowing", "mm/s³", 100, 1e6],
+  ["axis_velocity_step", "velocity step", "mm/s", 0.1, 100],
+];
+const STEPS = 400;
+
+const encode = (settings) => {
+  const bytes = new TextEncoder().encode(JSON.stringify(settings));
+  return btoa(Array.from(bytes, (b) => String.fromCharCode(b)).join("")).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+};
+
+export const decode = (text) => {
+  const found = /#?s=([A-Za-z0-9_-]+)/.exec(text);
+  if (!found) return null;
+  try {
+    const bytes = Uint8Array.from(atob(found[1].replaceAll("-", "+").replaceAll("_", "/")), (c) => c.charCodeAt(0));
+    return JSON.parse(new TextDecoder().decode(bytes));
+  } catch {
+    return null;
+  }
+};
+
+// three digits, as a slider gives them
+const rounded = (value) => String(Number(value.toPrecision(3)));
+const textOf = (value) => (value !== null && typeof value === "object"
+  ? Object.entries(value).map(([axis, each]) => `${axis}=${each}`).join(", ") : String(value ?? ""));
+
+export class Settings {
+  // changed(moving): the user has changed something; moving while a slider is being dragged
+  constructor(changed) {
+    this.changed = changed;
+    this.value = null;
+    this.inputs = new Map();
+    this.ownMachine = null;
+  }
+
+  build(offer) {
+    this.offer = offer;
+    options($("shapes"), [["", "choose ..."], ...offer.shapes.map((each) => [each.example, `${each.name}: ${each.what}`])]);
+    options($("strategy"), offer.strategies.map((name) => [name, name]));
+    options($("method"), offer.methods.map((each) => [each.name, each.name]));
+    $("limits").replaceChildren(...LIMITS.map((limit) => this.row(limit)));
+    $("more-limits").replaceChildren(...MORE.map((limit) => this.row(limit)));
+    const on = (id, event, change) => $(id).addEventListener(event, () => { change($(id)); this.touched(false); });
+    on("shapes", "change", (e) => { if (e.value) this.value.source = { shape: e.value }; });
+    on("shape", "change", (e) => { if (e.value.trim()) this.value.source = { shape: e.value.trim() }; });
+    on("which", "change", (e) => { this.value.source = { ...this.value.source, which: Number(e.value) }; });
+    on("chord", "change", (e) => {
+      const { chord, ...source } = this.value.source;
+      this.value.source = e.value ? { ...source, chord: Number(e.value) } : source;
+    });
+    on("smooth", "change", (e) => { this.value.smooth = e.value.trim(); });
+    on("tangential", "change", (e) => { this.value.tangential = e.checked; });
+    on("strategy", "change", (e) => { this.value.strategy = e.value; });
+    on("method", "change", (e) => { this.value.method = e.value; });
+    on("period", "change", (e) => { this.value.period = e.value.trim(); });
+    on("machine", "change", (e) => { this.value.machine = e.value === "own:" ? this.ownMachine : e.value ? { name: e.value } : null; });
+    $("settings").addEventListener("submit", (event) => event.preventDefault());
+  }
+
+  row([name, label, unit, low, high]) {
+    const text = make("input", { id: `limit-${name}`, type: "text", spellcheck: "false", inputmode: "decimal", placeholder: "none", "aria-describedby": `unit-${name} error-limits.${name}` });
+    const slider = make("input", { type: "range", min: "0", max: String(STEPS), step: "1", "aria-label": `${label}, slider` });
+    const error = make("p", { class: "error", id: `error-limits.${name}`, role: "alert", hidden: true });
+    const move = (moving) => {
+      text.value = rounded(low * (high / low) ** (slider.value / STEPS));
+      this.value.limits[name] = text.value;
+      slider.setAttribute("aria-valuetext", `${text.value} ${unit}`);
+      slider.classList.remove("off");
+      this.touched(moving);
+    };
+    slider.addEventListener("input", () => move(true));
+    slider.addEventListener("change", () => move(false));
+    text.addEventListener("change", () => {
+      const value = text.value.trim();
+      if (value) this.value.limits[name] = value; else delete this.value.limits[name];
+      this.slide(name, Number(value) || null);
+      this.touched(false);
+    });
+    this.inputs.set(name, { text, slider, low, high, unit });
+    return make("div", { class: "limit", data: { field: `limits.${name}` } },
+      make("label", { for: `limit-${name}` }, label), text, make("span", { class: "unit", id: `unit-${name}` }, unit), slider, error);
+  }
+
+  // put a slider where a value in base units is; null for none
+  slide(name, value) {
+    const { slider, low, high, unit } = this.inputs.get(name);
+    slider.classList.toggle("off", value === null);
+    if (value === null) { slider.setAttribute("aria-valuetext", "no limit"); return; }
+    slider.value = String(Math.round((STEPS * Math.log(value / low)) / Math.log(high / low)));
+    slider.setAttribute("aria-valuetext", `${value} ${unit}`);
+  }
+
+  touched(moving) {
+    this.fill();
+    this.keep(moving);
+    this.changed(moving);
+  }
+
+  load(settings) {
+    const usual = this.offer.usual;
+    this.value = structuredClone({ ...usual, ...settings, limits: { ...(settings?.limits ?? usual.limits) } });
+    if (this.value.machine?.toml) this.ownMachine = this.value.machine;
+    this.fill();
+    for (const [name] of this.inputs) this.slide(name, Number(textOf(this.value.limits[name])) || null);
+    $("more").open = MORE.some(([name]) => textOf(this.value.limits[name]));
+    this.keep();
+  }
+
+  // the first settings: of the address, of this tab, or the usual ones
+  first() {
+    const stored = sessionStorage.getItem("settings");
+    this.load(decode(location.hash) ?? (stored ? JSON.parse(stored) : null));
+  }
+
+  // browsers complain of an address that changes with every pixel of a slider
+  keep(moving = false) {
+    sessionStorage.setItem("settings", JSON.stringify(this.value));
+    if (!moving) history.replaceState(null, "", `/${this.fragment()}`);
+  }
+
+  fragment() {
+    const { file, ...source } = this.value.source; // an upload is known to this studio alone
+    return `#s=${encode({ ...this.value, source })}`;
+  }
+
+  fill() {
+    const { source, limits, machine } = this.value;
+    const own = this.ownMachine ? [["own:", `${this.ownMachine.name} (yours)`]] : [];
+    options($("machine"), [["", "none"], ...own, ...this.offer.machines.map((each) => [each.name, `${each.name}: ${each.title}`])],
+      machine?.toml ? "own:" : machine?.name ?? "");
+    $("shape").value = source.shape ?? "";
+    $("shape").placeholder = source.shape ? "" : "butterfly?scale=2";
+    $("shapes").value = this.offer.shapes.some((each) => each.example === source.shape) ? source.shape : "";
+    const named = source.curves ? "edited curve" : source.name;
+    show($("source-name"), Boolean(named));
+    $("source-name").textContent = named ?? "";
+    show($("which-field"), (source.paths ?? []).length > 1);
+    if ((source.paths ?? []).length > 1) options($("which"), source.paths.map((name, k) => [String(k + 1), name]), String(source.which ?? 1));
+    show($("chord-field"), /\.dat$/i.test(source.name ?? ""));
+    $("chord").value = source.chord ?? "";
+    $("smooth").value = textOf(this.value.smooth);
+    $("tangential").checked = this.value.tangential;
+    $("strategy").value = this.value.strategy;
+    $("method").value = this.value.method;
+    $("period").value = textOf(this.value.period);
+    for (const [name, { text }] of this.inputs) text.value = textOf(limits[name]);
+  }
+
+  // show what is wrong beside its field; false if there is a problem without one
+  problems(fields) {
+    for (const element of document.querySelectorAll(".error")) show(element, false);
+    for (const element of document.querySelectorAll("[aria-invalid]")) element.removeAttribute("aria-invalid");
+    for (const [field, words] of Object.entries(fields)) {
+      const place = $(`error-${field}`) ?? $("error-");
+      place.textContent = words;
+      show(place, true);
+      place.closest("details")?.setAttribute("open", "");
+      const box = document.querySelector(`[data-field="${CSS.escape(field)}"]`);
+      box?.querySelector("input, select")?.setAttribute("aria-invalid", "true");
+    }
+  }
+}

@@ -1,0 +1,102 @@
+"""What a page is sent of a run: its page of numbers, figures as plain data, curves to edit, and a small picture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from splinefeed.formats import json_curve
+from splinefeed.formats.plain import plain
+from splinefeed.pipeline.experiment import Served, servo_numbers
+from splinefeed.pipeline.run import Run
+from splinefeed.report import plotly_figures
+from splinefeed.report.limits_figure import words_of
+from splinefeed.report.record import record
+from splinefeed.report.thinning import cells
+from splinefeed.studio.settings import Wanted
+from splinefeed.studio.sources import MOST_EDITED
+
+#: Size of the small picture, pixels, and its points at the most.
+PICTURE, PICTURE_POINTS = 96.0, 300
+
+
+def numbers(wanted: Wanted, run: Run, served: Served | None, formats: tuple[str, ...] = ("hdf5",)) -> dict[str, Any]:
+    """The page of numbers of a run, as `splinefeed run` writes it, with the source called as the user does."""
+    servo = None
+    if served is not None and wanted.table is not None:
+        servo = {**servo_numbers([served], wanted.table, False), "machine_file": machine_name(wanted)}
+    origin = wanted.origin
+    said = {"text": origin.text, **({} if origin.sha256 is None else {"sha256": origin.sha256})}
+    page = record(run, (), origin.text, origin.reading, formats, servo, said)
+    page["notes"] = [*wanted.notes, *page["notes"]]
+    return page
+
+
+def machine_name(wanted: Wanted) -> str | None:
+    """What a command line calls the machine: its name, or that of the file that a page offers."""
+    given = wanted.asked["machine"]
+    if wanted.table is None:
+        return None
+    return f"{wanted.table.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.table.name
+
+
+def result(wanted: Wanted, run: Run, served: Served | None) -> dict[str, Any]:
+    """All that a page shows of a run."""
+    response = None if served is None else served.response
+    picture, colours, space = plotly_figures.path(run, response)
+    figures = {"motion": plotly_figures.motion(run)}
+    if run.use.names:
+        figures["binding"] = plotly_figures.binding(run)
+    if served is not None and len(served.response):
+        figures["errors"] = plotly_figures.errors({run.points.method: served.response})
+        figures["spectra"] = plotly_figures.spectra(served.response)
+    return {
+        "numbers": numbers(wanted, run, served),
+        "words": {name: words_of(name) for name in run.verdict.limits},
+        "figures": figures,
+        "path": {"data": picture["data"], "layout": picture["layout"], "colours": colours, "space": space},
+        "curves": curves(run),
+        "axes": list(run.path.axes),
+    }
+
+
+def curves(run: Run) -> str | None:
+    """The curves as the text of a JSON file, for editing; None where there are too many points, or not a plane."""
+    path = run.path
+    if path.linear != len(path.axes) or len(path.axes) != 2:
+        return None
+    if len(path.curves) > MOST_EDITED or sum(len(each.control_points) for each in path.curves) > MOST_EDITED:
+        return None
+    return json_curve.to_text([path])
+
+
+def entry(wanted: Wanted, page: Mapping[str, Any], run: Run) -> dict[str, Any]:
+    """What the history keeps of a run beside its settings."""
+    names = ("ok", "duration_s", "length_mm", "strategy", "method", "ticks", "lower_bound_s", "contour_error_max_mm")
+    kept = {name: page.get(name) for name in names}
+    kept["machine"] = machine_name(wanted)
+    return plain({"name": run.path.name, "numbers": kept, "picture": thumbnail(run)})  # type: ignore[no-any-return]
+
+
+def thumbnail(run: Run) -> str:
+    """The path as the text of a small SVG picture, seen along z, its start a dot."""
+    place = run.points.position[:, : min(run.path.linear, 2)]
+    if place.shape[1] < 2:
+        place = np.column_stack([run.points.t, run.points.position[:, 0]])
+    low, size = place.min(axis=0), float(np.max(np.ptp(place, axis=0))) or 1.0
+    spread = np.ptp(place, axis=0) / size
+    kept = cells(place)
+    kept = kept[:: -(-len(kept) // PICTURE_POINTS)]
+    kept = np.append(kept, len(place) - 1)
+    inner = 0.88 * PICTURE
+    at = (place[kept] - low) / size * inner + 0.5 * (PICTURE - inner * spread)
+    at[:, 1] = PICTURE - at[:, 1]
+    line = " ".join(f"{x:.1f},{y:.1f}" for x, y in at.tolist())
+    x, y = at[0].tolist()
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {PICTURE:.0f} {PICTURE:.0f}">'
+        f'<polyline points="{line}" fill="none" stroke="#0072B2" stroke-width="1.6" stroke-linejoin="round"/>'
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2.6" fill="#D55E00"/></svg>'
+    )

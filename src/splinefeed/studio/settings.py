@@ -1,0 +1,212 @@
+"""What a page asks for: settings as JSON, checked strictly, and the path, limits and machine that they mean."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import Any
+
+from splinefeed import units
+from splinefeed.errors import CurveError, InputError, SplinefeedError
+from splinefeed.feed.planning import STRATEGIES
+from splinefeed.formats import limits_toml
+from splinefeed.geometry.path import Path
+from splinefeed.interpolation import registry as methods
+from splinefeed.machine.table import MachineError, Table
+from splinefeed.pipeline.limits import at_programmed_feeds, over_machine
+from splinefeed.pipeline.run import PAPER_PERIOD
+from splinefeed.records import BY_AXIS, Limits
+from splinefeed.studio import sources
+
+#: All that settings may say, with what holds where they are silent.
+USUAL: dict[str, Any] = {
+    "source": {"shape": "butterfly"},
+    "tangential": False,
+    "smooth": "",
+    "limits": {"feed": "60", "acceleration": "500", "jerk": "20000"},
+    "strategy": "seven-phase",
+    "method": methods.DEFAULT_METHOD,
+    "corrections": 1,
+    "period": "1 ms",
+    "machine": None,
+}
+#: Stands for a feed where the program of the path says it.
+_ANY_FEED = 1.0
+#: Longest text of a machine that settings carry.
+LONGEST_MACHINE = 200_000
+
+
+class SettingsError(SplinefeedError):
+    """Settings that cannot be run: words by the name of the field that they are about, such as `limits.feed`."""
+
+    def __init__(self, problems: Mapping[str, str]) -> None:
+        self.problems = dict(problems)
+        super().__init__("; ".join(f"{field}: {words}" for field, words in self.problems.items()))
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """Settings made into what `run` takes.
+
+    asked  the settings, complete; notes  what was assumed, one sentence each; origin  where the path came from
+    """
+
+    asked: Mapping[str, Any]
+    path: Path
+    origin: sources.Origin
+    limits: Limits
+    strategy: str
+    method: str
+    corrections: int
+    period: float
+    table: Table | None
+    notes: tuple[str, ...]
+
+
+def key_of(settings: Mapping[str, Any]) -> str:
+    """The same text for the same settings."""
+    return json.dumps(settings, sort_keys=True, separators=(",", ":"))
+
+
+def complete(asked: object) -> dict[str, Any]:
+    """`asked` with every setting said; SettingsError for a name that is none or a value of another kind."""
+    if not isinstance(asked, Mapping):
+        raise SettingsError({"": "settings must be an object"})
+    for name in asked:
+        if name not in USUAL:
+            close = difflib.get_close_matches(str(name), USUAL, n=1)
+            hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(USUAL)}"
+            raise SettingsError({"": f"{str(name)[:40]!r} is no setting; {hint}"})
+    settings = {**USUAL, **asked}
+    kinds = {"source": Mapping, "tangential": bool, "limits": Mapping, "strategy": str, "method": str}
+    for name, kind in kinds.items():
+        if not isinstance(settings[name], kind):
+            raise SettingsError({name: f"is {str(settings[name])[:40]!r}, which is of the wrong kind"})
+    corrections = settings["corrections"]
+    if isinstance(corrections, bool) or not isinstance(corrections, int) or not 0 <= corrections <= 100:
+        raise SettingsError({"corrections": "must be a whole number from 0 to 100"})
+    return settings
+
+
+def resolve(asked: object, folder: File) -> Wanted:
+    """The path, limits and machine that settings mean; folder: where uploads are.
+
+    Raises SettingsError with every problem beside its field.
+    """
+    settings = complete(asked)
+    problems: dict[str, str] = {}
+    strategy, method = settings["strategy"], settings["method"]
+    if strategy not in STRATEGIES:
+        problems["strategy"] = f"{strategy[:40]!r} is not known; there are {', '.join(STRATEGIES)}"
+    if method not in methods.methods():
+        problems["method"] = f"{method[:40]!r} is not known; there are {', '.join(methods.methods())}"
+    period = _quantity(settings["period"], "time", "period", problems) or PAPER_PERIOD
+    smooth = _quantity(settings["smooth"], "length", "smooth", problems)
+    table = _machine(settings["machine"], problems)
+    try:
+        path, origin = sources.path_of(settings["source"], folder, smooth=smooth, tangential=settings["tangential"])
+    except (SplinefeedError, OSError) as error:
+        raise SettingsError({**problems, "source": sources.words(error, folder)}) from error
+    notes: list[str] = []
+    limits = _limits(settings["limits"], path, table, problems, notes)
+    if problems or limits is None:
+        raise SettingsError(problems)
+    return Wanted(
+        asked=settings,
+        path=path,
+        origin=origin,
+        limits=limits,
+        strategy=strategy,
+        method=method,
+        corrections=settings["corrections"],
+        period=period,
+        table=table,
+        notes=tuple(notes),
+    )
+
+
+def field_of(error: SplinefeedError) -> str:
+    """The field that an error of the planner is about, as far as its words tell; empty for the whole."""
+    name = re.split(r"[ :.]", str(error), maxsplit=1)[0]
+    if name in limits_toml.KINDS:
+        return f"limits.{name}"
+    if name == "period":
+        return name
+    return "source" if isinstance(error, CurveError) else ""
+
+
+def _quantity(value: object, kind: str, field: str, problems: dict[str, str]) -> float | None:
+    """A quantity as text or number; None for an empty text, and for one that is wrong."""
+    if value is None or value == "":
+        return None
+    try:
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise InputError(f"{str(value)[:40]!r} is no quantity")
+        number = units.parse(value, kind)
+        if number <= 0.0:
+            raise InputError("must be greater than 0")
+        return number
+    except InputError as error:
+        problems[field] = str(error)
+        return None
+
+
+def _machine(given: object, problems: dict[str, str]) -> Table | None:
+    """The machine by its name, or from the text of a machine file."""
+    if given is None or given == "":
+        return None
+    name = given.get("name") if isinstance(given, Mapping) else given
+    text = given.get("toml") if isinstance(given, Mapping) else None
+    if not isinstance(name, str) or not (text is None or isinstance(text, str)):
+        problems["machine"] = "must be the name of a machine"
+        return None
+    if text is None and name not in Table.names():
+        problems["machine"] = f"{name[:40]!r} is no machine; there are {', '.join(Table.names())}"
+        return None
+    if text is not None and len(text) > LONGEST_MACHINE:
+        problems["machine"] = f"the machine file has {len(text)} characters; at most {LONGEST_MACHINE} are read"
+        return None
+    try:
+        return Table.load(name) if text is None else Table.parse(text, name[:60])
+    except MachineError as error:
+        problems["machine"] = "; ".join(error.problems)
+    except InputError as error:
+        problems["machine"] = str(error)
+    return None
+
+
+def _limits(
+    given: Mapping[str, Any], path: Path, table: Table | None, problems: dict[str, str], notes: list[str]
+) -> Limits | None:
+    """Limits as the fields say them, over those of the machine; None where one is wrong."""
+    said = {str(name): value for name, value in given.items() if value not in ("", None, {})}
+    for name in BY_AXIS:
+        if isinstance(said.get(name), str) and "=" in said[name]:
+            said[name] = dict(limits_toml.by_axis(said[name]))
+    programmed = "feed" not in said and path.feeds is not None
+    try:
+        # the feed of a program stands in below; here another one lets all else be checked
+        flat = limits_toml.from_content({"feed": _ANY_FEED, **said} if programmed else said, "limits").as_dict()
+        if programmed:
+            del flat["feed"]
+        if table is not None:
+            flat = over_machine(flat, table, path.axes)
+        limits = Limits.from_dict({"feed": _ANY_FEED, **flat} if programmed else flat)
+    except limits_toml.LimitsFileError as error:
+        for problem in error.problems:
+            name, _, words = problem.partition(": ")
+            kind = name.partition(".")[0]
+            known = kind in limits_toml.KINDS or kind == "travel"
+            problems[f"limits.{kind}" if known else "limits.feed"] = (words or problem) if known else problem
+        return None
+    except InputError as error:
+        problems[field_of(error) or "limits.feed"] = str(error)
+        return None
+    if programmed:
+        limits, assumed = at_programmed_feeds(limits, path)
+        notes += assumed
+    return limits

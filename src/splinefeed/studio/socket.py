@@ -1,0 +1,161 @@
+"""One socket a tab: what a page asks, and what it is told."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from typing import Any
+
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
+
+from splinefeed.errors import SplinefeedError
+from splinefeed.geometry import shapes
+from splinefeed.studio import guard as guards
+from splinefeed.studio import share
+from splinefeed.studio.guard import Guard
+from splinefeed.studio.house import House, message
+
+#: What a tab calls itself, drawn at random by the page.
+_NAME = re.compile(r"[0-9a-f]{16}")
+#: Titles of jobs by their kind.
+_TITLES = {"settle": "plan", "read": "read file", "make": "make file", "tune": "tune"}
+
+
+class Socket(WebSocketHandler):
+    """The socket of a tab."""
+
+    guard: Guard
+    house: House
+    name = ""
+
+    def initialize(self, guard: Guard, house: House) -> None:
+        """Take the parts of the studio."""
+        self.guard, self.house = guard, house
+
+    def set_default_headers(self) -> None:
+        """The same headers as everywhere."""
+        for name, value in guards.headers(self.application.settings["port"]).items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        """Check who asks."""
+        self.guard.check(self)
+
+    def check_origin(self, origin: str) -> bool:
+        """The guard has looked at it."""
+        return True
+
+    def open(self, *args: str, **kwargs: str) -> None:
+        """A page is there; it says its name first."""
+        self.name = ""
+
+    def on_close(self) -> None:
+        """The page is gone; its jobs go on, and it may come back."""
+        if self.house.tabs.get(self.name) is self:
+            del self.house.tabs[self.name]
+            if self.house.playing == self.name:
+                self.house.player.order({"do": "stop"})
+
+    def send(self, kind: str, body: bytes | None = None, **said: Any) -> None:
+        """Tell the page something."""
+        with suppress(WebSocketClosedError):
+            self.write_message(message(kind, said, body).decode())
+
+    async def on_message(self, message: str | bytes) -> None:
+        """Do what the page asks; what is wrong with it is said to it."""
+        try:
+            said = json.loads(message)
+            if not isinstance(said, dict):
+                raise TypeError
+            asked = _ASKED.get(str(said.get("do")))
+            if asked is None or (not self.name and said["do"] != "hello"):
+                raise TypeError
+            result = asked(self, said)
+            if result is not None:
+                await result
+        except SplinefeedError as error:
+            self.send("refused", n=said.get("n"), error={"fields": {"": str(error)}, "fault": False})
+        except (ValueError, TypeError, KeyError, RecursionError):
+            self.send("refused", n=None, error={"fields": {"": "the page sent what is no request"}, "fault": True})
+
+    def _hello(self, said: dict[str, Any]) -> None:
+        name = str(said["tab"])
+        if not _NAME.fullmatch(name):
+            raise TypeError
+        self.name = name
+        self.house.tabs[name] = self
+        self.send("welcome", offer=offer(), state=self.house.ready, jobs=[job.told() for job in self.house.jobs.open()])
+        for job in list(self.house.jobs.all):
+            if job.tab == name:
+                self.house.deliver(job)
+
+    def _plan(self, said: dict[str, Any]) -> None:
+        self.house.jobs.replace(self.name)
+        plan = {"n": int(said["n"]), "settings": dict(said["settings"]), "rest": bool(said.get("rest"))}
+        self.house.plan(self.name, plan)
+
+    def _job(self, said: dict[str, Any]) -> None:
+        kind = str(said["kind"])
+        request = {"task": kind, **{name: said[name] for name in _FIELDS[kind] if name in said}}
+        self.house.jobs.add(kind, f"{_TITLES[kind]} {str(said.get('title', ''))[:60]}".strip(), self.name, request)
+
+    def _cancel(self, said: dict[str, Any]) -> None:
+        self.house.jobs.cancel(int(said["job"]))
+
+    def _history(self, said: dict[str, Any]) -> None:
+        history = self.house.history
+        if "delete" in said and history is not None:
+            history.delete(int(said["delete"]))
+            self.house.tell("history")
+        elif "open" in said:
+            self.send("opened", settings=self.house.reopen(int(said["open"])), pin=bool(said.get("pin")))
+        else:
+            self.send("entries", entries=[] if history is None else history.entries(), kept=history is not None)
+
+    def _share(self, said: dict[str, Any]) -> None:
+        if "text" in said:
+            self.send("opened", settings=share.from_toml(str(said["text"])), pin=False)
+        else:
+            self.send("toml", text=share.to_toml(dict(said["settings"])))
+
+
+#: What each kind of job takes from the page.
+_FIELDS = {
+    "settle": ("settings",),
+    "read": ("source",),
+    "make": ("settings", "what", "form"),
+    "tune": ("settings", "how"),
+}
+#: What a page may ask.
+_ASKED: dict[str, Callable[[Socket, dict[str, Any]], Awaitable[None] | None]] = {
+    "hello": Socket._hello,
+    "plan": Socket._plan,
+    "job": Socket._job,
+    "cancel": Socket._cancel,
+    "history": Socket._history,
+    "share": Socket._share,
+}
+
+
+def offer() -> dict[str, Any]:
+    """What a page can choose from."""
+    from splinefeed.feed.planning import STRATEGIES
+    from splinefeed.interpolation import registry
+    from splinefeed.machine.table import Table
+    from splinefeed.report.files import SETPOINTS
+    from splinefeed.studio.downloads import PATHS
+    from splinefeed.studio.settings import USUAL
+    from splinefeed.studio.uploads import LARGEST
+
+    return {
+        "shapes": [{"name": name, "what": what, "example": example} for name, what, example in shapes.describe()],
+        "strategies": list(STRATEGIES),
+        "methods": [{"name": name, "title": registry.method(name).title} for name in registry.methods()],
+        "machines": [{"name": name, "title": Table.load(name).title} for name in Table.names()],
+        "setpoints": list(SETPOINTS),
+        "paths": list(PATHS),
+        "usual": USUAL,
+        "largest": LARGEST,
+    }

@@ -1,0 +1,121 @@
+"""Where a page's path comes from: a shape, an upload, or curves that were edited by hand."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path as File
+from typing import Any
+
+from splinefeed.errors import FormatError, InputError
+from splinefeed.formats import json_curve, registry
+from splinefeed.formats.contents import Contents
+from splinefeed.geometry import shapes
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.tangential import tangential as with_theta
+from splinefeed.pipeline.smooth import smooth as smoothed
+
+#: What an upload is called on our side; nothing else is looked for in the folder of uploads.
+UPLOAD = re.compile(r"[0-9a-f]{32}")
+#: Longest text of edited curves.
+LONGEST_CURVES = 4_000_000
+#: Control points that a page shows for editing, at the most.
+MOST_EDITED = 2000
+#: Options of readers that a page may give, each with the kind of its value.
+READING = {"chord": float, "tolerance": float, "layer": str, "dialect": str, "units": str}
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a record says of where a path came from.
+
+    text     what the user called it; sha256  of the file, None for a shape
+    reading  how it was read, as a command line says it
+    """
+
+    text: str
+    sha256: str | None
+    reading: Mapping[str, Any]
+
+
+def path_of(source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool) -> tuple[Path, Origin]:
+    """The path that `source` means, smoothed, with theta behind if that is asked; folder: where uploads are.
+
+    Raises InputError for what is no source, and what the readers raise.
+    """
+    path, origin = _plain_path(json.dumps(source, sort_keys=True), folder)
+    reading = dict(origin.reading)
+    if smooth is not None:
+        path = smoothed(path, {"smooth": smooth})
+        reading["smooth"] = smooth
+    if tangential:
+        path = with_theta(path)
+        reading["tangential"] = True
+    return path, Origin(origin.text, origin.sha256, reading)
+
+
+@lru_cache(maxsize=8)
+def _plain_path(text: str, folder: File) -> tuple[Path, Origin]:
+    source = json.loads(text)
+    if "shape" in source:
+        shape = source["shape"]
+        if not isinstance(shape, str) or not shapes.is_shape(shape):
+            raise InputError(f"{str(shape)[:80]!r} is no shape; there are {', '.join(shapes.names())}")
+        return shapes.from_text(shape), Origin(shape, None, {})
+    if "curves" in source:
+        return edited(source["curves"])
+    contents, file = contents_of(source, folder)
+    which = source.get("which")
+    if len(contents) > 1 and which is None:
+        raise InputError(f"{file.name} holds {len(contents)} paths; choose one")
+    path = contents[0] if which is None else registry.choose(contents, which, file.name)
+    with file.open("rb") as stream:
+        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    reading = {name: source[name] for name in READING if source.get(name) is not None}
+    return path, Origin(file.name, digest, {**reading, **({} if which is None else {"which": which})})
+
+
+def contents_of(source: Mapping[str, Any], folder: File) -> tuple[Contents, File]:
+    """All paths of an upload, and its file."""
+    file = upload(source.get("file"), folder)
+    options: dict[str, Any] = {}
+    for name, kind in READING.items():
+        value = source.get(name)
+        if value is not None:
+            if isinstance(value, bool) or not isinstance(value, kind | int if kind is float else kind):
+                raise InputError(f"{name}: {str(value)[:40]!r} is of the wrong kind")
+            options[name] = value
+    return registry.read_all(file, **options), file
+
+
+def upload(name: object, folder: File) -> File:
+    """The file of an upload; InputError where it is not there any more."""
+    if not isinstance(name, str) or not UPLOAD.fullmatch(name):
+        raise InputError("there is no such upload; drop the file again")
+    place = folder / name
+    files = sorted(place.iterdir()) if place.is_dir() else []
+    if not files:
+        raise InputError("the uploaded file is gone; drop it again")
+    return files[0]
+
+
+def edited(text: object) -> tuple[Path, Origin]:
+    """The path of curves that a page has changed, from the text of a JSON curve file."""
+    if not isinstance(text, str) or len(text) > LONGEST_CURVES:
+        raise InputError(f"edited curves must be the text of a JSON curve file of at most {LONGEST_CURVES} characters")
+    found = json_curve.from_text(text, "the edited curve")
+    if len(found) != 1:
+        raise InputError(f"the edited curves are {len(found)} paths that do not meet; move their ends together")
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    return found[0], Origin(f"{found[0].name}.json", digest, {})
+
+
+def words(error: Exception, folder: File) -> str:
+    """What an error says, with the names that the user knows in place of ours."""
+    text = " ".join(str(error).split())
+    text = re.sub(re.escape(f"{folder}") + r"/[0-9a-f]{32}/", "", text)
+    return text if isinstance(error, InputError | FormatError) else f"{type(error).__name__}: {text}"

@@ -1,0 +1,166 @@
+"""What a worker process does for a page: read, plan, follow, tune, and make files; all through `pipeline`."""
+
+from __future__ import annotations
+
+import secrets
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any
+
+from splinefeed.errors import InputError, SplinefeedError
+from splinefeed.feed.look_ahead import STRATEGY as LOOK_AHEAD
+from splinefeed.pipeline.experiment import Served, serve
+from splinefeed.pipeline.run import DEFAULT_STRATEGY, TIME_OPTIMAL, Run, run
+from splinefeed.studio import results, sources
+from splinefeed.studio.settings import SettingsError, Wanted, complete, field_of, key_of, resolve
+
+if TYPE_CHECKING:
+    from splinefeed.studio.worker import Mail
+
+#: Paths of more curves than this are not planned while a slider moves.
+MOST_WHILE_MOVING = 20_000
+#: Runs that a worker keeps at hand.
+KEPT = 3
+
+Say = Callable[[str], None]
+
+
+@dataclass
+class Bench:
+    """What a worker has at hand.
+
+    uploads, made  the folders of uploads and of files made; say  tells the page what is being done
+    mail           for what runs and takes orders; runs  the last ones, by their settings
+    """
+
+    uploads: File
+    made: File
+    say: Say
+    mail: Mail
+    runs: OrderedDict[str, tuple[Wanted, Run, Served | None]] = field(default_factory=OrderedDict)
+
+    def done(self, asked: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run, Served | None]:
+        """The run of these settings, with what its machine did if `follow`; from the last ones where it is there."""
+        key = key_of({**complete(asked), "follow": follow})
+        if key in self.runs:
+            self.runs.move_to_end(key)
+            return self.runs[key]
+        wanted = resolve(asked, self.uploads)
+        self.say(f"planning {wanted.path.name}, {wanted.strategy}")
+        try:
+            made = run(
+                wanted.path,
+                wanted.limits,
+                period=wanted.period,
+                strategy=wanted.strategy,
+                method=wanted.method,
+                corrections=wanted.corrections,
+            )
+            served = None
+            if follow and wanted.table is not None:
+                self.say(f"following on {wanted.table.name}")
+                served = serve(wanted.path, made.law, made.points, wanted.table)
+        except SettingsError:
+            raise
+        except SplinefeedError as error:
+            raise SettingsError({field_of(error): sources.words(error, self.uploads)}) from error
+        self.runs[key] = wanted, made, served
+        while len(self.runs) > KEPT:
+            self.runs.popitem(last=False)
+        return self.runs[key]
+
+
+def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """A run at once: by the strategy that is asked, or by `look-ahead` in its place where that takes its time.
+
+    `final` says whether there is nothing to add: another strategy, or a machine to follow.
+    """
+    settings = complete(request.get("settings"))
+    final = settings["strategy"] != TIME_OPTIMAL and not settings["machine"]
+    quick = {**settings, "strategy": LOOK_AHEAD} if settings["strategy"] == TIME_OPTIMAL else settings
+    wanted = resolve(quick, bench.uploads)
+    if len(wanted.path.curves) > MOST_WHILE_MOVING:
+        return {"final": False, "shown": None}
+    wanted, made, _ = bench.done(quick, follow=False)
+    found = results.result(wanted, made, None)
+    out = {"final": final, "shown": quick["strategy"], "result": found}
+    return {**out, "entry": results.entry(wanted, found["numbers"], made)} if final else out
+
+
+def settle(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """A run as it is asked, followed by its machine."""
+    wanted, made, served = bench.done(_settings(request))
+    bench.say("drawing")
+    found = results.result(wanted, made, served)
+    entry = results.entry(wanted, found["numbers"], made)
+    return {"final": True, "shown": wanted.strategy, "result": found, "entry": entry}
+
+
+def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """What an upload holds."""
+    source = request["source"]
+    bench.say(f"reading {sources.upload(source.get('file'), bench.uploads).name}")
+    try:
+        contents, file = sources.contents_of(source, bench.uploads)
+    except (SplinefeedError, OSError) as error:
+        raise SettingsError({"source": sources.words(error, bench.uploads)}) from error
+    listed = [
+        {"name": each.name, "curves": len(each.curves), "length_mm": each.length, "findings": list(each.findings)}
+        for each in contents[:1000]
+    ]
+    return {"name": file.name, "format": contents.format, "units": contents.units, "paths": listed}
+
+
+def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """A file to download: what it is called, and where it lies in the folder of files made."""
+    from splinefeed.studio import downloads
+
+    settings, what, form = _settings(request), request.get("what"), request.get("form")
+    place = bench.made / secrets.token_hex(16)
+    place.mkdir(mode=0o700)
+    file = downloads.make(str(what), None if form is None else str(form), settings, bench, place)
+    return {"download": place.name, "name": file.name, "bytes": file.stat().st_size}
+
+
+def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """Load or compile the kernels: for moving sliders alone, or everything."""
+    usual = complete({})
+    bench.say("compiling the kernels for this machine, once, a minute or two")
+    wanted, made, _ = bench.done({**usual, "strategy": LOOK_AHEAD})
+    results.result(wanted, made, None)
+    bench.done({**usual, "strategy": DEFAULT_STRATEGY})
+    if request.get("all"):
+        wanted, made, served = bench.done({**usual, "strategy": TIME_OPTIMAL, "machine": {"name": "xytheta"}})
+        results.result(wanted, made, served)
+    return {}
+
+
+def _settings(request: Mapping[str, Any]) -> Mapping[str, Any]:
+    settings = request.get("settings")
+    if not isinstance(settings, Mapping):
+        raise InputError("a request without settings")
+    return settings
+
+
+#: Every task by its name.
+TASKS: dict[str, Callable[[Mapping[str, Any], Bench], dict[str, Any]]] = {
+    "plan": plan,
+    "settle": settle,
+    "read": read,
+    "make": make,
+    "warm": warm,
+}
+
+
+def error_of(error: BaseException) -> dict[str, Any]:
+    """What went wrong, for the page: words by field, and whether it is a fault of the program."""
+    if isinstance(error, SettingsError):
+        return {"fields": error.problems, "fault": False}
+    if isinstance(error, SplinefeedError):
+        return {"fields": {"": " ".join(str(error).split())}, "fault": False}
+    if isinstance(error, MemoryError):
+        words = "not enough memory for this; raise the period, or take a smaller path"
+        return {"fields": {"": words}, "fault": False}
+    return {"fields": {"": f"internal fault, please report it: {type(error).__name__}: {error}"}, "fault": True}

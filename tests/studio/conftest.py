@@ -1,0 +1,98 @@
+"""A studio that runs as users start it, one for all tests of this folder, and Chromium to look at it with."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+import splinefeed
+
+#: Kernels are loaded, and on a machine that has never run them compiled.
+WARMING = 240_000
+CHROMIUM = "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-sync"
+
+
+class Studio:
+    """A server in a process of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.history = folder / "history.sqlite"
+        home = str(Path(splinefeed.__file__).parents[1])
+        self.temporary = folder / "tmp"
+        self.temporary.mkdir()
+        words = [sys.executable, "-m", "splinefeed", "studio", "--no-browser", "--json", "--history", str(self.history)]
+        env = {**os.environ, "PYTHONPATH": home, "TMPDIR": str(self.temporary)}
+        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=env)
+        text = ""
+        while "}" not in text:
+            assert self.process.stdout is not None
+            line = self.process.stdout.readline()
+            assert line, "the studio did not start"
+            text += line
+        self.address: str = json.loads(text)["address"]
+        self.port = urlsplit(self.address).port
+        self.token = self.address.partition("token=")[2]
+
+    def end(self) -> int:
+        """Ctrl-C, and the exit code."""
+        self.process.send_signal(signal.SIGINT)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+        return self.process.wait(20)
+
+
+@pytest.fixture(scope="session")
+def studio(tmp_path_factory) -> Iterator[Studio]:
+    """The studio of all tests; it must end well and leave no file behind."""
+    pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
+    running = Studio(tmp_path_factory.mktemp("studio"))
+    yield running
+    assert running.end() == 0
+    assert not [each for each in running.temporary.iterdir() if each.name.startswith("splinefeed-studio")]
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """The browser."""
+    api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("no browser: apt-get install chromium (make test-browser does it, as root on Debian)")
+    with api.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=program, args=CHROMIUM.split())
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(studio, chromium) -> Iterator[Any]:
+    """Open a page of the studio, ready and planned; whatever its console complains of fails the test."""
+    contexts, said = [], []
+
+    def open_page(width: int = 1280, height: int = 900, *, address: str | None = None, scheme: str = "light") -> Any:
+        context = chromium.new_context(
+            viewport={"width": width, "height": height}, accept_downloads=True, color_scheme=scheme
+        )
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(30_000)
+        page.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.goto(address or studio.address)
+        page.wait_for_selector("body[data-shown=final]", timeout=WARMING)
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert said == []

@@ -1,0 +1,105 @@
+"""Who may talk to the studio: the token, Host and Origin, and nothing of the file system behind it."""
+
+from __future__ import annotations
+
+import http.client
+import json
+
+import pytest
+
+from splinefeed.studio.uploads import LARGEST, Uploads
+
+
+def ask(studio, path: str, method: str = "GET", body: bytes | None = None, **headers: str):
+    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=20)
+    given = {name.replace("_", "-"): value for name, value in headers.items()}
+    connection.request(method, path, body, given)
+    answer = connection.getresponse()
+    content = answer.read()
+    connection.close()
+    return answer, content
+
+
+@pytest.fixture(scope="module")
+def cookie(studio):
+    answer, _ = ask(studio, f"/?token={studio.token}")
+    said = answer.headers["Set-Cookie"]
+    assert "HttpOnly" in said
+    assert "SameSite=Strict" in said
+    return said.partition(";")[0]
+
+
+def test_nothing_without_the_token(studio):
+    for path in ("/", "/?token=", f"/?token={studio.token[:-1]}", "/page/main.js", "/download/" + "0" * 32):
+        answer, content = ask(studio, path)
+        assert answer.status == 403, path
+        assert b"token" in content
+    answer, _ = ask(studio, f"/page/main.js?token={studio.token}")
+    assert answer.status == 403  # it opens the page alone
+
+
+def test_every_answer_forbids_what_is_not_ours(studio, cookie):
+    for path in ("/", "/page/main.js", "/page/nothing.js"):
+        answer, _ = ask(studio, path, Cookie=cookie)
+        policy = answer.headers["Content-Security-Policy"]
+        assert "default-src 'none'; script-src 'self';" in policy
+        assert "unsafe-eval" not in policy
+        assert answer.headers["X-Content-Type-Options"] == "nosniff"
+        assert answer.headers["Referrer-Policy"] == "no-referrer"
+
+
+def test_a_name_that_points_here_is_not_enough(studio, cookie):
+    for host in ("evil.example", f"evil.example:{studio.port}", "127.0.0.1", f"[::1]:{studio.port}"):
+        assert ask(studio, f"/?token={studio.token}", Host=host)[0].status == 421, host
+        assert ask(studio, "/", Host=host, Cookie=cookie)[0].status == 421, host
+    assert ask(studio, "/", Host=f"localhost:{studio.port}", Cookie=cookie)[0].status == 200
+
+
+def test_other_sites_can_neither_post_nor_listen(studio, cookie):
+    socket = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec_WebSocket_Version": "13", "Sec_WebSocket_Key": "x"}
+    for origin in ("http://evil.example", "null", f"http://localhost:{studio.port}", "http://127.0.0.1"):
+        assert ask(studio, "/upload", "POST", b"x", Cookie=cookie, Origin=origin)[0].status == 403, origin
+        assert ask(studio, "/socket", Cookie=cookie, Origin=origin, **socket)[0].status == 403, origin
+    assert ask(studio, "/upload", "POST", b"x", Cookie=cookie)[0].status == 403
+    assert ask(studio, "/socket", Cookie=cookie, **socket)[0].status == 403
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/page/../server.py",
+        "/page/%2e%2e/server.py",
+        "/page/..%2fserver.py",
+        "//etc/passwd",
+        "/download/../../etc/passwd",
+        "/download/" + "a" * 32,
+        "/etc/passwd",
+    ],
+)
+def test_no_path_leads_to_the_file_system(studio, cookie, path):
+    answer, content = ask(studio, path, Cookie=cookie)
+    assert answer.status in (400, 404)
+    assert b"root:" not in content
+    assert b"import" not in content
+
+
+def test_uploads_are_bounded_in_size_and_number(studio, cookie, tmp_path):
+    own = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{studio.port}"}
+    answer, content = ask(studio, "/upload", "POST", b"0", **own, X_Name="..%2F..%2Fetc%2Fpasswd")
+    assert answer.status == 200
+    kept = list((studio.temporary).glob(f"*/uploads/{json.loads(content)['file']}/*"))
+    assert [each.name for each in kept] == ["passwd"]
+    answer, content = ask(studio, "/upload", "POST", b"", **own)
+    assert (answer.status, json.loads(content)["error"]) == (413, "the file is empty")
+    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=20)
+    connection.putrequest("POST", "/upload")
+    for name, value in {**own, "Content-Length": str(LARGEST + 2)}.items():
+        connection.putheader(name, value)
+    connection.endheaders()
+    assert connection.getresponse().status in (400, 413)
+    connection.close()
+    uploads = Uploads(tmp_path / "uploads")
+    names = [uploads.put(f"{k}.dxf", b"x") for k in range(20)]
+    assert len(list(uploads.folder.iterdir())) <= 16
+    assert uploads.content(names[-1]) == ("19.dxf", b"x")
+    assert uploads.content(names[0]) is None

@@ -1,0 +1,64 @@
+"""The page in a browser: what it shows is what the API gives, what it gives away is byte for byte the same."""
+
+from __future__ import annotations
+
+import pytest
+
+import splinefeed as sf
+from splinefeed.report.record import documented
+from splinefeed.studio import results
+from splinefeed.studio.settings import resolve
+from studio_tools import rest, value
+
+pytestmark = pytest.mark.browser
+
+
+def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(opened, data_dir):
+    page = opened()
+    file = data_dir / "dxf" / "trimesh_spline.DXF"
+    rest(page, lambda: page.set_input_files("#file", str(file)))
+    limits = {"feed": 60.0, "acceleration": 500.0, "jerk": 20000.0}
+    path = sf.read(file, path=1)
+    made = sf.run(path, sf.Limits(**limits))
+    assert value(page, "duration_s") == made.law.duration
+    before = page.inner_text("#verdict")
+    rest(page, lambda: (page.fill("#limit-feed", "1200 mm/min"), page.press("#limit-feed", "Enter")))
+    made = sf.run(path, sf.Limits(**{**limits, "feed": 20.0}))
+    numbers = made.numbers()
+    assert value(page, "duration_s") == numbers["duration_s"]
+    assert value(page, "ripple_max") == numbers["ripple_max"]
+    assert page.inner_text("#verdict") != before
+    for name, each in numbers["limits"].items():
+        assert float(page.get_attribute(f'tr[data-limit="{name}"]', "data-worst")) == each["worst"]
+
+
+def test_setpoints_are_downloaded_byte_for_byte(opened, tmp_path):
+    page = opened()
+    asked = {"source": {"shape": "circle?radius=10"}}
+    rest(page, lambda: (page.fill("#shape", "circle?radius=10"), page.press("#shape", "Enter")))
+    page.click("#save")
+    with page.expect_download() as got:
+        page.click('#save-menu [data-what="setpoints"][data-form="csv"]')
+    got.value.save_as(tmp_path / "got.csv")
+    wanted = resolve(asked, tmp_path)
+    made = sf.run(wanted.path, wanted.limits)
+    said = results.numbers(wanted, made, None, ("csv",))
+    sf.save(documented(made, said).points, tmp_path / "own.csv")
+    assert (tmp_path / "got.csv").read_bytes() == (tmp_path / "own.csv").read_bytes()
+    assert got.value.suggested_filename == "setpoints.csv"
+
+
+def test_what_is_wrong_is_said_beside_its_field(opened, tmp_path):
+    page = opened()
+    page.fill("#limit-jerk", "-3")
+    page.press("#limit-jerk", "Enter")
+    page.wait_for_selector('[id="error-limits.jerk"]:visible')
+    assert "greater than 0" in page.inner_text('[id="error-limits.jerk"]')
+    assert page.get_attribute("#limit-jerk", "aria-invalid") == "true"
+    broken = tmp_path / "part.dxf"
+    broken.write_bytes(b"  0\nSECTION\n  2\nENTITIES\n  0\nSPLINE\n 70\nnonsense\n")
+    page.set_input_files("#file", str(broken))
+    page.wait_for_selector("#error-source:visible")
+    words = page.inner_text("#error-source")
+    assert "part.dxf" in words
+    assert "/" not in words.replace("and/or", "")

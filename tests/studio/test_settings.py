@@ -1,0 +1,114 @@
+"""Settings of a page: strict, every problem beside its field, and the same after a way through TOML."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import splinefeed as sf
+from splinefeed.formats import json_curve
+from splinefeed.studio import share
+from splinefeed.studio.settings import USUAL, SettingsError, complete, resolve
+
+
+def test_the_usual_settings_are_the_butterfly(tmp_path):
+    wanted = resolve({}, tmp_path)
+    assert wanted.path.name == "butterfly"
+    assert wanted.limits == sf.Limits(feed=60, acceleration=500, jerk=20000)
+    assert (wanted.period, wanted.strategy, wanted.table) == (1e-3, "seven-phase", None)
+
+
+def test_fields_take_units_and_single_axes(tmp_path):
+    limits = {"feed": "3600 mm/min", "axis_jerk": "x=2000, y=0.5m/s^3", "axis_acceleration": 500, "chord_error": ""}
+    wanted = resolve({"limits": limits, "period": "0.5ms"}, tmp_path)
+    assert wanted.limits.as_dict() == {
+        "feed": 60.0, "axis_jerk.x": 2000.0, "axis_jerk.y": 500.0, "axis_acceleration": 500.0,
+        "start_feed": 0.0, "end_feed": 0.0,
+    }  # fmt: skip
+    assert wanted.period == 5e-4
+
+
+def test_a_machine_holds_where_no_limit_is_given(tmp_path):
+    wanted = resolve({"limits": {"feed": 60, "axis_velocity": 30}, "machine": {"name": "xytheta"}}, tmp_path)
+    own = sf.Table.load("xytheta").limits(("x", "y"))
+    assert wanted.limits.axis_acceleration == own["axis_acceleration"]
+    assert wanted.limits.axis_velocity == {"x": 30.0, "y": 30.0}
+    text = {"name": "mine", "toml": sf.Table.load("xytheta").axes and _text("xytheta")}
+    assert resolve({"machine": text}, tmp_path).table.name == "mine"
+
+
+def _text(name: str) -> str:
+    from splinefeed.machine import writing
+
+    return writing.to_text(sf.Table.load(name))
+
+
+@pytest.mark.parametrize(
+    ("asked", "field", "words"),
+    [
+        ({"limits": {"feed": "fast"}}, "limits.feed", "'fast' cannot be read; expected a feed such as"),
+        ({"limits": {"jerk": "-1"}}, "limits.jerk", "'-1' must be greater than 0"),
+        ({"limits": {"axis_jerk": "q=3", "feed": 1}, "strategy": "time-optimal"}, "", ""),
+        ({"limits": {}}, "limits.feed", "neither feed nor axis_velocity is given"),
+        ({"limits": {"sped": 3}}, "limits.feed", "unknown limit"),
+        ({"period": "soon"}, "period", "'soon' cannot be read; expected a time such as"),
+        ({"strategy": "fast"}, "strategy", "'fast' is not known; there are"),
+        ({"method": "euler"}, "method", "'euler' is not known; there are"),
+        ({"machine": "router/../../etc"}, "machine", "is no machine; there are"),
+        ({"machine": {"name": "x", "toml": "[axis.x]\n"}}, "machine", "axis.x.motor: missing"),
+        ({"source": {"shape": "/etc/passwd"}}, "source", "is no shape; there are"),
+        ({"source": {"shape": "circle?radius=-1"}}, "source", "radius"),
+        ({"source": {"file": "../../etc/passwd"}}, "source", "there is no such upload"),
+        ({"source": {"file": "0" * 32}}, "source", "the uploaded file is gone"),
+        ({"source": {"curves": "{}"}}, "source", "the edited curve"),
+        ({"sauce": 1}, "", "'sauce' is no setting; did you mean source?"),
+        ({"corrections": True}, "corrections", "must be a whole number"),
+        ([], "", "settings must be an object"),
+    ],
+)
+def test_what_is_wrong_is_said_by_field(tmp_path, asked, field, words):
+    if words == "":
+        resolve(asked, tmp_path)  # the axis is looked at by the planner, which knows the path's
+        return
+    with pytest.raises(SettingsError) as caught:
+        resolve(asked, tmp_path)
+    assert set(caught.value.problems) == {field}
+    assert words in caught.value.problems[field]
+    assert str(tmp_path) not in str(caught.value)
+
+
+def test_several_problems_are_told_together(tmp_path):
+    with pytest.raises(SettingsError) as caught:
+        resolve({"limits": {"feed": "x", "jerk": 0}, "method": "m", "period": "-1"}, tmp_path)
+    assert set(caught.value.problems) == {"limits.feed", "limits.jerk", "method", "period"}
+
+
+def test_edited_curves_are_the_path_they_say(tmp_path):
+    path = sf.shapes.butterfly()
+    wanted = resolve({"source": {"curves": json_curve.to_text([path])}}, tmp_path)
+    assert wanted.path.curves == path.curves
+    assert wanted.origin.text == "butterfly.json"
+
+
+words = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
+
+
+@given(
+    st.fixed_dictionaries(
+        {},
+        optional={
+            "source": st.dictionaries(words, words, max_size=3),
+            "limits": st.dictionaries(words, st.one_of(words, st.floats(allow_nan=False, allow_infinity=False))),
+            "tangential": st.booleans(),
+            "method": words,
+            "machine": st.one_of(st.none(), st.fixed_dictionaries({"name": words, "toml": words})),
+        },
+    )
+)
+def test_settings_come_back_from_toml(asked):
+    assert share.from_toml(share.to_toml(asked)) == complete(asked)
+
+
+def test_the_usual_settings_are_json_and_toml():
+    assert share.from_toml(share.to_toml(USUAL)) == USUAL
