@@ -27,6 +27,9 @@ BY_AXIS = (*AXIS_LIMITS, "axis_velocity_step")
 #: Fields of Limits that say how far each axis may travel.
 TRAVEL_ENDS = ("axis_minimum", "axis_maximum")
 
+#: Fields of Response that only streams have.
+STREAM_COLUMNS = ("row", "depth", "underruns")
+
 #: Number of coefficients of a time-law piece: quintic in t, the highest degree that a strategy makes.
 LAW_COEFFICIENTS = 6
 
@@ -339,6 +342,8 @@ class Response:
     output     (n, axes)  control output, V
     saturated  (n, axes)  whether the output was at its limit
     contour_error  (n,)   distance of `position` from the true path over the linear axes, mm; None if no path was given
+    row, depth, underruns  (n,)  of a stream to a controller: number of its row, rows that it still had, and periods in
+                           which it had none so far; None where nothing was streamed
     stopped    why the run ended early, or None; settings  all that is needed to make it again
     """
 
@@ -351,6 +356,9 @@ class Response:
     axes: tuple[str, ...]
     period: float
     contour_error: Array | None = None
+    row: IntArray | None = None
+    depth: IntArray | None = None
+    underruns: IntArray | None = None
     stopped: str | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
 
@@ -369,6 +377,12 @@ class Response:
             if error.shape != (n,):
                 raise InputError(f"Response.contour_error has shape {error.shape}; expected ({n},)")
             object.__setattr__(self, "contour_error", error)
+        for name in STREAM_COLUMNS:
+            if (given := getattr(self, name)) is not None:
+                counts = _read_only(np.ascontiguousarray(given, dtype=np.int64))
+                if counts.shape != (n,):
+                    raise InputError(f"Response.{name} has shape {counts.shape}; expected ({n},)")
+                object.__setattr__(self, name, counts)
 
     @property
     def tracking_error(self) -> Array:

@@ -11,7 +11,9 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
-from splinefeed.feed.override import Override, with_reserve
+from splinefeed.feed.course import LawCourse
+from splinefeed.feed.override import Override
+from splinefeed.feed.reserve import with_reserve
 from splinefeed.interpolation.instants import Instants
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw
 
@@ -89,7 +91,7 @@ def script(rng: np.random.Generator, ticks: int) -> Array:
 
 def sent(name: str, wanted: Array) -> tuple[Override, Setpoints]:
     path, limits, law = case(name)
-    override = Override(path, law, limits, rate=wanted[0])
+    override = Override(LawCourse(path, law), limits, rate=wanted[0])
     begin = override.rate
     ticks = override.run(wanted)
     points = Instants(path, law, PERIOD)
@@ -134,7 +136,7 @@ def test_a_hold_comes_to_rest_on_the_path_and_goes_on_from_there(at: int) -> Non
     path, limits, law = case("butterfly")
     wanted = np.ones(30000)
     wanted[at : at + 1000] = 0.0
-    override = Override(path, law, limits)
+    override = Override(LawCourse(path, law), limits)
     ticks = override.run(wanted)
     rest = np.flatnonzero(ticks.rate == 0.0)
     assert rest[0] < at + 300  # the slack of the reserve stops it in a fraction of a second
@@ -147,7 +149,7 @@ def test_a_hold_comes_to_rest_on_the_path_and_goes_on_from_there(at: int) -> Non
 
 def test_a_wanted_rate_is_reached_exactly_and_not_passed() -> None:
     path, limits, law = case("butterfly")
-    override = Override(path, law, limits)
+    override = Override(LawCourse(path, law), limits)
     ticks = override.run(np.full(3000, 0.37))
     assert ticks.rate[-1] == 0.37
     assert np.all(np.diff(ticks.rate) <= 0.0)
@@ -163,8 +165,8 @@ def test_at_the_highest_rate_a_law_with_room_takes_less_time() -> None:
 def test_the_same_script_in_pieces_gives_the_same_bits() -> None:
     path, limits, law = case("butterfly")
     wanted = script(np.random.default_rng(4), 8000)
-    whole = Override(path, law, limits).run(wanted)
-    parts = Override(path, law, limits)
+    whole = Override(LawCourse(path, law), limits).run(wanted)
+    parts = Override(LawCourse(path, law), limits)
     pieces = [parts.run(wanted[start : start + 333]) for start in range(0, len(wanted), 333)]
     np.testing.assert_array_equal(np.concatenate([piece.tau for piece in pieces]), whole.tau)
 
@@ -172,7 +174,7 @@ def test_the_same_script_in_pieces_gives_the_same_bits() -> None:
 def test_a_law_without_reserve_is_refused() -> None:
     path, limits, _ = case("butterfly")
     with pytest.raises(LimitsError, match=r"leaves nothing to slow it with; plan it under with_reserve"):
-        Override(path, sf.plan(path, limits, "time-optimal", PERIOD), limits)
+        Override(LawCourse(path, sf.plan(path, limits, "time-optimal", PERIOD)), limits)
 
 
 def test_a_share_that_leaves_nothing_is_refused() -> None:

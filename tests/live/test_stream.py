@@ -14,11 +14,12 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import InputError
-from splinefeed.feed.override import with_reserve
+from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.control import LONGEST_LINE, Control
-from splinefeed.live.motion import Motion
+from splinefeed.live.knob import Knob
+from splinefeed.live.motion import along
 from splinefeed.live.sink import Rows, Taken
-from splinefeed.live.stream import Knob, StreamError, play
+from splinefeed.live.stream import StreamError, play
 from splinefeed.live.text_sink import FileSink
 from splinefeed.live.udp_sink import HEAD, UdpSink
 from splinefeed.records import Array, Setpoints
@@ -57,12 +58,15 @@ class Keeper:
 
     close = taken
 
+    def restart(self) -> None:
+        pass
+
     def abandon(self) -> None:
         pass
 
 
 def test_a_file_holds_every_row_once_and_the_last_one_twice(tmp_path: File) -> None:
-    motion = Motion(*planned())
+    motion = along(*planned())
     state = play(motion, FileSink(tmp_path / "rows.txt"), Knob(), 300)
     table = np.loadtxt(tmp_path / "rows.txt")
     np.testing.assert_array_equal(table[:, 0], np.arange(1, state.row + 1))
@@ -75,12 +79,12 @@ def test_a_file_holds_every_row_once_and_the_last_one_twice(tmp_path: File) -> N
 
 def test_a_stop_rests_on_the_path_and_a_resume_goes_on_to_the_end() -> None:
     knob = Knob()
-    first, second = Motion(*planned()), None
+    first, second = along(*planned()), None
     sink = Keeper(300, knob.stop)
     state = play(first, sink, knob, 300)
     assert not state.done
-    assert 0.2 < state.tau < first.law.duration
-    second = Motion(*planned(), tau=state.confirmed_tau)
+    assert 0.2 < state.tau < first.duration
+    second = along(*planned(), tau=state.confirmed_tau)
     more = Keeper()
     assert play(second, more, Knob(), 300).done
     stopped, went_on = (np.concatenate([rows.position for rows in each.rows]) for each in (sink, more))
@@ -98,15 +102,15 @@ def test_a_stop_rests_on_the_path_and_a_resume_goes_on_to_the_end() -> None:
         period=1e-3,
         method="sent",
     )
-    verdict = sf.check(points, first.path, LIMITS)
+    verdict = sf.check(points, planned()[0], LIMITS)
     assert all(result.holds for result in verdict.limits.values()), verdict.problems
 
 
 def test_axes_that_are_elsewhere_are_not_taken_by_surprise() -> None:
     sink = Keeper()
     sink.open = lambda axes, period, start: start + 0.5  # type: ignore[method-assign]
-    with pytest.raises(StreamError, match=r"x is at .* move them there, or stream with --here"):
-        play(Motion(*planned()), sink, Knob(), 300)
+    with pytest.raises(StreamError, match=r"x is at .* move them there, or stream with --approach"):
+        play(along(*planned()), sink, Knob(), 300)
 
 
 def test_datagrams_come_numbered_and_in_order() -> None:
@@ -125,7 +129,7 @@ def test_datagrams_come_numbered_and_in_order() -> None:
 
         thread = threading.Thread(target=listen)
         thread.start()
-        state = play(Motion(*planned()), UdpSink(port=listener.getsockname()[1]), Knob(), 300)
+        state = play(along(*planned()), UdpSink(port=listener.getsockname()[1]), Knob(), 300)
         thread.join(10.0)
     assert [number for number, _ in found] == list(range(1, state.row + 1))
 

@@ -1,36 +1,38 @@
-"""`splinefeed stream`: setpoints to a running controller, with an override, a hold and a stop that keep the limits."""
+"""`splinefeed stream`: setpoints to a running controller; override, hold, reverse and stop keep the limits."""
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
-import signal
 import sys
-import threading
-from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE
+from splinefeed.errors import SplinefeedError
 
 if TYPE_CHECKING:
+    from splinefeed.live.knob import Knob
+    from splinefeed.live.motion import Motion
     from splinefeed.live.sink import Sink
-    from splinefeed.live.stream import Knob, State
+    from splinefeed.live.stream import Resume, State
+    from splinefeed.records import Array, Limits
 
-#: Steps of the keys + and -.
-KEY_STEP = 0.1
+#: s of what HAL samples that are kept behind the last row.
+SETTLE = 0.1
 
 EXAMPLES = """\b
 Examples:
-  splinefeed stream butterfly --feed 60 --axis-accel 500 --axis-jerk 20000 --to linuxcnc --here
+  splinefeed stream butterfly --feed 60 --axis-accel 500 --axis-jerk 20000 --to linuxcnc --approach --record run.h5
   splinefeed stream part.dxf --machine router --to file -o rows.txt
-  splinefeed stream wing.dat --feed 20 --to udp --port 5010 --override 50%
+  splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
 
-Keys while it streams: + and - turn the override by 10 %, h or space holds, r goes on, s stops. The same by JSON lines
-on the local port that it prints, with the token: {"token": "...", "override": 80}, "hold": true, "stop": true.
+Keys while it streams: + and - turn the override by 10 %, h or space holds, b goes back along the path, r goes on,
+s stops. The same by JSON lines on the local port that it prints, with the token: {"token": "...", "override": 80},
+"hold": true, "reverse": true, "stop": true.
 
 """
 
@@ -44,11 +46,21 @@ on the local port that it prints, with the token: {"token": "...", "override": 8
 @options.quantity("--ahead", kind="time", text="Look-ahead kept in the controller's buffer.  [default: 300 ms]")
 @click.option("--override", default="100%", show_default=True, metavar="PERCENT", help="To begin with.")
 @click.option(
-    "--top", type=float, default=1.0, show_default=True, help="Highest override to leave room for: 1.2 = 120 %."
+    "--most",
+    default="200%",
+    show_default=True,
+    metavar="PERCENT",
+    help="Highest override. 100 % is --feed, or the program's feeds; the limits of the axes hold at any.",
 )
+@click.option(
+    "--top", type=float, default=1.0, show_default=True, help="Plan slower, so that 1.2 = 120 % is possible anywhere."
+)
+@click.option("--approach", is_flag=True, help="Go straight from where the axes are to where the path begins.")
 @click.option("--here", is_flag=True, help="Move the path so that it begins where the axes are.")
+@click.option("--record", "record_file", metavar="FILE.h5", help="--to linuxcnc: keep what HAL measured, a Response.")
 @click.option("--state", "state_file", metavar="FILE", help="Keep the last confirmed row in this file.")
-@click.option("--resume", is_flag=True, help="Go on from the row that --state FILE says.")
+@click.option("--resume", is_flag=True, help="Go on from the row that --state FILE says, and where the axes are.")
+@click.option("--columns", type=options.Names(), metavar="NAMES", help="SOURCE is CSV: its columns, as t,x,y.")
 @options.limits
 @options.machine
 @options.reading
@@ -57,14 +69,26 @@ on the local port that it prints, with the token: {"token": "...", "override": 8
 def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> None:
     """Plan SOURCE with a reserve and stream it, one row a servo period, to a controller.
 
-    Ctrl-C comes to rest on the path within the limits, and ends; a second one ends at once.
+    SOURCE may also be a file of setpoints (.h5, .csv, ...): those rows are played as they are, within limits of the
+    axes that must leave something to hold them with. Ctrl-C comes to rest on the path within the limits, and ends; a
+    second one ends at once.
     """
     from splinefeed.cli.output import print_json
     from splinefeed.cli.progress import busy
+    from splinefeed.cli.stream_orders import ended_by_signals
+    from splinefeed.formats import response_hdf5
+    from splinefeed.live.recording import response_of
 
-    with busy("stream") as say:
-        motion, sink, knob = _made(source, given, say)
-    state = _streamed(motion, sink, knob, given)
+    knob = _knob(given)
+    with ended_by_signals(), busy("stream") as say:
+        made = _made(source, given, say)
+    motion, sink = made.motion, made.sink
+    state = _streamed(made, knob, given)
+    files = [given["output"]] if given["to"] == "file" else []
+    if given["record_file"]:
+        settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
+        response_hdf5.save(response_of(sink.samples, motion.axes, motion.period, settings), given["record_file"])
+        files.append(given["record_file"])
     page = {
         "ok": state.done or knob.stopping,
         "done": state.done,
@@ -72,48 +96,118 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
         "confirmed": state.confirmed,
         "underruns": state.underruns,
         "tau_s": state.tau,
-        "planned_s": motion.law.duration,
+        "planned_s": motion.duration,
         "top": motion.override.top,
         "period_s": motion.period,
-        "files": [given["output"]] if given["to"] == "file" else [],
+        "files": files,
     }
     if as_json:
         print_json(page)
     else:
-        end = "to the end of the path" if state.done else f"stopped at {state.tau:.3f} s of {motion.law.duration:.3f} s"
+        end = "to the end of the path" if state.done else f"stopped at {state.tau:.3f} s of {motion.duration:.3f} s"
         print(f"{state.row} rows, {end}; {state.underruns} underruns", file=sys.stderr)
     ctx.exit(DONE)
 
 
-def _made(source: str, given: dict[str, Any], say: Any) -> tuple[Any, Sink, Knob]:
-    """The motion, where it goes, and the knob, all checked before anything moves."""
-    from splinefeed.cli.source import read_path
+@dataclass(frozen=True)
+class _Made:
+    """All that a stream needs, checked before anything moves."""
+
+    motion: Motion
+    sink: Any
+    resume: Resume | None
+    limits: Limits
+
+
+def _percent(given: dict[str, Any], name: str) -> float:
+    """An option in percent as a share."""
     from splinefeed.errors import InputError
-    from splinefeed.feed.override import with_reserve
-    from splinefeed.feed.planning import plan
-    from splinefeed.live.motion import Motion
-    from splinefeed.live.stream import Knob
-    from splinefeed.machine.table import Table
+
+    try:
+        return float(given[name].removesuffix("%")) / 100.0
+    except ValueError:
+        raise InputError(f"--{name}: {given[name]!r} is no number of percent; write for example 80%") from None
+
+
+def _knob(given: dict[str, Any]) -> Knob:
+    from splinefeed.live.knob import Knob
 
     knob = Knob()
-    try:
-        knob.set_rate(float(given["override"].removesuffix("%")) / 100.0)
-    except ValueError:
-        raise InputError(f"--override: {given['override']!r} is no number of percent; write for example 80%") from None
+    knob.set_rate(_percent(given, "override"))
+    return knob
+
+
+def _made(source: str, given: dict[str, Any], say: Any) -> _Made:
+    from splinefeed.errors import InputError
+    from splinefeed.live.knob import MOST
+
     if given["to"] == "file" and not given["output"]:
         raise InputError("--to file needs -o FILE")
     if given["resume"] and not given["state_file"]:
         raise InputError("--resume needs --state FILE, in which the last stream kept its last confirmed row")
-    machine = Table.load(given["machine"]) if given["machine"] else None
+    if given["record_file"] and given["to"] != "linuxcnc":
+        raise InputError(f"--record: nothing is measured by --to {given['to']}; it needs --to linuxcnc")
+    if given["here"] and given["approach"]:
+        raise InputError("--here moves the path to the axes, --approach the axes to the path: give one of them")
+    most = _percent(given, "most")
+    if not 0.0 < most <= MOST:
+        raise InputError(f"--most: {given['most']} must be above 0 and at most {100.0 * MOST:g} %")
     say(f"reading {source}")
+    motion, limits = (_through if _is_setpoints(source) else _along)(source, given, most, say)
+    resume = None
+    if given["resume"]:
+        resume = _resumed(given["state_file"], motion)
+        motion.begin_at(resume.confirmed)
+    return _Made(motion, _sink(given, motion.period), resume, limits)
+
+
+def _is_setpoints(source: str) -> bool:
+    from splinefeed.formats.setpoints import FORMATS
+
+    suffix = os.path.splitext(source)[1].lower()
+    return os.path.isfile(source) and any(suffix in each.suffixes for each in FORMATS.values() if each.loads)
+
+
+def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[Motion, Limits]:
+    """The motion along a path, and the limits that hold for it."""
+    from dataclasses import replace
+
+    from splinefeed.cli.source import read_path
+    from splinefeed.feed.planning import plan
+    from splinefeed.feed.reserve import with_reserve
+    from splinefeed.live.motion import along
+    from splinefeed.machine.table import Table
+
+    machine = Table.load(given["machine"]) if given["machine"] else None
     path = read_path(source, options.reading_from(given))
     limits, period, strategy = options.limits_from(given, machine, path.axes)
     limits, _ = options.as_programmed(limits, path, given)
     say("planning")
     law = plan(path, with_reserve(limits, given["top"]), strategy=strategy, period=period)
-    tau = _resumed(given["state_file"], path.length, law.duration) if given["resume"] else 0.0
-    motion = Motion(path, law, limits, tau=tau, rate=knob.wanted)
-    return motion, _sink(given, period), knob
+    # the feed is what is programmed: 100 %; what is a limit is that of the axes
+    return along(path, law, replace(limits, feed=max(most, 1.0) * limits.feed), highest=most), limits
+
+
+def _through(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[Motion, Limits]:
+    """The motion through setpoints as they are, and the limits that hold for it."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from splinefeed.cli.setpoints_file import read_setpoints
+    from splinefeed.live.motion import through
+    from splinefeed.machine.table import Table
+    from splinefeed.records import ROTARY_AXES
+
+    rows, _ = read_setpoints(source, given)
+    machine = Table.load(given["machine"]) if given["machine"] else None
+    limits, _, _ = options.limits_from({**given, "period": None}, machine, rows.axes)
+    if given["feed"] is None and given["limits_file"] is None:  # nobody said one: that of the rows is 100 %
+        linear = rows.position[:, [axis not in ROTARY_AXES for axis in rows.axes]]
+        feed = float(np.max(np.linalg.norm(np.diff(linear, axis=0), axis=1), initial=0.0)) / rows.period
+        limits = replace(limits, feed=max(feed, 1.0))
+    say("measuring the rows")
+    return through(rows, replace(limits, feed=1.01 * max(most, 1.0) * limits.feed), highest=most), limits
 
 
 def _ahead(given: dict[str, Any], period: float) -> int:
@@ -124,7 +218,7 @@ def _sink(given: dict[str, Any], period: float) -> Sink:
     if given["to"] == "linuxcnc":
         from splinefeed.live.linuxcnc_sink import LinuxcncSink
 
-        return LinuxcncSink(_ahead(given, period))
+        return LinuxcncSink(_ahead(given, period), record=bool(given["record_file"]), settle=SETTLE)
     if given["to"] == "udp":
         from splinefeed.live.udp_sink import UdpSink
 
@@ -134,102 +228,90 @@ def _sink(given: dict[str, Any], period: float) -> Sink:
     return FileSink(given["output"]) if given["to"] == "file" else TextSink(sys.stdout)
 
 
-def _streamed(motion: Any, sink: Sink, knob: Knob, given: dict[str, Any]) -> State:
+def _streamed(made: _Made, knob: Knob, given: dict[str, Any]) -> State:
+    from splinefeed.cli.stream_orders import keys, signals
     from splinefeed.live.control import Control
+    from splinefeed.live.motion import approach
     from splinefeed.live.stream import play
 
+    motion, sink = made.motion, made.sink
+    warned: list[str] = []
+
     def saved(state: State) -> None:
-        if given["state_file"]:
+        if not given["state_file"]:
+            return
+        try:
             _save(given["state_file"], state, motion)
+        except SplinefeedError as error:  # no reason to stop axes that move
+            if not warned:
+                print(f"splinefeed: {error}; --resume will not know of it", file=sys.stderr, flush=True)
+            warned.append(str(error))
 
     def seen(state: State) -> None:
-        control.status = {"row": state.row, "depth": state.depth, "confirmed": state.confirmed, "rate": state.rate}
+        control.status = {
+            "row": state.row,
+            "depth": state.depth,
+            "confirmed": state.confirmed,
+            "tau_s": state.tau,
+            "rate": state.rate,
+            "underruns": state.underruns,
+        }
 
-    with Control(knob) as control, _signals(knob), _keys(knob):
+    def to_start(at: Array, start: Array) -> Motion:
+        return approach(at, start, motion.axes, made.limits, motion.period)
+
+    with Control(knob) as control, signals(knob), keys(knob):
         if sink.paced:
             print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
-        return play(motion, sink, knob, _ahead(given, motion.period), here=given["here"], saved=saved, seen=seen)
+        return play(
+            motion,
+            sink,
+            knob,
+            _ahead(given, motion.period),
+            here=given["here"],
+            resume=made.resume,
+            approach=to_start if given["approach"] else None,
+            saved=saved,
+            seen=seen,
+        )
 
 
-def _save(file: str, state: State, motion: Any) -> None:
+def _save(file: str, state: State, motion: Motion) -> None:
     from splinefeed.formats.atomic import atomic_write
 
     page = {
         "row": state.confirmed,
         "tau_s": state.confirmed_tau,
+        "sent_tau_s": state.tau,
         "done": state.done,
-        "length_mm": motion.path.length,
-        "planned_s": motion.law.duration,
+        "axes": list(motion.axes),
+        "planned_s": motion.duration,
+        "start": motion.origin.tolist(),
     }
     with atomic_write(file) as temporary:
         temporary.write_text(json.dumps(page) + "\n", encoding="ascii")
 
 
-def _resumed(file: str, length: float, duration: float) -> float:
-    """Plan time of the last confirmed row; InputError for a state of another motion, or of one that is done."""
+def _resumed(file: str, motion: Motion) -> Resume:
+    """Where that stream was; InputError for a state of another motion, or of one that is done."""
     from splinefeed.errors import InputError
+    from splinefeed.live.stream import Resume
 
     try:
         with open(file, encoding="utf-8") as stream:
             page = json.loads(stream.read(4096))
-        tau, same = float(page["tau_s"]), (page["length_mm"], page["planned_s"]) == (length, duration)
+        tau, sent = float(page["tau_s"]), float(page["sent_tau_s"])
+        same = (page["axes"], page["planned_s"], page["start"]) == (
+            list(motion.axes),
+            motion.duration,
+            motion.origin.tolist(),
+        )
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):
         raise InputError(f"{file}: is no state of a stream") from None
     if not same:
         raise InputError(f"{file}: is the state of another motion; give the same source and limits")
-    if page.get("done") or not 0.0 <= tau < duration:
+    if page.get("done") or not 0.0 <= tau < motion.duration:
         raise InputError(f"{file}: that stream has reached its end; leave out --resume")
-    return tau
-
-
-@contextlib.contextmanager
-def _signals(knob: Knob) -> Iterator[None]:
-    """The first SIGINT or SIGTERM stops on the path; the next one is what it always is."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def stop(number: int, frame: object) -> None:
-        knob.stop()
-        print("stopping on the path; once more to end at once", file=sys.stderr, flush=True)
-        signal.signal(number, before[signal.Signals(number)])
-
-    for number in before:
-        signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextlib.contextmanager
-def _keys(knob: Knob) -> Iterator[None]:
-    """Obey keys, where there is a keyboard."""
-    if os.name != "posix" or not sys.stdin.isatty():
-        yield
-        return
-    import termios
-    import tty
-
-    number = sys.stdin.fileno()
-    before = termios.tcgetattr(number)
-    tty.setcbreak(number)
-    threading.Thread(target=_obey, args=(knob, number), daemon=True).start()
-    try:
-        yield
-    finally:
-        termios.tcsetattr(number, termios.TCSADRAIN, before)
-
-
-def _obey(knob: Knob, number: int) -> None:
-    orders = {
-        "+": lambda: knob.turn(KEY_STEP),
-        "-": lambda: knob.turn(-KEY_STEP),
-        "h": knob.hold,
-        " ": knob.hold,
-        "r": lambda: knob.hold(False),
-        "s": knob.stop,
-    }
-    while key := os.read(number, 1):
-        orders.get(key.decode(errors="replace"), lambda: None)()
+    return Resume(tau, sent)

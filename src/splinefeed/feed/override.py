@@ -7,76 +7,31 @@ backwards. docs/math/override.md says why no limit is exceeded, whatever is aske
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import LimitsError
-from splinefeed.geometry.path import Path
+from splinefeed.feed.course import AT_LIMITS, Course
+from splinefeed.feed.reserve import ACCELERATION_SHARE, JERK_SHARE, MOST_RATE
 from splinefeed.kernels import override as kernels
-from splinefeed.kernels.override_demand import ask, look_on
-from splinefeed.records import Array, Limits, TimeLaw, positive
+from splinefeed.kernels.override_demand import look_on
+from splinefeed.records import Array, Limits
 
-#: Share of the acceleration and of the jerk that a plan may use, so that the rest can brake it along its own law.
-ACCELERATION_SHARE, JERK_SHARE = 0.8, 0.6
 #: Ticks of a law looked ahead over: a change of the rate begins only where its end lies within the first; a rate that
 #: does not keep the limits everywhere is taken only where the way back from it lies within one of them.
 WINDOWS = (128, 256, 512, 1024)
-#: Highest rate, where the limits allow it, if nobody says else, and the highest that may be said.
-HIGHEST, MOST_RATE = 2.0, 10.0
+#: Highest rate, where the limits allow it, if nobody says else.
+HIGHEST = 2.0
 #: Ticks of the law whose needs are in memory at a time.
 BLOCK = 4096
 #: What is seen at instants may be so much more between them.
 BETWEEN = 1.01
-#: A law that is over its limits by less than this is at them.
-AT_LIMITS = 1e-6
 #: A share below this is as good as none.
 LEAST = 1e-12
-#: Jumps of q'' within three ticks weigh at most this much each in a third difference, a single one at most 1.
-NEAR_JUMPS = 0.75
 #: Largest share of acceleration or jerk that a law may use at its highest rate and still be slowed.
 MOST = 0.97
-
-
-def with_reserve(
-    limits: Limits, top: float = 1.0, acceleration: float = ACCELERATION_SHARE, jerk: float = JERK_SHARE
-) -> Limits:
-    """The limits to plan under, so that the plan can be run at rates up to `top` and slowed anywhere.
-
-    V / top,  share_a A / top^2,  share_j J / top^3;  centripetal and chord error / top^2
-
-    acceleration, jerk  the shares. Raises LimitsError for shares that are not in (0, 1) and a top below 1.
-    """
-    if not 1.0 <= top <= MOST_RATE:
-        raise LimitsError(f"the highest override is {top:g}; it must be from 1 to {MOST_RATE:g}")
-    for name, share in (("acceleration", acceleration), ("jerk", jerk)):
-        if not 0.0 < share < 1.0:
-            raise LimitsError(f"the share of {name} for the plan is {share:g}; it must lie between 0 and 1")
-    factors = {"velocity": 1.0 / top, "acceleration": acceleration / top**2, "jerk": jerk / top**3}
-    names = {
-        "feed": "velocity",
-        "acceleration": "acceleration",
-        "deceleration": "acceleration",
-        "jerk": "jerk",
-        "deceleration_jerk": "jerk",
-        "axis_velocity": "velocity",
-        "axis_acceleration": "acceleration",
-        "axis_jerk": "jerk",
-    }
-    changed: dict[str, object] = {}
-    for name, kind in names.items():
-        changed[name] = _times(getattr(limits, name), factors[kind])
-    for name in ("chord_error", "centripetal"):
-        changed[name] = _times(getattr(limits, name), top**-2.0)
-    return replace(limits, **changed)  # type: ignore[arg-type]
-
-
-def _times(value: float | Mapping[str, float] | None, factor: float) -> float | dict[str, float] | None:
-    if value is None:
-        return None
-    return {axis: each * factor for axis, each in value.items()} if isinstance(value, Mapping) else value * factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,42 +48,32 @@ class Ticks:
 class Override:
     """Runs a law at a wanted rate, tick by tick: 1 as planned, 0 hold, negative backwards; never beyond `limits`.
 
-    path, law  what runs; the law rests at both ends      limits  that hold for what is sent, not those of the plan
-    period     servo period, s (default: the law's)       rate    to begin with
-    tau        plan time to begin at, s: beyond 0 it begins at rest, as after a hold there
-    highest    what a wanted rate is cut to, in both directions, from 1 on
+    course   what runs; it rests at both ends              limits  that hold for what is sent, not those of the plan
+    rate     to begin with                                 highest  what a wanted rate is cut to, in both directions
+    tau      plan time to begin at, s: beyond 0 it begins at rest, as after a hold there
 
     top   highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
           programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
-    Raises LimitsError for a law without reserve, corners passed at speed (axis_velocity_step), and without a period.
+    Raises LimitsError for a course without reserve and for corners passed at speed (axis_velocity_step).
     """
 
     def __init__(
         self,
-        path: Path,
-        law: TimeLaw,
+        course: Course,
         limits: Limits,
         *,
-        period: float | None = None,
         rate: float = 1.0,
         tau: float = 0.0,
         highest: float = HIGHEST,
     ) -> None:
-        wanted = law.period if period is None else period
-        if wanted is None:
-            raise LimitsError("no period: give period= in s, as the law was not brought to one")
-        if not 1.0 <= highest <= MOST_RATE:
-            raise LimitsError(f"the highest override is {highest:g}; it must be from 1 to {MOST_RATE:g}")
-        self.path, self.law, self.limits, self.period = path, law, limits, positive(wanted, "period")
+        if not 0.0 < highest <= MOST_RATE:
+            raise LimitsError(f"the highest override is {highest:g}; it must be above 0 and at most {MOST_RATE:g}")
+        self.course, self.limits, self.period = course, limits, course.period
         if limits.axis_velocity_step is not None:
             raise LimitsError(
                 "corners passed at speed (axis_velocity_step) cannot be overridden; plan with exact stops"
             )
-        if law.feed(0.0) > AT_LIMITS or law.feed(law.duration) > AT_LIMITS:
-            raise LimitsError(
-                "a law that can be overridden begins and ends at rest; leave start_feed and end_feed at 0"
-            )
-        axes = path.axes
+        axes = course.axes
         along = (
             limits.feed,
             min(limits.acceleration, float(limits.deceleration or math.inf)),
@@ -136,67 +81,53 @@ class Override:
         )
         orders = ("axis_velocity", "axis_acceleration", "axis_jerk")
         self._limit = np.array([[*limits.of_axes(name, axes), last] for name, last in zip(orders, along, strict=True)])
-        self._cells = math.ceil(law.duration / self.period)
+        self._cells = math.ceil(course.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)
         self._first, self._loaded = 0, 0
         self._ahead = np.zeros((len(WINDOWS), 0, 3, len(axes) + 1))
         self._caps = np.zeros((len(WINDOWS), 0))
-        bend = self._bend_share()
-        self.top = min(self._top(bend), highest)
+        bend = course.bend_share(limits)
+        self.top = min(self._top(bend, min(highest, 1.0)), highest)
         self._most = max(min(highest, 1.0 / bend if bend > 0.0 else highest), self.top)
         self._state = np.zeros(kernels.STATE)
         self._state[kernels.DIRECTION] = 1.0
-        if not 0.0 <= tau <= law.duration:
-            raise LimitsError(f"the plan time to begin at is {tau:g} s; the law lasts {law.duration:g} s")
+        if not 0.0 <= tau <= course.duration:
+            raise LimitsError(f"the plan time to begin at is {tau:g} s; the law lasts {course.duration:g} s")
         self._state[kernels.TAU] = tau
         if tau == 0.0:
             # at rest any rate is as good as another
             self._state[kernels.RATE] = min(max(float(rate), 0.0), self.top)
 
-    def _top(self, bend: float) -> float:
-        """The rate at which the law is at its limits; it may be that of plans that are over them by rounding."""
+    def rest_at(self, tau: float) -> None:
+        """Be at rest at plan time tau, s, whatever was before."""
+        direction = self._state[kernels.DIRECTION]
+        self._state[:] = 0.0
+        self._state[kernels.TAU], self._state[kernels.DIRECTION] = tau, direction
+
+    def _top(self, bend: float, least: float) -> float:
+        """The rate at which the course is at its limits; it may be that of plans that are over them by rounding.
+
+        LimitsError unless the rate `least` leaves something to slow it with.
+        """
         most = np.zeros_like(self._limit)
         for first in range(0, self._cells, BLOCK):
-            most = np.maximum(most, np.max(self._asked(first, min(BLOCK, self._cells - first)), axis=0))
+            cells = self.course.asked(first, min(BLOCK, self._cells - first))
+            most = np.maximum(most, np.max(cells, axis=0))
         shares = np.max(most / self._limit, axis=1)
         speed = max(float(shares[0]), bend, LEAST)
         second, third = (max(float(share), LEAST) for share in shares[1:])
         top = min(1.0 / speed, second**-0.5, third ** (-1.0 / 3.0))
-        if 1.0 - AT_LIMITS < top < 1.0:
-            top = 1.0
-        if top < 1.0 or max(second, third) > MOST:
+        if (1.0 - AT_LIMITS) * least < top < least:
+            top = least
+        if top < least or max(second * least**2, third * least**3) > MOST:
             name = ("velocity", "acceleration", "jerk")[int(np.argmax(shares))]
+            slower = min((ACCELERATION_SHARE / second) ** 0.5, (JERK_SHARE / third) ** (1.0 / 3.0), 1.0 / speed)
             raise LimitsError(
-                f"the law uses {100.0 * float(np.max(shares)):.3g} % of the {name}, which leaves nothing to slow it "
-                "with; plan it under with_reserve(limits)"
+                f"the law uses {100.0 * float(np.max(shares)):.3g} % of the {name}, which leaves nothing to slow "
+                f"it with; plan it under with_reserve(limits), or run it at {math.floor(100.0 * slower)} % at most"
             )
         # at the highest rate too something must be left to slow it with
         return float(min(top, (MOST / second) ** 0.5, (MOST / third) ** (1.0 / 3.0)))
-
-    def _bend_share(self) -> float:
-        """Share of the limits that hold for the feed on a bend; they grow by the square of the rate."""
-        if self.limits.centripetal is None and self.limits.chord_error is None:
-            return 0.0
-        settings = self.law.settings.get("limits", {})
-        shares = [
-            math.sqrt(settings.get(name, math.inf) / limit)
-            for name in ("centripetal", "chord_error")
-            if (limit := getattr(self.limits, name)) is not None
-        ]
-        if not all(map(math.isfinite, shares)):
-            raise LimitsError("the law was not planned under the limits of centripetal acceleration or chord error")
-        return max(shares)
-
-    def _asked(self, first: int, count: int) -> Array:
-        """What the law asks for in ticks first ... first + count - 1, (count, 3, columns); 0 beyond its ends."""
-        columns = len(self.path.axes) + 1
-        cells, jumps = np.empty((count + 2, 3, columns)), np.empty((count + 2, columns))
-        given = (self.law.breaks, self.law.coefficients, self.path.table, self.path.shape)
-        ask(*given, self.period, first - 1, cells, jumps)
-        # to the drive a jump of q'' is jerk over the period
-        beside = NEAR_JUMPS * (jumps[:-2] + jumps[1:-1] + jumps[2:])
-        cells[1:-1, 2] += np.maximum(jumps[1:-1], beside) / self.period
-        return cells[1:-1]
 
     @property
     def tau(self) -> float:
@@ -216,7 +147,7 @@ class Override:
     @property
     def done(self) -> bool:
         """Whether the end of the law is reached."""
-        return self.tau >= self.law.duration
+        return self.tau >= self.course.duration
 
     def run(self, wanted: ArrayLike) -> Ticks:
         """Run as many ticks as wanted (n,) has rates, fewer where the law ends; the last one is the end exactly.
@@ -240,7 +171,7 @@ class Override:
                 self._windows,
                 self.period,
                 self.top,
-                self.law.duration,
+                self.course.duration,
                 state,
                 tau[ran:],
                 rate[ran:],
@@ -253,7 +184,7 @@ class Override:
             return
         longest = WINDOWS[-1]
         count = max(min(BLOCK, self._cells - cell if direction > 0 else cell + 1), 1)
-        cells = self._asked(cell if direction > 0 else cell + 1 - count - longest, count + longest)
+        cells = self.course.asked(cell if direction > 0 else cell + 1 - count - longest, count + longest)
         cells = BETWEEN * np.ascontiguousarray(cells[::direction])
         self._first, self._loaded = cell, direction
         self._ahead = np.empty((len(WINDOWS), count, *cells.shape[1:]))

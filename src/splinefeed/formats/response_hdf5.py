@@ -12,10 +12,12 @@ import numpy as np
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import hdf5
 from splinefeed.formats.metadata import axis_units, settings_from_json, settings_to_json
-from splinefeed.records import Response, check_finite, positive
+from splinefeed.records import STREAM_COLUMNS, Response, check_finite, positive
 
 #: Datasets (n, axes) and their units; None: that of the axis.
 _BY_AXIS = {"command": None, "position": None, "measured": None, "output": "V", "saturated": "1"}
+#: Datasets (n,) that are not in every response.
+_MAYBE = {"contour_error": "mm", **dict.fromkeys(STREAM_COLUMNS, "1")}
 
 
 def save(record: Response | Iterable[Response], path: str | os.PathLike[str]) -> None:
@@ -29,7 +31,9 @@ def save(record: Response | Iterable[Response], path: str | os.PathLike[str]) ->
                 check_finite(getattr(part, name), f"Response.{name}")
             if not datasets:
                 datasets = _create(file, part)
-            elif part.axes != tuple(file.attrs["axes"]) or (part.contour_error is None) == ("contour_error" in file):
+            elif part.axes != tuple(file.attrs["axes"]) or any(
+                (getattr(part, name) is None) == (name in file) for name in _MAYBE
+            ):
                 raise InputError(f"{path}: the piece at tick {ticks} has other columns than the first one")
             for name, dataset in datasets.items():
                 dataset.resize(ticks + len(part), axis=0)
@@ -54,7 +58,7 @@ def read(file: Any, path: Path) -> Response:
         **{**columns, "saturated": columns["saturated"] != 0},
         axes=axes,
         period=positive(file.attrs["period"], "period"),
-        contour_error=hdf5.array(file, "contour_error", path, 1) if "contour_error" in file else None,
+        **{name: hdf5.array(file, name, path, 1) for name in _MAYBE if name in file},
         stopped=hdf5.text_attribute(file, "stopped", path) if "stopped" in file.attrs else None,
         settings=settings_from_json(hdf5.text_attribute(file, "settings", path), path),
     )
@@ -70,8 +74,7 @@ def _create(file: Any, first: Response) -> dict[str, Any]:
     file.attrs["settings"] = settings_to_json(first.settings)
     units: dict[str, Any] = {"t": "s"}
     units |= {name: axis_units(first.axes, rotary="rad") if unit is None else unit for name, unit in _BY_AXIS.items()}
-    if first.contour_error is not None:
-        units["contour_error"] = "mm"
+    units |= {name: unit for name, unit in _MAYBE.items() if getattr(first, name) is not None}
     datasets = {}
     for name, unit in units.items():
         values = getattr(first, name)

@@ -1,6 +1,7 @@
 """Commands over a local socket: JSON lines on loopback, none without the token.
 
-{"token": "...", "override": 80}, "hold": true or false, "stop": true, "status": true; every line is answered by one.
+{"token": "...", "override": 80}, "hold": true or false, "reverse": true or false, "stop": true, "status": true; every
+line is answered by one, and so many a second are read that a flood of them leaves the stream its time.
 """
 
 from __future__ import annotations
@@ -10,15 +11,18 @@ import json
 import secrets
 import socket
 import threading
+import time
 from contextlib import suppress
 from types import TracebackType
 from typing import Any
 
 from splinefeed.errors import InputError
-from splinefeed.live.stream import Knob
+from splinefeed.live.knob import Knob
 
 #: Longest line that is read, bytes; clients that are served at once; s without a line after which one is sent away.
 LONGEST_LINE, MOST_CLIENTS, IDLE = 1024, 4, 60.0
+#: s between two lines of a client, and between two clients.
+PAUSE = 0.01
 
 
 class Control:
@@ -58,6 +62,7 @@ class Control:
                 with suppress(OSError):
                     client.sendall(b'{"ok": false, "error": "too many clients"}\n')
                 client.close()
+                time.sleep(PAUSE)
                 continue
             threading.Thread(target=self._serve, args=(client,), daemon=True).start()
 
@@ -68,6 +73,7 @@ class Control:
                 while line := lines.readline(LONGEST_LINE + 1):
                     answer = self._answer(line) if len(line) <= LONGEST_LINE else _refused("the line is too long")
                     client.sendall(json.dumps(answer).encode() + b"\n")
+                    time.sleep(PAUSE)
                     if len(line) > LONGEST_LINE:
                         return
         except OSError:
@@ -84,24 +90,28 @@ class Control:
             return _refused("the token is missing or wrong")
         if not hmac.compare_digest(said.pop("token").encode(errors="replace"), self.token.encode()):
             return _refused("the token is missing or wrong")
-        unknown = set(said) - {"override", "hold", "stop", "status"}
+        unknown = set(said) - {"override", "hold", "reverse", "stop", "status"}
         if unknown:
-            return _refused(f"{min(unknown)!r} is no command; there are override (%), hold, stop, status")
-        override, hold = said.get("override"), said.get("hold")
+            return _refused(f"{min(unknown)!r} is no command; there are override (%), hold, reverse, stop, status")
+        override = said.get("override")
         if override is not None and (isinstance(override, bool) or not isinstance(override, int | float)):
             return _refused("override must be a number, in percent")
-        if hold is not None and not isinstance(hold, bool):
-            return _refused("hold must be true or false")
+        for name in ("hold", "reverse", "stop", "status"):
+            if not isinstance(said.get(name, False), bool):
+                return _refused(f"{name} must be true or false")
         try:
             if override is not None:
                 self._knob.set_rate(override / 100.0)
         except (InputError, OverflowError) as error:
             return _refused(str(error))
-        if hold is not None:
-            self._knob.hold(hold)
-        if said.get("stop") is True:
+        if "hold" in said:
+            self._knob.hold(said["hold"])
+        if "reverse" in said:
+            self._knob.reverse(said["reverse"])
+        if said.get("stop"):
             self._knob.stop()
-        return {"ok": True, "override": 100.0 * self._knob.rate, "hold": self._knob.held, **self.status}
+        knob = self._knob
+        return {"ok": True, "override": 100.0 * knob.rate, "hold": knob.held, "reverse": knob.back, **self.status}
 
 
 def _refused(why: str) -> dict[str, Any]:

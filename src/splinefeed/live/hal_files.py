@@ -30,14 +30,16 @@ class HalAxis:
 
 
 def sampler_cfg(count: int) -> str:
-    """What is sampled at every servo tick: row, last, commands, positions, underruns."""
-    return "ub" + "f" * (2 * count) + "s"
+    """What is sampled at every servo tick: row, rows in the FIFO, commands, positions, underruns."""
+    return "us" + "f" * (2 * count) + "s"
 
 
 def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: float = LAG) -> str:
     """The file for `halcmd -f`: everything simulated, with the place marked where the real drives go.
 
-    The stream is enabled while `spf-run` is set, the last row has not come, and every axis follows.
+    The stream runs while `spf-run` is set, until the last row has come, an axis does not follow, or a row is missing:
+    then it stays off until `spf-run` is set anew. `spf-end` is what the last field of the last row is, 0 or 1, and
+    `spf-allowed` what the count of underruns may not exceed.
     Raises InputError for more axes than a streamer or a sampler has fields for.
     """
     names = [axis.name for axis in axes]
@@ -56,8 +58,12 @@ def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: 
         f"loadrt pid names={each('pid')}",
         f"loadrt limit1 names={each('limit')}",
         f"loadrt near names={each('follows')}",
-        "loadrt not names=more",
-        f"loadrt and2 names=go,{','.join(f'go-{name}' for name in names)}",
+        "loadrt xor2 names=more",
+        "loadrt conv_s32_float names=missed",
+        "loadrt comp names=dry",
+        "loadrt not names=full,off",
+        "loadrt or2 names=kept",
+        f"loadrt and2 names=go,ok,goes,{','.join(f'go-{name}' for name in names)}",
         "# a simulated drive and axis; take these out where there are real ones",
         f"loadrt lowpass names={each('drive')}",
         f"loadrt integ names={each('axis')}",
@@ -67,20 +73,35 @@ def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: 
     for name in names:
         out += [f"addf pid-{name}.do-pid-calcs servo", f"addf limit-{name} servo"]
         out += [f"addf drive-{name} servo", f"addf axis-{name} servo", f"addf follows-{name} servo"]
-    out += ["addf sampler.0 servo", "addf more servo", "addf go servo"]
+    out += [f"addf {name} servo" for name in ("sampler.0", "more", "missed", "dry", "full", "off")]
     out += [f"addf go-{name} servo" for name in names]
+    out += [f"addf {name} servo" for name in ("kept", "ok", "goes", "go")]
     out += [
         "",
         "net spf-row streamer.0.pin.0 sampler.0.pin.0",
-        f"net spf-last streamer.0.pin.{len(axes) + 1} more.in sampler.0.pin.1",
-        f"net spf-underruns streamer.0.underruns sampler.0.pin.{2 * len(axes) + 2}",
-        "# run, and not the last row, and every axis follows",
-        "net spf-run go.in0",
-        "net spf-more more.out go.in1",
-        f"net spf-go-0 go.out go-{names[0]}.in0",
+        f"net spf-last streamer.0.pin.{len(axes) + 1} more.in0",
+        "net spf-depth streamer.0.curr-depth sampler.0.pin.1",
+        f"net spf-underruns streamer.0.underruns missed.in sampler.0.pin.{2 * len(axes) + 2}",
+        "# a row was missing: more underruns than allowed",
+        "net spf-missed missed.out dry.in1",
+        "net spf-allowed dry.in0",
+        "net spf-dry dry.out full.in",
+        f"net spf-full full.out go-{names[0]}.in0",
+        "# every axis follows and no row was missing, now and since the run began",
+        "net spf-kept kept.out ok.in0",
+        "net spf-off off.out kept.in1",
+        "net spf-ok ok.out kept.in0 goes.in1",
+        "# run, and not the last row, and ok",
+        "net spf-run off.in go.in0",
+        "net spf-end more.in1",
+        "net spf-more more.out goes.in0",
+        "net spf-goes goes.out go.in1",
+        "net spf-enable go.out streamer.0.enable",
+        "sets spf-allowed 0.5",
+        "sets spf-end 1",
     ]
     for k, (name, axis) in enumerate(zip(names, axes, strict=True)):
-        following = f"go-{names[k + 1]}.in0" if k + 1 < len(names) else "streamer.0.enable"
+        following = f"go-{names[k + 1]}.in0" if k + 1 < len(names) else "ok.in1"
         out += [
             "",
             f"net spf-command-{k} streamer.0.pin.{k + 1} pid-{name}.command follows-{name}.in1 sampler.0.pin.{2 + k}",

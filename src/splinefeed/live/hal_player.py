@@ -1,98 +1,203 @@
 """Runs in LinuxCNC's own Python: rows from stdin into the FIFO of HAL's `streamer`, and back what HAL did with them.
 
 It needs nothing but the standard library and the `hal` module. One argument, JSON: `axes` (their number), `rows` (depth
-to fill before the start), `record` (whether to send every sampled row back). Lines on stdin are rows as `halstreamer`
-takes them; their end is the end of the stream. Lines on stdout are JSON.
+to fill before the start), `nets` (lines of halcmd that connect its pins), `period` (s), `sampler` (fields of the samples
+to send back), `settle` (s of samples behind the last row). Lines on stdin are rows as `halstreamer` takes them,
+numbered from 1; their end is the end of the stream. Lines on stdout are JSON.
 
-Its component `splinefeed` has the pins run (out), taken, underruns, feed-override, feed-hold and position-0 ... (in).
+When HAL has run out of rows it stays off, and so does this: rows are thrown away until a line `# restart`, which comes
+before the row behind the last one that was taken.
+
+Its component `splinefeed` has the pins run, end, allowed (out), taken, underruns, last, ok, feed-override, feed-hold,
+feed-reverse and, of every axis, command-0 and position-0 ... (in).
 """
 
 import json
 import os
 import select
+import subprocess
 import sys
 import time
+from collections import deque
 from typing import Any
 
 import hal  # type: ignore[import-not-found]
 
 #: Seconds between two reports, and between two looks at the FIFO.
-REPORT, LOOK = 0.02, 0.002
+REPORT, LOOK = 0.02, 0.005
 #: Seconds without a row being taken, at the end of the stream, after which it counts as dead.
 PATIENCE = 5.0
+#: Seconds that a change of pins needs to be seen by the servo thread, at least.
+SETTLED = 0.01
 #: Samples in one line.
 MOST_SAMPLES = 2000
+IN_PINS = {"taken": "U32", "underruns": "S32", "last": "BIT", "ok": "BIT"}
+KNOBS = {"feed-override": "FLOAT", "feed-hold": "BIT", "feed-reverse": "BIT"}
+OUT_PINS = {"run": "BIT", "end": "BIT", "allowed": "FLOAT"}
+
+
+class Player:
+    """The component, the FIFO and what is on its way into it."""
+
+    def __init__(self, given: dict[str, Any]) -> None:
+        self.given = given
+        self.part = part = hal.component("splinefeed")
+        for name, kind in OUT_PINS.items():
+            part.newpin(name, getattr(hal, f"HAL_{kind}"), hal.HAL_OUT)
+        for name, kind in (IN_PINS | KNOBS).items():
+            part.newpin(name, getattr(hal, f"HAL_{kind}"), hal.HAL_IN)
+        for k in range(given["axes"]):
+            part.newpin(f"command-{k}", hal.HAL_FLOAT, hal.HAL_IN)
+            part.newpin(f"position-{k}", hal.HAL_FLOAT, hal.HAL_IN)
+        part["feed-override"] = 1.0
+        part.ready()
+        done = subprocess.run(["halcmd", "-f"], input=given["nets"], capture_output=True, text=True, timeout=PATIENCE)
+        if done.returncode:
+            sys.exit(f"halcmd: {(done.stderr or done.stdout).strip()}")
+        time.sleep(SETTLED)
+        self.fifo = hal.stream(part, hal.streamer_base, "u" + "f" * given["axes"] + "b")
+        self.samples = hal.stream(part, hal.sampler_base, given["sampler"]) if given.get("sampler") else None
+        # HAL may have played before: its last row, its last field and its underruns are still there. A row that was
+        # left in its FIFO has a number of its own
+        self.before = part["taken"] + 1 if part["taken"] else 0
+        self.old_last = bool(part["last"])
+        part["end"] = not self.old_last
+        self.old_underruns = part["underruns"]
+        self.waited = 0.0  # s that rows were missing for
+        self.allow()
+        self.text = b""
+        self.rows: deque[tuple[float, ...]] = deque()
+        self.filled = 0  # rows written since it was last off
+        self.written = 0
+        self.ended = False
+        self.dry_at = 0.0  # when it ran dry; 0 if it has not
+        self.times_dry = 0
+
+    def allow(self) -> None:
+        """Allow the underruns that there are by now."""
+        self.part["allowed"] = self.part["underruns"] + 0.5
+
+    def settle(self) -> None:
+        """Wait until HAL has seen that it is off, and would start."""
+        end = time.monotonic() + PATIENCE
+        time.sleep(SETTLED)
+        while not self.part["ok"] and time.monotonic() < end:
+            time.sleep(SETTLED)
+
+    @property
+    def taken(self) -> int:
+        """The last of our rows that HAL has taken."""
+        return max(self.part["taken"] - self.before, 0) if self.part["taken"] <= self.before + self.written else 0
+
+    @property
+    def done(self) -> bool:
+        """Whether the last row is taken."""
+        return self.written > 0 and bool(self.part["last"]) != self.old_last
+
+    def read(self) -> None:
+        """Take what has come on stdin, if there is room for it."""
+        if self.ended or len(self.rows) >= self.given["rows"] or not select.select([0], [], [], 0.0)[0]:
+            return
+        more = os.read(0, 1 << 16)
+        self.ended = not more
+        lines = (self.text + more).split(b"\n")
+        self.text = lines.pop()
+        for each in lines:
+            if each.startswith(b"# restart"):
+                self.restart()
+            elif each and not each.startswith(b"#") and not self.dry_at:
+                words = each.split()
+                last = (words[-1] == b"1") != self.old_last
+                self.rows.append((int(words[0]) + self.before, *map(float, words[1:-1]), last))
+
+    def feed(self) -> None:
+        """Fill the FIFO, and start when there is enough in it."""
+        part, rows = self.part, self.rows
+        if self.dry_at:
+            return
+        while rows and self.fifo.writable:
+            self.fifo.write(rows.popleft())
+            self.written += 1
+            self.filled += 1
+        enough = self.filled >= self.given["rows"] or (self.ended and not rows) or not self.fifo.writable
+        if not part["run"] and enough and self.filled:
+            self.settle()
+            part["run"] = True
+            time.sleep(SETTLED)
+
+    def watch(self) -> str | None:
+        """See whether HAL is off; why it is for good, or None."""
+        part = self.part
+        if not part["run"] or part["ok"] or self.done or self.dry_at:
+            return None
+        if part["underruns"] > part["allowed"]:
+            self.dry_at = time.monotonic()
+            self.times_dry += 1
+            self.rows.clear()
+            self.written = self.taken
+            return None
+        away = [abs(part[f"command-{k}"] - part[f"position-{k}"]) for k in range(self.given["axes"])]
+        return f"{away.index(max(away))} {max(away):.6g}"
+
+    def restart(self) -> None:
+        """Rows come again."""
+        self.waited += time.monotonic() - self.dry_at
+        self.part["run"] = False
+        self.allow()
+        self.settle()
+        while self.fifo.readable:  # rows that came while it was found out that they are too late
+            self.fifo.read()
+        self.dry_at, self.filled = 0.0, 0
+
+    def report(self) -> dict[str, object]:
+        """How it is doing; dry: how often it has been, 0 where it is not."""
+        part = self.part
+        rate = 0.0 if part["feed-hold"] else -part["feed-override"] if part["feed-reverse"] else part["feed-override"]
+        missing = round(self.waited / self.given["period"])
+        underruns = part["underruns"] - self.old_underruns + missing
+        return {
+            "taken": self.taken,
+            "underruns": underruns,
+            "override": rate,
+            "dry": self.times_dry if self.dry_at else 0,
+        }
+
+    def sampled(self) -> None:
+        """Send on what HAL sampled since the last time."""
+        found: list[object] = []
+        while self.samples is not None and self.samples.readable and len(found) < MOST_SAMPLES:
+            found.append((self.samples.sampleno, *self.samples.read()))
+        if found:
+            say({"samples": found})
 
 
 def main() -> None:
     """Play until the last row is taken."""
-    given = json.loads(sys.argv[1])
-    axes = given["axes"]
-    part = hal.component("splinefeed")
-    part.newpin("run", hal.HAL_BIT, hal.HAL_OUT)
-    part.newpin("taken", hal.HAL_U32, hal.HAL_IN)
-    part.newpin("underruns", hal.HAL_S32, hal.HAL_IN)
-    part.newpin("last", hal.HAL_BIT, hal.HAL_IN)
-    part.newpin("feed-override", hal.HAL_FLOAT, hal.HAL_IN)
-    part.newpin("feed-hold", hal.HAL_BIT, hal.HAL_IN)
-    for k in range(axes):
-        part.newpin(f"position-{k}", hal.HAL_FLOAT, hal.HAL_IN)
-    part["feed-override"] = 1.0
-    part.ready()
-    for line in given["nets"]:
-        os.system(line + " >/dev/null 2>&1")
-    fifo = hal.stream(part, hal.streamer_base, "u" + "f" * axes + "b")
-    samples = hal.stream(part, hal.sampler_base, given["sampler"]) if given.get("sampler") else None
-    report = 0.0
-    text = b""
-    rows: list[tuple[float, ...]] = []
-    ended = False
-    written = 0
-    at = moved = time.monotonic()
-    seen = -1
-    say({"ready": True, "depth": fifo.maxdepth, "position": [part[f"position-{k}"] for k in range(axes)]})
-    while True:
-        if not ended and len(rows) < given["rows"] and select.select([0], [], [], 0.0)[0]:
-            more = os.read(0, 1 << 16)
-            ended = not more
-            lines = (text + more).split(b"\n")
-            text = lines.pop()
-            for each in lines:
-                if each and not each.startswith(b"#"):
-                    words = each.split()
-                    rows.append((int(words[0]), *map(float, words[1:-1]), words[-1] == b"1"))
-        while rows and fifo.writable:
-            fifo.write(rows.pop(0))
-            written += 1
-        if not part["run"] and (written >= given["rows"] or (ended and not rows) or not fifo.writable):
-            time.sleep(0.02)
-            part["run"] = True
-        sampled(samples)
+    player = Player(json.loads(sys.argv[1]))
+    part, count = player.part, player.given["axes"]
+    say({"ready": True, "depth": player.fifo.maxdepth, "position": [part[f"position-{k}"] for k in range(count)]})
+    report_at, moved, seen = 0.0, time.monotonic(), -1
+    stopped = None
+    while stopped is None:
+        player.read()
+        stopped = player.watch()
+        player.feed()
+        player.sampled()
         now = time.monotonic()
-        if part["taken"] != seen:
-            seen, moved = part["taken"], now
-        if now >= report:
-            rate = 0.0 if part["feed-hold"] else part["feed-override"]
-            say({"taken": part["taken"], "underruns": part["underruns"], "override": rate})
-            report = now + REPORT
-        if ended and not rows and (part["last"] or now - moved > PATIENCE):
+        if player.taken != seen:
+            seen, moved = player.taken, now
+        if now >= report_at:
+            say(player.report())
+            report_at = now + REPORT
+        if player.ended and not player.rows and (player.done or player.dry_at or now - moved > PATIENCE):
             break
         time.sleep(LOOK)
-    at = time.monotonic() + given.get("settle", 0.0)
-    while time.monotonic() < at:
-        sampled(samples)
+    end = time.monotonic() + player.given.get("settle", 0.0)
+    while time.monotonic() < end:
+        player.sampled()
         time.sleep(LOOK)
-    say({"taken": part["taken"], "underruns": part["underruns"], "done": bool(part["last"])})
+    say({**player.report(), "done": player.done, "stopped": stopped})
     part["run"] = False
-
-
-def sampled(samples: Any) -> None:
-    """Send on what HAL sampled since the last time."""
-    found: list[object] = []
-    while samples is not None and samples.readable and len(found) < MOST_SAMPLES:
-        found.append((samples.sampleno, *samples.read()))
-    if found:
-        say({"samples": found})
 
 
 def say(what: dict[str, object]) -> None:

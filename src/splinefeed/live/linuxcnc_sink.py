@@ -8,9 +8,11 @@ import shutil
 import subprocess
 import threading
 import time
-from collections.abc import Sequence
+from array import array
 from contextlib import suppress
+from dataclasses import replace
 from importlib.resources import files
+from typing import NoReturn
 
 import numpy as np
 
@@ -18,7 +20,7 @@ from splinefeed.errors import SplinefeedError
 from splinefeed.formats.metadata import to_radians
 from splinefeed.live.hal_files import sampler_cfg
 from splinefeed.live.sink import Rows, Taken
-from splinefeed.records import Array
+from splinefeed.records import ROTARY_AXES, Array
 
 #: The Python that has LinuxCNC's `hal` module on Debian.
 PYTHON = "/usr/bin/python3"
@@ -48,8 +50,8 @@ class LinuxcncSink:
     """Plays into HAL; the signals are those of `hal_text`.
 
     ahead   rows that are in the FIFO before it starts and that are kept there
-    record  whether to keep what HAL sampled at every tick: `samples` then has rows of sample number, row, last,
-            commands, positions, underruns
+    record  whether to keep what HAL sampled at every tick: `samples` (n, columns) then has rows of sample number, row,
+            rows in the FIFO, commands, positions, underruns, with rotary axes in degrees
     settle  s of samples after the last row
     """
 
@@ -67,19 +69,24 @@ class LinuxcncSink:
         self._position: list[float] = []
         self._told: list[str] = []
         self._threads: list[threading.Thread] = []
-        self.samples: list[Sequence[float]] = []
+        self._stopped: str | None = None
+        self._dry = self._restarts = 0  # how often it ran dry, and was told to go on
+        self._axes: tuple[str, ...] = ()
+        self._samples = array("d")
 
     def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
         """Start the child; where the axes are."""
-        count = len(axes)
-        nets = ["run splinefeed.run", "row splinefeed.taken", "underruns splinefeed.underruns", "last splinefeed.last"]
-        nets += [f"position-{k} splinefeed.position-{k}" for k in range(count)]
+        self._axes, count = axes, len(axes)
+        nets = [f"{name} splinefeed.{name}" for name in ("run", "end", "allowed", "underruns", "last", "ok")]
+        nets += ["row splinefeed.taken"]
+        nets += [f"{name}-{k} splinefeed.{name}-{k}" for name in ("command", "position") for k in range(count)]
         given = {
             "axes": count,
             "rows": max(self._ahead - SPARE_ROWS, 1),
-            "nets": [f"halcmd net spf-{each}" for each in nets],
+            "nets": "".join(f"net spf-{each}\n" for each in nets),
             "sampler": sampler_cfg(count) if self._record else None,
             "settle": self._settle,
+            "period": period,
         }
         program = files("splinefeed.live").joinpath("hal_player.py").read_text(encoding="utf-8")
         # handed over as text: the user who may talk to HAL need not be one who may read this folder
@@ -114,10 +121,14 @@ class LinuxcncSink:
                 self._position = said["position"]
                 self._ready.set()
             elif "samples" in said:
-                self.samples += said["samples"]
+                for row in said["samples"]:
+                    self._samples.extend(row)
             else:
-                self._taken = Taken(said["taken"], said["underruns"], said.get("override", self._taken.override))
-                self._done = said.get("done", False)
+                # it is no longer dry once it is told to restart, not when it says that it has heard
+                dry = said["dry"] > self._restarts
+                self._dry = max(self._dry, said["dry"])
+                self._taken = Taken(said["taken"], said["underruns"], said["override"], dry)
+                self._done, self._stopped = said.get("done", False), said.get("stopped")
         child.stdout.close()
         self._ready.set()
 
@@ -138,8 +149,7 @@ class LinuxcncSink:
             self._child.stdin.write(rows.text().encode("ascii"))
             self._child.stdin.flush()
         except BrokenPipeError:
-            said = self._told[-1] if self._told else "its reason is not known"
-            raise LinuxcncError(f"HAL has stopped taking rows after row {self._taken.row}: {said}") from None
+            self._raise_why()
         self._written = rows.first + len(rows) - 1
 
     def taken(self) -> Taken:
@@ -148,9 +158,44 @@ class LinuxcncSink:
 
     def depth(self) -> int:
         """Rows on their way, in the FIFO and before it."""
-        if self._child is not None and self._child.poll() is not None:
-            raise LinuxcncError(f"HAL has stopped after row {self._taken.row} of {self._written}")
+        if self._stopped is not None or (self._child is not None and self._child.poll() is not None):
+            self._raise_why()
         return self._written - self._taken.row
+
+    def _raise_why(self) -> NoReturn:
+        """LinuxcncError with why no more rows are taken."""
+        for thread in self._threads:
+            thread.join(0.5)
+        where = f"after row {self._taken.row}"
+        if self._stopped is not None:
+            axis, away = self._stopped.split()
+            name = self._axes[int(axis)]
+            unit = "deg" if name in ROTARY_AXES else "mm"
+            raise LinuxcncError(
+                f"{name} does not follow: it is {away} {unit} from where it is told to be; HAL was stopped {where} and "
+                "holds it"
+            )
+        said = self._told[-1] if self._told else "its reason is not known"
+        raise LinuxcncError(f"HAL has stopped taking rows {where}, of {self._written} that were sent: {said}")
+
+    def restart(self) -> None:
+        """Tell the child that rows come again."""
+        child = self._child
+        assert child is not None
+        assert child.stdin is not None
+        self._restarts = self._dry
+        self._written = self._taken.row
+        self._taken = replace(self._taken, dry=False)
+        try:
+            child.stdin.write(b"# restart\n")
+            child.stdin.flush()
+        except BrokenPipeError:
+            self._raise_why()
+
+    @property
+    def samples(self) -> Array:
+        """What HAL sampled, if it was to be kept."""
+        return np.array(self._samples).reshape(-1, 2 * len(self._axes) + 4)
 
     def close(self) -> Taken:
         """Wait for the last row; LinuxcncError if it was never taken."""
@@ -158,12 +203,13 @@ class LinuxcncSink:
         if child is None:
             return self._taken
         assert child.stdin is not None
-        child.stdin.close()
+        with suppress(OSError):
+            child.stdin.close()
         while child.poll() is None:
             time.sleep(0.02)
         self._end()
         if not self._done:
-            raise LinuxcncError(f"HAL has stopped after row {self._taken.row} of {self._written}")
+            self._raise_why()
         return self._taken
 
     def abandon(self) -> None:

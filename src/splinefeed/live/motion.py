@@ -3,48 +3,60 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
-from splinefeed.feed.override import Override
+from splinefeed.feed.course import LawCourse
+from splinefeed.feed.override import HIGHEST, Override
+from splinefeed.feed.planning import plan
+from splinefeed.feed.reserve import with_reserve
+from splinefeed.feed.rows_course import RowsCourse
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.instants import Instants
-from splinefeed.records import Array, Limits, Setpoints, TimeLaw
+from splinefeed.records import ROTARY_AXES, Array, Limits, Setpoints, TimeLaw
 
 #: Rows whose plan time is remembered, for a resume from one that is confirmed later.
 REMEMBERED = 1 << 16
+#: Plan times that are looked at in each period, and halvings of what is between them, to find where axes stand.
+LOOKS, HALVINGS = 2, 40
 
 
 class Motion:
-    """A law along a path, tick by tick, from plan time `tau`, s, on, where the axes are at rest.
+    """An override and the points that it needs, from plan time `tau` of the override on, where the axes rest.
 
-    limits  those that hold for what is sent; the law is planned under `with_reserve` of them
+    points  setpoints at plan times (n,), s, run at rates (n,)
     """
 
-    def __init__(self, path: Path, law: TimeLaw, limits: Limits, *, tau: float = 0.0, rate: float = 1.0) -> None:
-        self.path, self.law, self.limits = path, law, limits
-        self.override = Override(path, law, limits, rate=rate, tau=tau)
-        self.period = self.override.period
-        self._points = Instants(path, law, self.period)
-        self._first: Setpoints | None = self._points.block(np.array([tau]), np.zeros(1))
-        self.start: Array = self._first.position[0]
+    def __init__(self, override: Override, points: Callable[[Array, Array], Setpoints]) -> None:
+        self.override, self.period, self.axes = override, override.period, override.course.axes
+        self.duration = override.course.duration
+        self._points = points
+        #: Where it begins at plan time 0, (axes,).
+        self.origin: Array = points(np.zeros(1), np.zeros(1)).position[0]
+        self._begin(override.tau)
+
+    def _begin(self, tau: float) -> None:
+        first = self._points(np.array([tau]), np.zeros(1))
+        self._first: Setpoints | None = first
+        self.start: Array = first.position[0]
         self._taus = deque([tau], maxlen=REMEMBERED)
         self._row = 0  # rows that were given so far
 
     @property
-    def axes(self) -> tuple[str, ...]:
-        """Names of the axes."""
-        return self.path.axes
-
-    @property
     def done(self) -> bool:
-        """Whether the end of the path is reached."""
+        """Whether the end is reached."""
         return self.override.done and self._first is None
 
+    def rests(self, wanted: float) -> bool:
+        """Whether the axes rest where the knob stopped them, and stay there while `wanted` is the rate."""
+        back = wanted < 0.0 and self.override.tau == 0.0
+        return self.override.held and self._first is None and (wanted == 0.0 or back)
+
     @property
-    def held(self) -> bool:
-        """Whether the axes rest where the knob stopped them."""
-        return self.override.held
+    def rows(self) -> int:
+        """How many rows were given."""
+        return self._row
 
     def take(self, count: int, wanted: float) -> Setpoints:
         """The next `count` setpoints, fewer at the end; the first of all is where the motion begins."""
@@ -55,9 +67,64 @@ class Motion:
         ticks = self.override.run(np.full(count, wanted))
         self._taus.extend(ticks.tau.tolist())
         self._row += len(ticks)
-        return self._points.block(ticks.tau, ticks.rate)
+        return self._points(ticks.tau, ticks.rate)
 
     def tau_of(self, row: int) -> float:
         """Plan time of a row that was given, from 1; of the oldest that is remembered if it is older, s."""
         behind = min(max(self._row - row, 0), len(self._taus) - 1)
         return self._taus[-1 - behind]
+
+    def go_back_to(self, row: int) -> None:
+        """Be at rest at a row that was given, from 1, as if the later ones had not been."""
+        tau = self.tau_of(row)
+        for _ in range(min(self._row - row, len(self._taus) - 1)):
+            self._taus.pop()
+        self._row = row
+        self.override.rest_at(tau)
+
+    def begin_at(self, tau: float) -> None:
+        """Begin anew, at rest, at plan time tau, s."""
+        self.override.rest_at(tau)
+        self._begin(tau)
+
+    def begin_near(self, position: Array, low: float, high: float) -> None:
+        """Begin anew, at rest, at the plan time from low to high, s, where the axes come nearest to `position`."""
+        low, high = max(low, 0.0), min(high, self.duration)
+        taus = np.linspace(low, high, max(round(LOOKS * (high - low) / self.period), 1) + 1)
+        k = int(np.argmin(self._away(taus, position)))
+        low, high = float(taus[max(k - 1, 0)]), float(taus[min(k + 1, len(taus) - 1)])
+        for _ in range(HALVINGS):
+            third = (high - low) / 3.0
+            near, far = self._away(np.array([low + third, high - third]), position)
+            low, high = (low, high - third) if near < far else (low + third, high)
+        # a row that was sent is met exactly
+        last = np.array([low, float(taus[k]), high])
+        self.begin_at(float(last[int(np.argmin(self._away(last, position)))]))
+
+    def _away(self, taus: Array, position: Array) -> Array:
+        return np.max(np.abs(self._points(taus, np.zeros(len(taus))).position - position), axis=1)  # type: ignore[no-any-return]
+
+
+def along(
+    path: Path, law: TimeLaw, limits: Limits, *, tau: float = 0.0, rate: float = 1.0, highest: float = HIGHEST
+) -> Motion:
+    """A law along a path; limits are those that hold for what is sent, the law is planned under a reserve of them."""
+    course = LawCourse(path, law)
+    return Motion(
+        Override(course, limits, rate=rate, tau=tau, highest=highest), Instants(path, law, course.period).block
+    )
+
+
+def through(
+    rows: Setpoints, limits: Limits, *, tau: float = 0.0, rate: float = 1.0, highest: float = HIGHEST
+) -> Motion:
+    """Setpoints as they stand, without their path."""
+    course = RowsCourse(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
+    return Motion(Override(course, limits, rate=rate, tau=tau, highest=highest), course.block)
+
+
+def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:
+    """The straight way from where axes rest to where they are to rest, (axes,), within limits, obeying the knob too."""
+    path = Path.polyline(np.array([start, end]), axes, name="approach")
+    law = plan(path, with_reserve(limits), "time-optimal", period)
+    return along(path, law, limits, highest=1.0)

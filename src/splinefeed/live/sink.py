@@ -43,12 +43,14 @@ class Taken:
 
     row        the last row that it has confirmed; 0 if none
     underruns  periods in which it wanted a row and there was none
-    override   the rate that the operator set at the controller, None where there is no such knob
+    override   the rate that the operator set at the controller, negative backwards; None where there is no such knob
+    dry        whether it has run out of rows and waits for `restart`: rows behind `row` were not taken
     """
 
     row: int
     underruns: int = 0
     override: float | None = None
+    dry: bool = False
 
 
 class Sink(Protocol):
@@ -67,6 +69,9 @@ class Sink(Protocol):
 
     def depth(self) -> int:
         """Rows that were written and are not confirmed yet; 0 where nothing is confirmed but by writing."""
+
+    def restart(self) -> None:
+        """Go on after `dry`: the next row written is the one behind `taken().row`, and begins at rest."""
 
     def close(self) -> Taken:
         """Wait until every row is taken, and end."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.errors import InputError, SplinefeedError
+from splinefeed.errors import SplinefeedError
+from splinefeed.live.knob import MOST, Knob
 from splinefeed.live.motion import Motion
 from splinefeed.live.sink import Rows, Sink, Taken
+from splinefeed.records import Array
 
 #: Rows made at a time: how soon a turn of the knob is seen by the producer, where a clock takes the rows, and else.
 PACED_ROWS, FREE_ROWS = 8, 256
@@ -25,56 +27,6 @@ SAVE_EVERY = 0.5
 
 class StreamError(SplinefeedError):
     """The stream cannot begin, or its consumer has stopped."""
-
-
-class Knob:
-    """What the operator wants, set from any thread: a rate, a hold, a stop."""
-
-    def __init__(self, rate: float = 1.0) -> None:
-        self._rate, self._hold, self._stop = rate, False, False
-        self._lock = threading.Lock()
-
-    def set_rate(self, rate: float) -> None:
-        """Wanted rate, 1 = as planned. InputError unless from 0 to 2."""
-        if not 0.0 <= rate <= 2.0:
-            raise InputError(f"override {100.0 * rate:g} %; it must be from 0 to 200 %")
-        with self._lock:
-            self._rate = rate
-
-    def turn(self, by: float) -> None:
-        """Raise or lower the wanted rate, within 0 to 2."""
-        with self._lock:
-            self._rate = min(max(self._rate + by, 0.0), 2.0)
-
-    def hold(self, held: bool = True) -> None:
-        """Hold, or go on."""
-        with self._lock:
-            self._hold = held
-
-    def stop(self) -> None:
-        """Come to rest on the path, and end."""
-        with self._lock:
-            self._stop = True
-
-    @property
-    def rate(self) -> float:
-        """What is turned to."""
-        return self._rate
-
-    @property
-    def held(self) -> bool:
-        """Whether a hold is wanted."""
-        return self._hold
-
-    @property
-    def stopping(self) -> bool:
-        """Whether a stop is wanted."""
-        return self._stop
-
-    @property
-    def wanted(self) -> float:
-        """The rate to run at."""
-        return 0.0 if self._hold or self._stop else self._rate
 
 
 @dataclass(frozen=True)
@@ -96,6 +48,17 @@ class State:
     done: bool
 
 
+@dataclass(frozen=True)
+class Resume:
+    """Where a stream that ended early was: plan times, s, of the last row confirmed and of the last one sent.
+
+    Rows that were sent may have been taken behind the last confirmation: the axes tell.
+    """
+
+    confirmed: float
+    sent: float
+
+
 def play(
     motion: Motion,
     sink: Sink,
@@ -103,21 +66,31 @@ def play(
     ahead: int,
     *,
     here: bool = False,
+    resume: Resume | None = None,
+    approach: Callable[[Array, Array], Motion] | None = None,
     saved: Callable[[State], None] | None = None,
     seen: Callable[[State], None] | None = None,
 ) -> State:
     """Stream a motion into a sink until its end, or until a stop has brought it to rest.
 
-    ahead  rows that are kept ahead of a consumer with a clock
-    here   whether to move the whole path so that it begins where the axes are; else they must be there
-    saved  called now and then, and at the end, with what the consumer has confirmed; seen  called for each batch
+    ahead     rows that are kept ahead of a consumer with a clock
+    here      whether to move the whole path so that it begins where the axes are; else they must be there
+    resume    begin where a stream ended early: at the plan time that the axes are at
+    approach  gives the motion from where the axes are to the first row (axes,); without it they must be there
+    saved     called now and then, at the end, and after an error, with what the consumer has confirmed
+    seen      called for each batch
 
-    While held no rows are made: the last one holds. Raises StreamError where the axes are not at the first row, and
-    for a consumer that takes no rows any more.
+    While held no rows are made for a sink without a clock. A consumer that runs dry holds; it is then gone on from
+    rest, behind the last row that it took. Raises StreamError where the axes are not at the first row, and for a
+    consumer that takes no rows any more.
     """
+    stream = _Stream(motion, sink, knob, ahead, saved or _nothing, seen or _nothing)
     try:
-        return _played(motion, sink, knob, ahead, here, saved or _nothing, seen or _nothing)
+        stream.begin(here, resume, approach)
+        return stream.run()
     except BaseException:
+        with suppress(Exception):
+            stream.saved(stream.state())
         sink.abandon()
         raise
 
@@ -126,75 +99,120 @@ def _nothing(state: State) -> None:
     """Nobody wants to know."""
 
 
-def _played(
-    motion: Motion,
-    sink: Sink,
-    knob: Knob,
-    ahead: int,
-    here: bool,
-    saved: Callable[[State], None],
-    seen: Callable[[State], None],
-) -> State:
-    at = sink.open(motion.axes, motion.period, motion.start)
-    offset = at - motion.start if here else np.zeros(len(motion.axes))
-    off = float(np.max(np.abs(at - motion.start - offset)))
-    if off > START_TOLERANCE:
-        k = int(np.argmax(np.abs(at - motion.start)))
-        raise StreamError(
-            f"the axes are not where the path begins: {motion.axes[k]} is at {at[k]:.6g}, the path begins at "
-            f"{motion.start[k]:.6g}; move them there, or stream with --here"
-        )
-    batch = PACED_ROWS if sink.paced else FREE_ROWS
-    row, last_taken, moved, save_at = 0, 0, time.monotonic(), 0.0
-    position = motion.start[None] + offset
+class _Stream:
+    def __init__(
+        self,
+        motion: Motion,
+        sink: Sink,
+        knob: Knob,
+        ahead: int,
+        saved: Callable[[State], None],
+        seen: Callable[[State], None],
+    ) -> None:
+        self.motion, self.sink, self.knob, self.ahead = motion, sink, knob, ahead
+        self.saved, self.seen = saved, seen
+        self.parts = [motion]
+        self.base = 0  # rows that were sent before the first one of the part that runs
+        self.row = 0
+        self.offset: Array = np.zeros(len(motion.axes))
+        self.position: Array = motion.start[None]
+        self.taken = Taken(0)
 
-    def state(taken: Taken, *, done: bool = False) -> State:
+    def begin(self, here: bool, resume: Resume | None, approach: Callable[[Array, Array], Motion] | None) -> None:
+        """Find out where the axes are, and begin there."""
+        motion = self.motion
+        at = self.sink.open(motion.axes, motion.period, motion.start)
+        if resume is not None and not here:
+            beyond = MOST * (SAVE_EVERY + self.ahead * motion.period)
+            low, high = sorted((resume.confirmed, resume.sent))
+            motion.begin_near(at, low - beyond, high + beyond)
+        if here:
+            self.offset = at - motion.start
+        self.position = motion.start[None] + self.offset
+        off = np.abs(at - self.position[0])
+        if float(np.max(off)) <= START_TOLERANCE:
+            return
+        if approach is None:
+            k = int(np.argmax(off))
+            raise StreamError(
+                f"the axes are not where the path begins: {motion.axes[k]} is at {at[k]:.6g}, the path begins at "
+                f"{motion.start[k]:.6g}; move them there, or stream with --approach (a straight way to it) or --here"
+            )
+        self.parts.insert(0, approach(at, motion.start))
+
+    def run(self) -> State:
+        """Every part, and the end."""
+        for k, part in enumerate(self.parts):
+            if k:
+                part.take(1, 0.0)  # where the one before ended
+                self.base = self.row - 1
+            self._run(part, last=part is self.parts[-1])
+            if not part.done:
+                break
+        # the very last row once more: a FIFO of LinuxCNC 2.9 may keep the last one to itself; so does a stop end, too
+        self.sink.write(Rows(self.row + 1, self.position[-1:], self.motion.axes, last=True))
+        self.row += 1
+        self.taken = self.sink.close()
+        final = self.state()
+        self.saved(final)
+        return final
+
+    def state(self) -> State:
+        """How it is doing."""
+        motion, taken = self.motion, self.taken
         return State(
-            row=row,
-            depth=row - taken.row,
+            row=self.row,
+            depth=self.row - taken.row,
             confirmed=taken.row,
-            confirmed_tau=motion.tau_of(taken.row),
+            confirmed_tau=motion.tau_of(taken.row - self.base),
             tau=motion.override.tau,
             rate=motion.override.rate,
-            wanted=knob.wanted,
+            wanted=self.knob.wanted,
             underruns=taken.underruns,
-            done=done,
+            done=motion.done,
         )
 
-    while not motion.done:
-        room = ahead - sink.depth() if sink.paced else batch
-        taken = sink.taken()
-        now = time.monotonic()
-        if taken.row != last_taken or sink.depth() == 0:
-            last_taken, moved = taken.row, now
-        if now >= save_at:
-            saved(state(taken))
-            save_at = now + SAVE_EVERY
-        resting = motion.held and knob.wanted == 0.0 and row > 0
-        if resting and knob.stopping:
-            break
-        if resting and not sink.paced:
-            time.sleep(motion.period * batch)  # a file gets no rows of a hold, as nothing moves
-            continue
-        if room < min(batch, ahead):
-            if now - moved > STALLED:
-                raise StreamError(
-                    f"the controller takes no rows after row {taken.row}: is it enabled, do the axes follow?"
-                )
-            time.sleep(min(motion.period * batch / 2.0, 0.01))
-            continue
-        wanted = knob.wanted
-        if taken.override is not None:
-            wanted = min(wanted * taken.override, 2.0)
-        points = motion.take(min(batch, room), wanted)
-        position = points.position + offset
-        sink.write(Rows(row + 1, position, motion.axes, last=motion.done))
-        row += len(points)
-        seen(state(sink.taken()))
-    # the very last row once more: a FIFO of LinuxCNC 2.9 may keep the last one to itself; it is also how a stop ends
-    sink.write(Rows(row + 1, position[-1:], motion.axes, last=True))
-    row += 1
-    taken = sink.close()
-    final = state(taken, done=motion.done)
-    saved(final)
-    return final
+    def _run(self, part: Motion, last: bool) -> None:
+        """Until the end of a part, or until a stop has brought it to rest."""
+        sink, knob = self.sink, self.knob
+        batch = PACED_ROWS if sink.paced else FREE_ROWS
+        before, moved, save_at = -1, time.monotonic(), 0.0
+        # what goes before another part rests at its end until it is there: behind it nobody could go back into it
+        while not part.done or (not last and sink.paced and self.taken.row < self.base + part.rows):
+            self.taken = taken = sink.taken()
+            if taken.dry:
+                part.go_back_to(taken.row - self.base)
+                self.row = taken.row
+                sink.restart()
+                continue
+            room = self.ahead - sink.depth() if sink.paced else batch
+            now = time.monotonic()
+            if taken.row != before or room == self.ahead:
+                before, moved = taken.row, now
+            if now >= save_at:
+                self.saved(self.state())
+                save_at = now + SAVE_EVERY
+            wanted = knob.wanted
+            if taken.override is not None:
+                wanted = min(max(wanted * taken.override, -MOST), MOST)
+            resting = part.rests(wanted)
+            if resting and knob.stopping:
+                return
+            if resting and not sink.paced:
+                time.sleep(part.period * batch)  # a file gets no rows of a hold, as nothing moves
+                continue
+            if room < min(batch, self.ahead):
+                if now - moved > STALLED:
+                    raise StreamError(
+                        f"the controller takes no rows after row {taken.row}: is it enabled, do the axes follow?"
+                    )
+                time.sleep(min(part.period * batch / 2.0, 0.01))
+                continue
+            count = min(batch, room)
+            if part.done:
+                self.position = np.repeat(self.position[-1:], count, axis=0)
+            else:
+                self.position = part.take(count, wanted).position + self.offset
+            sink.write(Rows(self.row + 1, self.position, part.axes, last=last and part.done))
+            self.row += len(self.position)
+            self.seen(self.state())

@@ -47,6 +47,9 @@ class TextSink:
         """All that was written."""
         return Taken(self._row)
 
+    def restart(self) -> None:
+        """Never needed: the reader waits."""
+
     def abandon(self) -> None:
         """What was written stays."""
 

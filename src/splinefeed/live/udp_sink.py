@@ -31,6 +31,7 @@ class UdpSink:
         self._to = (host, port)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._row = self._underruns = 0
+        self._ended = False
         self._start = math.nan
         self._period = math.inf
 
@@ -43,22 +44,27 @@ class UdpSink:
         """Send each row as a datagram."""
         if math.isnan(self._start):
             self._start = time.monotonic()
-        late = int((time.monotonic() - self._start) / self._period) - self._row
-        if late > 0:  # the clock has waited, and so goes on from here
-            self._underruns += late
-            self._start += late * self._period
         for k, row in enumerate(to_degrees(rows.position, rows.axes).tolist()):
             number, last = rows.first + k, rows.last and k == len(rows) - 1
             head = HEAD.pack(MAGIC, number, last, len(row))
             self._socket.sendto(head + struct.pack(f"!{len(row)}d", *row), self._to)
         self._row = rows.first + len(rows) - 1
+        self._ended = rows.last
+
+    def _passed(self) -> int:
+        """Rows that the clock has come to, sent or not."""
+        return 0 if math.isnan(self._start) else int((time.monotonic() - self._start) / self._period)
 
     def taken(self) -> Taken:
-        """As many rows as the clock has passed."""
-        if math.isnan(self._start):
-            return Taken(0)
-        passed = int((time.monotonic() - self._start) / self._period)
-        return Taken(min(passed, self._row), self._underruns)
+        """As many rows as the clock has passed; dry where it has come to one that was not sent."""
+        passed = self._passed()
+        return Taken(min(passed, self._row), self._underruns, dry=passed > self._row and not self._ended)
+
+    def restart(self) -> None:
+        """The clock has waited, and goes on from here."""
+        late = self._passed() - self._row
+        self._underruns += late
+        self._start += late * self._period
 
     def depth(self) -> int:
         """Rows that the clock has not come to."""

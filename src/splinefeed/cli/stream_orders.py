@@ -1,0 +1,90 @@
+"""What a stream obeys on this terminal: keys, and the signals of Ctrl-C and of the system."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from splinefeed.live.knob import Knob
+
+#: Steps of the keys + and -.
+KEY_STEP = 0.1
+
+
+@contextlib.contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Before anything moves SIGINT and SIGTERM end the program at once, also within a compiler, which catches them."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def end(number: int, frame: object) -> None:
+        os.write(2, b"splinefeed: interrupted before anything moved\n")
+        os._exit(128 + number)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    for number in before:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def signals(knob: Knob) -> Iterator[None]:
+    """The first SIGINT or SIGTERM stops on the path; the next one is what it always is."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def stop(number: int, frame: object) -> None:
+        knob.stop()
+        print("stopping on the path; once more to end at once", file=sys.stderr, flush=True)
+        signal.signal(number, before[signal.Signals(number)])
+
+    for number in before:
+        signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def keys(knob: Knob) -> Iterator[None]:
+    """Obey keys, where there is a keyboard."""
+    if os.name != "posix" or not sys.stdin.isatty():
+        yield
+        return
+    import termios
+    import tty
+
+    number = sys.stdin.fileno()
+    before = termios.tcgetattr(number)
+    tty.setcbreak(number)
+    threading.Thread(target=_obey, args=(knob, number), daemon=True).start()
+    try:
+        yield
+    finally:
+        termios.tcsetattr(number, termios.TCSADRAIN, before)
+
+
+def _obey(knob: Knob, number: int) -> None:
+    orders: dict[str, Callable[[], None]] = {
+        "+": lambda: knob.turn(KEY_STEP),
+        "-": lambda: knob.turn(-KEY_STEP),
+        "h": knob.hold,
+        " ": knob.hold,
+        "b": knob.reverse,
+        "r": knob.go,
+        "s": knob.stop,
+    }
+    while key := os.read(number, 1):
+        orders.get(key.decode(errors="replace"), lambda: None)()

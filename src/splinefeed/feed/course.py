@@ -1,0 +1,82 @@
+"""What an override runs: a law along a path, and what that asks of the axes in each tick."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from splinefeed.errors import LimitsError
+from splinefeed.geometry.path import Path
+from splinefeed.kernels.override_demand import ask
+from splinefeed.records import Array, Limits, TimeLaw, positive
+
+#: A law that is over its limits by less than this is at them.
+AT_LIMITS = 1e-6
+#: Jumps of q'' within three ticks weigh at most this much each in a third difference, a single one at most 1.
+NEAR_JUMPS = 0.75
+
+
+class Course(Protocol):
+    """Positions q(tau) by plan time, at rest at both ends; `period` and `duration` in s."""
+
+    axes: tuple[str, ...]
+    period: float
+    duration: float
+
+    def asked(self, first: int, count: int) -> Array:
+        """Largest |q'|, |q''| and |q'''| in `count` ticks from `first` on, (count, 3, axes + 1); 0 beyond both ends.
+
+        The last column is that of the arc length. A jump of q'' is jerk over the period, as it is for a drive.
+        """
+
+    def bend_share(self, limits: Limits) -> float:
+        """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
+
+
+def with_jumps(cells: Array, jumps: Array, period: float) -> Array:
+    """Cells 1 ... n of (n + 2, 3, columns), with the jumps of q'' (n + 2, columns) as jerk over the period, s."""
+    beside = NEAR_JUMPS * (jumps[:-2] + jumps[1:-1] + jumps[2:])
+    cells[1:-1, 2] += np.maximum(jumps[1:-1], beside) / period
+    return cells[1:-1]
+
+
+class LawCourse:
+    """A law along a path; period in s, the law's if it is not said.
+
+    Raises LimitsError for a law that does not rest at both ends, and where nobody says a period.
+    """
+
+    def __init__(self, path: Path, law: TimeLaw, period: float | None = None) -> None:
+        wanted = law.period if period is None else period
+        if wanted is None:
+            raise LimitsError("no period: give period= in s, as the law was not brought to one")
+        if law.feed(0.0) > AT_LIMITS or law.feed(law.duration) > AT_LIMITS:
+            raise LimitsError(
+                "a law that can be overridden begins and ends at rest; leave start_feed and end_feed at 0"
+            )
+        self.path, self.law, self.period = path, law, positive(wanted, "period")
+        self.axes, self.duration = path.axes, law.duration
+
+    def asked(self, first: int, count: int) -> Array:
+        """As `Course` says, from the exact derivatives of path and law."""
+        columns = len(self.axes) + 1
+        cells, jumps = np.empty((count + 2, 3, columns)), np.empty((count + 2, columns))
+        given = (self.law.breaks, self.law.coefficients, self.path.table, self.path.shape)
+        ask(*given, self.period, first - 1, cells, jumps)
+        return with_jumps(cells, jumps, self.period)
+
+    def bend_share(self, limits: Limits) -> float:
+        """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
+        if limits.centripetal is None and limits.chord_error is None:
+            return 0.0
+        settings = self.law.settings.get("limits", {})
+        shares = [
+            math.sqrt(settings.get(name, math.inf) / limit)
+            for name in ("centripetal", "chord_error")
+            if (limit := getattr(limits, name)) is not None
+        ]
+        if not all(map(math.isfinite, shares)):
+            raise LimitsError("the law was not planned under the limits of centripetal acceleration or chord error")
+        return max(shares)

@@ -1,0 +1,53 @@
+"""Limits that a plan is made under, so that it can be overridden under the ones that hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from splinefeed.errors import LimitsError
+from splinefeed.records import Limits
+
+#: Share of the acceleration and of the jerk that a plan may use, so that the rest can brake it along its own law.
+ACCELERATION_SHARE, JERK_SHARE = 0.8, 0.6
+#: Highest rate that may be asked for.
+MOST_RATE = 10.0
+
+
+def with_reserve(
+    limits: Limits, top: float = 1.0, acceleration: float = ACCELERATION_SHARE, jerk: float = JERK_SHARE
+) -> Limits:
+    """The limits to plan under, so that the plan can be run at rates up to `top` and slowed anywhere.
+
+    V / top,  share_a A / top^2,  share_j J / top^3;  centripetal and chord error / top^2
+
+    acceleration, jerk  the shares. Raises LimitsError for shares that are not in (0, 1) and a top below 1.
+    """
+    if not 1.0 <= top <= MOST_RATE:
+        raise LimitsError(f"the highest override is {top:g}; it must be from 1 to {MOST_RATE:g}")
+    for name, share in (("acceleration", acceleration), ("jerk", jerk)):
+        if not 0.0 < share < 1.0:
+            raise LimitsError(f"the share of {name} for the plan is {share:g}; it must lie between 0 and 1")
+    factors = {"velocity": 1.0 / top, "acceleration": acceleration / top**2, "jerk": jerk / top**3}
+    names = {
+        "feed": "velocity",
+        "acceleration": "acceleration",
+        "deceleration": "acceleration",
+        "jerk": "jerk",
+        "deceleration_jerk": "jerk",
+        "axis_velocity": "velocity",
+        "axis_acceleration": "acceleration",
+        "axis_jerk": "jerk",
+    }
+    changed: dict[str, object] = {}
+    for name, kind in names.items():
+        changed[name] = _times(getattr(limits, name), factors[kind])
+    for name in ("chord_error", "centripetal"):
+        changed[name] = _times(getattr(limits, name), top**-2.0)
+    return replace(limits, **changed)  # type: ignore[arg-type]
+
+
+def _times(value: float | Mapping[str, float] | None, factor: float) -> float | dict[str, float] | None:
+    if value is None:
+        return None
+    return {axis: each * factor for axis, each in value.items()} if isinstance(value, Mapping) else value * factor
