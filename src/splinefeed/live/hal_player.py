@@ -1,8 +1,8 @@
 """Runs in LinuxCNC's own Python: rows from stdin into the FIFO of HAL's `streamer`, and back what HAL did with them.
 
 It needs nothing but the standard library and the `hal` module. One argument, JSON: `axes` (their number), `rows` (depth
-to fill before the start), `nets` (lines of halcmd that connect its pins), `period` (s), `sampler` (fields of the samples
-to send back), `settle` (s of samples behind the last row). Lines on stdin are rows as `halstreamer` takes them,
+to fill before the start), `nets` (lines of halcmd that connect its pins), `period` (s), `sampler` (what is sampled,
+to be sent back), `settle` (s of samples behind the last row). Lines on stdin are rows as `halstreamer` takes them,
 numbered from 1; their end is the end of the stream. Lines on stdout are JSON.
 
 When HAL has run out of rows it stays off, and so does this: rows are thrown away until a line `# restart`, which comes
