@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from splinefeed.machine.table import Table as Table
     from splinefeed.pipeline.compare import compare as compare
     from splinefeed.pipeline.follow import follow as follow
+    from splinefeed.pipeline.long_path import stream_setpoints as stream_setpoints
     from splinefeed.pipeline.run import run as run
     from splinefeed.pipeline.tuning import tune as tune
     from splinefeed.pipeline.tuning import tune_on_path as tune_on_path
@@ -74,6 +75,7 @@ _PUBLIC = {
     "save": "formats.setpoints",
     "shapes": "geometry",
     "smooth_stream": "geometry.smoothing_stream",
+    "stream_setpoints": "pipeline.long_path",
     "sweep": "sweeps.sweeping",
     "tangential": "geometry.tangential",
     "tune": "pipeline.tuning",

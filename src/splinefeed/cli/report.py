@@ -47,28 +47,37 @@ def command(ctx: click.Context, /, folder: str, output: str | None, as_json: boo
 
 
 def _report(folder: str, output: str | None, say: Say) -> dict[str, Any]:
+    from functools import partial
     from pathlib import Path
 
     from splinefeed.cli.setpoints_file import path_of
     from splinefeed.formats.plain import plain
-    from splinefeed.formats.setpoints import load
+    from splinefeed.formats.setpoints import load, load_chunks
     from splinefeed.pipeline.compare import MethodResult
-    from splinefeed.pipeline.run import measured
+    from splinefeed.pipeline.long_run import LONG, MOST_IN_COLUMN, measured_long
+    from splinefeed.pipeline.run import Run, measured
     from splinefeed.records import Limits, Response, Setpoints, TimeLaw
     from splinefeed.report import files, html
 
     place = Path(folder)
     said = _record(place)
     say(f"reading {folder}")
-    points, law = _loaded(place, _setpoints_of(place), Setpoints), _loaded(place, files.LAW, TimeLaw)
-    path, _ = path_of(points.settings, {"source": None, "which": None, "chord": None}, str(place))
+    file, law = place / _setpoints_of(place), _loaded(place, files.LAW, TimeLaw)
+    settings = next(load_chunks(file, 1)).settings
+    path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(place))
+    limits = Limits.from_dict(settings["limits"])
     say("measuring and checking")
-    run = measured(path, Limits.from_dict(points.settings["limits"]), law, points)
+    run: Run
+    if law.duration / settings["period"] > LONG:
+        ticks = sum(len(chunk) for chunk in load_chunks(file, MOST_IN_COLUMN))
+        run = measured_long(path, limits, law, partial(load_chunks, file), ticks)
+    else:
+        run = measured(path, limits, law, _loaded(place, file.name, Setpoints))
     responses = {}
     if (place / files.RESPONSE).is_file():
         response = load(place / files.RESPONSE)
         if isinstance(response, Response):
-            responses[points.method] = response
+            responses[run.points.method] = response
     page: dict[str, Any] = {**said, **plain(run.numbers())}
     results = [MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT

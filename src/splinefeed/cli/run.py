@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodTrace
     from splinefeed.pipeline.experiment import Served
 
+#: What is left out of a run that is too long to be kept whole.
+LONG_NOTE = (
+    "a long motion: made, checked and written in chunks, figures show the ticks at which anything peaks; methods are "
+    "not compared, and no response and no spectra are kept (splinefeed follow setpoints.h5 makes them again)"
+)
 EXAMPLES = """\b
 Examples:
   splinefeed run
@@ -91,7 +96,8 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.pipeline.compare import compare
     from splinefeed.pipeline.contour_feed import limits_within
     from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
-    from splinefeed.pipeline.run import PAPER_SHAPE, run
+    from splinefeed.pipeline.long_run import LongRun, run_any
+    from splinefeed.pipeline.run import PAPER_SHAPE
     from splinefeed.report import files
     from splinefeed.report.record import documented, record
 
@@ -121,24 +127,28 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
                 period=period, strategy=strategy, method=method, corrections=corrections, on_progress=say,
             )  # fmt: skip
         say("planning and interpolating")
-        result = run(
-            path, limits, period=period, strategy=strategy, method=method, corrections=corrections,
-            before_measuring=helped,
+        result = run_any(
+            path, limits, period=period, strategy=strategy, method=method, corrections=corrections, table=table,
+            before_measuring=helped, on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
         )  # fmt: skip
         served: list[Served] = []
         servo: dict[str, Any] | None = None
-        if table is not None:
+        long = isinstance(result, LongRun)
+        if isinstance(result, LongRun):
+            served = [] if result.served is None else [result.served]
+        elif table is not None:
             say(f"following on {table.name}")
             others = [name for name in PAPER_METHODS if name != method] if of_paper else []
             served = [*serve_methods(path, result.law, table, others, corrections)]
             served.append(serve(path, result.law, result.points, table))
+        if table is not None:
             servo = {**servo_numbers(served, table, of_paper), "machine_file": given["machine"] or PAPER_MACHINE}
         traces: list[MethodTrace] = []
-        for name in () if given["no_compare"] else registry.methods():
+        for name in () if given["no_compare"] or long else registry.methods():
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections)
         page = record(result, traces, source, reading, formats, servo)
-        page["notes"] = [*assumed, *options.smoothing_note(path, given), *page["notes"]]
+        page["notes"] = [*assumed, *options.smoothing_note(path, given), *page["notes"], *([LONG_NOTE] if long else [])]
         say("writing setpoints and figures")
         result = documented(result, page)
         names = files.write(

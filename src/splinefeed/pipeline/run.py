@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,12 +13,13 @@ from splinefeed.analysis.binding import LimitUse, limit_use
 from splinefeed.analysis.check import check
 from splinefeed.analysis.motion import AxisMotion, Share, axis_motion
 from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
+from splinefeed.analysis.thinning import Thread
 from splinefeed.errors import LimitsError
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
-from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict
+from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict
 
 #: The paper's experiment: f = 60 mm/s, A = D = 50 mm/s^2, J = 2000 mm/s^3, one setpoint a millisecond.
 PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
@@ -29,7 +30,7 @@ DEFAULT_STRATEGY = "seven-phase"
 TIME_OPTIMAL = "time-optimal"
 #: The last setpoint is the end of the path within this, relative to the path's size: rounding.
 END_TOLERANCE = 1e-9
-#: Most ticks of a run that is kept in memory, above an hour at 1 ms; `interpolate(chunk=)` knows no such bound.
+#: Most ticks of a run that is kept in memory, above an hour at 1 ms; `long_run.run_long` knows no such bound.
 MOST_TICKS = 4_000_000
 
 
@@ -50,6 +51,25 @@ class Run:
     def use(self) -> LimitUse:
         """How much of each limit is used at each tick, and which one binds."""
         return limit_use(self.motion, self.points, self.path, self.law, self.limits)
+
+    @property
+    def ticks(self) -> int:
+        """Number of setpoints."""
+        return len(self.points)
+
+    @cached_property
+    def thread(self) -> Array:
+        """Where the path runs, for a picture, (m, d), a row of NaN where it is broken; d linear axes, at most three."""
+        place = self.points.position[:, : min(self.path.linear, 3)]
+        if not len(place) or not place.shape[1]:
+            return np.zeros((0, place.shape[1]))
+        thread = Thread(place.min(axis=0), place.max(axis=0))
+        thread.see(place)
+        return thread.line
+
+    def setpoints(self) -> Setpoints | Iterator[Setpoints]:
+        """All setpoints, whole or in chunks."""
+        return self.points
 
     @property
     def end_error_mm(self) -> float:
@@ -76,7 +96,7 @@ class Run:
             "duration_s": law.duration,
             "lower_bound_s": law.settings.get("lower_bound_s"),
             "length_mm": self.path.length,
-            "ticks": len(points),
+            "ticks": self.ticks,
             "period_s": points.period,
             "method": points.method,
             "strategy": law.strategy,
@@ -132,14 +152,16 @@ def run(
     method: str = DEFAULT_METHOD,
     corrections: int = 1,
     tolerance: float = 0.0,
+    law: TimeLaw | None = None,
     before_measuring: Callable[[], None] = lambda: None,
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
+    law  if it is planned already
     before_measuring is called when the setpoints are there, before they are measured and checked.
     Raises what `plan` and `interpolate` raise, and LimitsError for more than MOST_TICKS ticks.
     """
-    law = plan(path, limits, strategy=strategy, period=period)
+    law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     check_ticks(law, period)
     points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
     before_measuring()
@@ -174,5 +196,5 @@ def check_ticks(law: TimeLaw, period: float) -> None:
     if ticks > MOST_TICKS:
         raise LimitsError(
             f"the motion takes {law.duration:.6g} s, {ticks:.3g} periods of {period:g} s; at most {MOST_TICKS} are "
-            f"kept in memory: raise the period or the feed, or use interpolate(chunk=) from Python"
+            f"kept in memory: raise the period or the feed, or take pipeline.long_run.run_long, which keeps chunks"
         )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
+from splinefeed.analysis.thinning import extremes
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Setpoints
 from splinefeed.report import theme
-from splinefeed.report.thinning import extremes
 
 #: A limit farther out than this many times the data is said in words: drawn, it would press the data flat.
 FARTHEST_LIMIT = 3.0

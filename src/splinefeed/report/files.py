@@ -16,6 +16,7 @@ from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.contour_feed import FeedTuning
 from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
+from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Response
 
@@ -77,12 +78,13 @@ def figures(run: Run, traces: Sequence[MethodTrace]) -> Iterator[tuple[str, Figu
     from splinefeed.report.path_figure import path_figure
 
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would talk of fonts and cache folders on stderr
-    yield "path", path_figure(run.path, run.points)
+    long = isinstance(run, LongRun)
+    yield "path", path_figure(run.path, run.points, run.thread if long else None)
     yield "feed", feed_figure(run.law, run.limits, run.path.name)
     yield "axes", axes_figure(run.motion, run.path, run.limits)
     if not _ALONG.issuperset(run.use.names):
         yield "limits", limits_figure(run.use, run.points, run.path.name)
-        yield "binding", binding_figure(run.use, run.path, run.points)
+        yield "binding", binding_figure(run.use, run.path, run.points, run.thread if long else None)
     if traces:
         yield "ripple", ripple_figure(traces, run.path.name)
 
@@ -109,16 +111,17 @@ def write(
 ) -> list[str]:
     """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
 
-    served  what a machine did with the setpoints, the ones of the run itself last
+    served  what a machine did with the setpoints, the ones of the run itself last; of a long run not kept as a file
     """
     place = File(folder)
     names = []
+    long = isinstance(run, LongRun)
     for form in dict.fromkeys(formats):
         names.append(SETPOINTS[form])
-        save(run.points, place / names[-1])
+        save(run.setpoints(), place / names[-1])
     names.append(LAW)
     save(run.law, place / LAW)
-    if served:
+    if served and not long:
         names.append(RESPONSE)
         save(served[-1].response, place / RESPONSE)
     if with_figures:
@@ -126,7 +129,7 @@ def write(
         if served:
             responses = {each.points.method: each.response for each in served}
             machine = str((record or {}).get("machine", ""))
-            beside = deviation(served[-1].response, run.path, run.points.s)
+            beside = None if long else deviation(served[-1].response, run.path, run.points.s)
             names += save_figures(servo_figures(responses, run.path.name, machine, beside), place)
         from splinefeed.report import html
 
@@ -144,7 +147,7 @@ def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: 
     place = File(folder) / f"{task.index:07d}"
     place.mkdir(parents=True, exist_ok=True)
     if with_setpoints:
-        save(run.points, place / SETPOINTS["hdf5"])
+        save(run.setpoints(), place / SETPOINTS["hdf5"])
     if with_report:
         from splinefeed.report import html
 

@@ -12,6 +12,7 @@ from typing import Any
 from splinefeed import units
 from splinefeed.errors import InputError
 from splinefeed.pipeline.compare import MethodResult
+from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Response
 from splinefeed.report import plotly_figures
@@ -53,9 +54,10 @@ def page(
     sections = []
     if followed and own is not None:
         figures["errors"] = plotly_figures.errors(followed)
-        figures["spectra"] = plotly_figures.spectra(own)
         sections.append(_section("Errors of the axes", "errors", "errors of the axes over time"))
-        sections.append(_section("Spectra of the tracking errors", "spectra", "amplitude over frequency"))
+        if not isinstance(run, LongRun):  # a spectrum needs every tick
+            figures["spectra"] = plotly_figures.spectra(own)
+            sections.append(_section("Spectra of the tracking errors", "spectra", "amplitude over frequency"))
     if run.use.names:
         figures["binding"] = plotly_figures.binding(run)
         sections.append(_section("Which limit binds", "binding", "the share of each limit over time"))
@@ -103,7 +105,7 @@ def _subtitle(run: Run) -> str:
     period = units.format_quantity(run.points.period, "time")
     return (
         f"{run.path.length:.7g} mm, {len(run.path.curves)} curve(s), axes {' '.join(run.path.axes)}; strategy "
-        f"{run.law.strategy}, method {run.points.method}, {len(run.points)} setpoints, one every {period}"
+        f"{run.law.strategy}, method {run.points.method}, {run.ticks} setpoints, one every {period}"
     )
 
 

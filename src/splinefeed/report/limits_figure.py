@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from splinefeed.analysis.binding import BINDS, LimitUse
+from splinefeed.analysis.thinning import COLUMNS, cells, runs
 from splinefeed.geometry.path import Path
-from splinefeed.records import IntArray, Setpoints
+from splinefeed.records import Array, IntArray, Setpoints
 from splinefeed.report import theme
 from splinefeed.report.drawing import curve, first_axis
-from splinefeed.report.thinning import COLUMNS, cells, runs
 
 #: Colour of each kind of limit; one for all axes.
 KINDS = {
@@ -59,8 +59,11 @@ def limits_figure(use: LimitUse, points: Setpoints, name: str) -> Figure:
         return figure
 
 
-def binding_figure(use: LimitUse, path: Path, points: Setpoints) -> Figure:
-    """The path over its first two linear axes, or over time if there is one, coloured by the limit that binds."""
+def binding_figure(use: LimitUse, path: Path, points: Setpoints, thread: Array | None = None) -> Figure:
+    """The path over its first two linear axes, or over time if there is one, coloured by the limit that binds.
+
+    thread  as for `path_figure.path_figure`
+    """
     if path.linear > 1:
         place = points.position[:, :2]
         labels = [f"{theme.words(axis, 12)} (mm)" for axis in path.axes[:2]]
@@ -73,17 +76,12 @@ def binding_figure(use: LimitUse, path: Path, points: Setpoints) -> Figure:
         title = f"{theme.words(path.name)}: which limit binds ({BINDS:.0%} of it used), and how much of the time\n"
         figure = theme.new_figure(WIDTH, HEIGHT, title, titles=1)
         ax = figure.add_subplot()
-        span = np.ptp(place, axis=0)
-        kept = cells(place / np.where(span > 0.0, span, 1.0) * (1.0 if path.linear < 2 else span))
-        kept = np.unique(np.concatenate([kept, [first for first, _ in runs(binding)]])).astype(np.int64)
-        thin, kinds = place[kept], binding[kept]
-        stretches = runs(kinds)
-        lines = LineCollection(
-            [thin[first : last + 2] for first, last in stretches],
-            colors=[_colours(use)[kinds[first]] for first, _ in stretches],
-            linewidths=2.4,
-        )
-        ax.add_collection(lines)
+        if thread is None or path.linear < 2:
+            ax.add_collection(_stretches(use, path, place, binding))
+        else:
+            ax.plot(*thread[:, :2].T, color=theme.FAINT, linewidth=0.5)
+            colours = np.array(_colours(use))[binding]
+            ax.scatter(place[:, 0], place[:, 1], c=colours, s=4.0, linewidths=0, zorder=2, rasterized=True)
         ax.margins(0.06)
         ax.autoscale_view()
         if path.linear > 1:
@@ -94,6 +92,20 @@ def binding_figure(use: LimitUse, path: Path, points: Setpoints) -> Figure:
             theme.plain_ticks(axis)
         _legend(figure, use)
         return figure
+
+
+def _stretches(use: LimitUse, path: Path, place: Array, binding: IntArray) -> LineCollection:
+    """One polyline for each stretch of one colour."""
+    span = np.ptp(place, axis=0)
+    kept = cells(place / np.where(span > 0.0, span, 1.0) * (1.0 if path.linear < 2 else span))
+    kept = np.unique(np.concatenate([kept, [first for first, _ in runs(binding)]])).astype(np.int64)
+    thin, kinds = place[kept], binding[kept]
+    stretches = runs(kinds)
+    return LineCollection(
+        [thin[first : last + 2] for first, last in stretches],
+        colors=[_colours(use)[kinds[first]] for first, _ in stretches],
+        linewidths=2.4,
+    )
 
 
 def _feed(ax: Axes, use: LimitUse, points: Setpoints) -> None:

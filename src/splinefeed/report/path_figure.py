@@ -10,11 +10,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from splinefeed.analysis.thinning import cells, runs
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Setpoints
 from splinefeed.report import theme
 from splinefeed.report.drawing import first_axis, short
-from splinefeed.report.thinning import cells, runs
 
 #: Height of the picture over its width, at the least and at the most.
 ASPECTS = (0.22, 1.0)
@@ -26,12 +26,17 @@ BAR_ROOM = 0.74
 SAME_PLACE = 0.02
 #: Width of a letter of a word beside the path, as a share of the picture.
 WORD = 0.014
+#: Size of a dot where not every tick is there, points squared.
+DOT = 4.0
 #: More stops than this are not marked one by one.
 MOST_STOPS = 60
 
 
-def path_figure(path: Path, points: Setpoints) -> Figure:
-    """Where the tool goes, and how fast: position over the linear axes, equal scales, feed in mm/s as colour."""
+def path_figure(path: Path, points: Setpoints, thread: Array | None = None) -> Figure:
+    """Where the tool goes, and how fast: position over the linear axes, equal scales, feed in mm/s as colour.
+
+    thread  (m, linear axes) where the path runs, if `points` are but some of its ticks; these are dots on it then
+    """
     with theme.applied():
         place = points.position[:, : min(path.linear, 3)]
         duration, top = float(points.t[-1]), float(np.max(points.feed))
@@ -39,18 +44,25 @@ def path_figure(path: Path, points: Setpoints) -> Figure:
         if place.shape[1] <= 1:
             return _over_time(path, points, title)
         elif place.shape[1] == 3 and np.ptp(place[:, 2]) > 0.0:
-            return _in_space(path, points, place, title)
-        return _in_the_plane(path, points, place[:, :2], title)
+            return _in_space(path, points, place, title, thread)
+        return _in_the_plane(path, points, place[:, :2], title, thread)
 
 
-def _in_the_plane(path: Path, points: Setpoints, place: Array, title: str) -> Figure:
+def _in_the_plane(path: Path, points: Setpoints, place: Array, title: str, thread: Array | None) -> Figure:
     width, height = np.ptp(place, axis=0)
     aspect = float(np.clip(height / width if width > 0.0 else ASPECTS[1], *ASPECTS))
     upright = aspect > UPRIGHT_BAR
     figure, ax, bar = _with_bar(aspect * WIDTH * (0.8 if upright else 0.86), title, upright)
-    lines = LineCollection([], linewidths=2.4, capstyle="round", **_coloured(points))
-    _fill(lines, points, place)
-    ax.add_collection(lines)
+    lines: Any
+    if thread is None:
+        lines = LineCollection([], linewidths=2.4, capstyle="round", **_coloured(points))
+        _fill(lines, points, place)
+        ax.add_collection(lines)
+    else:
+        ax.plot(*thread[:, :2].T, color=theme.FAINT, linewidth=0.5)
+        lines = ax.scatter(
+            place[:, 0], place[:, 1], c=points.feed, s=DOT, linewidths=0, zorder=2, rasterized=True, **_coloured(points)
+        )
     _mark_ends(ax, place)
     _mark_stops(ax, path, place.shape[1])
     ax.margins(0.06)
@@ -81,21 +93,35 @@ def _with_bar(height: float, title: str, upright: bool) -> tuple[Figure, Axes, A
     return figure, ax, bar
 
 
-def _draw_bar(figure: Figure, lines: LineCollection, bar: Axes, upright: bool) -> None:
+def _draw_bar(figure: Figure, lines: Any, bar: Axes, upright: bool) -> None:
     drawn = figure.colorbar(lines, cax=bar, label="feed (mm/s)", orientation="vertical" if upright else "horizontal")
     theme.plain_ticks(drawn.ax.yaxis if upright else drawn.ax.xaxis)
 
 
-def _in_space(path: Path, points: Setpoints, place: Array, title: str) -> Figure:
+def _in_space(path: Path, points: Setpoints, place: Array, title: str, thread: Array | None) -> Figure:
     from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
     from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 
     figure = theme.new_figure(WIDTH, 5.8, title, left=0.1, bottom=0.2, right=0.3)
     ax = figure.add_subplot(projection="3d")
     assert isinstance(ax, Axes3D)
-    lines = Line3DCollection([], linewidths=2.2, **_coloured(points))
-    _fill(lines, points, place)
-    ax.add_collection3d(lines)
+    lines: Any
+    if thread is None:
+        lines = Line3DCollection([], linewidths=2.2, **_coloured(points))
+        _fill(lines, points, place)
+        ax.add_collection3d(lines)
+    else:
+        ax.plot(*thread.T, color=theme.FAINT, linewidth=0.5)
+        lines = ax.scatter(
+            place[:, 0],
+            place[:, 1],
+            place[:, 2],
+            c=points.feed,
+            s=DOT,
+            linewidths=0,
+            rasterized=True,
+            **_coloured(points),
+        )
     low, high = place.min(axis=0), place.max(axis=0)
     room = 0.05 * float(np.max(high - low))
     bounds = np.column_stack([low - room, high + room])

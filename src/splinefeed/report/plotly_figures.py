@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from splinefeed.analysis.spectrum import spectrum
+from splinefeed.analysis.thinning import cells, extremes
 from splinefeed.geometry.differential import curvatures
 from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Array, IntArray, Response
 from splinefeed.report import theme
 from splinefeed.report.drawing import first_axis, unit_of
 from splinefeed.report.limits_figure import words_of
-from splinefeed.report.thinning import cells, extremes
 
 Figure = dict[str, Any]
 #: Columns of pixels of a panel over time; two points are kept in each.
@@ -184,6 +184,7 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
         "colorscale": "Viridis",
         "colorbar": {"title": {"text": first["label"], "side": "right"}, "thickness": 14},
     }
+    thin = run.thread[:, : len(letters)] if linear > 1 else place[kept]
     coordinates = {letter: _array(place[kept, k]) for k, letter in enumerate(letters)}
     shared = {
         "customdata": np.round(custom, 9).tolist(),
@@ -197,7 +198,7 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
         thread = {
             "type": "scatter",
             "mode": "lines",
-            **coordinates,
+            **{letter: _array(thin[:, k], "f4") for k, letter in enumerate(letters)},
             "line": {"color": theme.FAINT, "width": 1},
             "hoverinfo": "skip",
             "showlegend": False,
@@ -342,9 +343,9 @@ def _line(t: Array, values: Array, name: str, number: int | None) -> Figure:
     }
 
 
-def _array(values: Array) -> dict[str, str]:
+def _array(values: Array, kind: str = "f8") -> dict[str, str]:
     """An array as Plotly reads it from base64."""
-    return {"dtype": "f8", "bdata": base64.b64encode(np.ascontiguousarray(values, dtype="<f8").tobytes()).decode()}
+    return {"dtype": kind, "bdata": base64.b64encode(np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()).decode()}
 
 
 def _finite(value: float | None) -> float:

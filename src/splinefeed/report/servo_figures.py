@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from splinefeed.analysis.thinning import cells
 from splinefeed.pipeline.deviation import Deviation
 from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
 from splinefeed.report import theme
 from splinefeed.report.drawing import curve, finite_peak, short
-from splinefeed.report.thinning import cells
 
 #: Lengths below this, mm, are written in micrometres.
 MICROMETRES_BELOW = 1.0

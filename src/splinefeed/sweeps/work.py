@@ -16,19 +16,11 @@ from splinefeed.feed.planning import plan
 from splinefeed.formats import registry
 from splinefeed.geometry import shapes
 from splinefeed.geometry.path import Path
-from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.table import Table
 from splinefeed.pipeline.experiment import serve
-from splinefeed.pipeline.run import (
-    DEFAULT_STRATEGY,
-    PAPER_LIMITS,
-    PAPER_PERIOD,
-    TIME_OPTIMAL,
-    Run,
-    check_ticks,
-    measured,
-)
+from splinefeed.pipeline.long_run import LongRun, run_any
+from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, PAPER_PERIOD, TIME_OPTIMAL, Run
 from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
 
@@ -106,10 +98,11 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     beyond = set(limits.as_dict()) - _PLAIN_LIMITS
     strategy = settings.get("strategy", TIME_OPTIMAL if beyond else DEFAULT_STRATEGY)
     law = _law(task.source, tuple(limits.as_dict().items()), strategy, period)
-    check_ticks(law, period)
     method = settings.get("method", DEFAULT_METHOD)
-    points = interpolate(path, law, period=period, method=method, corrections=settings.get("corrections", 1))
-    run = measured(path, limits, law, points)
+    corrections = settings.get("corrections", 1)
+    run = run_any(
+        path, limits, law=law, period=period, strategy=strategy, method=method, corrections=corrections, table=table
+    )
     worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
     row: Row = {
         "status": DONE if run.ok else OVER,
@@ -120,7 +113,7 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
         "length_mm": path.length,
         "duration_s": law.duration,
         "lower_bound_s": law.settings.get("lower_bound_s"),
-        "ticks": len(points),
+        "ticks": run.ticks,
         "ripple_max": run.ripple.max,
         "ripple_rms": run.ripple.rms,
         "end_error_mm": run.end_error_mm,
@@ -130,7 +123,8 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
         "worst_at_s": None if worst is None else worst[1].at_s,
     }
     if table is not None:
-        tally = serve(path, law, points, table).tally
+        served = run.served if isinstance(run, LongRun) else None
+        tally = (served or serve(path, law, run.points, table)).tally
         linear = [w.value for axis, w in zip(tally.axes, tally.tracking, strict=True) if axis not in ROTARY_AXES]
         numbers = tally.numbers()
         row |= {

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from splinefeed.report import thinning
+from splinefeed.analysis import thinning
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 399, 400, 401, 100_003])
