@@ -72,10 +72,10 @@ def test_a_period_longer_than_the_motion_says_which_would_do(refused):
     assert line.endswith("s would do")
 
 
-def test_a_period_that_would_fill_the_memory(refused):
+def test_a_period_that_would_fill_the_disk(refused):
     line = refused("run", "smooth.json", "--period", "1e-12")
     assert line.startswith("the motion takes 2.47")
-    assert "at most 4000000 are kept in memory: raise the period or the feed" in line
+    assert line.endswith("at most 1000000000 are made: raise the period or the feed")
 
 
 def test_no_room_for_the_change_of_feed(refused):

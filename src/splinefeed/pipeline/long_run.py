@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.analysis.binding import LimitUse
 from splinefeed.analysis.check import check
-from splinefeed.errors import InputError
+from splinefeed.errors import InputError, LimitsError
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import Interpolator, interpolate
@@ -24,6 +24,8 @@ from splinefeed.records import Array, Limits, Setpoints, TimeLaw
 
 #: Motions of more ticks than this are not kept whole by `splinefeed run`.
 LONG = 1_000_000
+#: Most ticks of a motion, above ten days at 1 ms; more are a slip of the hand.
+MOST = 1_000_000_000
 #: Stretches of time of which the least and the greatest of every quantity are kept, and most ticks of one.
 COLUMNS, MOST_IN_COLUMN = 1200, 65_536
 #: Ticks on both sides of a chunk that its measures may look at: what a third difference needs.
@@ -83,10 +85,19 @@ def run_any(
     on_progress: Progress | None = None,
     **how: Any,
 ) -> Run:
-    """`run`, or for a motion of more than LONG ticks `run_long` with `table`; `how` goes to either."""
+    """`run`, or for a motion of more than LONG ticks `run_long` with `table`; `how` goes to either.
+
+    Raises LimitsError for more than MOST ticks.
+    """
     found = plan(path, limits, strategy=strategy, period=period) if law is None else law
     asked: dict[str, Any] = {"period": period, "strategy": strategy, "law": found, **how}
-    if found.duration / period <= LONG:
+    ticks = found.duration / period
+    if ticks > MOST:
+        raise LimitsError(
+            f"the motion takes {found.duration:.6g} s, {ticks:.3g} periods of {period:g} s; at most {MOST} are made: "
+            f"raise the period or the feed"
+        )
+    if ticks <= LONG:
         return run(path, limits, before_measuring=before_measuring, **asked)
     before_measuring()
     return run_long(path, limits, table=table, on_progress=on_progress, **asked)
