@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.analysis.thinning import cells
 from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
 from splinefeed.pipeline.experiment import Served, servo_numbers
@@ -14,7 +15,6 @@ from splinefeed.pipeline.run import Run
 from splinefeed.report import plotly_figures
 from splinefeed.report.limits_figure import words_of
 from splinefeed.report.record import record
-from splinefeed.report.thinning import cells
 from splinefeed.studio.settings import Wanted
 from splinefeed.studio.sources import MOST_EDITED
 
