@@ -11,7 +11,7 @@ from splinefeed.errors import CurveError
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.geometry.arcs import arc
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.editing import clamped, split
+from splinefeed.geometry.editing import clamped, split, unbroken
 from splinefeed.records import Array
 
 #: An end of an edge this near to an end of its curve, mm, is that end: edges are cut by points that are rounded.
@@ -22,20 +22,19 @@ SHORTEST = 1e-9
 SAME_KNOT = 1e-12
 
 
-def curve_of(said: dict[str, Any]) -> NurbsCurve | None:
-    """The curve that the worker describes, in mm; None if it has no length.
+def curves_of(said: dict[str, Any]) -> list[NurbsCurve]:
+    """The curve that the worker describes, in mm; none if it has no length, its pieces where it may jump at knots.
 
     Lines are of degree 1, arcs of circles and ellipses as `arcs.arc` makes them, arcs of hyperbolas one rational and
     arcs of parabolas one polynomial span of degree 2, B-splines keep degree, knots, points and weights.
     Raises CurveError for what cannot be a curve.
     """
-    made = {"line": _line, "arc": _arc, "hyperbola": _hyperbola, "parabola": _parabola, "nurbs": _nurbs}[said["type"]]
-    curve = made(said)
-    if curve is None:
-        return None
-    if not np.all(np.abs(curve.control_points) <= MAX_COORDINATE):
-        raise CurveError(f"a control point is farther out than {MAX_COORDINATE:g} mm; check the units")
-    return curve.reversed() if said["reversed"] else curve
+    made = {"line": _line, "arc": _arc, "hyperbola": _hyperbola, "parabola": _parabola}.get(said["type"])
+    curves = _nurbs(said) if made is None else [curve for curve in (made(said),) if curve is not None]
+    for curve in curves:
+        if not np.all(np.abs(curve.control_points) <= MAX_COORDINATE):
+            raise CurveError(f"a control point is farther out than {MAX_COORDINATE:g} mm; check the units")
+    return [curve.reversed() for curve in reversed(curves)] if said["reversed"] else curves
 
 
 def _line(said: dict[str, Any]) -> NurbsCurve | None:
@@ -81,17 +80,27 @@ def _parabola(said: dict[str, Any]) -> NurbsCurve | None:
     return NurbsCurve.bezier([center + u * v * x + 0.5 * (u + v) * y for u, v in ((a, a), (a, b), (b, b))])
 
 
-def _nurbs(said: dict[str, Any]) -> NurbsCurve | None:
+def _nurbs(said: dict[str, Any]) -> list[NurbsCurve]:
     points = np.array(said["points"], dtype=np.float64)
     if np.all(points == points[0]):
-        return None
+        return []
     # the first and the last knot touch no point of the domain; OCCT moves them where it made a closed curve periodic
-    knots = [said["knots"][1], *said["knots"][1:-1], said["knots"][-2]]
-    curve = NurbsCurve(said["degree"], knots, points, said["weights"])
+    knots = np.array([said["knots"][1], *said["knots"][1:-1], said["knots"][-2]])
+    weights = None if said["weights"] is None else np.array(said["weights"], dtype=np.float64)
+    found = []
+    for part in unbroken(said["degree"], knots, points, weights):
+        if np.any(part[1] != part[1][0]):
+            curve = _trimmed(NurbsCurve(said["degree"], *part), said["first"], said["last"])
+            found += [] if curve is None else [curve]
+    return found
+
+
+def _trimmed(curve: NurbsCurve, begin: float, end: float) -> NurbsCurve | None:
+    """The part of `curve` from `begin` to `end`; None if there is none."""
     low, high = curve.domain
-    if (said["first"], said["last"]) == (low, high):
+    if begin <= low and high <= end:
         return curve if curve.clamped else clamped(curve)
-    first, last = (_at_knot(curve, float(np.clip(said[name], low, high))) for name in ("first", "last"))
+    first, last = (_at_knot(curve, float(np.clip(u, low, high))) for u in (begin, end))
     if not first < last:
         return None
     places = curve(np.array([low, first, last, high]))

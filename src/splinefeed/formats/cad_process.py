@@ -18,16 +18,12 @@ import threading
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-import numpy as np
-
 import splinefeed
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats.cad_curves import curve_of
+from splinefeed.formats.cad_curves import curves_of
 from splinefeed.formats.contents import Contents
-from splinefeed.formats.drawing import Drawing
+from splinefeed.formats.drawing import Drawing, many, runs_that_meet
 from splinefeed.formats.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
-from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.path import JOIN_TOLERANCE
 
 #: Time that a library gets for a file, s, and for each MB of it.
 MAX_SECONDS = 30.0
@@ -151,24 +147,28 @@ def read(
     if "refused" in answer:
         raise FormatError(f"{file}: {answer['refused']}")
     drawing = Drawing(os.fspath(file), findings=[*findings, *answer["findings"]])
-    number = no_length = 0
+    number = no_length = broken = 0
     for group in answer["groups"]:
         curves = []
         for said in group["curves"]:
             number += 1
             try:
-                curve = curve_of(said)
+                made = curves_of(said)
             except CurveError as error:
                 if not repair:
                     raise FormatError(f"{file}: curve {number}: {error}") from None
                 drawing.findings.append(f"curve {number} is left out: {error}")
                 continue
-            if curve is None:
-                no_length += 1
-            else:
-                curves.append(curve)
-        for run in _joined(curves):
+            no_length += not made
+            broken += len(made) > 1
+            curves += made
+        for run in runs_that_meet(curves):
             drawing.add(run, group["name"] or file.stem)
+    if broken:
+        drawing.findings.append(
+            f"{many(broken, 'spline has a knot', 'splines have knots')} of multiplicity degree + 1, at which it may "
+            f"jump; each is the pieces between, exactly"
+        )
     if no_length:
         drawing.left_out["curve of no length"] = no_length
     unit = answer["units"].lower()
@@ -182,14 +182,3 @@ def _check_installed(file: pathlib.Path, library: Library) -> None:
         there = False
     if not there:
         raise FormatError(f"{file}: needs {library.title}, which is not installed; {_INSTALL}")
-
-
-def _joined(curves: list[NurbsCurve]) -> list[list[NurbsCurve]]:
-    """Runs of neighbouring curves whose ends meet."""
-    runs: list[list[NurbsCurve]] = []
-    for curve in curves:
-        if runs and np.linalg.norm(curve.ends[0] - runs[-1][-1].ends[1]) <= JOIN_TOLERANCE:
-            runs[-1].append(curve)
-        else:
-            runs.append([curve])
-    return runs

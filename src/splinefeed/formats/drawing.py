@@ -161,6 +161,17 @@ def many(count: int, one: str, several: str) -> str:
     return f"{count} {one if count == 1 else several}"
 
 
+def runs_that_meet(curves: Iterable[NurbsCurve]) -> list[list[NurbsCurve]]:
+    """Runs of neighbouring curves whose ends meet."""
+    runs: list[list[NurbsCurve]] = []
+    for curve in curves:
+        if runs and np.linalg.norm(curve.ends[0] - runs[-1][-1].ends[1]) <= JOIN_TOLERANCE:
+            runs[-1].append(curve)
+        else:
+            runs.append([curve])
+    return runs
+
+
 def unit_in_mm(name: str) -> float:
     """How many mm the unit `name` of an option is; InputError for one that is not known."""
     if name not in MILLIMETRES:

@@ -180,11 +180,13 @@ def _say_notes(reader: EntityReader) -> None:
         "flat": ("block reference of scale 0 is left out", "block references of scale 0 are left out"),
         "knots": ("knot of a spline differs", "knots of splines differ"),
         "open": ("spline says that it is closed but is not", "splines say that they are closed but are not"),
+        "broken": ("spline has a knot", "splines have knots"),
         "fit": ("spline is given by fit points alone", "splines are given by fit points alone"),
     }
     more = {
         "knots": " by rounding only from the one before and was made equal",
         "open": "; left as drawn",
+        "broken": " of multiplicity degree + 1, at which it may jump; each is the pieces between, exactly",
         "fit": ": a cubic by chord length runs through them, with natural ends where no tangent is given",
     }
     for key, count in reader.notes.items():

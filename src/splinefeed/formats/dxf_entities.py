@@ -16,7 +16,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import dxf_splines
-from splinefeed.formats.drawing import Drawing
+from splinefeed.formats.drawing import Drawing, runs_that_meet
 from splinefeed.formats.dxf_tags import Entity, Tags, fields
 from splinefeed.geometry.arcs import arc, bulge_arc, moved, polyline
 from splinefeed.geometry.curve import NurbsCurve
@@ -133,7 +133,9 @@ class EntityReader:
                 continue
             if curves:
                 self.seen_layers[layer] += len(curves)
-                self.drawing.add(curves, layer)
+                # only the pieces of a spline that jumps do not meet
+                for run in [curves] if kind != "SPLINE" or len(curves) == 1 else runs_that_meet(curves):
+                    self.drawing.add(run, layer)
 
     def _visit(self, count: int) -> None:
         self.visits += count

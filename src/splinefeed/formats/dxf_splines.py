@@ -12,6 +12,7 @@ from splinefeed.formats.dxf_tags import Entity
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.geometry.arcs import moved, polyline
 from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
+from splinefeed.geometry.editing import unbroken
 from splinefeed.records import Array
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def curves(reader: EntityReader, entity: Entity, matrix: Array, offset: Array) -
             made = _nurbs(reader, entity, degree, knots, control, weights)
     except CurveError as error:
         raise tags.error(entity.low - 1, f"{entity.kind}: {error}") from None
-    if flags & _CLOSED and np.linalg.norm(made[0].ends[0] - made[-1].ends[1]) > CLOSED_SLACK * made[0].size:
+    if flags & _CLOSED and made and np.linalg.norm(made[0].ends[0] - made[-1].ends[1]) > CLOSED_SLACK * made[0].size:
         reader.notes["open"] += 1
     return [moved(curve, matrix, offset) for curve in made]
 
@@ -59,6 +60,9 @@ def _nurbs(
     if not len(knots) and 1 <= degree < len(control):
         _faulty(reader, entity, "has no knots")
         knots = np.concatenate([np.zeros(degree), np.linspace(0.0, 1.0, len(control) - degree + 1), np.ones(degree)])
+    if len(knots) == len(control) + degree - 1 > 1:
+        _faulty(reader, entity, "has no first and last knot, which Rhino leaves out")
+        knots = np.concatenate([knots[:1], knots, knots[-1:]])
     if len(knots) > 1:
         knots = _without_rounding(reader, knots)
     if len(weights) and len(weights) != len(control):
@@ -68,7 +72,11 @@ def _nurbs(
             array.setflags(write=False)
         start, end = knots[1] == knots[degree] < knots[degree + 1], knots[-degree - 2] < knots[-degree - 1] == knots[-2]
         return [NurbsCurve.trusted(degree, knots, control, clamped=bool(start and end))]
-    return [NurbsCurve(degree, knots, control, weights if len(weights) else None)]
+    parts = unbroken(degree, knots, control, weights if len(weights) else None)
+    if len(parts) > 1:
+        reader.notes["broken"] += 1
+        parts = [part for part in parts if np.any(part[1] != part[1][0])]
+    return [NurbsCurve(degree, *part) for part in parts]
 
 
 def _plainly_right(degree: int, knots: Array, control: Array) -> bool:

@@ -89,14 +89,14 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
     if counts[ord("D")] < 2 or counts[ord("D")] % 2:
         fault(f"section D has {counts[ord('D')]} lines; two an entity are needed")
     if not findings:
-        _check_arcs(sections, fault)
+        _check_curves(sections, fault)
     return findings
 
 
-def _check_arcs(sections: dict[int, list[bytes]], fault: Callable[[str], None]) -> None:
-    """Say which arcs (entity 100) do not end on the circle about their centre that they begin on.
+def _check_curves(sections: dict[int, list[bytes]], fault: Callable[[str], None]) -> None:
+    """Say which arcs (100) do not end on the circle that they begin on, and which B-splines (126) jump.
 
-    The error that the file allows itself is its resolution, the 19th word of section G.
+    The error that the file allows itself is its resolution, the 19th word of section G. OCCT would move such a spline.
     """
     words = _words(b"".join(line[:_TEXT] for line in sections[ord("G")]), b",", b";")
     allowed = max(_number(words[_RESOLUTION]) if len(words) > _RESOLUTION else 0.0, LEAST_RESOLUTION)
@@ -106,11 +106,16 @@ def _check_arcs(sections: dict[int, list[bytes]], fault: Callable[[str], None]) 
     ]
     entries, parameters = sections[ord("D")], sections[ord("P")]
     for i in range(0, len(entries) - 1, 2):
-        if entries[i][:8].strip() != b"100":
+        kind = entries[i][:8].strip()
+        if kind not in (b"100", b"126"):
             continue
         first, count = _number(entries[i][8:16]), _number(entries[i + 1][24:32])
         lines = parameters[int(first) - 1 : int(first + count) - 1] if first >= 1.0 and count >= 1.0 else []
-        values = [_number(word) for word in _words(b"".join(line[:_DATA] for line in lines), *separators)]
+        text = b"".join(line[:_DATA] for line in lines)
+        if kind == b"126":
+            _check_spline(i + 1, text.partition(separators[1])[0].split(separators[0]), allowed, fault)
+            continue
+        values = [_number(word) for word in _words(text, *separators)]
         if len(values) < _ARC:
             fault(f"entity D{i + 1}: an arc has {max(len(values) - 1, 0)} parameters; {_ARC - 1} are needed")
             continue
@@ -121,6 +126,34 @@ def _check_arcs(sections: dict[int, list[bytes]], fault: Callable[[str], None]) 
                 f"entity D{i + 1}: an arc begins with radius {begin:.9g} and ends with {end:.9g}; "
                 f"{abs(end - begin):.3g} apart, and {allowed:.3g} is the resolution of the file"
             )
+
+
+def _check_spline(entry: int, words: list[bytes], allowed: float, fault: Callable[[str], None]) -> None:
+    """Say whether a spline has an inner knot of multiplicity degree + 1 at which its control points are apart."""
+    try:
+        last, degree = int(words[1]), int(words[2])
+        count = last + 1
+        if not (degree >= 1 and count > degree) or len(words) < 7 + 5 * count + degree + 1:
+            return  # OCCT will say what is wrong with it
+        knots = [_number(word) for word in words[7 : 7 + count + degree + 1]]
+    except (IndexError, ValueError):
+        return
+    run = 1
+    for k in range(degree + 2, count):  # knots strictly inside: one that stands more often ends at number k
+        run = run + 1 if knots[k] == knots[k - 1] else 1
+        if run == degree + 1 and knots[degree] < knots[k] < knots[count]:
+            places = 7 + 2 * count + degree + 1
+            before, after = (
+                [_number(word) for word in words[places + 3 * i : places + 3 * i + 3]]
+                for i in (k - degree - 1, k - degree)
+            )
+            gap = math.dist(before, after)
+            if not gap <= allowed:
+                fault(
+                    f"entity D{entry}: a B-spline of degree {degree} has the inner knot {knots[k]:g} {run} times and "
+                    f"jumps there by {gap:.3g}, which OCCT cannot hold; let the CAD system split it there"
+                )
+                return
 
 
 def _words(text: bytes, separator: bytes, end: bytes) -> list[bytes]:

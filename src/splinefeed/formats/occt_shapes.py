@@ -197,7 +197,7 @@ class _Gathered:
         return found
 
     def described(self, adaptor: Any, first: float, last: float) -> dict[str, Any]:
-        """What `occt.curve_of` makes a curve of: as exact as the file has it."""
+        """What `cad_curves.curves_of` makes a curve of: as exact as the file has it."""
         from OCP import GeomAbs
 
         kind = adaptor.GetType()

@@ -59,6 +59,11 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
         if _DEEP.search(statement):
             raise FormatError(f"{file}: line {begin}: parentheses lie more than {MAX_DEPTH} deep")
         number = int(match[1])
+        if b"_CURVE_WITH_KNOTS" in statement and (times := _too_often(statement)):
+            fault(
+                f"line {begin}: #{number}: an inner knot stands {times} times, more than the degree, and OCCT leaves "
+                f"such curves out; let the CAD system split it there"
+            )
         if number in defined:
             fault(f"line {begin}: #{number} stands there for the second time")
         defined.add(number)
@@ -73,6 +78,17 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
     return findings
 
 
+def _too_often(statement: bytes) -> int:
+    """How often an inner knot of a B-spline curve stands, if that is more than its degree; else 0."""
+    degree, times = _DEGREE.search(statement), _TIMES.search(statement)
+    if degree is None or times is None:
+        return 0
+    most = max(map(int, times[1].split(b",")[1:-1]), default=0)
+    return most if most > int(degree[1]) else 0
+
+
+_DEGREE = re.compile(rb"B_SPLINE_CURVE(?:_WITH_KNOTS)?\s*\(\s*(?:''\s*,\s*)?([0-9]{1,4})\s*,")
+_TIMES = re.compile(rb"\(\s*([0-9]{1,6}(?:\s*,\s*[0-9]{1,6})+)\s*\)\s*,\s*\(")
 _RATIONAL = re.compile(rb"#[0-9]+\s*=\s*\([^;']*RATIONAL_B_SPLINE_CURVE\s*\(\s*\(([^()]*)\)[^;]*;")
 _CLOSED = re.compile(rb"(B_SPLINE_CURVE\s*\(\s*[0-9]+\s*,\s*\([^()]*\)\s*,\s*\.[A-Z_]+\.\s*,\s*\.)[TU](?=\.)")
 

@@ -139,7 +139,7 @@ class _Gathered:
         self.groups.append({"name": name, "curves": found})
 
     def described(self, curve: Any, matrix: Array) -> dict[str, Any]:
-        """What `cad_curves.curve_of` makes a curve of."""
+        """What `cad_curves.curves_of` makes a curve of."""
         rhino = self.library
         if isinstance(curve, rhino.ArcCurve):
             arc = curve.Arc

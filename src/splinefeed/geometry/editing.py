@@ -77,6 +77,30 @@ def with_knots(curve: NurbsCurve, parameters: Sequence[float]) -> NurbsCurve:
     return _refined(curve, new_knots)
 
 
+def unbroken(
+    degree: int, knots: Array, control_points: Array, weights: Array | None = None
+) -> list[tuple[Array, Array, Array | None]]:
+    """Knots, control points and weights of the pieces between inner knots that stand degree + 1 times or more.
+
+    At such a knot the curve may jump: what is before it depends on the first degree + 1 of the equal knots, what is
+    after it on the last, and control points between have no part in either. The pieces are exact (The NURBS Book,
+    2nd ed., section 2.4). One piece, as given, where there is no such knot, or where the numbers do not fit.
+    """
+    count = len(control_points)
+    if degree < 1 or len(knots) != count + degree + 1 or not np.all(np.diff(knots) >= 0.0):
+        return [(knots, control_points, weights)]
+    values, firsts, times = np.unique(knots, return_index=True, return_counts=True)
+    inside = (values > knots[degree]) & (values < knots[count]) & (times > degree)
+    begin, pieces = 0, []
+    for first, time in zip(firsts[inside].tolist(), times[inside].tolist(), strict=True):
+        pieces.append((begin, first))
+        begin = first + time - degree - 1
+    pieces.append((begin, count))
+    return [
+        (knots[a : b + degree + 1], control_points[a:b], None if weights is None else weights[a:b]) for a, b in pieces
+    ]
+
+
 def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:
     """Clamped pieces between the domain's ends and the given inner parameters, in order."""
     p = curve.degree
