@@ -15,6 +15,7 @@ from splinefeed.geometry.arc_length import ArcLength
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.differential import cusps
 from splinefeed.kernels import pieces
+from splinefeed.kernels.arc_length import ARC, arc_length, parameter_in_row
 
 #: Relative to the length.
 PROMISE = 1e-12
@@ -245,6 +246,17 @@ def test_lengths_grow_and_ends_are_exact(name):
 
 
 @pytest.mark.nojit
+def test_newton_from_an_end_where_the_speed_is_next_to_nothing_does_not_go_to_and_fro():
+    row = np.zeros((1, 28))
+    row[0, ARC : ARC + 5] = [
+        4.039221197070e-01, 6.109158599969e-01, 3.008815418041e-02, -1.590803178002e-01, 1.782526830929e-02,
+    ]  # fmt: skip
+    row[0, ARC] -= arc_length(row, 0, -1.0)
+    for guess in (-1.0, -0.999, 0.0, 0.6, 1.0):
+        t = parameter_in_row(row, 0, 0.07927374507, guess)
+        assert arc_length(row, 0, t) == pytest.approx(0.07927374507, abs=1e-15)
+
+
 def test_only_linear_axes_make_length():
     spiral = NurbsCurve.bezier([[0, 0, 0], [1, 0, 5], [2, 0, -9], [3, 4, 2]])
     flat = NurbsCurve.bezier([[0, 0], [1, 0], [2, 0], [3, 4]])

@@ -52,6 +52,8 @@ def _fill(
         u = placed(table[cursor[0], MIDDLE], s, table, cursor)
         if s >= length:
             u = table[last, HIGH]
+        elif s <= table[first, START]:
+            u = table[first, LOW]
         u = min(max(u, table[first, LOW]), table[last, HIGH])
         row = walk_to(table, cursor, u)
         t = (u - table[row, MIDDLE]) * table[row, SCALE]

@@ -138,6 +138,8 @@ def _loop(
                 integers[REPLACED] += 1
         if anchor and s >= length:
             after = table[last_row, HIGH]  # the end of the path is the end, not a rounding beside it
+        elif s <= table[first_row, START] and (anchor or moved_on):
+            after = table[first_row, LOW]  # nor is its start: where C' = 0, a rounding of s is far in u
         beyond = after - table[last_row, HIGH]
         if beyond > 0.0 and current == last_curve:
             floats[OVERRUN] += beyond * speed(table, last_row, shape, 1.0)

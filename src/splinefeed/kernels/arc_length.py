@@ -40,8 +40,10 @@ SPEED_SAMPLES = 8
 SLOW_PLACES = PROBES + 2
 #: Bisections of a knot span; a cusp inside a span is closed in on until it is NEGLIGIBLE, well before this.
 MAX_DEPTH = 60
-#: Newton steps of one inversion; each halves the bracket at least.
+#: Newton steps of one inversion, bisections among them; steps or bracket shrink at each.
 MAX_STEPS = 80
+#: A Newton step longer than this share of the one before gives way to a bisection.
+SHRINKING = 0.75
 #: A Newton step in t, which runs over [-1, 1], after which the next one would be below rounding.
 SMALL_STEP = 1e-9
 
@@ -335,6 +337,7 @@ def parameter_in_row(table: Array, row: int, s: float, guess: float) -> float:
     low = -1.0
     high = 1.0
     t = min(max(guess, low), high)
+    step = math.inf
     for _ in range(MAX_STEPS):
         x = t * t
         even = table[row, ARC + 10]
@@ -357,7 +360,8 @@ def parameter_in_row(table: Array, row: int, s: float, guess: float) -> float:
         else:
             return t
         after = min(max(t - rest / slope, -1.0), 1.0) if slope > 0.0 else 2.0
-        if low <= after <= high:
+        # steps must shrink: from an end where S' is small Newton goes to the other end, and from there back
+        if low <= after <= high and abs(after - t) <= SHRINKING * step:
             step = abs(after - t)
         else:
             after = 0.5 * (low + high)
