@@ -90,6 +90,12 @@ class Bounds:
         """Arc lengths at which the path waits, (m,), mm."""
         return np.array([s for s, _ in self.path.dwells])
 
+    @cached_property
+    def rests(self) -> Array:
+        """Arc lengths at which the tool may stand, (m,), mm, increasing: the ends, the stops, and where it waits."""
+        ends = np.array([0.0, self.path.length])
+        return np.unique(np.concatenate([ends, self.path.stops, self.waits]))
+
     def worsts(self) -> dict[str, Worst]:
         """One empty Worst a limit that is given, in the order of the report."""
         limits, axes = self.limits, self.path.axes

@@ -43,3 +43,26 @@ def contain(corners: Array, begin: Array, end: Array) -> BoolArray:
     with np.errstate(invalid="ignore"):
         inside: BoolArray = np.searchsorted(corners, end, "left") > np.searchsorted(corners, begin, "right")
     return inside
+
+
+def corner_feed(means: Array, ahead: float, period: float) -> float:
+    """No more than the feed at a corner, mm/s, by the mean feeds of the step that it is in and of those beside, (3,).
+
+    With steady acceleration a over the three steps the feed at `ahead` mm into the middle one is v,
+
+        v^2 = v_0^2 + 2 a ahead,   v_0 = middle mean - a T / 2
+
+    Where a changes once, or one way only, half the second difference of the means is more than v can be too large.
+    """
+    before, here, after = (float(mean) for mean in means)
+    gained = 0.5 * (after - before)
+    square = (here - 0.5 * gained) ** 2 + 2.0 * gained * ahead / period
+    return max(float(np.sqrt(max(square, 0.0))) - 0.5 * abs(before - 2.0 * here + after), 0.0)
+
+
+def neighbours(rests: Array, begin: Array, end: Array, slack: float) -> BoolArray:
+    """Whether begin and end, mm, (n,), are one of the sorted `rests` (m,), mm, and the next one, within slack, mm."""
+    first = np.clip(np.searchsorted(rests, begin + slack, side="right") - 1, 0, len(rests) - 2)
+    with np.errstate(invalid="ignore"):
+        found: BoolArray = (np.abs(rests[first] - begin) <= slack) & (np.abs(rests[first + 1] - end) <= slack)
+    return found

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
-from splinefeed.analysis.check_corners import contain
+from splinefeed.analysis.check_corners import contain, corner_feed, neighbours
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.kernels import check as kernels
 from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw
@@ -304,20 +304,15 @@ class Judge:
         self._steps, self._dt, self._step_places = steps[keep], dt[keep], places[keep]
 
     def _corner_steps(self, v: Array, places: Array) -> None:
-        """Jump of each axis' velocity at the corners within the middle one of every three steps.
-
-        The feed there is at least the mean over that step less half the second difference of the three: exact where it
-        is constant, and no more than there is where it falls and rises again.
-        """
+        """Jump of each axis' velocity at the corners within the middle one of every three steps."""
         corners, jumps = self.bounds.corners
-        before, here, after = v[:-2, 0], v[1:-1, 0], v[2:, 0]
         begin, end = places[1:-1, 1], places[1:-1, 2]
         for k, s in enumerate(corners):
             for i in np.flatnonzero((begin < s) & (s <= end)):
-                feed = here[i] - 0.5 * abs(before[i] - 2.0 * here[i] + after[i])
+                feed = corner_feed(v[i : i + 3, 0], float(s - begin[i]), self.period)
                 for name, worst in self.worst.items():
                     if name.startswith(STEP):
-                        jump = np.array([max(feed, 0.0) * jumps[k, worst.column - 1]])
+                        jump = np.array([feed * jumps[k, worst.column - 1]])
                         worst.see(jump, places[1 + i : 2 + i, 0], np.array([s]), self.floor(1, worst.column))
 
     @staticmethod
@@ -343,7 +338,10 @@ class Judge:
             before, here, after = d[:-2], d[1:-1], d[2:]
             near = np.maximum(before, after)
             most = SKIP_FEED * float(np.max(self.bounds.feeds)) * self.period
-            skipped = (here > REPEAT * floor) & ((here > SKIP * near + floor) | (here > most))
+            alone = here > SKIP * near + floor
+            if np.any(alone):  # from one stop to the next, a whole stretch may take a single period
+                alone &= ~neighbours(self.bounds.rests, s[1:-1], s[1:-1] + here, self.allowed + floor)
+            skipped = (here > REPEAT * floor) & (alone | (here > most))
             twice = (np.abs(here) <= floor) & (np.minimum(before, after) > REPEAT * floor)
             if len(self.bounds.waits):  # where the path waits, the same point twice is what it asks for
                 away = np.min(np.abs(s[1:-1, None] - self.bounds.waits), axis=1, initial=np.inf)
