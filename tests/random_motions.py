@@ -35,6 +35,21 @@ def motion(seed: int, strategies: tuple[str, ...] = ("time-optimal",)) -> Motion
     return Motion(dressed(rng, path, limits), limits, strategy, period)
 
 
+def passing(seed: int) -> Motion:
+    """The same for the time-optimal strategy, with corners that may be passed, and moving ends, more often than not."""
+    rng = np.random.default_rng(seed)
+    curves = (polyline, beziers, lines_and_arcs, walk)[int(rng.integers(4))](rng, seed)
+    path = sf.Path(curves, ("x", "y", "z")[: curves[0].axes], tolerance=1e-6)
+    given: dict[str, float] = random_limits(rng, path, "time-optimal").as_dict()
+    if rng.random() < 0.8:
+        given["axis_velocity_step"] = float(given["feed"] * 10 ** rng.uniform(-2, 0.3))
+    if rng.random() < 0.5:
+        for name in ("start_feed", "end_feed"):
+            given[name] = float(given["feed"] * rng.uniform(0, 1)) if rng.random() < 0.7 else 0.0
+    period = float(rng.choice([1e-3, 5e-4, 2e-3, 4e-3]))
+    return Motion(path, sf.Limits.from_dict(given), "time-optimal", period)
+
+
 def random_path(rng: np.random.Generator, seed: int) -> sf.Path:
     """A path of one of the kinds, at one of many sizes."""
     kind = KINDS[int(rng.integers(len(KINDS)))]

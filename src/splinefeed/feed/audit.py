@@ -7,7 +7,7 @@ import bisect
 import numpy as np
 
 from splinefeed.feed.bounds import shares
-from splinefeed.feed.cells import located, rows_between
+from splinefeed.feed.cells import ROUNDINGS_OF_S, distinct, located, rows_between
 from splinefeed.feed.law_pieces import Nodes, Pieces, polynomial
 from splinefeed.feed.square import Setting
 from splinefeed.feed.stretches import curve_feeds
@@ -22,8 +22,6 @@ CHECKED = np.linspace(0.0, 1.0, 7)
 LAST_CHECKED = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 33)))
 #: The rise of a peak between them is taken this much larger, as a parabola is not the whole truth.
 PEAK_MARGIN = 2.0
-#: A place is told from one with C' = 0 by half this many roundings of arc length.
-INDISTINCT = 32.0
 #: Bisections that find when a ramp is at a place.
 BISECTIONS = 60
 #: Places of the curve between two ticks whose distance from their chord is looked at.
@@ -89,7 +87,7 @@ def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: S
     """
     last = index + 1 == len(pieces.coefficients)
     begin, end = pieces.coefficients[index, 0], high if last else pieces.coefficients[index + 1, 0]
-    slack = 4.0 * float(np.finfo(np.float64).eps) * path.length
+    slack = ROUNDINGS_OF_S * float(np.finfo(np.float64).eps) * path.length
     if not end - begin > 2.0 * slack:
         return 0.0
     first_row, last_row, owner = rows_between(path, float(begin) + slack, float(end) - slack)
@@ -116,9 +114,7 @@ def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: S
             u[:-1] = inside[1][:-1] if place == 1.0 else u[:-1]
         by_u = path.evaluate(owner, u, 3, side="left" if place == 1.0 else "right")
         d = by_arc_length(by_u, path.linear)
-        # C' = 0 within the rounding of s: all derivatives are 0/0 there
-        distinct = np.sum(by_u[:, 1] ** 2, axis=1) > INDISTINCT * slack * np.linalg.norm(by_u[:, 2], axis=1)
-        d = np.where(np.isfinite(d) & distinct[:, None, None], d, 0.0)
+        d = np.where(np.isfinite(d) & distinct(by_u, path)[:, None, None], d, 0.0)
         sign = np.full(len(table), -1.0 if last else 1.0)
         ratios[k] = shares(d, v, a, j, feeds, setting.limits, setting.axes, setting.period, path.linear, sign)
     return float(np.max(_peaks(ratios)))
@@ -191,8 +187,14 @@ def _chords(
     length = np.linalg.norm(step, axis=1, keepdims=True)
     along = step / np.where(length > 0.0, length, 1.0)
     furthest = np.zeros(len(step))
-    for place in CHORD_PLACES:
-        at = _joined(path, s[:-1] + place * np.diff(s))[:, :linear] - start
+    places = [s[:-1] + place * np.diff(s) for place in CHORD_PLACES]
+    if len(setting.corner_s):  # a corner in passing is further away than all beside it
+        corner = setting.corner_s[np.clip(np.searchsorted(setting.corner_s, s[1:]) - 1, 0, None)]
+        places.append(np.clip(corner, s[:-1], s[1:]))
+        first = np.minimum(np.searchsorted(setting.corner_s, s[:-1], side="right"), len(setting.corner_s) - 1)
+        places.append(np.clip(setting.corner_s[first], s[:-1], s[1:]))
+    for each in places:
+        at = _joined(path, each)[:, :linear] - start
         beside = at - np.sum(at * along, axis=1, keepdims=True) * along
         furthest = np.maximum(furthest, np.linalg.norm(beside, axis=1))
     share = np.where(np.diff(k) == 1, CHORD_MARGIN * furthest / float(setting.limits.chord_error or np.inf), 0.0)
@@ -210,10 +212,20 @@ def _mark(pieces: Pieces, begin: Array, end: Array, share: Array, over: Array) -
 
 
 def _times_at(pieces: Pieces, s: Array) -> Array:
-    """When the motion is at arc lengths s (k,) that begin pieces, s."""
-    found = np.searchsorted(pieces.coefficients[:, 0], s - 1e-12 * abs(pieces.coefficients[-1, 0]))
-    inside = (s > pieces.coefficients[0, 0]) & (found < len(pieces.coefficients))
-    times: Array = pieces.times[found[inside]]
+    """When the motion is at those of the arc lengths s (k,), mm, that lie inside it, s."""
+    starts = pieces.coefficients[:, 0]
+    inside = s[(s > starts[0]) & (s < float(pieces.at(pieces.times[-1:])[0]))]
+    # most of them begin pieces, but for rounding; within a ramp any place may be one
+    found = np.clip(np.searchsorted(starts, inside + 1e-12 * abs(starts[-1]), side="right") - 1, 0, len(starts) - 1)
+    low, high = pieces.times[found], pieces.times[found + 1]
+    begins = np.abs(starts[found] - inside) <= 1e-12 * abs(starts[-1])
+    within = pieces.coefficients[found]
+    begin, end = np.zeros(len(inside)), high - low
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (begin + end)
+        behind = polynomial(within, middle, 0) < inside
+        begin, end = np.where(behind, middle, begin), np.where(behind, end, middle)
+    times: Array = np.where(begins, low, low + end)
     return times
 
 
@@ -229,9 +241,9 @@ def _jump_times(path: Path, pieces: Pieces, setting: Setting) -> Array:
     """When direction or curvature jumps without a corner that is passed, s."""
     if not np.any(np.isfinite([setting.axes.acceleration, setting.axes.jerk])):
         return np.zeros(0)
-    low, high = pieces.coefficients[0, 0], pieces.coefficients[-1, 0]
+    low, high = pieces.coefficients[0, 0], float(pieces.at(pieces.times[-1:])[0])
     first = bisect.bisect_right(path.corners, low, key=lambda corner: corner.s)
-    last = bisect.bisect_right(path.corners, high, key=lambda corner: corner.s)
+    last = bisect.bisect_left(path.corners, high, key=lambda corner: corner.s)
     passed = set(setting.corner_s.tolist())
     s = np.array([c.s for c in path.corners[first:last] if not (c.stop and c.s in passed)])
     return _times_at(pieces, s)

@@ -17,6 +17,9 @@ GROWTH = 2.5
 #: A speed |C'| at the end of a cell below this share of that in its middle counts as none; derivatives are then taken
 #: this share of the way to the middle.
 STILL, ASIDE = 1e-6, 1e-3
+#: Arc lengths are rounded to this many eps of the whole; a place is told from one with C' = 0 by half of INDISTINCT
+#: times that.
+ROUNDINGS_OF_S, INDISTINCT = 4.0, 32.0
 #: Passes that even out a grid.
 MAX_EVENING = 40
 
@@ -127,6 +130,16 @@ def speed_by_u(first: Array, linear: int) -> Array:
     moved = np.linalg.norm(first[:, :linear], axis=1)
     turned = np.degrees(np.linalg.norm(first[:, linear:], axis=1))
     found: Array = np.where(moved > 0.0, moved, turned)
+    return found
+
+
+def distinct(by_u: Array, path: Path) -> BoolArray:
+    """Whether places (n,) can be told from one with C' = 0, where all derivatives by arc length are 0/0.
+
+    by_u (n, 3 or more, axes): C, C', C''; C' = 0 is about |C'|^2 / (2 |C''|) away.
+    """
+    slack = ROUNDINGS_OF_S * float(np.finfo(np.float64).eps) * path.length
+    found: BoolArray = np.sum(by_u[:, 1] ** 2, axis=1) > INDISTINCT * slack * np.linalg.norm(by_u[:, 2], axis=1)
     return found
 
 

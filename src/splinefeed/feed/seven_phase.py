@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
+from splinefeed.feed.corners import apart
 from splinefeed.feed.stretches import least_feeds
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import profile as kernels
@@ -119,7 +120,7 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
     tells what those see.
     Raises PlanError where the first or last stretch has no room, LimitsError for a period longer than the motion.
     """
-    marks = np.array([0.0, *path.stops, path.length])
+    marks = apart(path.length, np.array([0.0, *path.stops, path.length]), np.zeros(0))
     rows = np.zeros((len(marks) - 1, kernels.ROW))
     along = _kernel_limits(limits)
     feeds = least_feeds(path, limits, marks) if isinstance(path, Path) else np.full(len(rows), along[0])

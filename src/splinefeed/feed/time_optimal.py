@@ -32,8 +32,9 @@ STRAIGHT = 1e-12
 POOR = 1.2
 #: A stretch below this share of the path has no room for cells above the rounding of s.
 UNRESOLVED = 1e-11
-#: No stretch may last longer, s: thirty years.
-LONGEST = 1e9
+#: No stretch may last longer, s: thirty years. Where the optimiser found nothing, neither so many periods and so many
+#: times the lower bound: looking at every tick would take minutes.
+LONGEST, MOST_TICKS, MOST_BOUNDS = 1e9, 1e7, 100.0
 #: Rounds of slowing a stretch down until the differences of its setpoints keep their limits.
 SLOWINGS = 20
 
@@ -73,7 +74,7 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
         for k in range(len(spans))
     ]
     plans = [_stretch(path, low, high, ends, setting) for (low, high), ends in zip(spans, feeds, strict=True)]
-    _check_durations(plans, corners.marks)
+    _check_durations(plans, corners.marks, period)
     breaks, coefficients = [np.zeros(1)], []
     tick = 0
     start = late = 0.0
@@ -160,10 +161,13 @@ def _check(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
             )
 
 
-def _check_durations(plans: list[StretchPlan], marks: Array) -> None:
+def _check_durations(plans: list[StretchPlan], marks: Array, period: float | None) -> None:
     """Raise PlanError for a stretch that the limits make last for ever: there an axis turns while s hardly moves on."""
     for k, plan in enumerate(plans):
-        if plan.pieces.duration > LONGEST:
+        longest = LONGEST
+        if plan.slow and period is not None:
+            longest = min(longest, max(MOST_TICKS * period, MOST_BOUNDS * plan.lower_bound))
+        if plan.pieces.duration > longest:
             raise PlanError(
                 f"the motion from s = {marks[k]:.9g} to {marks[k + 1]:.9g} mm would take {plan.pieces.duration:.3g} s "
                 "under these limits: an axis turns or bends there while the path hardly moves on; smooth or split it "
