@@ -238,6 +238,8 @@ def scan(
                 return begin, count, heard, UNKNOWN
             if mode >= 2:
                 across = 4 if modes[PLANE] == 17 else (2 if modes[PLANE] == 18 else 1)
+                if centre & across and words[10 if across == 4 else (9 if across == 2 else 8)] == 0.0:
+                    centre &= ~across  # K0 beside I and J, as FreeCAD writes it
                 if (centre != 0) == (radius != 0) or centre & across:
                     return begin, count, heard, UNKNOWN
                 if modes[CENTRES] and centre and centre | across != 7:

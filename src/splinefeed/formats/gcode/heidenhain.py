@@ -23,6 +23,8 @@ _NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:\s*E[-+]?[0-9]+)?"
 _WORD = re.compile(
     rf"\s*(?P<name>K[123][XYZABCUVW]|I?[XYZABCUVW]|DR|R|F|S|M|T)\s*(?P<text>MAX|{_NUMBER}|[-+]|[0LR])?", re.I
 )
+_CYCLE = re.compile(r"CYCL DEF\s+(32(?:\.[0-9])?|247(?:\.[0-9])?)(?![0-9.])(.*)", re.I | re.S)
+_TOLERANCE = re.compile(r"\bT\s*([0-9]*\.?[0-9]+)", re.I)
 #: Blocks that say nothing of the path.
 _SILENT = ("BEGIN PGM", "BLK FORM", "TOOL DEF", "*", ";")
 
@@ -55,6 +57,10 @@ class Heidenhain(Interpreter):
             self.ended = True
         elif upper.startswith("TOOL CALL"):
             self._tool(block[9:])
+        elif (cycle := _CYCLE.match(block)) is not None:
+            self._settings(cycle[1], cycle[2])
+        elif upper == "STOP":
+            self.state.say(self.line, "M0")
         else:
             self._block(block)
 
@@ -68,6 +74,14 @@ class Heidenhain(Interpreter):
         speed = re.search(r"\bS\s*(\d+)", rest, re.IGNORECASE)
         words = [f"T{number[1]} M6"] if number else []
         self.state.say(self.line, " ".join(words + ([f"S{speed[1]}"] if speed else [])))
+
+    def _settings(self, cycle: str, rest: str) -> None:
+        """Cycle 32 says how far smoothing may leave the path, 247 which datum is in force; both move nothing."""
+        if cycle.partition(".")[0] == "247":
+            self.findings.say(f"line {self.line}: the datum of CYCL DEF 247 is not known: taken as 0")
+        elif cycle in ("32.1", "32"):
+            bound = _TOLERANCE.search(rest)
+            self.state.values[layout.TOLERANCE] = 0.0 if bound is None else self.state.scaled(0, float(bound[1]))
 
     def _block(self, block: str) -> None:
         kind, rest = re.match(r"([A-Z]*)(.*)", block, re.IGNORECASE | re.DOTALL).groups()  # type: ignore[union-attr]

@@ -20,7 +20,7 @@ from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, LE
 from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, State, number
-from splinefeed.formats.gcode.words import Block, parse, without_comments
+from splinefeed.formats.gcode.words import Block, parse, without_comments, without_nested
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
@@ -55,7 +55,10 @@ class Interpreter:
         self.line = line
         if self.state.modes[layout.MOTION] >= 0:  # the kernel has seen G0 to G3 meanwhile
             self._modal = 10 * int(self.state.modes[layout.MOTION])
-        block = parse(self._plain(text), self.parameters, exponents=self.repair)
+        text = self._plain(text)
+        if self.repair:
+            text = self._closed(text)
+        block = parse(text, self.parameters, exponents=self.repair)
         if block.deletable:
             self.findings.count("lines with / are carried out, as if block delete were off", line)
         if block.percent:
@@ -75,6 +78,15 @@ class Interpreter:
             self.splines.end()
             self.ended = True
         self._percents = True
+
+    def _closed(self, text: str) -> str:
+        """The line without comments in comments and comments that are not closed, each a finding."""
+        try:
+            without_comments(text)
+        except LineError as fault:
+            self.findings.count(f"{fault}; comments are taken to their last bracket, or to the end", self.line)
+            text = without_nested(text)
+        return text
 
     # --- words ------------------------------------------------------------------------------------------------------
 
@@ -115,7 +127,7 @@ class Interpreter:
         self._bare_g92 = not self._words.keys() & {"S", "E"}  # G92 S limits a spindle, G92 E is about filament
         known = {code for code in block.g if code not in self.dialect.modes}
         for code in sorted(set(block.g) - known):
-            for letter in "PQR":
+            for letter in "PQRE":
                 self._take(letter)
             self.findings.count(f"{g_name(code)} switches a function of the control and moves nothing", self.line)
         if self.dialect.extruder and "E" in self._words:
@@ -357,6 +369,8 @@ class Interpreter:
         state = self.state
         plane = int(state.modes[layout.PLANE])
         across = {17: "K", 18: "J", 19: "I"}[plane]
+        if self._words.get(across) == 0.0:  # as FreeCAD writes it beside I and J
+            self._take(across)
         if across in self._words:
             raise LineError(f"{across} lies across the plane G{plane}; choose another plane or leave it out")
         turns = self._take("P", 1.0) or 0.0

@@ -31,8 +31,14 @@ _CODES = {
 }
 #: Words that switch functions of the control and move nothing.
 _IGNORED = frozenset(
-    ("SOFT", "BRISK", "DRIVE", "FFWON", "FFWOF", "COMPOF", "COMPON", "COMPCURV", "COMPCAD", "UPATH", "SPATH", "STOPRE")
-)
+    ("SOFT", "BRISK", "DRIVE", "FFWON", "FFWOF", "COMPOF", "COMPON", "COMPCURV", "COMPCAD", "UPATH", "SPATH", "STOPRE",
+     "CUT2D", "CFIN", "CFTCP", "CFC", "TRAFOOF", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF")
+)  # fmt: skip
+#: Calls that set the control up and move nothing: high speed settings, messages, the blank, what feeds refer to.
+_SETTINGS = frozenset(("CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF"))
+#: Coordinates that say by themselves whether they are absolute or steps.
+_OWN_WAY = re.compile(r"([A-Z])\s*=\s*(AC|IC)\s*\(\s*([-+]?[0-9]*\.?[0-9]+|[-+]?[0-9]+\.)\s*\)", re.IGNORECASE)
+_DISTANCES = re.compile(r"(?<![A-Z0-9.])G9([01])(?![0-9.])", re.IGNORECASE)
 _WORD = re.compile(
     r"\s*(?:(?P<name>[A-Z_][A-Z_]*[0-9]*)\s*=\s*(?P<text>\"[^\"]*\"|[-+]?[0-9]*\.?[0-9]+(?:EX[-+]?[0-9]+)?|[-+]?[0-9]+\.)"
     r"|(?P<letter>[A-Z])\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))|(?P<key>[A-Z_][A-Z_0-9]*)(?P<call>\s*\()?)",
@@ -59,9 +65,17 @@ class Siemens(Interpreter):
     def run(self, text: str, line: int) -> None:
         """One line: translated, or taken as a control point."""
         self.line = line
-        words, extra, keys = _translated(text.partition(";")[0])
+        text = text.partition(";")[0]
+        said = _DISTANCES.findall(text)
+        relative = said[-1] == "1" if said else bool(self.state.modes[layout.RELATIVE])
+        text = _OWN_WAY.sub(lambda match: self._in_force(match, relative), text)
+        words, extra, keys = _translated(text)
         for key in sorted(keys - {"BSPLINE"}):
-            if key not in _IGNORED:
+            if key == "TRAORI":
+                self.findings.say(f"line {line}: TRAORI: the path is that of the tool's tip, as programmed")
+            elif key == "SUPA":
+                words.append("G53")
+            elif key not in _IGNORED:
                 raise LineError(f"{key} is not read in a Siemens program; write plain lines")
         motion = any(re.fullmatch(r"G0*[0123]", word) for word in words)
         if "BSPLINE" in keys:
@@ -79,6 +93,29 @@ class Siemens(Interpreter):
         elif extra.keys() & {"PL", "PW"}:
             raise LineError("PL and PW belong to BSPLINE")
         super().run(" ".join(words), line)
+
+    def _in_force(self, match: re.Match[str], relative: bool) -> str:
+        """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
+        letter, value = match[1].upper(), float(match[3])
+        absolute = match[2].upper() == "AC"
+        if letter in "IJK":
+            axis = "IJK".index(letter)
+            if absolute:
+                value -= self._place(axis)
+        elif letter in LETTERS:
+            axis = LETTERS.index(letter)
+            if absolute and relative:
+                value -= self._place(axis)
+            elif not absolute and not relative:
+                value += self._place(axis)
+        else:
+            raise LineError(f"{letter}={match[2].upper()}( is not read in a Siemens program")
+        return f"{letter}={value:.17f} "
+
+    def _place(self, axis: int) -> float:
+        """Where the tool, or the control point before, is on an axis, in the words of the program."""
+        place = (self._points[-1] if self._open else self.state.position)[axis]
+        return float((place - self.state.values[layout.OFFSET + axis]) / self.state.values[layout.SCALE + axis])
 
     def end(self) -> None:
         """The file is at its end."""
@@ -169,6 +206,9 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str]]:
                 words.append(f"{letter}{number + (name == 'TURN'):.17f}")
             else:
                 raise LineError(f"{name}= is not read in a Siemens program")
+        elif match["call"] is not None and match["key"].upper() in _SETTINGS:
+            end = text.find(")", at)
+            at = len(text) if end < 0 else end + 1
         elif match["call"] is not None:
             raise LineError(f"{match['key'].upper()}( is a call, which is not read; write plain lines")
         else:

@@ -111,6 +111,19 @@ def without_comments(text: str) -> str:
     return "".join(kept)
 
 
+def without_nested(text: str) -> str:
+    """The line without comments, where they may stand in each other, end with the line, or close twice."""
+    kept: list[str] = []
+    depth = 0
+    for c in text:
+        if c == ";" and depth == 0:
+            break
+        depth += (c == "(") - (c == ")" and depth > 0)
+        if depth == 0 and c != ")":
+            kept.append(c)
+    return "".join(kept)
+
+
 def _setting(scanner: Scanner, block: Block) -> None:
     key = scanner.parameter()
     if scanner.peek() != "=":
