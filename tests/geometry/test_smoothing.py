@@ -37,7 +37,7 @@ def check_one(seed):
         assert np.all(jumps < ROUNDING), f"seed {seed}: the curvature jumps in the result"
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", [*range(54), 333, 465, 1050])  # the last ones turn by nearly 180 degrees
 def test_random_paths_stay_within_the_tolerance(seed):
     check_one(seed)
 

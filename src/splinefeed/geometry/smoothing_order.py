@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import InputError
+from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing_proof import chords
 from splinefeed.kernels import matching as kernels
@@ -92,7 +93,7 @@ def order(original: Path, result: Path, tolerance: float, angular_tolerance: flo
         angular_tolerance * (angle + (sag if linear < len(result.axes) else 0.0)),
         crossings,
         source[concerned.astype(np.int64)],
-        _unclear(p[:, :linear], cut, owner),
+        _unclear(result, p[:, :linear], cut, owner),
     )
 
 
@@ -177,17 +178,29 @@ def _new_meetings(result: Path, p: Array, q: Array, owner: IntArray, way: Array)
     return np.asarray(np.interp(found[new], np.arange(len(p)), length)), places
 
 
-def _unclear(p: Array, cut: Array, owner: IntArray) -> int:
+def _unclear(result: Path, p: Array, cut: Array, owner: IntArray) -> int:
     """Chords (n,) within which, or over to the next of which, the curve could turn back: it cuts off too much.
 
     With e the distance of a curve from its chord at equal shares, |e'| <= 4 cut / h: the curve goes forwards along any
-    direction in which its chord is longer than four times what it cuts off.
+    direction in which its chord is longer than four times what it cuts off. And so it does, as a whole, along a
+    direction in which all legs of its control polygon go forwards.
     """
     step = np.diff(p, axis=0)
     length = np.linalg.norm(step, axis=1)
     unit = step / np.maximum(length, 1e-300)[:, None]
     cosine = np.sqrt(np.maximum(0.5 * (1.0 + np.sum(unit[1:] * unit[:-1], axis=1)), 0.0))
-    inside = (cut > 0.0) & (length <= BACK * cut)
+    open_ = (cut > 0.0) & (length <= BACK * cut)
     over = (owner[1:] == owner[:-1]) & (cut[1:] > 0.0)
-    over &= (cosine * length[1:] <= BACK * cut[1:]) | (cosine * length[:-1] <= BACK * cut[:-1])
-    return int(np.count_nonzero(inside)) + int(np.count_nonzero(over))
+    open_[1:] |= over & ((cosine * length[1:] <= BACK * cut[1:]) | (cosine * length[:-1] <= BACK * cut[:-1]))
+    curves = np.unique(owner[open_])
+    forwards = [i for i in curves.tolist() if _goes_forwards(result.curves[i], p.shape[1])]
+    return int(np.count_nonzero(open_ & ~np.isin(owner, forwards)))
+
+
+def _goes_forwards(curve: NurbsCurve, linear: int) -> bool:
+    """Whether all legs of its control polygon go forwards along their mean, or that of the first and the last."""
+    legs = np.diff(curve.control_points[:, :linear], axis=0)
+    legs = legs[np.any(legs != 0.0, axis=1)]
+    legs = legs / np.linalg.norm(legs, axis=1)[:, None]
+    ways = np.stack([legs.sum(axis=0), legs[0] + legs[-1]])
+    return not curve.rational and bool(np.any(np.all(legs @ ways.T > 0.0, axis=0)))

@@ -23,14 +23,16 @@ STEPS = 8
 CHUNK = 400_000
 
 
-def foot_points(curve: NurbsCurve, u: Array, points: Array, periodic: bool = False, steps: int = 3) -> Array:
-    """Distances (n,), mm, of points (n, axes) from their foot points near u (n,) on one curve; never more than at u.
+def foot_points(
+    curve: NurbsCurve, u: Array, points: Array, periodic: bool = False, steps: int = 3
+) -> tuple[Array, Array]:
+    """Parameters (n,) of foot points near u (n,) on one curve, and distances (n,), mm, of points (n, axes) from these.
 
-    u <- u - (C - Q).C' / (C'.C' + (C - Q).C'')     (The NURBS Book, 2nd ed., eq. 6.3)
+    Never more than at u.    u <- u - (C - Q).C' / (C'.C' + (C - Q).C'')     (The NURBS Book, 2nd ed., eq. 6.3)
     """
     return _newton(
         curve, u, points, np.full(len(u), curve.domain[0]), np.full(len(u), curve.domain[1]), periodic, steps
-    )[1]
+    )
 
 
 def nearest_parameter(curve: NurbsCurve, point: Array) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting.distance import foot_points
+from splinefeed.geometry.fitting.fewest import FEW_SHARE, fewer_spans, solved, swings
 from splinefeed.geometry.fitting.grid import MAX_SPANS, ROUNDS, graded, halved, in_spans, span_of
 from splinefeed.geometry.fitting.spline_space import SplineSpace
 from splinefeed.records import Array
@@ -55,7 +56,7 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
     strengths = list(STRENGTHS)
     for _ in range(ROUNDS):
         space = SplineSpace.of(degree, grid, periodic)
-        curve, errors = _solved(space, u, points, strengths[0])
+        curve, errors = solved(space, u, points, strengths[0])
         u, curve, errors = _by_arc_length(space, u, points, curve, errors, tolerance, strengths[0])
         wide = span_of(grid, u[errors > KNOT_SHARE * tolerance])
         if not len(wide):
@@ -67,13 +68,18 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
             del strengths[0]
         else:
             break
-    return curve if degree == 1 else _faired(space, u, points, curve, tolerance)
-
-
-def _solved(space: SplineSpace, u: Array, points: Array, strength: float) -> tuple[NurbsCurve, Array]:
-    """Least squares at given parameters, hardly faired, and the distance of each point."""
-    curve = space.fitted(space.normal(u, points), space.even(strength), sharpen=True)
-    return curve, foot_points(curve, u, points, space.periodic)
+    if degree > 1:
+        curve = _faired(space, u, points, curve, tolerance)
+    most = swings(curve)
+    for fewer, parameters in fewer_spans(space, u, points, curve, tolerance, strengths[0]):
+        found, errors = solved(fewer, parameters, points, strengths[0])
+        if errors.max() > FEW_SHARE * tolerance:
+            continue
+        if degree > 1:
+            found = _faired(fewer, parameters, points, found, tolerance)
+        if swings(found) <= most:
+            return found
+    return curve
 
 
 def _by_arc_length(
@@ -95,7 +101,7 @@ def _by_arc_length(
             break
         s = np.concatenate([[0.0], np.cumsum(arcs)])
         renewed = (s / s[-1])[: len(u)]
-        other, other_errors = _solved(space, renewed, points, strength)
+        other, other_errors = solved(space, renewed, points, strength)
         if other_errors.max() > max(KNOT_SHARE * tolerance, 1.5 * errors.max()):
             break
         u, curve, errors = renewed, other, other_errors
@@ -116,7 +122,7 @@ def _faired(space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, tole
             fairer = space.fitted(normal, np.exp(strength))
         except CurveError:
             break  # lambda outweighs the points by more digits than there are
-        errors = foot_points(fairer, u, points, space.periodic)
+        errors = foot_points(fairer, u, points, space.periodic)[1]
         if errors.max() <= tolerance:
             curve = fairer
         local = np.zeros(len(strength))
