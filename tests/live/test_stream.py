@@ -6,6 +6,7 @@ import json
 import socket
 import struct
 import threading
+import time
 from functools import cache
 from pathlib import Path as File
 
@@ -17,9 +18,9 @@ from splinefeed.errors import InputError
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.control import LONGEST_LINE, Control
 from splinefeed.live.knob import Knob
-from splinefeed.live.motion import along
+from splinefeed.live.motion import along, approach
 from splinefeed.live.sink import Rows, Taken
-from splinefeed.live.stream import StreamError, play
+from splinefeed.live.stream import State, StreamError, play
 from splinefeed.live.text_sink import FileSink
 from splinefeed.live.udp_sink import HEAD, UdpSink
 from splinefeed.records import Array, Setpoints
@@ -113,25 +114,163 @@ def test_axes_that_are_elsewhere_are_not_taken_by_surprise() -> None:
         play(along(*planned()), sink, Knob(), 300)
 
 
+class Datagrams:
+    """A consumer of UDP rows: all that come until the last row has come twice, or nothing comes any more."""
+
+    def __init__(self) -> None:
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 21)
+        self.socket.settimeout(0.2)
+        self.port = self.socket.getsockname()[1]
+        self.numbers: list[int] = []
+        self.rows: list[tuple[float, ...]] = []
+        self._end = False
+        self._thread = threading.Thread(target=self._listen)
+
+    def __enter__(self) -> Datagrams:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._end = True
+        self._thread.join(10.0)
+        self.socket.close()
+
+    def _listen(self) -> None:
+        while True:
+            try:
+                data = self.socket.recv(1000)
+            except TimeoutError:
+                if self._end:
+                    return
+                continue
+            _, number, _, axes = HEAD.unpack(data[: HEAD.size])
+            self.numbers.append(number)
+            self.rows.append(struct.unpack(f"!{axes}d", data[HEAD.size :]))
+
+
 def test_datagrams_come_numbered_and_in_order() -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
-        listener.bind(("127.0.0.1", 0))
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
-        listener.settimeout(5.0)
-        found: list[tuple[int, int]] = []
+    with Datagrams() as there:
+        state = play(along(*planned()), UdpSink(port=there.port), Knob(), 300)
+    assert there.numbers == list(range(1, state.row + 1))
 
-        def listen() -> None:
-            while not found or found[-1][1] == 0 or len(found) < 2 or found[-2][1] == 0:
-                data = listener.recv(1000)
-                _, number, last, axes = HEAD.unpack(data[: HEAD.size])
-                struct.unpack(f"!{axes}d", data[HEAD.size :])
-                found.append((number, last))
 
-        thread = threading.Thread(target=listen)
-        thread.start()
-        state = play(along(*planned()), UdpSink(port=listener.getsockname()[1]), Knob(), 300)
-        thread.join(10.0)
-    assert [number for number, _ in found] == list(range(1, state.row + 1))
+def differences(position: Array, at_rest: int = 3) -> list[float]:
+    """Largest velocity, acceleration and jerk of an axis in rows of 1 ms, from rest to rest."""
+    still = np.concatenate([position[:1]] * at_rest + [position] + [position[-1:]] * at_rest)
+    return [float(np.max(np.abs(np.diff(still, order, axis=0)))) / 1e-3**order for order in (1, 2, 3)]
+
+
+def assert_limits(position: Array) -> None:
+    """The limits of the axes, up to the rounding of positions of some 10 mm."""
+    velocity, acceleration, jerk = differences(position)
+    assert velocity <= 60 * (1 + 1e-9)
+    assert acceleration <= 500 * (1 + 1e-6)
+    assert jerk <= 20000 * (1 + 1e-4)
+
+
+def test_a_producer_that_stalls_a_second_loses_no_row_and_goes_on_from_rest() -> None:
+    stalls = [1.0]
+
+    def seen(state: State) -> None:
+        if state.row > 400 and stalls:
+            time.sleep(stalls.pop())
+
+    with Datagrams() as there:
+        state = play(along(*planned()), UdpSink(port=there.port), Knob(), 100, seen=seen)
+    assert state.done
+    assert 800 < state.underruns < 1500
+    assert there.numbers == list(range(1, state.row + 1))
+    rows = np.array(there.rows)
+    broken = int(np.flatnonzero(np.array(there.numbers) > 400)[0])
+    # where it held it stood on a row; what comes behind begins there, at rest
+    for held in range(broken, broken + 200):
+        behind = rows[held:]
+        if np.max(np.abs(np.diff(np.concatenate([behind[:1]] * 3 + [behind]), 3, axis=0))) < 20000e-9 * (1 + 1e-4):
+            break
+    assert_limits(rows[held:])
+    np.testing.assert_allclose(rows[-1], planned()[0](planned()[0].length), atol=1e-9)
+
+
+def test_a_straight_way_is_planned_from_where_the_axes_are_to_the_first_row() -> None:
+    sink = Keeper()
+    sink.open = lambda axes, period, start: start + [-3.0, 4.0]  # type: ignore[method-assign,operator,return-value]
+    motion = along(*planned())
+    state = play(motion, sink, Knob(), 300, approach=lambda a, b: approach(a, b, motion.axes, LIMITS, 1e-3))
+    assert state.done
+    position = np.concatenate([rows.position for rows in sink.rows])
+    assert [rows.first for rows in sink.rows] == list(np.cumsum([1, *map(len, sink.rows[:-1])]))
+    np.testing.assert_allclose(position[0], motion.origin + [-3.0, 4.0], atol=1e-12)
+    there = int(np.argmin(np.max(np.abs(position - motion.origin), axis=1)))
+    assert there > 100
+    way = position[: there + 1] - position[0]
+    np.testing.assert_allclose(way[:, 1], -4.0 / 3.0 * way[:, 0], atol=1e-12)
+    assert_limits(position)
+
+
+def test_the_way_back_retraces_the_path_to_its_start_and_forward_again() -> None:
+    knob = Knob()
+    sink = Keeper(300, knob.reverse)
+    thread = threading.Timer(1.0, knob.go)
+    thread.start()
+    state = play(along(*planned()), sink, knob, 300)
+    assert state.done
+    position = np.concatenate([rows.position for rows in sink.rows])
+    turn = int(np.argmax(position[:700, 0] if position[0, 0] < position[200, 0] else -position[:700, 0]))
+    assert np.any(np.all(np.abs(position[turn:] - position[0]) < 1e-12, axis=1))  # back at the start
+    assert_limits(position)
+
+
+def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_moves_the_knob() -> None:
+    knob = Knob()
+    motion = along(*planned())
+    over = threading.Event()
+
+    def flood(port: int, line: bytes) -> None:
+        while not over.is_set():
+            try:
+                with socket.create_connection(("127.0.0.1", port), 1.0) as client:
+                    for _ in range(200):
+                        client.sendall(line)
+            except OSError:
+                continue
+
+    with Datagrams() as there, Control(knob) as control:
+        wrong = b'{"token": "0123456789abcdef", "override": 200}\n'
+        lines = [wrong, b"[" * 900 + b"\n", b"x" * 5000, b'{"hold": true}\n', b"\xff\x00\n", wrong]
+        threads = [threading.Thread(target=flood, args=(control.port, line)) for line in lines]
+        for thread in threads:
+            thread.start()
+        try:
+            state = play(motion, UdpSink(port=there.port), knob, 300)
+        finally:
+            over.set()
+            for thread in threads:
+                thread.join(10.0)
+        assert ask(control, b'{"token": "%s", "status": true}' % control.token.encode())[0]["ok"]
+    assert state.done
+    assert state.underruns == 0
+    assert knob.wanted == 1.0
+    assert there.numbers == list(range(1, state.row + 1))
+
+
+def test_two_clients_are_both_obeyed_and_the_last_word_counts() -> None:
+    knob = Knob()
+    with Control(knob) as control:
+        token = control.token.encode()
+        with (
+            socket.create_connection(("127.0.0.1", control.port), 5.0) as one,
+            socket.create_connection(("127.0.0.1", control.port), 5.0) as two,
+        ):
+            for client, line in (
+                (one, b'"override": 50'),
+                (two, b'"override": 70, "reverse": true'),
+                (one, b'"hold": true'),
+            ):
+                client.sendall(b'{"token": "%s", %s}\n' % (token, line))
+                assert json.loads(client.makefile("rb").readline())["ok"]
+        assert (knob.rate, knob.back, knob.held) == (0.7, True, True)
 
 
 def ask(control: Control, *lines: bytes) -> list[dict[str, object]]:

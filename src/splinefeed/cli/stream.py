@@ -236,6 +236,8 @@ def _streamed(made: _Made, knob: Knob, given: dict[str, Any]) -> State:
 
     motion, sink = made.motion, made.sink
     warned: list[str] = []
+    if given["state_file"] and not given["resume"]:
+        _save(given["state_file"], None, motion)  # what cannot be written is told before anything moves
 
     def saved(state: State) -> None:
         if not given["state_file"]:
@@ -276,14 +278,15 @@ def _streamed(made: _Made, knob: Knob, given: dict[str, Any]) -> State:
         )
 
 
-def _save(file: str, state: State, motion: Motion) -> None:
+def _save(file: str, state: State | None, motion: Motion) -> None:
+    """Write down where the stream is; None: it has not begun."""
     from splinefeed.formats.atomic import atomic_write
 
     page = {
-        "row": state.confirmed,
-        "tau_s": state.confirmed_tau,
-        "sent_tau_s": state.tau,
-        "done": state.done,
+        "row": state.confirmed if state else 0,
+        "tau_s": state.confirmed_tau if state else 0.0,
+        "sent_tau_s": state.tau if state else 0.0,
+        "done": state is not None and state.done,
         "axes": list(motion.axes),
         "planned_s": motion.duration,
         "start": motion.origin.tolist(),

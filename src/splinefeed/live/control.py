@@ -21,6 +21,9 @@ from splinefeed.live.knob import Knob
 
 #: Longest line that is read, bytes; clients that are served at once; s without a line after which one is sent away.
 LONGEST_LINE, MOST_CLIENTS, IDLE = 1024, 4, 60.0
+#: What a client is sent away for, so that there is room for others.
+STRANGER, TOO_LONG = "the token is missing or wrong", "the line is too long"
+SENT_AWAY = (STRANGER, TOO_LONG)
 #: s between two lines of a client, and between two clients.
 PAUSE = 0.01
 
@@ -71,10 +74,10 @@ class Control:
             client.settimeout(IDLE)
             with client, client.makefile("rb") as lines:
                 while line := lines.readline(LONGEST_LINE + 1):
-                    answer = self._answer(line) if len(line) <= LONGEST_LINE else _refused("the line is too long")
+                    answer = self._answer(line) if len(line) <= LONGEST_LINE else _refused(TOO_LONG)
                     client.sendall(json.dumps(answer).encode() + b"\n")
                     time.sleep(PAUSE)
-                    if len(line) > LONGEST_LINE:
+                    if answer["error"] in SENT_AWAY:
                         return
         except OSError:
             return
@@ -87,9 +90,9 @@ class Control:
         except (ValueError, RecursionError):
             return _refused("a line must be one JSON object")
         if not isinstance(said, dict) or not isinstance(said.get("token"), str):
-            return _refused("the token is missing or wrong")
+            return _refused(STRANGER)
         if not hmac.compare_digest(said.pop("token").encode(errors="replace"), self.token.encode()):
-            return _refused("the token is missing or wrong")
+            return _refused(STRANGER)
         unknown = set(said) - {"override", "hold", "reverse", "stop", "status"}
         if unknown:
             return _refused(f"{min(unknown)!r} is no command; there are override (%), hold, reverse, stop, status")
@@ -111,7 +114,14 @@ class Control:
         if said.get("stop"):
             self._knob.stop()
         knob = self._knob
-        return {"ok": True, "override": 100.0 * knob.rate, "hold": knob.held, "reverse": knob.back, **self.status}
+        return {
+            "ok": True,
+            "error": None,
+            "override": 100.0 * knob.rate,
+            "hold": knob.held,
+            "reverse": knob.back,
+            **self.status,
+        }
 
 
 def _refused(why: str) -> dict[str, Any]:
