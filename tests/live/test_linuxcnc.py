@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from functools import cache
+import json
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path as File
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import splinefeed as sf
+from live_rows import assert_limits
+from splinefeed.cli.main import command_line
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import GAIN, LAG, VELOCITY, HalAxis, hal_text
-from splinefeed.live.hal_session import hal_session
+from splinefeed.live.hal_session import hal_session, run_in_hal
 from splinefeed.live.knob import Knob
-from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
+from splinefeed.live.linuxcnc_sink import LinuxcncError, LinuxcncSink, installed
 from splinefeed.live.motion import along
-from splinefeed.live.stream import State, play
+from splinefeed.live.stream import Resume, State, play
 from splinefeed.records import Array
 
 pytestmark = [
@@ -26,7 +34,9 @@ AHEAD = 300
 
 
 class Keep(LinuxcncSink):
-    """Remembers what was sent."""
+    """Remembers what was sent, of a path that may be shifted."""
+
+    shift: Array | float = 0.0
 
     def __init__(self, home: str) -> None:
         super().__init__(AHEAD, record=True, settle=0.1, home=home)
@@ -34,7 +44,10 @@ class Keep(LinuxcncSink):
 
     def write(self, rows):  # type: ignore[no-untyped-def]
         self.sent.append(rows.position)
-        super().write(rows)
+        super().write(replace(rows, position=rows.position + self.shift))
+
+    def open(self, axes, period, start):  # type: ignore[no-untyped-def]
+        return super().open(axes, period, start + self.shift) - self.shift
 
 
 @cache
@@ -102,3 +115,135 @@ def test_a_number_of_rows_that_is_a_multiple_of_the_depth_loses_none() -> None:
     state, sent, samples = played("naca:0025?perimeter=33", depth=rows)
     assert len(sent) == rows + 1
     assert_whole(state, sent, samples)
+
+
+def commanded(samples: Array) -> tuple[Array, Array]:
+    """Rows that HAL took, each once, and the commands of those ticks, from the last tick before them on."""
+    row = samples[:, 1].astype(int)
+    begin = int(np.flatnonzero(np.diff(row))[0])
+    return row[begin:], samples[begin:, 3:5]
+
+
+def halcmd(home: str, *words: str) -> None:
+    code, said = run_in_hal(["halcmd", *words], home)
+    assert code == 0, said
+
+
+def at_rows(orders: dict[int, Callable[[], object]]) -> Callable[[State], None]:
+    """Do each order once, when so many rows were confirmed."""
+    waiting = dict(sorted(orders.items()))
+
+    def seen(state: State) -> None:
+        for row in [row for row in waiting if state.confirmed >= row]:
+            waiting.pop(row)()
+
+    return seen
+
+
+def test_pins_of_hal_turn_the_feed_hold_go_back_and_go_on_within_the_limits() -> None:
+    motion, knob = along(*_as_motion("butterfly")), Knob()
+    with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)) as home:
+        sink = Keep(home)
+        pins = [
+            (300, "override", "0.5"),
+            (700, "hold", "1"),
+            (1500, "hold", "0"),
+            (1900, "reverse", "1"),
+            (2600, "override", "1"),
+            (2800, "reverse", "0"),
+        ]
+        orders = {row: partial(halcmd, home, "setp", f"splinefeed.feed-{pin}", value) for row, pin, value in pins}
+        orders[4200] = knob.stop
+        rates: list[float] = []
+        follow = at_rows(orders)
+
+        def seen(state: State) -> None:
+            follow(state)
+            rates.append(state.rate)
+
+        state = play(motion, sink, knob, AHEAD, here=True, seen=seen)
+    assert not state.done and state.underruns == 0
+    row, position = commanded(sink.samples)
+    np.testing.assert_array_equal(np.diff(row[: state.row]), 1)
+    assert_limits(position)
+    assert {0.5, 0.0, -0.5, 1.0} <= set(rates)
+
+
+def test_a_stall_and_a_consumer_that_dies_cost_no_row_and_a_resume_goes_to_the_end() -> None:
+    source = "naca:0025?perimeter=33"
+    stalls = [1.0]
+
+    def stalled() -> None:
+        time.sleep(stalls.pop())
+
+    with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)) as home:
+        sink = Keep(home)
+        state = play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True, seen=at_rows({150: stalled}))
+        assert state.done and 300 < state.underruns < 3000
+        row, position = commanded(sink.samples)
+        assert set(np.diff(row).tolist()) <= {0, 1}  # every row once, and in order
+        assert row[-1] >= state.row - 1
+        held = int(np.flatnonzero((np.diff(row) == 0) & (row[1:] < state.row - 1))[-1])
+        assert_limits(position[held:])  # from where it was held
+
+        sink = Keep(home)
+        confirmed: list[State] = []
+        killed = at_rows({200: lambda: sink._child.kill()})  # type: ignore[union-attr]
+        shift = position[-1]  # the path begins where the axes are
+        with pytest.raises(LinuxcncError, match=r"HAL has stopped taking rows after row \d+"):
+            play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True, saved=confirmed.append, seen=killed)
+        time.sleep(0.5)  # HAL plays what it has
+        last = confirmed[-1]
+        assert last.confirmed >= 200 and not last.done
+
+        motion = along(*_as_motion(source))
+        sink = Keep(home)
+        sink.shift = shift - motion.origin
+        state = play(motion, sink, Knob(), AHEAD, resume=Resume(last.confirmed_tau, last.tau))
+        assert state.done
+        assert motion.start[0] != motion.origin[0]
+        _, position = commanded(sink.samples)
+        assert_limits(position)
+        end = motion_of(source)[0]
+        np.testing.assert_allclose(position[-1], end(end.length) + sink.shift, atol=1e-9)
+
+
+def test_an_axis_that_does_not_follow_stops_the_stream_for_good_until_the_next() -> None:
+    source = "naca:0025?perimeter=33"
+    with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)) as home:
+        sink = Keep(home)
+        jam = at_rows({100: partial(halcmd, home, "setp", "limit-x.min", "-0.5")})
+        with pytest.raises(LinuxcncError, match=r"x does not follow: it is .* mm from where it is told to be"):
+            play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True, seen=jam)
+        row, position = sink.samples[:, 1], sink.samples[:, 3:7]
+        away = np.abs(position[:, 0] - position[:, 2])
+        over = int(np.argmax(away > 1.0))
+        assert over and np.all(row[over + 2 :] == row[over + 2])  # the row holds from the next tick on
+        assert np.max(away) < 1.2
+        halcmd(home, "setp", "limit-x.min", "-100")
+        time.sleep(1.0)
+        sink = Keep(home)
+        assert play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True).done
+
+
+def test_the_command_line_approaches_records_and_says_how_it_went(tmp_path: File) -> None:
+    words = "stream naca:0025?perimeter=33 --feed 60 --axis-accel 500 --axis-jerk 20000 --to linuxcnc --json"
+    with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)):
+        refused = CliRunner().invoke(command_line, words.split())
+        assert refused.exit_code == 2
+        assert "x is at 0, the path begins at 15.4966; move them there, or stream with --approach" in refused.output
+        result = CliRunner().invoke(
+            command_line, [*words.split(), "--approach", "--record", str(tmp_path / "run.h5"), "--ahead", "100ms"]
+        )
+        assert result.exit_code == 0, result.output
+    page = json.loads(result.stdout)
+    assert page["done"] and page["underruns"] == 0
+    response = sf.load(tmp_path / "run.h5")
+    assert response.axes == ("x", "y")
+    np.testing.assert_array_equal(response.command[0], [0.0, 0.0])
+    np.testing.assert_allclose(response.command[-1], motion_of("naca:0025?perimeter=33")[0](0.0), atol=1e-6)
+    assert_limits(response.command)
+    assert 0.001 < np.max(np.abs(response.tracking_error)) < 0.5
+    assert response.row[-1] >= page["rows"] - 1
+    assert set(np.diff(response.row).tolist()) == {0, 1}
+    assert np.max(response.depth) <= 100 and np.max(response.underruns) == 0

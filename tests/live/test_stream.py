@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import socket
-import struct
 import threading
 import time
 from functools import cache
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from live_rows import Datagrams, assert_limits
 from splinefeed.errors import InputError
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.control import LONGEST_LINE, Control
@@ -22,7 +22,7 @@ from splinefeed.live.motion import along, approach
 from splinefeed.live.sink import Rows, Taken
 from splinefeed.live.stream import State, StreamError, play
 from splinefeed.live.text_sink import FileSink
-from splinefeed.live.udp_sink import HEAD, UdpSink
+from splinefeed.live.udp_sink import UdpSink
 from splinefeed.records import Array, Setpoints
 
 LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
@@ -114,60 +114,10 @@ def test_axes_that_are_elsewhere_are_not_taken_by_surprise() -> None:
         play(along(*planned()), sink, Knob(), 300)
 
 
-class Datagrams:
-    """A consumer of UDP rows: all that come until the last row has come twice, or nothing comes any more."""
-
-    def __init__(self) -> None:
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.bind(("127.0.0.1", 0))
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 21)
-        self.socket.settimeout(0.2)
-        self.port = self.socket.getsockname()[1]
-        self.numbers: list[int] = []
-        self.rows: list[tuple[float, ...]] = []
-        self._end = False
-        self._thread = threading.Thread(target=self._listen)
-
-    def __enter__(self) -> Datagrams:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._end = True
-        self._thread.join(10.0)
-        self.socket.close()
-
-    def _listen(self) -> None:
-        while True:
-            try:
-                data = self.socket.recv(1000)
-            except TimeoutError:
-                if self._end:
-                    return
-                continue
-            _, number, _, axes = HEAD.unpack(data[: HEAD.size])
-            self.numbers.append(number)
-            self.rows.append(struct.unpack(f"!{axes}d", data[HEAD.size :]))
-
-
 def test_datagrams_come_numbered_and_in_order() -> None:
     with Datagrams() as there:
-        state = play(along(*planned()), UdpSink(port=there.port), Knob(), 300)
+        state = play(along(*planned()), UdpSink(port=there.port, ahead=300), Knob(), 300)
     assert there.numbers == list(range(1, state.row + 1))
-
-
-def differences(position: Array, at_rest: int = 3) -> list[float]:
-    """Largest velocity, acceleration and jerk of an axis in rows of 1 ms, from rest to rest."""
-    still = np.concatenate([position[:1]] * at_rest + [position] + [position[-1:]] * at_rest)
-    return [float(np.max(np.abs(np.diff(still, order, axis=0)))) / 1e-3**order for order in (1, 2, 3)]
-
-
-def assert_limits(position: Array) -> None:
-    """The limits of the axes, up to the rounding of positions of some 10 mm."""
-    velocity, acceleration, jerk = differences(position)
-    assert velocity <= 60 * (1 + 1e-9)
-    assert acceleration <= 500 * (1 + 1e-6)
-    assert jerk <= 20000 * (1 + 1e-4)
 
 
 def test_a_producer_that_stalls_a_second_loses_no_row_and_goes_on_from_rest() -> None:
@@ -178,7 +128,7 @@ def test_a_producer_that_stalls_a_second_loses_no_row_and_goes_on_from_rest() ->
             time.sleep(stalls.pop())
 
     with Datagrams() as there:
-        state = play(along(*planned()), UdpSink(port=there.port), Knob(), 100, seen=seen)
+        state = play(along(*planned()), UdpSink(port=there.port, ahead=100), Knob(), 100, seen=seen)
     assert state.done
     assert 800 < state.underruns < 1500
     assert there.numbers == list(range(1, state.row + 1))
@@ -243,7 +193,7 @@ def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_moves_the_kno
         for thread in threads:
             thread.start()
         try:
-            state = play(motion, UdpSink(port=there.port), knob, 300)
+            state = play(motion, UdpSink(port=there.port, ahead=300), knob, 300)
         finally:
             over.set()
             for thread in threads:

@@ -215,14 +215,15 @@ def _ahead(given: dict[str, Any], period: float) -> int:
 
 
 def _sink(given: dict[str, Any], period: float) -> Sink:
+    ahead = _ahead(given, period)
     if given["to"] == "linuxcnc":
         from splinefeed.live.linuxcnc_sink import LinuxcncSink
 
-        return LinuxcncSink(_ahead(given, period), record=bool(given["record_file"]), settle=SETTLE)
+        return LinuxcncSink(ahead, record=bool(given["record_file"]), settle=SETTLE)
     if given["to"] == "udp":
         from splinefeed.live.udp_sink import UdpSink
 
-        return UdpSink(given["host"], given["port"])
+        return UdpSink(given["host"], given["port"], ahead=ahead)
     from splinefeed.live.text_sink import FileSink, TextSink
 
     return FileSink(given["output"]) if given["to"] == "file" else TextSink(sys.stdout)

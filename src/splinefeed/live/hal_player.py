@@ -23,6 +23,8 @@ from typing import Any
 
 import hal  # type: ignore[import-not-found]
 
+#: Our component, and the library of HAL.
+NAME, LIBRARY = "splinefeed", "liblinuxcnchal.so.0"
 #: Seconds between two reports, and between two looks at the FIFO.
 REPORT, LOOK = 0.02, 0.005
 #: Seconds without a row being taken, at the end of the stream, after which it counts as dead.
@@ -41,7 +43,7 @@ class Player:
 
     def __init__(self, given: dict[str, Any]) -> None:
         self.given = given
-        self.part = part = hal.component("splinefeed")
+        self.part = part = component()
         for name, kind in OUT_PINS.items():
             part.newpin(name, getattr(hal, f"HAL_{kind}"), hal.HAL_OUT)
         for name, kind in (IN_PINS | KNOBS).items():
@@ -54,9 +56,13 @@ class Player:
         done = subprocess.run(["halcmd", "-f"], input=given["nets"], capture_output=True, text=True, timeout=PATIENCE)
         if done.returncode:
             sys.exit(f"halcmd: {(done.stderr or done.stdout).strip()}")
+        part["run"] = False
         time.sleep(SETTLED)
         self.fifo = hal.stream(part, hal.streamer_base, "u" + "f" * given["axes"] + "b")
+        self.drain()  # of a stream that was stopped
         self.samples = hal.stream(part, hal.sampler_base, given["sampler"]) if given.get("sampler") else None
+        while self.samples is not None and self.samples.readable:  # what was sampled when nobody was here
+            self.samples.read()
         # HAL may have played before: its last row, its last field and its underruns are still there. A row that was
         # left in its FIFO has a number of its own
         self.before = part["taken"] + 1 if part["taken"] else 0
@@ -76,6 +82,11 @@ class Player:
     def allow(self) -> None:
         """Allow the underruns that there are by now."""
         self.part["allowed"] = self.part["underruns"] + 0.5
+
+    def drain(self) -> None:
+        """Take out what is in the FIFO; HAL is off."""
+        while self.fifo.readable:
+            self.fifo.read()
 
     def settle(self) -> None:
         """Wait until HAL has seen that it is off, and would start."""
@@ -145,8 +156,7 @@ class Player:
         self.part["run"] = False
         self.allow()
         self.settle()
-        while self.fifo.readable:  # rows that came while it was found out that they are too late
-            self.fifo.read()
+        self.drain()  # rows that came while it was found out that they are too late
         self.dry_at, self.filled = 0.0, 0
 
     def report(self) -> dict[str, object]:
@@ -169,6 +179,31 @@ class Player:
             found.append((self.samples.sampleno, *self.samples.read()))
         if found:
             say({"samples": found})
+
+
+def component() -> Any:
+    """Our component; one that was left by a player that was killed is taken away first."""
+    try:
+        return hal.component(NAME)
+    except hal.error:
+        listed = subprocess.run(["halcmd", "-s", "show", "comp", NAME], capture_output=True, text=True).stdout.split()
+        if len(listed) < 4 or alive(int(listed[3])):
+            sys.exit("another stream plays into this HAL; end it first")
+        # HAL's library frees it, in a process of its own, as that one cannot use the library any more
+        free = f"import ctypes, hal; c = hal.component('{NAME}-mends'); ctypes.CDLL('{LIBRARY}').hal_exit({listed[0]})"
+        subprocess.run([sys.executable, "-c", free], capture_output=True, timeout=PATIENCE)
+        return hal.component(NAME)
+
+
+def alive(number: int) -> bool:
+    """Whether there is a process of that number."""
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
 
 
 def main() -> None:

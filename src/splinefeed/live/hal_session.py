@@ -47,17 +47,18 @@ def _session(text: str) -> Iterator[str]:
         shutil.chown(home, "nobody", "nogroup")
     try:
         for command in ([REALTIME, "start"], ["halcmd", "-f", file], ["halcmd", "start"]):
-            code, said = _run(command, home)
+            code, said = run_in_hal(command, home)
             if code:
                 raise LinuxcncError(f"{' '.join(command)}: {_last_line(said)}")
         yield home
     finally:
         for command in (["halcmd", "stop"], ["halcmd", "unload", "all"], [REALTIME, "stop"]):
-            _run(command, home)
+            run_in_hal(command, home)
         shutil.rmtree(home, ignore_errors=True)
 
 
-def _run(command: list[str], home: str) -> tuple[int, str]:
+def run_in_hal(command: list[str], home: str) -> tuple[int, str]:
+    """Run a command, such as halcmd, as the user of a session; its exit code and what it said."""
     # into a file: HAL's process lives on with what it was started with, and a pipe would never end
     with open(os.path.join(home, "said.txt"), "w+", encoding="utf-8", errors="replace") as said:
         done = subprocess.run(

@@ -19,13 +19,11 @@ import numpy as np
 from splinefeed.errors import SplinefeedError
 from splinefeed.formats.metadata import to_radians
 from splinefeed.live.hal_files import sampler_cfg
-from splinefeed.live.sink import Rows, Taken
+from splinefeed.live.sink import SPARE_ROWS, Rows, Taken
 from splinefeed.records import ROTARY_AXES, Array
 
 #: The Python that has LinuxCNC's `hal` module on Debian.
 PYTHON = "/usr/bin/python3"
-#: HAL starts when this many fewer rows are there than are kept ahead: the producer makes some at a time.
-SPARE_ROWS = 16
 #: How long the child may take to begin, s.
 PATIENCE = 20.0
 
