@@ -17,13 +17,13 @@ def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(ope
     page = opened()
     file = data_dir / "dxf" / "trimesh_spline.DXF"
     rest(page, lambda: page.set_input_files("#file", str(file)))
-    limits = {"feed": 60.0, "acceleration": 500.0, "jerk": 20000.0}
+    limits = {"feed": 60.0, "axis_acceleration": 500.0, "axis_jerk": 20000.0}
     path = sf.read(file, path=1)
-    made = sf.run(path, sf.Limits(**limits))
+    made = sf.run(path, sf.Limits(**limits), strategy="look-ahead")
     assert value(page, "duration_s") == made.law.duration
     before = page.inner_text("#verdict")
     rest(page, lambda: (page.fill("#limit-feed", "1200 mm/min"), page.press("#limit-feed", "Enter")))
-    made = sf.run(path, sf.Limits(**{**limits, "feed": 20.0}))
+    made = sf.run(path, sf.Limits(**{**limits, "feed": 20.0}), strategy="look-ahead")
     numbers = made.numbers()
     assert value(page, "duration_s") == numbers["duration_s"]
     assert value(page, "ripple_max") == numbers["ripple_max"]
@@ -41,7 +41,7 @@ def test_setpoints_are_downloaded_byte_for_byte(opened, tmp_path):
         page.click('#save-menu [data-what="setpoints"][data-form="csv"]')
     got.value.save_as(tmp_path / "got.csv")
     wanted = resolve(asked, tmp_path)
-    made = sf.run(wanted.path, wanted.limits)
+    made = sf.run(wanted.path, wanted.limits, strategy=wanted.strategy)
     said = results.numbers(wanted, made, None, ("csv",))
     sf.save(documented(made, said).points, tmp_path / "own.csv")
     assert (tmp_path / "got.csv").read_bytes() == (tmp_path / "own.csv").read_bytes()
@@ -50,11 +50,11 @@ def test_setpoints_are_downloaded_byte_for_byte(opened, tmp_path):
 
 def test_what_is_wrong_is_said_beside_its_field(opened, tmp_path):
     page = opened()
-    page.fill("#limit-jerk", "-3")
-    page.press("#limit-jerk", "Enter")
-    page.wait_for_selector('[id="error-limits.jerk"]:visible')
-    assert "greater than 0" in page.inner_text('[id="error-limits.jerk"]')
-    assert page.get_attribute("#limit-jerk", "aria-invalid") == "true"
+    page.fill("#limit-axis_jerk", "-3")
+    page.press("#limit-axis_jerk", "Enter")
+    page.wait_for_selector('[id="error-limits.axis_jerk"]:visible')
+    assert "greater than 0" in page.inner_text('[id="error-limits.axis_jerk"]')
+    assert page.get_attribute("#limit-axis_jerk", "aria-invalid") == "true"
     broken = tmp_path / "part.dxf"
     broken.write_bytes(b"  0\nSECTION\n  2\nENTITIES\n  0\nSPLINE\n 70\nnonsense\n")
     page.set_input_files("#file", str(broken))

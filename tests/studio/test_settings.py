@@ -15,8 +15,8 @@ from splinefeed.studio.settings import USUAL, SettingsError, complete, resolve
 def test_the_usual_settings_are_the_butterfly(tmp_path):
     wanted = resolve({}, tmp_path)
     assert wanted.path.name == "butterfly"
-    assert wanted.limits == sf.Limits(feed=60, acceleration=500, jerk=20000)
-    assert (wanted.period, wanted.strategy, wanted.table) == (1e-3, "seven-phase", None)
+    assert wanted.limits == sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
+    assert (wanted.period, wanted.strategy, wanted.table) == (1e-3, "look-ahead", None)
 
 
 def test_fields_take_units_and_single_axes(tmp_path):

@@ -7,7 +7,7 @@ import json
 import shutil
 import tempfile
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Coroutine, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol
@@ -49,15 +49,21 @@ class House:
         self.jobs = Jobs(self.back, self._job_changed, self._job_ended)
         self._waiting: OrderedDict[str, dict[str, Any]] = OrderedDict()
         self._wake = asyncio.Event()
-        self._tasks: list[asyncio.Task[None]] = []
+        self._tasks: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
         """Begin to work: warm the workers up, then do what is asked."""
-        self._tasks += [asyncio.create_task(self._plan_for_ever()), asyncio.create_task(self.jobs.work())]
+        self._begin(self._plan_for_ever())
+        self._begin(self.jobs.work())
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     async def close(self) -> None:
         """End all work and leave no file behind."""
-        for task in self._tasks:
+        for task in list(self._tasks):
             task.cancel()
         for desk in (self.front, self.back, self.player):
             with suppress(OSError):
@@ -82,6 +88,7 @@ class House:
         self.jobs.add(
             "warm", "warming up", "", {"task": "warm", "all": True}
         )  # not before: both would compile the same
+        self._begin(self._warm_player())
         while True:
             if not self._waiting:
                 self._wake.clear()
@@ -98,6 +105,32 @@ class House:
             self.tabs[name].send("planned", n=message["n"], body=answer.body)
             if answer.entry is not None and message["rest"]:
                 self.remember(message["settings"], answer.entry)
+
+    def play(self, tab: str, request: dict[str, Any]) -> None:
+        """Begin to play for a tab; InputError while another one plays."""
+        if self.playing is not None:
+            raise InputError("a motion is being played already, perhaps in another tab; stop it first")
+        self.playing = tab
+        self._begin(self._play(tab, request))
+
+    async def _play(self, tab: str, request: dict[str, Any]) -> None:
+        try:
+            answer = await self.player.ask({"task": "play", **request}, lambda head: self._frame(tab, head))
+        finally:
+            self.playing = None
+        if tab in self.tabs:
+            if answer.error is not None:
+                self.tabs[tab].send("played", error=answer.error)
+            else:
+                self.tabs[tab].send("played", body=answer.body)
+
+    def _frame(self, tab: str, head: dict[str, Any]) -> None:
+        if tab in self.tabs:
+            said = {name: value for name, value in head.items() if name != "kind"}
+            self.tabs[tab].send("frame" if head["kind"] == "frame" else "playing", **said)
+
+    async def _warm_player(self) -> None:
+        await self.player.ask({"task": "warm", "play": True}, lambda head: None)
 
     def remember(self, settings: Mapping[str, Any], entry: Mapping[str, Any]) -> None:
         """Put a plan into the history."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -56,14 +56,14 @@ class Socket(WebSocketHandler):
         if self.house.tabs.get(self.name) is self:
             del self.house.tabs[self.name]
             if self.house.playing == self.name:
-                self.house.player.order({"do": "stop"})
+                self.house.player.order({"stop": True})
 
     def send(self, kind: str, body: bytes | None = None, **said: Any) -> None:
         """Tell the page something."""
         with suppress(WebSocketClosedError):
             self.write_message(message(kind, said, body).decode())
 
-    async def on_message(self, message: str | bytes) -> None:
+    def on_message(self, message: str | bytes) -> None:
         """Do what the page asks; what is wrong with it is said to it."""
         try:
             said = json.loads(message)
@@ -72,9 +72,7 @@ class Socket(WebSocketHandler):
             asked = _ASKED.get(str(said.get("do")))
             if asked is None or (not self.name and said["do"] != "hello"):
                 raise TypeError
-            result = asked(self, said)
-            if result is not None:
-                await result
+            asked(self, said)
         except SplinefeedError as error:
             self.send("refused", n=said.get("n"), error={"fields": {"": str(error)}, "fault": False})
         except (ValueError, TypeError, KeyError, RecursionError):
@@ -104,6 +102,14 @@ class Socket(WebSocketHandler):
     def _cancel(self, said: dict[str, Any]) -> None:
         self.house.jobs.cancel(int(said["job"]))
 
+    def _play(self, said: dict[str, Any]) -> None:
+        request = {"settings": dict(said["settings"]), "top": float(said["top"]), "rate": float(said["rate"])}
+        self.house.play(self.name, request)
+
+    def _order(self, said: dict[str, Any]) -> None:
+        if self.house.playing == self.name:
+            self.house.player.order({name: said[name] for name in ("rate", "hold", "stop") if name in said})
+
     def _history(self, said: dict[str, Any]) -> None:
         history = self.house.history
         if "delete" in said and history is not None:
@@ -129,11 +135,13 @@ _FIELDS = {
     "tune": ("settings", "how"),
 }
 #: What a page may ask.
-_ASKED: dict[str, Callable[[Socket, dict[str, Any]], Awaitable[None] | None]] = {
+_ASKED: dict[str, Callable[[Socket, dict[str, Any]], None]] = {
     "hello": Socket._hello,
     "plan": Socket._plan,
     "job": Socket._job,
     "cancel": Socket._cancel,
+    "play": Socket._play,
+    "order": Socket._order,
     "history": Socket._history,
     "share": Socket._share,
 }

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.look_ahead import STRATEGY as LOOK_AHEAD
 from splinefeed.pipeline.experiment import Served, serve
-from splinefeed.pipeline.run import DEFAULT_STRATEGY, TIME_OPTIMAL, Run, run
+from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, TIME_OPTIMAL, Run, run
 from splinefeed.studio import results, sources
 from splinefeed.studio.settings import SettingsError, Wanted, complete, field_of, key_of, resolve
 
@@ -124,13 +124,25 @@ def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     return {"download": place.name, "name": file.name, "bytes": file.stat().st_size}
 
 
+def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """Play a motion in real time."""
+    from splinefeed.studio import playing
+
+    return playing.played(request, bench)
+
+
 def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """Load or compile the kernels: for moving sliders alone, or everything."""
+    """Load or compile the kernels: for moving sliders alone, for playing, or for everything else."""
     usual = complete({})
-    bench.say("compiling the kernels for this machine, once, a minute or two")
-    wanted, made, _ = bench.done({**usual, "strategy": LOOK_AHEAD})
+    bench.say("loading the kernels; the first time they are compiled for this machine, a minute or two")
+    if request.get("play"):
+        from splinefeed.studio import playing
+
+        playing.motion_of({"settings": usual}, bench).take(1, 1.0)
+        return {}
+    wanted, made, _ = bench.done(usual)
     results.result(wanted, made, None)
-    bench.done({**usual, "strategy": DEFAULT_STRATEGY})
+    bench.done({**usual, "strategy": DEFAULT_STRATEGY, "limits": PAPER_LIMITS.as_dict()})
     if request.get("all"):
         wanted, made, served = bench.done({**usual, "strategy": TIME_OPTIMAL, "machine": {"name": "xytheta"}})
         results.result(wanted, made, served)
@@ -150,6 +162,7 @@ TASKS: dict[str, Callable[[Mapping[str, Any], Bench], dict[str, Any]]] = {
     "settle": settle,
     "read": read,
     "make": make,
+    "play": play,
     "warm": warm,
 }
 

@@ -46,7 +46,7 @@ class Mail:
                 os._exit(0)  # the server is gone, and nobody waits for what is being done
             if "order" in said:
                 with suppress(Exception):  # an order that makes no sense to what runs changes nothing
-                    self.obey(said)
+                    self.obey(said["order"])
             else:
                 self.requests.put(said)
 

@@ -1,10 +1,12 @@
 // The page: puts its parts together, and asks for a plan whenever something has changed.
 import { $, show } from "./dom.js";
+import { Editor } from "./edit.js";
 import { Downloads, Jobs } from "./jobs.js";
 import { Figures } from "./figures.js";
 import { History } from "./history.js";
 import { Link } from "./link.js";
 import { PathPicture } from "./path.js";
+import { Play } from "./play.js";
 import { Settings } from "./settings.js";
 import { Share } from "./share.js";
 import { limitsSheet, showCompared, showNumbers } from "./numbers.js";
@@ -17,6 +19,8 @@ const picture = new PathPicture();
 const figures = new Figures();
 const settings = new Settings((moving) => planner.want(moving));
 const jobs = new Jobs(link);
+const editor = new Editor(settings, picture);
+const play = new Play(link, settings, picture);
 const downloads = new Downloads(link, settings);
 
 // one plan at a time is asked for, always the latest; when nothing moves any more, the final one
@@ -59,6 +63,8 @@ const render = (result, shown, final) => {
   const { numbers, words } = result;
   showNumbers(numbers, words, shown, !final);
   picture.set(result.path, result.axes);
+  editor.set(result.curves);
+  play.ready();
   figures.set({ ...result.figures, ...(figures.sets.tuning ? { tuning: figures.sets.tuning } : {}) }, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
   for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? null);
   compare();

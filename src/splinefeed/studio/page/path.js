@@ -14,7 +14,8 @@ const shade = (share) => {
   const mixed = [0, 1, 2].map((k) => Math.round(part(VIRIDIS[low], k) + (at - low) * (part(VIRIDIS[low + 1], k) - part(VIRIDIS[low], k))));
   return `rgb(${mixed.join(",")})`;
 };
-const RAMP = Array.from({ length: SHADES }, (_, k) => shade(k / (SHADES - 1)));
+const DARK_PART = 0.93; // the last, bright yellow cannot be seen on white
+const RAMP = Array.from({ length: SHADES }, (_, k) => shade((DARK_PART * k) / (SHADES - 1)));
 
 export class PathPicture {
   constructor() {
@@ -50,7 +51,11 @@ export class PathPicture {
   }
 
   fit() {
-    if (this.points && this.width) this.view.fit(this.points, this.width, this.height);
+    if (!this.points || !this.width) return;
+    const more = this.editor?.curves.flatMap((curve) => curve.control_points) ?? [];
+    const { x, y, z, overTime } = this.points;
+    const all = more.length ? { x: [...x, ...more.map((p) => p[0])], y: [...y, ...more.map((p) => p[1])], z: null, overTime } : { x, y, z, overTime };
+    this.view.fit(all, this.width, this.height);
   }
 
   resize() {

@@ -146,7 +146,7 @@ export class Settings {
       machine?.toml ? "own:" : machine?.name ?? "");
     $("shape").value = source.shape ?? "";
     $("shape").placeholder = source.shape ? "" : "butterfly?scale=2";
-    $("shapes").value = this.offer.shapes.some((each) => each.example === source.shape) ? source.shape : "";
+    $("shapes").value = this.offer.shapes.find((each) => each.name === source.shape?.split(/[:?]/)[0])?.example ?? "";
     const named = source.curves ? "edited curve" : source.name;
     show($("source-name"), Boolean(named));
     $("source-name").textContent = named ?? "";

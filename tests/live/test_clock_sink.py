@@ -1,0 +1,80 @@
+"""Rows that a clock takes: one a period, none lost, late ones counted, and the motion that was planned."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+import splinefeed as sf
+from splinefeed.feed.override import with_reserve
+from splinefeed.live.clock_sink import ClockSink
+from splinefeed.live.motion import Motion
+from splinefeed.live.sink import Rows
+from splinefeed.live.stream import Knob, play
+
+PERIOD = 2e-3
+LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
+
+
+class Keep(ClockSink):
+    """Keeps what it is given besides."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.kept: list[np.ndarray] = []
+
+    def write(self, rows: Rows) -> None:
+        self.kept.append(rows.position)
+        super().write(rows)
+
+
+def motion() -> Motion:
+    path = sf.shapes.circle(radius=2.0)
+    return Motion(path, sf.plan(path, with_reserve(LIMITS), period=PERIOD), LIMITS)
+
+
+def test_it_takes_as_long_as_the_motion_and_gets_each_row_of_it() -> None:
+    sink, made = Keep(), motion()
+    start = time.monotonic()
+    state = play(made, sink, Knob(), 100)
+    took = time.monotonic() - start
+    assert state.done
+    assert state.row == state.confirmed == len(np.concatenate(sink.kept))
+    assert took >= made.law.duration - PERIOD
+    again = motion()
+    rows = [again.take(1, 1.0).position]
+    while not again.done:
+        rows.append(again.take(64, 1.0).position)
+    expected = np.concatenate(rows)
+    assert np.array_equal(np.concatenate(sink.kept)[:-1], expected)
+    assert np.array_equal(sink.now()[1], expected[-1])
+
+
+def test_a_hold_rests_on_the_path_and_goes_on() -> None:
+    sink, made, knob = ClockSink(), motion(), Knob()
+    knob.hold()
+    seen: list[float] = []
+
+    def look(state) -> None:
+        seen.append(state.rate)
+        if state.rate == 0.0:
+            knob.hold(False)
+
+    state = play(made, sink, knob, 50, seen=look)
+    assert state.done
+    assert min(seen) == 0.0
+    assert seen[-1] > 0.5
+
+
+def test_periods_without_a_row_are_counted_and_the_axes_wait() -> None:
+    sink = ClockSink()
+    sink.open(("x",), PERIOD, np.zeros(1))
+    sink.write(Rows(1, np.array([[1.0], [2.0]]), ("x",)))
+    while sink.depth():
+        time.sleep(PERIOD)
+    time.sleep(10 * PERIOD)
+    taken = sink.taken()
+    assert taken.row == 2
+    assert taken.underruns >= 9
+    assert sink.now()[1] == 2.0
