@@ -16,10 +16,7 @@ LOOK = 0.005
 
 
 class ClockSink:
-    """A consumer that takes a row each period from the first one on, and waits on the last where there is none.
-
-    An underrun is a period that wanted a row and had none; the clock then goes on from where it stopped.
-    """
+    """A consumer that takes a row each period from the first one on; it runs dry where there is none, and waits."""
 
     paced = True
 
@@ -27,7 +24,7 @@ class ClockSink:
         self._rows: deque[Array] = deque()  # written and not taken
         self._lock = threading.Lock()
         self._period = 0.0
-        self._next = 0.0  # when the next row is due, s of the monotonic clock
+        self._next: float | None = None  # when the next row is due, s of the monotonic clock; None while it waits
         self._at = np.zeros(0)
         self._row = self._underruns = 0
         self._last = False
@@ -35,15 +32,16 @@ class ClockSink:
     def open(self, axes: tuple[str, ...], period: float, start: Array) -> Array:
         """Begin: the axes are where the first row is."""
         self._period, self._at = period, start
-        self._next = time.monotonic() + period
         return start
 
     def write(self, rows: Rows) -> None:
-        """Take more rows."""
+        """Take more rows; the clock starts with the first ones."""
         with self._lock:
-            self._pass()
             self._rows.extend(rows.position)
             self._last = rows.last
+            if self._next is None and (self._row == 0 or self._last):
+                self._next = time.monotonic() + self._period
+            self._pass()
 
     def depth(self) -> int:
         """Rows that are not due yet."""
@@ -51,11 +49,16 @@ class ClockSink:
             self._pass()
             return len(self._rows)
 
+    def restart(self) -> None:
+        """Go on: the clock starts again."""
+        with self._lock:
+            self._next = time.monotonic() + self._period
+
     def taken(self) -> Taken:
         """The row that the axes are at."""
         with self._lock:
             self._pass()
-            return Taken(self._row, self._underruns)
+            return Taken(self._row, self._underruns, dry=self._next is None and self._row > 0 and not self._last)
 
     def now(self) -> tuple[int, Array]:
         """The row that was taken last, 0 before the first, and its position (axes,)."""
@@ -75,14 +78,13 @@ class ClockSink:
             self._rows.clear()
 
     def _pass(self) -> None:
-        """Take the rows that have fallen due."""
+        """Take the rows that have fallen due; where one is due and not there, stop the clock."""
         now = time.monotonic()
-        while self._rows and self._next <= now:
-            self._at = self._rows.popleft()
-            self._row += 1
-            self._next += self._period
-        if not self._rows and self._next <= now:
-            late = int((now - self._next) / self._period) + 1
-            if self._row and not self._last:
-                self._underruns += late
-            self._next += late * self._period
+        while self._next is not None and self._next <= now:
+            if self._rows:
+                self._at = self._rows.popleft()
+                self._row += 1
+                self._next += self._period
+            else:
+                self._next = None
+                self._underruns += not self._last

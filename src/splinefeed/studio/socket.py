@@ -108,7 +108,7 @@ class Socket(WebSocketHandler):
 
     def _order(self, said: dict[str, Any]) -> None:
         if self.house.playing == self.name:
-            self.house.player.order({name: said[name] for name in ("rate", "hold", "stop") if name in said})
+            self.house.player.order({name: said[name] for name in ("rate", "hold", "back", "stop") if name in said})
 
     def _history(self, said: dict[str, Any]) -> None:
         history = self.house.history

@@ -138,7 +138,9 @@ def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     if request.get("play"):
         from splinefeed.studio import playing
 
-        playing.motion_of({"settings": usual}, bench).take(1, 1.0)
+        _, motion = playing.motion_of({"settings": usual}, bench)
+        for _ in range(2):
+            motion.take(8, 1.0)
         return {}
     wanted, made, _ = bench.done(usual)
     results.result(wanted, made, None)

@@ -3,9 +3,10 @@ import { $, show } from "./dom.js";
 
 export class Play {
   constructor(link, settings, picture) {
-    Object.assign(this, { link, settings, picture, on: false, held: false });
+    Object.assign(this, { link, settings, picture, on: false, held: false, back: false });
     $("play").addEventListener("click", () => this.start());
     $("hold").addEventListener("click", () => this.hold(!this.held));
+    $("back").addEventListener("click", () => { this.back = !this.back; this.order({ back: this.back }); this.buttons(); });
     $("stop").addEventListener("click", () => this.order({ stop: true }));
     $("override").addEventListener("input", () => {
       $("override-value").textContent = `${$("override").value} %`;
@@ -42,7 +43,8 @@ export class Play {
 
   buttons() {
     $("play").disabled = $("top").disabled = this.on;
-    $("hold").disabled = $("stop").disabled = !this.on;
+    $("hold").disabled = $("back").disabled = $("stop").disabled = !this.on;
+    $("back").setAttribute("aria-pressed", String(this.back));
     $("hold").setAttribute("aria-pressed", String(this.held));
     $("hold").textContent = this.held ? "Go on" : "Hold";
   }
@@ -65,7 +67,7 @@ export class Play {
   }
 
   reset() {
-    this.on = this.held = false;
+    this.on = this.held = this.back = false;
     show($("play-state"), true);
     this.buttons();
     $("play").disabled = !this.picture.points;
