@@ -16,11 +16,15 @@ LOOK = 0.005
 
 
 class ClockSink:
-    """A consumer that takes a row each period from the first one on; it runs dry where there is none, and waits."""
+    """A consumer that takes a row each period; it runs dry where there is none, and waits.
+
+    fill  rows that must be there before its clock starts, at the beginning and after a restart, or the last one
+    """
 
     paced = True
 
-    def __init__(self) -> None:
+    def __init__(self, fill: int = 1) -> None:
+        self._fill, self._waits = fill, True
         self._rows: deque[Array] = deque()  # written and not taken
         self._lock = threading.Lock()
         self._period = 0.0
@@ -35,12 +39,12 @@ class ClockSink:
         return start
 
     def write(self, rows: Rows) -> None:
-        """Take more rows; the clock starts with the first ones."""
+        """Take more rows; the clock starts when there are enough."""
         with self._lock:
             self._rows.extend(rows.position)
             self._last = rows.last
-            if self._next is None and (self._row == 0 or self._last):
-                self._next = time.monotonic() + self._period
+            if self._waits and (self._last or len(self._rows) >= self._fill):
+                self._waits, self._next = False, time.monotonic() + self._period
             self._pass()
 
     def depth(self) -> int:
@@ -50,15 +54,16 @@ class ClockSink:
             return len(self._rows)
 
     def restart(self) -> None:
-        """Go on: the clock starts again."""
+        """Go on, when there are enough rows again."""
         with self._lock:
-            self._next = time.monotonic() + self._period
+            self._rows.clear()
+            self._waits = True
 
     def taken(self) -> Taken:
         """The row that the axes are at."""
         with self._lock:
             self._pass()
-            return Taken(self._row, self._underruns, dry=self._next is None and self._row > 0 and not self._last)
+            return Taken(self._row, self._underruns, dry=self._next is None and not self._waits and not self._last)
 
     def now(self) -> tuple[int, Array]:
         """The row that was taken last, 0 before the first, and its position (axes,)."""

@@ -33,13 +33,14 @@ def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     knob = Knob()
     _obey(knob, {"rate": request.get("rate", 1.0)})
     law, motion = motion_of(request, bench, knob.rate)
-    sink = ClockSink()
+    ahead = max(round(AHEAD / motion.period), LEAST_ROWS)
+    sink = ClockSink(fill=ahead // 2)
     ended = threading.Event()
     bench.mail.obey = lambda order: _obey(knob, order)
     frames = threading.Thread(target=_show, args=(law, motion, sink, knob, bench, ended), daemon=True)
     frames.start()
     try:
-        state = play(motion, sink, knob, max(round(AHEAD / motion.period), LEAST_ROWS))
+        state = play(motion, sink, knob, ahead)
     finally:
         ended.set()
         frames.join()
