@@ -10,7 +10,7 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test docs test-linuxcnc test-browser lint bench torture clean
+.PHONY: help run test docs test-linuxcnc test-browser test-package lint bench torture clean
 
 help: ## print these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -19,7 +19,7 @@ run: $(VENV)/.installed ## turn the paper's airfoil (or ARGS="FILE ...") into se
 	$(BIN)/splinefeed run $(ARGS)
 
 test: lint ## lint, then the fast tests with the compiler off, then the whole suite
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m "nojit and not torture"
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m "nojit and not torture and not package"
 	$(BIN)/python -m pytest -n 2
 
 test-linuxcnc: $(VENV)/.installed-dev ## play streams into LinuxCNC's HAL, hold programs against its interpreter (as root on Debian it installs LinuxCNC)
@@ -29,6 +29,9 @@ test-linuxcnc: $(VENV)/.installed-dev ## play streams into LinuxCNC's HAL, hold 
 test-browser: $(VENV)/.installed-dev ## drive the studio and the reports in Chromium (as root on Debian it installs it)
 	@command -v chromium >/dev/null || { [ "$$(id -u)" = 0 ] && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium; } || { echo "Chromium is not here: apt-get install chromium (Debian), as root"; exit 1; }
 	$(BIN)/python -m pytest -n 0 -m browser
+
+test-package: $(VENV)/.installed-dev ## build wheel and sdist, install them and each extra into bare environments, and run (from the registry)
+	$(BIN)/python -m pytest -n 0 -m package tests/package
 
 lint: $(VENV)/.installed-dev ## ruff, mypy and the directions between the rooms
 	$(BIN)/ruff check .

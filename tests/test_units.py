@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from splinefeed.errors import UnitError
-from splinefeed.units import KINDS, format_quantity, parse
+from splinefeed.units import KINDS, UNITS, WORDS, format_quantity, parse
 
 
 @pytest.mark.parametrize(
@@ -134,9 +134,25 @@ def test_any_text_gives_a_finite_number_or_a_unit_error(text: str) -> None:
     assert "\n" not in message
 
 
-def test_pint_is_imported_only_for_a_text_with_a_unit() -> None:
+def test_nothing_heavy_is_imported_for_a_unit() -> None:
     program = (
-        "import sys; from splinefeed.units import parse; parse('60', 'feed'); assert 'pint' not in sys.modules; "
-        "parse('60mm/s', 'feed'); assert 'pint' in sys.modules"
+        "import sys; from splinefeed.units import parse; parse('60mm/s', 'feed'); assert 'numpy' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_unit_is_what_the_standards_say(unit: str) -> None:
+    """Inch, foot and mil by the agreement of 1959; g is 9.80665 m/s^2 (CGPM 1901); the rest are SI's prefixes."""
+    exact = {
+        "nm": 1e-6, "um": 1e-3, "mm": 1, "cm": 10, "m": 1e3, "in": 25.4, "thou": 0.0254, "ft": 12 * 25.4,
+        "us": 1e-6, "ms": 1e-3, "s": 1, "min": 60, "h": 3600, "hz": 1, "khz": 1e3, "ipm": 25.4 / 60, "g": 9806.65,
+        "rad": 1, "deg": math.pi / 180, "rev": 2 * math.pi,
+    }  # fmt: skip
+    assert UNITS[unit][0] == pytest.approx(exact[unit], rel=1e-15)
+
+
+@pytest.mark.parametrize(("word", "unit"), WORDS.items())
+def test_a_word_is_its_unit(word: str, unit: str) -> None:
+    kind = {(1, 0, 0): "length", (0, 1, 0): "time", (0, 0, 1): "angle"}[UNITS[unit][1]]
+    assert parse(f"2 {word}", kind) == parse(f"2{unit}", kind)

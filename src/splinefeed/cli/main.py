@@ -34,6 +34,7 @@ COMMANDS = {
     "convert": "From any format to any other, with what was approximated and lost.",
     "machine": "The machines there are, and what a machine file says, in words.",
     "methods": "The interpolation methods.",
+    "completion": "The lines that make a shell complete commands and options by Tab.",
     "version": "The version, with --verbose those of its parts too.",
 }
 

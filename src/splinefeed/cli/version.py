@@ -1,6 +1,9 @@
-"""`splinefeed version`: what is installed here."""
+"""`splinefeed version`: what is installed here, and what it goes by."""
 
 from __future__ import annotations
+
+import re
+from typing import Any
 
 import click
 
@@ -13,29 +16,66 @@ Examples:
   splinefeed version --verbose
 """
 
-#: Everything that splinefeed needs, in the order of the alphabet.
-NEEDED = ("click", "h5py", "matplotlib", "numba", "numpy", "pint", "platformdirs", "rich", "scipy")
+#: Settings of the surroundings that change what splinefeed does, or where it keeps things.
+SETTINGS = ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS", "MPLCONFIGDIR", "SOURCE_DATE_EPOCH")
+#: Extras that users may add, in the order of docs/decisions/0013-extras.md.
+EXTRAS = ("report", "cad", "parquet", "studio", "dask", "mpi")
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--verbose", is_flag=True, help="Versions of what it stands on, and the folder of compiled kernels.")
+@click.option("--verbose", is_flag=True, help="What it stands on, what is not installed, settings and folders.")
 @options.as_json
 def command(verbose: bool, as_json: bool) -> None:
     """Print the version."""
     from splinefeed.cli import output
 
-    page: dict[str, object] = {"splinefeed": __version__}
+    page: dict[str, Any] = {"splinefeed": __version__}
     if verbose:
-        import platform
-
-        from splinefeed.kernels.jit import cache_directory
-        from splinefeed.report.record import version_of
-
-        page |= {"python": platform.python_version(), "system": platform.platform()}
-        page |= {name: version_of(name) for name in NEEDED}
-        page["compiled_kernels"] = str(cache_directory())
+        page |= _surroundings()
     if as_json:
         output.print_json(page)
         return
     for name, value in page.items():
-        output.print_text(f"{name.replace('_', ' '):<17}{value}" if verbose else f"{name} {value}")
+        told = ", ".join(f"{key} {one}" for key, one in value.items()) or "-" if isinstance(value, dict) else value
+        output.print_text(f"{name.replace('_', ' '):<17}{told}" if verbose else f"{name} {told}")
+
+
+def _surroundings() -> dict[str, Any]:
+    """Versions of Python, the system and every package asked for; settings that are set; folders."""
+    import os
+    import platform
+    from pathlib import Path
+
+    import splinefeed
+    from splinefeed.report.record import version_of
+    from splinefeed.interpolation.registry import DEFAULT_METHOD
+    from splinefeed.kernels.jit import cache_directory
+    from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_PERIOD
+
+    page: dict[str, Any] = {"python": platform.python_version(), "system": platform.platform()}
+    page |= {name: version_of(name) for name in _asked_for(None)}
+    page["extras"] = {
+        extra: "installed" if all(version_of(name) for name in _asked_for(extra)) else "not installed"
+        for extra in EXTRAS
+    }
+    page["settings"] = {name: os.environ[name] for name in SETTINGS if name in os.environ}
+    page["defaults"] = {"method": DEFAULT_METHOD, "strategy": DEFAULT_STRATEGY, "period": f"{PAPER_PERIOD:g} s"}
+    page["package"] = str(Path(splinefeed.__file__).parent)
+    page["compiled_kernels"] = str(cache_directory())
+    return page
+
+
+def _asked_for(extra: str | None) -> list[str]:
+    """Names of the packages that splinefeed, or one of its extras, asks for."""
+    from importlib.metadata import PackageNotFoundError, requires
+
+    try:
+        asked = requires("splinefeed") or []
+    except PackageNotFoundError:  # run from a folder, without being installed
+        return []
+    found = []
+    for line in asked:
+        marker = re.search(r"extra\s*==\s*['\"]([\w-]+)['\"]", line)
+        if (marker[1] if marker else None) == extra:
+            found.append(re.split(r"[^\w.-]", line, maxsplit=1)[0])
+    return sorted(name for name in found if name != "splinefeed")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import stat
 import tempfile
 from collections.abc import Callable
 from functools import lru_cache
@@ -21,14 +22,18 @@ _ROOMS = ("kernels", "interpolation")
 
 @lru_cache(maxsize=1)
 def cache_directory() -> Path:
-    """Folder of the compiled kernels: below $NUMBA_CACHE_DIR, the user's cache folder, or the temporary folder."""
+    """Folder of the compiled kernels: below $NUMBA_CACHE_DIR, the user's cache folder, or the temporary folder.
+
+    Numba runs the machine code that it finds there, so below the temporary folder, where anybody may have been first,
+    only a folder counts that is ours and that nobody else can write to.
+    """
     package = Path(__file__).parents[1]
     digest = hashlib.sha256(numba.__version__.encode())
     for room in _ROOMS:
         for source in sorted((package / room).glob("*.py")):
             digest.update(source.read_bytes())
     name = f"splinefeed-{digest.hexdigest()[:16]}"
-    for base in (os.environ.get("NUMBA_CACHE_DIR"), _user_cache(), tempfile.gettempdir()):
+    for base in (os.environ.get("NUMBA_CACHE_DIR"), _user_cache(), _own_temporary()):
         if base:
             folder = Path(base) / "splinefeed" / name
             try:
@@ -47,6 +52,21 @@ def _user_cache() -> str | None:
         return platformdirs.user_cache_dir(appauthor=False)
     except (RuntimeError, KeyError):  # no HOME and no entry in the password file
         return None
+
+
+def _own_temporary() -> str | None:
+    """A folder of this user alone below the temporary one; None if another user's stands in its place."""
+    folder = Path(tempfile.gettempdir()) / f"splinefeed-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    if not stat.S_ISDIR(status.st_mode):  # a link leads elsewhere
+        return None
+    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
+        return None
+    return str(folder)
 
 
 def kernel(function: F) -> F:

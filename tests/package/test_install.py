@@ -1,0 +1,100 @@
+"""The wheel in bare environments, one for each Python at hand, and each extra in turn: `make test-package`.
+
+Needs a package registry, some minutes and some gigabytes; that is why it is not part of `make test`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from docs_pages import ROOT
+
+pytestmark = [pytest.mark.package, pytest.mark.timeout(1800)]
+
+VERSIONS = ("3.11", "3.12", "3.13")
+#: What shows that an extra works, from an empty folder.
+JOBS = {
+    "report": "import splinefeed.report.html as page; assert page.available()",
+    "parquet": "import splinefeed as sf; sf.save(sf.run(sf.shapes.line()).points, 'a.parquet'); sf.load('a.parquet')",
+    "cad": "import splinefeed as sf; sf.write(sf.shapes.butterfly(), 'a.step'); assert sf.read('a.step').length > 380",
+    "studio": "import tornado, plotly",
+    "dask": (
+        "from distributed import Client\n"
+        "import splinefeed as sf\n"
+        "if __name__ == '__main__':\n"
+        "    with Client(n_workers=1, threads_per_worker=1, dashboard_address=None) as client:\n"
+        "        rows = list(sf.sweep({'name': 'a', 'sources': ['line'], 'grid': {'limits.feed': [30, 60]}},\n"
+        "                             client.get_executor(pure=False)))\n"
+        "    assert [row['status'] for row in rows] == ['ok', 'ok'], rows\n"
+    ),
+    "all": "import tornado, plotly, pyarrow, distributed, OCP, rhino3dm",
+}
+
+
+#: Extras that are installed with the first of the versions only.
+HEAVY = ("cad", "all")
+
+
+def interpreter(version: str) -> str | None:
+    """A Python of that version that starts, on the path or among pyenv's."""
+    places = [shutil.which(f"python{version}")]
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    places += [str(place) for place in sorted(pyenv.glob(f"{version}.*/bin/python"))]
+    asked = "import sys, venv, ensurepip; print('%d.%d' % sys.version_info[:2])"
+    for place in filter(None, places):
+        answer = subprocess.run([place, "-c", asked], capture_output=True, text=True)
+        if answer.returncode == 0 and answer.stdout.strip() == version:
+            return place
+    return None
+
+
+def quietly(*words, **options) -> subprocess.CompletedProcess[str]:
+    clean = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, env=clean, **options)
+    assert done.returncode == 0, f"{words}\n{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
+    return done
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    quietly(sys.executable, "-m", "build", "--wheel", "--outdir", folder, ROOT)
+    (file,) = folder.glob("*.whl")
+    return file
+
+
+@pytest.fixture(scope="module", params=VERSIONS)
+def bare(request, tmp_path_factory, wheel) -> Path:
+    """The bin folder of an environment with the wheel and nothing else that was not asked for."""
+    python = interpreter(request.param)
+    if python is None:
+        pytest.skip(f"no Python {request.param} at hand")
+    folder = tmp_path_factory.mktemp(f"python{request.param}")
+    quietly(python, "-m", "venv", folder / "venv")
+    bin_folder = folder / "venv" / ("Scripts" if os.name == "nt" else "bin")
+    quietly(bin_folder / "python", "-m", "pip", "install", "--quiet", wheel)
+    return bin_folder
+
+
+def test_the_main_job_runs_from_an_empty_folder(bare, tmp_path):
+    told = json.loads(quietly(bare / "splinefeed", "run", "--json", cwd=tmp_path).stdout)
+    assert told["ok"] is True
+    assert (tmp_path / "splinefeed-naca0025/setpoints.h5").exists()
+    packages = json.loads(quietly(bare / "python", "-m", "pip", "list", "--format", "json").stdout)
+    assert len({each["name"] for each in packages} - {"pip", "setuptools", "splinefeed"}) <= 25
+
+
+@pytest.mark.parametrize("extra", JOBS)
+def test_each_extra_does_its_job(bare, wheel, extra, tmp_path):
+    if extra in HEAVY and not bare.parents[1].name.startswith(f"python{VERSIONS[0]}"):
+        pytest.skip("400 MB once is enough")
+    quietly(bare / "python", "-m", "pip", "install", "--quiet", f"{wheel}[{extra}]")
+    (tmp_path / "job.py").write_text(JOBS[extra])
+    quietly(bare / "python", "job.py", cwd=tmp_path)

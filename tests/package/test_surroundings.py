@@ -1,0 +1,143 @@
+"""Where splinefeed runs: without a network, without HOME, from a package that nobody can write to, under any name."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import splinefeed as sf
+from docs_pages import ROOT
+from splinefeed.kernels import jit
+
+PACKAGE = Path(sf.__file__).parent
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONWARNINGS": "error"}
+
+#: Ends the program at the first thing that could reach another machine.
+WITHOUT_NETWORK = """
+import sys
+def watch(event, arguments):
+    if event in ("socket.connect", "socket.getaddrinfo", "socket.gethostbyname", "socket.sendto", "socket.bind"):
+        raise SystemExit(f"{event} {arguments[1:]}")
+sys.addaudithook(watch)
+from splinefeed.cli.main import main
+main()
+"""
+
+
+def call(*words, environment=None, **options):
+    return subprocess.run(
+        [sys.executable, *words], env=environment or ENVIRONMENT, capture_output=True, text=True, timeout=250, **options
+    )
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_run_opens_no_connection(folder):
+    words = ("run", "line", "--feed", "60", "--accel", "500", "--jerk", "20000", "--no-compare", "--json", "-o", "out")
+    result = call("-c", WITHOUT_NETWORK, *words)
+    assert result.returncode == 0, result.stderr
+    page = json.loads(result.stdout)
+    assert page["ok"] and Path("out/setpoints.h5").exists()
+
+
+def test_the_watch_above_sees_a_connection(folder):
+    program = WITHOUT_NETWORK.partition("from splinefeed")[0] + "import socket; socket.create_connection(('::1', 9))"
+    assert "socket." in call("-c", program).stderr
+
+
+def homeless(folder: Path) -> dict[str, str]:
+    """An environment whose HOME can hold nothing, and whose temporary folder is `folder`."""
+    kept = {name: value for name, value in ENVIRONMENT.items() if not re.match(r"(XDG_|NUMBA_|HOME$|USER)", name)}
+    return {**kept, "HOME": os.devnull, "XDG_CACHE_HOME": os.devnull, "TMPDIR": str(folder)}
+
+
+def test_without_a_home_kernels_go_to_a_folder_of_ones_own(folder):
+    before = sorted(PACKAGE.rglob("*.nb*"))
+    program = (
+        "from splinefeed.kernels import jit\n"
+        "@jit.kernel\n"
+        "def twice(x):\n"
+        "    return 2.0 * x\n"
+        "assert twice(21.0) == 42.0\n"
+        "print(jit.cache_directory())\n"
+    )
+    (folder / "one.py").write_text(program)
+    result = call("one.py", environment=homeless(folder))
+    assert result.returncode == 0, result.stderr
+    place = Path(result.stdout.strip())
+    assert place.is_relative_to(folder) and list(place.rglob("*.nbi"))
+    assert sorted(PACKAGE.rglob("*.nb*")) == before  # nothing beside the package, where it may be read-only
+    if hasattr(os, "getuid"):
+        assert stat.S_IMODE((folder / f"splinefeed-{os.getuid()}").stat().st_mode) == 0o700
+
+
+def test_without_a_home_the_command_works(folder):
+    result = call("-m", "splinefeed", "version", "--verbose", "--json", environment=homeless(folder))
+    assert result.returncode == 0, result.stderr
+    assert json.loads(result.stdout)["compiled_kernels"].startswith(str(folder))
+    assert call("-m", "splinefeed", "methods", environment=homeless(folder)).returncode == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders of others are a matter of POSIX")
+def test_a_folder_that_others_could_fill_is_not_loaded_from(tmp_path, monkeypatch):
+    monkeypatch.setattr(jit.tempfile, "gettempdir", lambda: str(tmp_path))
+    own = tmp_path / f"splinefeed-{os.getuid()}"
+    assert jit._own_temporary() == str(own)
+    own.chmod(0o777)
+    assert jit._own_temporary() is None
+    own.rmdir()
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    own.symlink_to(elsewhere)
+    assert jit._own_temporary() is None
+    own.unlink()
+    own.write_text("a file")
+    assert jit._own_temporary() is None
+
+
+def test_python_m_splinefeed_is_the_command():
+    assert call("-m", "splinefeed", "version").stdout == f"splinefeed {sf.__version__}\n"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_prints_what_the_shell_reads(shell):
+    text = call("-m", "splinefeed", "completion", shell).stdout
+    assert "_SPLINEFEED_COMPLETE" in text and "splinefeed" in text
+    page = json.loads(call("-m", "splinefeed", "completion", shell, "--json").stdout)
+    assert (page["shell"], page["script"].strip()) == (shell, text.strip())
+
+
+def test_completion_knows_commands_and_options():
+    def completed(words: str, at: int) -> set[str]:
+        asked = {**ENVIRONMENT, "_SPLINEFEED_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(at)}
+        return {line.partition(",")[2] for line in call("-m", "splinefeed", environment=asked).stdout.splitlines()}
+
+    assert completed("splinefeed me", 1) == {"methods"}
+    assert {"--axis-accel", "--axis-jerk"} <= completed("splinefeed run --axis-", 2)
+
+
+def test_version_tells_packages_extras_settings_and_folders():
+    environment = {**ENVIRONMENT, "NUMBA_NUM_THREADS": "1"}
+    page = json.loads(call("-m", "splinefeed", "version", "--verbose", "--json", environment=environment).stdout)
+    assert page["splinefeed"] == sf.__version__
+    assert page["settings"]["NUMBA_NUM_THREADS"] == "1"
+    assert page["defaults"]["method"] == "milne-simpson-anchored"
+    assert {"report", "cad", "parquet", "studio", "dask", "mpi"} == set(page["extras"])
+    assert Path(page["package"]) == PACKAGE
+
+
+def test_the_citation_names_this_version_and_the_paper():
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {sf.__version__}\n" in text
+    assert "\nlicense: MIT\n" in text and "Milne-Simpson" in text
