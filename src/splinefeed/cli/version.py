@@ -47,10 +47,10 @@ def _surroundings() -> dict[str, Any]:
     from pathlib import Path
 
     import splinefeed
-    from splinefeed.report.record import version_of
     from splinefeed.interpolation.registry import DEFAULT_METHOD
     from splinefeed.kernels.jit import cache_directory
     from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_PERIOD
+    from splinefeed.report.record import version_of
 
     page: dict[str, Any] = {"python": platform.python_version(), "system": platform.platform()}
     page |= {name: version_of(name) for name in _asked_for(None)}
