@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import splinefeed as sf
-from splinefeed.feed.override import Override, with_reserve
+from splinefeed.feed.override import Override
+from splinefeed.feed.reserve import with_reserve
 from splinefeed.report import theme
 
 LIMITS = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500, axis_jerk=20000)

@@ -23,8 +23,8 @@ def calls() -> list[tuple[str, str]]:
             if block.language not in ("", "sh", "bash", "console"):
                 continue
             for line in block.text.splitlines():
-                # behind two blanks a remark begins, with or without its #
-                call = CALL.match(re.split(r"\s{2,}|\s#", line.strip())[0])
+                # behind two blanks a remark begins, with or without its #; behind | and > is what the shell does
+                call = CALL.match(re.split(r"\s{2,}|\s#|\s[|>]", line.strip())[0])
                 if call:
                     found.append((name(page), call["words"]))
     return found

@@ -8,9 +8,9 @@ from splinefeed.cli import options
 
 EXAMPLES = """\b
 Examples:
-  eval "$(splinefeed completion bash)"           for this terminal; the same line in ~/.bashrc for all
-  eval "$(splinefeed completion zsh)"            the same in ~/.zshrc
-  splinefeed completion fish | source            the same in ~/.config/fish/config.fish
+  splinefeed completion bash >> ~/.bashrc
+  splinefeed completion zsh >> ~/.zshrc
+  splinefeed completion fish > ~/.config/fish/completions/splinefeed.fish
 """
 
 #: Under this name the shell asks the command for what could come next.

@@ -36,7 +36,7 @@ def command(verbose: bool, as_json: bool) -> None:
         output.print_json(page)
         return
     for name, value in page.items():
-        told = ", ".join(f"{key} {one}" for key, one in value.items()) or "-" if isinstance(value, dict) else value
+        told = ", ".join(f"{key} {one}" for key, one in value.items()) if isinstance(value, dict) else value
         output.print_text(f"{name.replace('_', ' '):<17}{told}" if verbose else f"{name} {told}")
 
 
@@ -58,7 +58,7 @@ def _surroundings() -> dict[str, Any]:
         extra: "installed" if all(version_of(name) for name in _asked_for(extra)) else "not installed"
         for extra in EXTRAS
     }
-    page["settings"] = {name: os.environ[name] for name in SETTINGS if name in os.environ}
+    page["settings"] = {name: os.environ.get(name, "not set") for name in SETTINGS}
     page["defaults"] = {"method": DEFAULT_METHOD, "strategy": DEFAULT_STRATEGY, "period": f"{PAPER_PERIOD:g} s"}
     page["package"] = str(Path(splinefeed.__file__).parent)
     page["compiled_kernels"] = str(cache_directory())
