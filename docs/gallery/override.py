@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import splinefeed as sf
+from splinefeed.feed.course import LawCourse
 from splinefeed.feed.override import Override
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.report import theme
@@ -22,7 +23,7 @@ def picture() -> Figure:
     law = sf.plan(path, with_reserve(LIMITS), strategy="time-optimal", period=PERIOD)
     t = np.arange(1, 20000) * PERIOD
     starts, rates = np.array(KNOB).T
-    ran = Override(path, law, LIMITS).run(rates[np.searchsorted(starts, t, side="right") - 1])
+    ran = Override(LawCourse(path, law), LIMITS).run(rates[np.searchsorted(starts, t, side="right") - 1])
     t = t[: len(ran)]
     feed = np.diff(law(np.concatenate([[0.0], ran.tau]))) / PERIOD
     figure = theme.new_figure(7.2, 4.4, "An ellipse under the knob", grid=(2, 1), gaps=(0.0, 0.55), titles=1)
