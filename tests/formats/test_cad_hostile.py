@@ -103,14 +103,6 @@ def test_changed_files_give_curves_or_an_error_of_ours(tmp_path: Path, data_dir:
     fuzz(small(kind, tmp_path, data_dir), 30, repair)
 
 
-@pytest.mark.torture
-@pytest.mark.timeout(0)
-@pytest.mark.parametrize("kind", SMALL)
-@pytest.mark.parametrize("repair", [False, True])
-def test_a_hundred_thousand_changed_files(tmp_path: Path, data_dir: Path, kind: str, repair: bool) -> None:
-    fuzz(small(kind, tmp_path, data_dir), 50_000, repair)
-
-
 @pytest.mark.parametrize("suffix", [".stp", ".igs", ".3dm"])
 @pytest.mark.parametrize(
     "content",

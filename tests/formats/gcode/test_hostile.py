@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fuzzing
 import splinefeed as sf
 from splinefeed.errors import FormatError, SplinefeedError
 from splinefeed.formats.gcode import reader
@@ -29,89 +30,6 @@ SAMPLES = (
     "linuxcnc_nurbs.ngc",
     "gcodetoolpath_one-inch-circle.nc",
 )
-#: Words of all dialects, and what is none.
-BAG = [
-    *[
-        "G0",
-        "G1",
-        "G2",
-        "G3",
-        "G5",
-        "G5.1",
-        "G5.2",
-        "G5.3",
-        "G6.2",
-        "G4",
-        "G10",
-        "G20",
-        "G28",
-        "G53",
-        "G55",
-        "G61.1",
-        "G64",
-        "G91",
-        "G92",
-        "G93",
-        "G18",
-        "G90.1",
-    ],
-    *[
-        "X",
-        "Y",
-        "Z",
-        "A",
-        "I",
-        "J",
-        "K",
-        "R",
-        "P1",
-        "P-2",
-        "Q3",
-        "L2",
-        "L99",
-        "K0",
-        "K1",
-        "F1",
-        "F0",
-        "S5",
-        "M3",
-        "M30",
-        "#1=2",
-        "#1",
-        "[",
-        "]",
-        "[1/0]",
-        "nan",
-        "1e9",
-        "-.5",
-        "9999999999",
-        ";",
-        "(",
-        ")",
-        "%",
-        "/",
-    ],
-    *[
-        "BSPLINE",
-        "PL=1",
-        "PW=0.5",
-        "SD=3",
-        "X=3",
-        "CR=2",
-        "SPL",
-        "K3X1",
-        "CC",
-        "CR",
-        "DR+",
-        "LX+1",
-        "IX-2",
-        "O1sub",
-        "~",
-        "\x00",
-        "é",
-    ],
-    *"\n\n\n\n\n\n",
-]
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -123,33 +41,12 @@ def test_files_that_end_too_early(tmp_path: Path, data_dir: Path, name: str) -> 
         survives(file, repair=bool(end & 1))
 
 
-def noise(rng: np.random.Generator, whole: bytes) -> bytes:
-    """A program with some of its bytes changed, doubled or lost, or words from a bag."""
-    if rng.random() < 0.4:
-        return " ".join(rng.choice(BAG, rng.integers(1, 60))).encode()
-    data = bytearray(whole)
-    for _ in range(int(rng.integers(1, 8))):
-        at = int(rng.integers(len(data)))
-        kind = rng.integers(4)
-        if kind == 0:
-            data[at] = int(rng.integers(256))
-        elif kind == 1:
-            del data[at : at + int(rng.integers(1, 30))]
-        elif kind == 2:
-            data[at:at] = data[max(0, at - 20) : at]
-        else:
-            data[at:at] = bytes(rng.integers(32, 127, int(rng.integers(1, 6))).astype(np.uint8))
-        if not data:
-            return b"G"
-    return bytes(data)
-
-
 def fuzz(folder: Path, data_dir: Path, seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)
     files = [(data_dir / "gcode" / name).read_bytes()[:600] for name in SAMPLES]
     file = folder / "noise.ngc"
     for i in range(count):
-        file.write_bytes(noise(rng, files[i % len(files)]))
+        file.write_bytes(fuzzing.program(rng, files[i % len(files)]))
         options = {"repair": bool(rng.integers(2))}
         if rng.random() < 0.5:
             options |= {"dialect": str(rng.choice(list(DIALECTS)))}
@@ -158,12 +55,6 @@ def fuzz(folder: Path, data_dir: Path, seed: int, count: int) -> None:
 
 def test_noise(tmp_path: Path, data_dir: Path) -> None:
     fuzz(tmp_path, data_dir, 0, 300)
-
-
-@pytest.mark.torture
-@pytest.mark.parametrize("seed", range(1, 21))
-def test_noise_a_hundred_thousand_times(tmp_path: Path, data_dir: Path, seed: int) -> None:
-    fuzz(tmp_path, data_dir, seed, 5000)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,244 @@
+"""Files changed at random: what every reader must survive, in bounded time and memory.
+
+`python tests/fuzzing.py KIND SEED COUNT` reads COUNT changed files of a kind in this process, under limits of memory
+and of time for each, and prints what came of them; the tests of `make torture` run it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import resource
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+DATA = Path(__file__).parent / "data"
+#: Longest time for one file, s, and address space of the whole process, bytes; the CAD libraries have their own limits.
+MOST_SECONDS, MOST_MEMORY = 60, 6 * 2**30
+#: Files up to this size are changed, bytes: larger ones take long and are of the same kind.
+LARGEST = 40_000
+#: What is put into a file of any kind in place of something else, and into programs.
+SPLINTERS = [
+    b"nan", b"inf", b"-1", b"0", b"1e400", b"999999999999", b"", b"\n", b"\0", b"\xff", b"z", b"A", b"#", b"%", b'"',
+    b"1_0", b",", b"(", b")", b"'", b"$", b"#1", b"\xff\xff\xff\x7f", b"1e308", b"null", b"[", b"]", b"{", b"}", b"<g>",
+    b"  0\nENDSEC\n", b"</g>", b"LINE", b"SPLINE", b"INSERT", b"40", b"10", b"*", b"<style>", b"path{", b"em", b"%;",
+]  # fmt: skip
+WORDS = [
+    "G0",
+    "G1",
+    "G2",
+    "G3",
+    "G5",
+    "G5.1",
+    "G5.2",
+    "G5.3",
+    "G6.2",
+    "G4",
+    "G10",
+    "G20",
+    "G28",
+    "G53",
+    "G55",
+    "G61.1",
+    "G64",
+    "G91",
+    "G92",
+    "G93",
+    "G18",
+    "G90.1",
+    "X",
+    "Y",
+    "Z",
+    "A",
+    "I",
+    "J",
+    "K",
+    "R",
+    "P1",
+    "P-2",
+    "Q3",
+    "L2",
+    "L99",
+    "K0",
+    "K1",
+    "F1",
+    "F0",
+    "S5",
+    "M3",
+    "M30",
+    "#1=2",
+    "#1",
+    "[",
+    "]",
+    "[1/0]",
+    "nan",
+    "1e9",
+    "-.5",
+    "9999999999",
+    ";",
+    "(",
+    ")",
+    "%",
+    "/",
+    "BSPLINE",
+    "PL=1",
+    "PW=0.5",
+    "SD=3",
+    "X=3",
+    "CR=2",
+    "SPL",
+    "K3X1",
+    "CC",
+    "CR",
+    "DR+",
+    "LX+1",
+    "IX-2",
+    "O1sub",
+    "~",
+    "\x00",
+    "é",
+    "X=IC(5)",
+    "I=AC(1)",
+    "STOP",
+    "T5",
+    "M6",
+    "TRAORI",
+] + ["\n"] * 8
+
+
+def changed(rng: np.random.Generator, content: bytes) -> bytes:
+    """`content` with some bytes taken out, put in, doubled or moved; sometimes cut off."""
+    data = bytearray(content)
+    digits = [i for i, byte in enumerate(data) if 48 <= byte <= 57]
+    for _ in range(int(rng.geometric(0.4))):
+        at, other = (int(value) for value in rng.integers(0, max(len(data), 1), 2))
+        kind = rng.integers(8)
+        if kind > 5 and digits:  # only another number
+            place = min(digits[rng.integers(len(digits))], len(data) - 1)
+            data[place : place + 1] = b"%d" % rng.integers(10)
+            continue
+        if kind == 0:
+            data[at : at + 1] = bytes([int(rng.integers(256))])
+        elif kind == 1:
+            del data[at : at + int(rng.integers(1, 30))]
+        elif kind == 2:
+            data[at:at] = data[other : other + int(rng.integers(1, 200))]
+        elif kind == 3:
+            data[at : at + 4] = rng.bytes(4)
+        else:
+            data[at : at + int(rng.integers(0, 30))] = SPLINTERS[rng.integers(len(SPLINTERS))]
+        if rng.random() < 0.03:
+            del data[int(rng.integers(1, len(data) + 2)) :]
+    return bytes(data) or b"0"
+
+
+def program(rng: np.random.Generator, content: bytes) -> bytes:
+    """A changed program, or words of all dialects in no order."""
+    if rng.random() < 0.4:
+        return " ".join(rng.choice(WORDS, rng.integers(1, 60))).encode()
+    return changed(rng, content[:600])
+
+
+def seeds(kind: str, folder: Path) -> Iterator[bytes]:
+    """Sound files of a kind, those of others and one that is made here."""
+    import splinefeed as sf
+
+    suffixes = {"dxf": ".dxf", "svg": ".svg", "json": ".json", "airfoil": ".dat", "iges": ".igs", "3dm": ".3dm",
+                "csv": ".csv", "npz": ".npz", "h5": ".h5", "step": ".stp", "gcode": ".ngc"}  # fmt: skip
+    made = folder / f"seed{suffixes[kind]}"
+    if kind in ("csv", "npz", "h5"):
+        path = sf.shapes.circle(5.0)
+        law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), strategy="seven-phase", period=5e-3)
+        sf.save(sf.interpolate(path, law, period=5e-3), made)
+    elif kind in ("dxf", "svg", "json", "step", "gcode"):
+        sf.write(sf.shapes.circle(5.0), made)
+    if made.exists():
+        yield made.read_bytes()
+    if kind in ("dxf", "svg", "json", "airfoil", "gcode", "iges", "3dm"):
+        for file in sorted((DATA / kind).iterdir()):
+            if file.stat().st_size <= LARGEST:
+                yield file.read_bytes()
+    if kind == "svg":
+        yield (
+            b'<svg width="9mm" viewBox="0 0 9 9"><style>g > .a, #b path:first-child {display:none;transform:scale(2)}'
+            b'</style><symbol id="s" viewBox="0 0 5 5"><rect width="1em" height="50%"/></symbol><g font-size="2em">'
+            b'<use href="#s" x="1" width="3"/><path class="a" style="transform:rotate(3deg)" d="M0 0 h5"/></g></svg>'
+        )
+    if kind == "json":
+        yield (DATA / "curves" / "butterfly.json").read_bytes()
+
+
+def reader(kind: str) -> Callable[[Path, bool], Any]:
+    """What reads a file of a kind, strictly or repairing."""
+    import splinefeed as sf
+    from splinefeed.formats.registry import FORMATS, read_all
+
+    if kind in ("csv", "npz", "h5"):
+        return lambda file, repair: sf.load(file)
+    modules = {"json": "json_curve", "3dm": "threedm"}
+    module = next(each for each in FORMATS if each.module == modules.get(kind, kind))
+    takes_repair = kind not in ("json", "airfoil")
+
+    def read(file: Path, repair: bool) -> Any:
+        made = file.with_suffix(module.suffixes[0])
+        made.write_bytes(file.read_bytes())
+        return read_all(made, repair=repair) if takes_repair else read_all(made)
+
+    return read
+
+
+def fuzz(kind: str, seed: int, count: int, folder: Path, say: Callable[[str], None] = lambda text: None) -> str:
+    """Read `count` changed files; what came of them. AssertionError with the file that brought about anything else."""
+    from splinefeed.errors import SplinefeedError
+
+    rng = np.random.default_rng(seed)
+    sound, read = list(seeds(kind, folder)), reader(kind)
+    change = program if kind == "gcode" else changed
+    suffix = {"csv": ".csv", "npz": ".npz", "h5": ".h5"}.get(kind, ".bin")
+    file = folder / f"changed{suffix}"
+    came = slowest = 0.0
+    for i in range(count):
+        content = change(rng, sound[i % len(sound)])
+        file.write_bytes(content)
+        start = time.monotonic()
+        signal.alarm(MOST_SECONDS)
+        try:
+            read(file, bool(rng.integers(2)))
+            came += 1
+        except SplinefeedError as error:
+            assert "\n" not in str(error) and len(str(error)) < 1000, f"{kind}, seed {seed}, input {i}: {error}"
+        except BaseException as error:
+            kept = Path(tempfile.gettempdir()) / f"fuzzed-{kind}-{seed}-{i}{suffix}"
+            kept.write_bytes(content)
+            raise AssertionError(f"{kind}, seed {seed}, input {i}, kept as {kept}: {error!r}") from error
+        finally:
+            signal.alarm(0)
+        slowest = max(slowest, time.monotonic() - start)
+        if i % 1000 == 999:
+            say(f"{kind}: {i + 1} inputs")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return f"{kind}: {count} inputs, {came:.0f} read, the slowest {slowest:.1f} s, peak {peak:.0f} MB"
+
+
+def _too_long(*_: object) -> None:
+    raise TimeoutError(f"more than {MOST_SECONDS} s")
+
+
+def main() -> None:
+    """Run as a program: see above."""
+    kind, seed, count = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    signal.signal(signal.SIGALRM, _too_long)
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(sys.stderr):
+        found = fuzz(kind, seed, count, Path(folder), lambda text: print(text, file=sys.stderr, flush=True))
+    print(found)
+
+
+if __name__ == "__main__":
+    main()
