@@ -28,7 +28,7 @@ def test_a_hundred_thousand_changed_files_under_limits(kind: str, capsys: pytest
     home = str(Path(splinefeed.__file__).parent.parent)
     done = subprocess.run(
         [sys.executable, fuzzing.__file__, kind, str(SEED), str(INPUTS)],
-        env={**os.environ, "PYTHONPATH": home}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": home}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
     with capsys.disabled():
@@ -46,7 +46,6 @@ def test_inputs_found_by_coverage(kind: str, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, str(target), kind, str(tmp_path), f"-runs={INPUTS}", f"-seed={SEED % 2**31}",
          "-timeout=60", "-rss_limit_mb=6000", "-max_len=8000", "-verbosity=0"],
-        env={**os.environ, "PYTHONPATH": home}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
-        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": home}, capture_output=True, text=True, check=False, cwd=tmp_path,
     )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-3000:]
+    assert done.returncode == 0, done.stderr[-3000:]
