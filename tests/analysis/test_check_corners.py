@@ -1,4 +1,4 @@
-"""Corners in passing, as the check sees them by setpoints alone."""
+"""Corners in passing, outliers of a few roundings, and rotary axes alone, as the check sees them by setpoints alone."""
 
 from __future__ import annotations
 
@@ -53,3 +53,35 @@ def test_only_neighbouring_stops_are_neighbours():
     rests = np.array([0.0, 1.0, 5.0])
     begin, end = np.array([0.0, 0.0, 1.0 + 1e-12, 0.5, 1.0]), np.array([1.0, 5.0, 5.0, 1.0, 4.9])
     assert neighbours(rests, begin, end, 1e-9).tolist() == [True, False, True, False, False]
+
+
+@pytest.mark.parametrize("tick", [1, 2, 250, 498, 499])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_an_outlier_of_a_few_roundings_is_found_where_it_is(tick, axis):
+    path = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0], [30, 40]])])
+    s = np.arange(501) * path.length / 500
+    limits = sf.Limits(
+        feed=1e6, axis_jerk=1e-12, start_feed=path.length / 0.5, end_feed=path.length / 0.5, acceleration=1e9
+    )
+    position = path(s)
+    position[tick, axis] += 5 * np.finfo(float).eps * (path.length + np.max(np.abs(position[:, axis])))
+    nothing = np.full(501, np.nan)
+    points = sf.Setpoints(
+        t=np.arange(501) * 1e-3, curve=np.zeros(501, dtype=int), u=nothing, s=nothing, feed=nothing,
+        position=position, axes=path.axes, period=1e-3, method="other",
+    )  # fmt: skip
+    verdict = sf.check(points, path, limits)
+    name = f"axis_jerk.{'xy'[axis]}"
+    assert [n for n, result in verdict.limits.items() if not result.holds] == [name]
+    assert abs(verdict.limits[name].at_t - tick * 1e-3) < 2.5e-3
+
+
+def test_moves_of_rotary_axes_alone_are_said_to_be_in_degrees():
+    move = sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0], [10, 0]])
+    turn = sf.NurbsCurve(1, [0, 0, 1, 1], [[10, 0], [10, 1]])
+    limits = sf.Limits(feed=60, acceleration=500, jerk=20000)
+    for curves, note in (([move, turn], "on 1 of 2 curves, the first from s = 10 mm"), ([move], None)):
+        path = sf.Path(curves, axes=("x", "a"))
+        points = sf.interpolate(path, sf.plan(path, limits, period=1e-3))
+        notes = sf.check(points, path, limits).notes
+        assert (len(notes) == 0) if note is None else notes[0].startswith(note)

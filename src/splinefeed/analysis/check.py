@@ -125,6 +125,12 @@ def _verdict(judge: Judge, first: Setpoints, law: TimeLaw | None) -> Verdict:
         results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
     if judge.short is not None:
         notes.append(f"the last period is a short one of {judge.short:.9g} s; differences over it have a higher floor")
+    if len(judge.bounds.turning):
+        notes.append(
+            f"on {len(judge.bounds.turning)} of {len(path.curves)} curves, the first from s = "
+            f"{judge.bounds.turning[0]:.6g} mm, rotary axes move alone: there 1 mm along the path stands for 1 degree, "
+            "in s and in its feed, acceleration and jerk"
+        )
     if not judge.placed:
         notes.append("the setpoints say no u: they were placed on the path by nearest points, one after the other")
     problems += [_limit_sentence(name, result) for name, result in results.items() if not result.holds]

@@ -9,6 +9,7 @@ import numpy as np
 
 from splinefeed.analysis.check_corners import passable
 from splinefeed.geometry.path import Path
+from splinefeed.kernels import pieces as rows
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, Limits
 
 #: The limit of how much the velocity of an axis may jump at a corner.
@@ -84,6 +85,17 @@ class Bounds:
         if self.limits.axis_velocity_step is None:
             return np.zeros(0), np.zeros((0, len(self.path.axes)))
         return passable(self.path)
+
+    @cached_property
+    def turning(self) -> Array:
+        """Arc lengths, mm, at which the curves begin on which rotary axes move alone, (k,)."""
+        path = self.path
+        degree, axes, linear, _ = path.shape
+        if linear > 0:  # so says the shape where every curve moves a linear axis
+            return np.zeros(0)
+        first = rows.ORIGIN + axes
+        moved = np.any(path.table[:, first : first - linear * (degree + 1)] != 0.0, axis=1)
+        return path.curve_starts[:-1][~np.logical_or.reduceat(moved, path.curve_rows[:, 0])]
 
     @cached_property
     def waits(self) -> Array:
