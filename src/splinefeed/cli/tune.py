@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,10 +13,8 @@ from splinefeed.cli.failures import DONE, NOT_KEPT
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
     from splinefeed.machine.table import Table
+    from splinefeed.pipeline.tuned import TunedMachine
     from splinefeed.simulation.curves import TunedAxis
-
-    #: The machine with new gains, its page of numbers, and a function that makes what figures show.
-    Tuned = tuple[Table, dict[str, Any], Callable[[], list[TunedAxis]]]
 
 EXAMPLES = """\b
 Examples:
@@ -100,24 +98,24 @@ def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
             )
     on_path = given["rule"] == PATH_RULE
     _check_options(given, on_path)
-    new, page, pictures = (_on_path if on_path else _by_rule)(table, names, given, say)
+    found = (_on_path if on_path else _by_rule)(table, names, given, say)
     page = plain(
         {
-            "ok": all(each["margins"]["stable"] for each in page["axes"].values()),
+            "ok": all(each["margins"]["stable"] for each in found.page["axes"].values()),
             "machine": table.name,
             "machine_file": machine,
             "rule": given["rule"],
-            **page,
+            **found.page,
             "program": f"splinefeed {splinefeed.__version__}",
         }
     )
     files: list[str] = []
     if given["machine_file"]:
-        new.save(given["machine_file"])
+        found.table.save(given["machine_file"])
         files.append(given["machine_file"])
     if given["output"] is not None:
         say("drawing")
-        files += _draw(given["output"], table, page, pictures())
+        files += _draw(given["output"], table, page, found.curves())
     return {**page, "files": files}
 
 
@@ -133,52 +131,22 @@ def _check_options(given: Mapping[str, Any], on_path: bool) -> None:
             raise InputError(f"--{spelled.get(name, name).replace('_', '-')}: {use}, not for {given['rule']}")
 
 
-def _by_rule(
-    table: Table, names: tuple[str, ...], given: Mapping[str, Any], say: Say
-) -> tuple[Table, dict[str, Any], Any]:
+def _by_rule(table: Table, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of single axes by a rule."""
-    from dataclasses import replace
-
     from splinefeed.pipeline.run import PAPER_PERIOD
-    from splinefeed.simulation.curves import tuned_axis
-    from splinefeed.simulation.tuning import VOLTS, tune
+    from splinefeed.pipeline.tuned import by_rule
 
+    said = {name: given[name] for name in ("kind", "identify", "volts") if given[name] is not None}
     period = PAPER_PERIOD if given["period"] is None else given["period"]
-    how = given["identify"] or "model"
-    volts = VOLTS if given["volts"] is None else given["volts"]
-    tunings = []
-    for name in names:
-        say(f"tuning axis {name}")
-        tunings.append(
-            tune(
-                table.axes[name], given["rule"], period=period, kind=given["kind"] or "pid", experiment=how, volts=volts
-            )
-        )
-    new = replace(table, axes={**table.axes, **{each.axis.name: each.axis for each in tunings}})
-    axes = {
-        each.axis.name: {
-            **_numbers(each.old, each.axis, each.before, each.margins, period),
-            "ultimate_gain": each.ultimate.gain,
-            "ultimate_period_s": each.ultimate.period,
-            "ultimate_source": each.ultimate.source,
-        }
-        for each in tunings
-    }
-
-    def pictures() -> list[TunedAxis]:
-        return [tuned_axis(t.old, t.axis, t.rule, period, t.response if how == "sine" else None) for t in tunings]
-
-    return new, {"period_s": period, "identify": how, "axes": axes}, pictures
+    return by_rule(table, names, given["rule"], period=period, say=say, **said)
 
 
-def _on_path(
-    table: Table, names: tuple[str, ...], given: Mapping[str, Any], say: Say
-) -> tuple[Table, dict[str, Any], Any]:
+def _on_path(table: Table, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path."""
     from splinefeed.cli.source import read_path
     from splinefeed.pipeline.run import PAPER_SHAPE, run
-    from splinefeed.pipeline.tuning import EVALUATIONS, tune_on_path
-    from splinefeed.simulation.curves import tuned_axis
+    from splinefeed.pipeline.tuned import along_path
+    from splinefeed.pipeline.tuning import EVALUATIONS
 
     limits, period, strategy = options.limits_from(dict(given))
     source = given["source"] or PAPER_SHAPE
@@ -187,7 +155,7 @@ def _on_path(
     path = read_path(source, reading)
     say("planning and interpolating")
     points = run(path, limits, period=period, strategy=strategy).points
-    found = tune_on_path(
+    found = along_path(
         table,
         points,
         path,
@@ -197,52 +165,8 @@ def _on_path(
         feed_forward=bool(given["feed_forward"]),
         on_progress=lambda done, total: say(f"tuning on {path.name}: {done} of {total} runs"),
     )
-    axes = {
-        name: {
-            **_numbers(each.old, each.axis, each.before, each.margins, period),
-            "tracking_error_max_before": each.tracking_before,
-            "tracking_error_max": each.tracking,
-            "tracking_unit": "rad" if each.axis.rotary else "mm",
-        }
-        for name, each in found.axes.items()
-    }
-    page = {
-        "period_s": period,
-        "path": source,
-        "path_name": path.name,
-        "bound": found.bound.words,
-        "runs": found.evaluations,
-        "contour_error_max_before_mm": None if found.before is None else found.before.max,
-        "contour_error_max_mm": found.contour.max,
-        "contour_error_rms_mm": found.contour.rms,
-        "axes": axes,
-    }
-
-    def pictures() -> list[TunedAxis]:
-        return [tuned_axis(each.old, each.axis, f"rule path, {path.name}", period) for each in found.axes.values()]
-
-    return found.table, page, pictures
-
-
-def _numbers(old: Any, new: Any, before: Any, after: Any, period: float) -> dict[str, Any]:
-    """Gains and margins of an axis before and after, and how the gains are measured."""
-    from splinefeed.simulation.curves import hunts, rest_swing
-
-    swings = (rest_swing(old, period), rest_swing(new, period))
-    return {
-        "unit": "V/rad" if new.rotary else "V/mm",
-        "gains_before": old.controller.gains,
-        "gains": new.controller.gains,
-        "kind_before": old.controller.kind,
-        "kind": new.controller.kind,
-        "margins_before": before.as_dict(),
-        "margins": after.as_dict(),
-        "rest_swing_before": swings[0],
-        "rest_swing": swings[1],
-        "rest_swing_unit": "rad" if new.rotary else "mm",
-        "hunts_before": hunts(old, swings[0]),
-        "hunts": hunts(new, swings[1]),
-    }
+    found.page["path"] = source
+    return found
 
 
 def _draw(folder: str, table: Table, page: dict[str, Any], pictures: list[TunedAxis]) -> list[str]:

@@ -124,6 +124,14 @@ def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     return {"download": place.name, "name": file.name, "bytes": file.stat().st_size}
 
 
+def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+    """New gains for the machine."""
+    from splinefeed.studio import tuning
+
+    how = request.get("how")
+    return tuning.tuned(_settings(request), how if isinstance(how, Mapping) else {}, bench)
+
+
 def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """Play a motion in real time."""
     from splinefeed.studio import playing
@@ -164,6 +172,7 @@ TASKS: dict[str, Callable[[Mapping[str, Any], Bench], dict[str, Any]]] = {
     "settle": settle,
     "read": read,
     "make": make,
+    "tune": tune,
     "play": play,
     "warm": warm,
 }

@@ -31,17 +31,18 @@ export class Figures {
 
   // figures by name, and sheets: elements that stand in for figures
   set(figures, sheets, pinned) {
-    this.sets = figures;
+    this.sets = { ...figures, ...(this.sets.tuning ? { tuning: this.sets.tuning } : {}) };
     this.pinned = pinned;
     this.sheets = { ...this.sheets, ...sheets };
     this.tabs();
     this.draw();
   }
 
+  // one more figure, with the sheet above it, and look at it
   add(name, figure, sheet) {
-    if (figure) this.sets = { ...this.sets, [name]: figure };
-    if (sheet) this.sheets[name] = sheet;
-    this.tabs();
+    this.sets = { ...this.sets, [name]: figure };
+    this.sheets[name] = sheet;
+    this.choose(name);
   }
 
   tabs() {

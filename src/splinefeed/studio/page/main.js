@@ -10,6 +10,7 @@ import { Play } from "./play.js";
 import { Settings } from "./settings.js";
 import { Share } from "./share.js";
 import { limitsSheet, showCompared, showNumbers } from "./numbers.js";
+import { Tune } from "./tune.js";
 import { takeFiles } from "./files.js";
 
 const REST = 350; // ms without a change, after which the whole is planned
@@ -21,6 +22,7 @@ const settings = new Settings((moving) => planner.want(moving));
 const jobs = new Jobs(link);
 const editor = new Editor(settings, picture);
 const play = new Play(link, settings, picture);
+const tune = new Tune(link, settings, figures);
 const downloads = new Downloads(link, settings);
 
 // one plan at a time is asked for, always the latest; when nothing moves any more, the final one
@@ -65,7 +67,8 @@ const render = (result, shown, final) => {
   picture.set(result.path, result.axes);
   editor.set(result.curves);
   play.ready();
-  figures.set({ ...result.figures, ...(figures.sets.tuning ? { tuning: figures.sets.tuning } : {}) }, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
+  tune.ready();
+  figures.set(result.figures, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
   for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? null);
   compare();
   $("pin").disabled = false;
@@ -140,6 +143,7 @@ link.on("done", (message) => {
     delete document.body.dataset.busy;
   }
   if (kind === "make") downloads.fetch(message.answer);
+  if (kind === "tune") tune.show(message.answer);
   if (kind === "read") opened(message.answer);
 });
 link.on("failed", (message) => {
