@@ -43,7 +43,7 @@ def test_the_butterfly_of_the_package_is_the_one_of_the_tests(data_dir: Path) ->
     ],
 )
 def test_what_is_no_curve_is_refused_in_one_line(tmp_path: Path, content: bytes, reason: str) -> None:
-    file = tmp_path / "part.xyz"
+    file = tmp_path / "part.abc"
     file.write_bytes(content)
     with pytest.raises(FormatError) as caught:
         read(file)

@@ -8,12 +8,16 @@ import click
 
 from splinefeed.cli import options
 
+#: What is a fit to points, as close as it is written.
+FITTED = (".dat", ".csv", ".xyz", ".pts", ".asc")
+
 EXAMPLES = """\b
 Examples:
   splinefeed convert part.dxf part.svg
   splinefeed convert drawing.svg outline.json --path outline --repair
   splinefeed convert butterfly butterfly.svg --tolerance 0.1um --json
   splinefeed convert lines.ngc curves.json --smooth 0.01mm
+  splinefeed convert scan.csv scan.ngc --tolerance 20um
   splinefeed convert wing.step wing.nc --to fanuc --as arcs --feed 1200mm/min
 
 """
@@ -57,8 +61,8 @@ def command(source: str, target: str, as_json: bool, **given: Any) -> None:
         reading = options.reading_from({**given, "tolerance": None})
         if given["join"] is not None:
             reading["tolerance"] = given["join"]
-        elif given["tolerance"] is not None and source.lower().endswith(".dat"):
-            reading["tolerance"] = given["tolerance"]  # an airfoil is a fit to points
+        elif given["tolerance"] is not None and source.lower().endswith(FITTED):
+            reading["tolerance"] = given["tolerance"]
         paths = read_contents(source, reading)
         if how := options.smoothing_from(given):
             say("smoothing")

@@ -154,7 +154,7 @@ reading = _all(
     quantity(
         "--tolerance",
         kind="length",
-        text="Airfoil .dat: largest distance of the fit from the points.  [default: 0.001 mm]  "
+        text="Airfoil .dat, points .csv .xyz: largest distance of the fit.  [default: 0.001 mm]  "
         "Drawings, CAD, JSON: gap between curves that is still none.  [default: 1e-6 mm]",
     ),
 )

@@ -14,6 +14,7 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import FormatError, InputError
+from splinefeed.formats.fitted import fitted_path
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.path import Path
@@ -54,8 +55,6 @@ def from_text(
     `tolerance` is the largest distance, mm, of a fit of the given `degree` from the points; the path's findings report
     the distance reached, and everything that the file leaves open.
     """
-    from splinefeed.geometry.fitting import fit
-
     scale, allowed = _positive(chord, "chord"), _positive(tolerance, "tolerance")
     name, rows = _rows(text, source)
     points, lines, order = _in_order(rows, source)
@@ -72,12 +71,8 @@ def from_text(
     gap = float(np.linalg.norm(points[-1] - points[0]))
     if gap > 0.0:
         findings.append(f"the trailing edge is open by {gap:.6g} mm; it is left open")
-    fitted = fit(points, allowed, degree=degree)
-    findings.append(
-        f"fitted by {len(fitted.curves)} curve(s) of degree {degree} with {fitted.knots} inner knots; "
-        f"largest distance {fitted.error:.3g} mm (tolerance {allowed:g} mm)"
-    )
-    return [Path(fitted.curves, ("x", "y"), name=name or pathlib.Path(source).stem, findings=findings)]
+    said = name or pathlib.Path(source).stem
+    return [fitted_path(points, allowed, source, axes=("x", "y"), name=said, findings=findings, degree=degree)]
 
 
 def _positive(value: float | str, name: str) -> float:

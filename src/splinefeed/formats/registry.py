@@ -84,6 +84,7 @@ FORMATS = (
     Format("3DM", "threedm", (".3dm",), MAX_CAD_BYTES),
     Format("SVG drawing", "svg", (".svg", ".svgz"), MAX_DRAWING_BYTES),
     Format("airfoil", "airfoil", (".dat", ".txt")),
+    Format("table of points", "points", (".csv", ".xyz", ".pts", ".asc")),
     Format("G-code", "gcode", (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".h", ".gc", ".g"), 2 * 2**30),
 )
 
@@ -94,7 +95,7 @@ def read(
     """The path in the file `source`; where there are several, the one whose name or number (from 1) is `path`.
 
     `repair` makes findings of faults that are safe to mend; `options` are those of the format: `tolerance` for JSON
-    curves; `chord`, `tolerance`, `degree` for airfoils; docs/formats.md has all.
+    curves; `chord`, `tolerance`, `degree` for airfoils and points; docs/formats.md has all.
     Raises FormatError, which names the file and the place, for what cannot be read.
     """
     paths = read_all(source, repair=repair, **options)

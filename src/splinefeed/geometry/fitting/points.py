@@ -15,12 +15,14 @@ from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.fitting.corners import CORNER_ANGLE, corner_indices
 from splinefeed.geometry.fitting.distance import distances, nearest_parameter
 from splinefeed.geometry.fitting.grid import check_degree, check_tolerance
-from splinefeed.geometry.fitting.smooth import smooth_curve
+from splinefeed.geometry.fitting.smooth import smooth_curve_of_many
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, IntArray, check_finite, frozen_array
 
 #: Most points that are fitted at once.
 MAX_POINTS = 1_000_000
+#: Parameters grow with the distance of neighbours to this power.
+POWERS = {"chord": 1.0, "chord-length": 1.0, "centripetal": 0.5}
 #: Corners are looked at over arms of at least this many tolerances.
 ARM = 10.0
 
@@ -70,33 +72,34 @@ def fit(
     closed        join the last point to the first, smoothly unless there is a corner
     corner_angle  chords that turn by more, rad, and much more than their neighbours, part two curves (30 degrees unless
                   given; math.pi for never); curves pass exactly through corners and through the ends of an open line
-    parameters    "chord" or "centripetal": where u_i begin; they end as arc length along the fitted curve
+    parameters    "chord" (or "chord-length") or "centripetal": where u_i begin; they end as arc length of the curve
 
-    Knots are halved where the error is largest until it is within half the tolerance; then lambda grows, span by span,
-    until the error comes near it. Where points are few they are passed exactly: more knots cannot help.
+    Knots are halved where the error is largest until it is within half the tolerance; then the fewest are looked for
+    that hold it with no more swings of curvature, and lambda grows, span by span, until the error comes near it. Where
+    points are few they are passed exactly: more knots cannot help.
     Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if it cannot be held.
     Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
     penalties", Statistical Science 11(2), 1996, doi 10.1214/ss/1038425655.
     """
     degree = check_degree(degree)
-    if parameters not in ("chord", "centripetal"):
+    if parameters not in POWERS:
         raise InputError(f"parameters is {parameters!r}; choose 'chord' or 'centripetal'")
     angle = CORNER_ANGLE if corner_angle is None else float(corner_angle)
     if not 0.0 < angle <= math.pi:
         raise InputError(f"corner_angle is {angle:g} rad; it must lie above 0 and at most at pi")
     data = _distinct(points, closed)
     allowed = check_tolerance(tolerance, data)
-    power = 1.0 if parameters == "chord" else 0.5
+    power = POWERS[parameters]
     middle = 0.5 * (data.min(axis=0) + data.max(axis=0))  # near zero the sums keep their digits
     local = data - middle
     corners = corner_indices(local, angle, ARM * allowed, closed)
     if closed and len(corners):
         curves = _closed_with_corners(local, corners, allowed, degree, power)
     elif closed:
-        curves = [smooth_curve(local, allowed, degree, power, periodic=True).with_clamped_ends()]
+        curves = [smooth_curve_of_many(local, allowed, degree, power, periodic=True).with_clamped_ends()]
     else:
         cuts = [0, *corners, len(local) - 1]
-        curves = [smooth_curve(local[a : b + 1], allowed, degree, power) for a, b in pairwise(cuts)]
+        curves = [smooth_curve_of_many(local[a : b + 1], allowed, degree, power) for a, b in pairwise(cuts)]
     curves = [curve.transformed(1.0, middle) for curve in curves]
     error = float(np.max(distances(curves, data)))
     if error > allowed:
@@ -133,7 +136,7 @@ def _closed_with_corners(
     count = len(points)
     curves: list[NurbsCurve] = []
     for a, b in zip(corners, [*corners[1:], corners[0] + count], strict=True):
-        curve = smooth_curve(points[np.arange(a, b + 1) % count], tolerance, degree, power)
+        curve = smooth_curve_of_many(points[np.arange(a, b + 1) % count], tolerance, degree, power)
         if b <= count:
             curves.append(curve)
             continue

@@ -33,6 +33,9 @@ NEAR = 20.0
 RENEWALS = 3
 #: An arc longer than this many chords bends by more than half a turn between two points: no length to go by.
 MOST_ARC = 0.5 * np.pi
+#: More points than this are fitted by so many of them first, to this share of the tolerance, and those that are then
+#: too far off are added, so many times; from a guess, a foot point is found in so many steps.
+MANY, MANY_SHARE, MANY_ROUNDS, NEAR_STEPS = 20_000, 0.9, 4, 8
 #: More spans than this many a point cannot help.
 SPANS_PER_POINT = 4
 
@@ -80,6 +83,31 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
         if swings(found) <= most:
             return found
     return curve
+
+
+def smooth_curve_of_many(
+    points: Array, tolerance: float, degree: int, power: float, periodic: bool = False
+) -> NurbsCurve:
+    """As `smooth_curve`, from MANY of the points if there are more, and those that are then too far off."""
+    count = len(points)
+    if count <= MANY:
+        return smooth_curve(points, tolerance, degree, power, periodic)
+    chosen = np.zeros(count, dtype=bool)
+    chosen[np.linspace(0, count - 1, MANY).astype(np.int64)] = True
+    for _ in range(MANY_ROUNDS):
+        at = np.flatnonzero(chosen)
+        curve = smooth_curve(points[at], MANY_SHARE * tolerance, degree, power, periodic)
+        few = points[at]
+        steps = np.linalg.norm(np.diff(few, axis=0), axis=1) ** power
+        guess = np.concatenate([[0.0], np.cumsum(steps)])
+        rest = np.linalg.norm(few[0] - few[-1]) ** power if periodic else 0.0
+        u = foot_points(curve, guess / (guess[-1] + rest), few, periodic, NEAR_STEPS)[0]
+        errors = foot_points(curve, np.interp(np.arange(count), at, np.maximum.accumulate(u)), points, periodic)[1]
+        far = np.flatnonzero(errors > tolerance)
+        if not len(far):
+            return curve
+        chosen[far[np.argsort(-errors[far], kind="stable")[:MANY]]] = True
+    return smooth_curve(points, tolerance, degree, power, periodic)
 
 
 def _by_arc_length(

@@ -1,0 +1,85 @@
+"""Points in a table: read as a path that passes them, or refused with the line."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.errors import FormatError
+from splinefeed.geometry.nearest import Nearest
+
+ANGLE = np.linspace(0.0, 2.0 * math.pi, 201)
+LOOP = np.round(np.column_stack([50.0 * np.cos(ANGLE), 30.0 * np.sin(ANGLE)]), 4)
+
+
+def text_of(points, between=",", head=""):
+    return head + "\n".join(between.join(f"{value:.4f}" for value in row) for row in points) + "\n"
+
+
+@pytest.mark.parametrize("between", [",", ";", "\t", " ", " , "])
+def test_a_closed_scan_is_a_closed_path(tmp_path, between):
+    file = tmp_path / "scan.csv"
+    file.write_text(text_of(LOOP, between, "# scanned\nx,y\n"))
+    path = sf.read(file, tolerance=0.01)
+    assert path.closed
+    assert path.axes == ("x", "y")
+    assert len(path.corners) == 0
+    assert Nearest(path.table, path.shape).find(LOOP)[2].max() <= 0.01
+    assert any("closed" in finding for finding in path.findings)
+
+
+def test_columns_may_have_names_and_units_and_others_are_left_out(tmp_path):
+    file = tmp_path / "scan.xyz"
+    rows = np.column_stack([np.arange(30.0), np.arange(30.0) / 25.4, 0.0 * np.arange(30), 90.0 + np.arange(30.0)])
+    file.write_text(text_of(rows, " ; ", "time ; X [in] ; y ; A\n"))
+    path = sf.read(file)
+    assert path.axes == ("x", "y", "a")
+    np.testing.assert_allclose(path(path.length), [29.0, 0.0, math.radians(119.0)], atol=2e-3)
+    assert any("1 of 4 columns" in finding for finding in path.findings)
+    file.write_text(text_of(rows, " "))
+    assert sf.read(file).axes == ("x", "y", "z")
+
+
+def test_ours_is_no_table_of_points(tmp_path):
+    points = sf.interpolate(
+        line := sf.Path.polyline([[0, 0], [5, 0]]), sf.plan(line, sf.Limits(feed=10, acceleration=100))
+    )
+    sf.save(points, tmp_path / "ours.csv")
+    with pytest.raises(sf.SplinefeedError):
+        sf.read(tmp_path / "ours.csv")
+
+
+REFUSED = {
+    "x,y\n1,2\n3,nan\n4,5\n": "line 3: is no finite point",
+    "x,y\n1,2\n3\n": "line 3: holds 1 numbers, the lines above 2",
+    "1,2\n3,4\nend\n": "line 3: expected 2 numbers, got 'end'",
+    "1,1\n1,1\n1,1\n": "1 distinct point(s) among 3; at least 2 are needed",
+    "x,y,z\n1,2\n3,4\n": "names 3 columns, but line 2 holds 2 numbers",
+    "x,x\n1,2\n3,4\n": "two columns are called x",
+    "x [lb],y\n1,2\n3,4\n": "column x: ",
+    "1,1\n2,1e12\n": "beyond",
+    "x,y\n": "holds no points",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_is_no_table_is_refused_with_its_line(tmp_path, text):
+    file = tmp_path / "points.csv"
+    file.write_text(text)
+    with pytest.raises(FormatError) as refusal:
+        sf.read(file)
+    assert str(refusal.value).startswith(f"{file}: ")
+    assert REFUSED[text] in str(refusal.value)
+
+
+def test_tolerance_and_degree_are_those_asked_for(tmp_path):
+    file = tmp_path / "scan.csv"
+    file.write_text(text_of(LOOP))
+    rough, fine = sf.read(file, tolerance="0.5mm"), sf.read(file, tolerance=1e-3, degree=5)
+    assert rough.curves[0].degree == 3 and fine.curves[0].degree == 5
+    assert len(rough.curves[0].control_points) < len(fine.curves[0].control_points)
+    with pytest.raises(sf.SplinefeedError, match="tolerance is -1 mm"):
+        sf.read(file, tolerance=-1)
