@@ -20,7 +20,7 @@ html_theme = "furo"
 html_title = f"splinefeed {__version__}"
 html_show_sphinx = False
 html_static_path = ["_static"]
-html_css_files = ["docstrings.css"]
+html_css_files = ["pages.css"]
 templates_path: list[str] = []
 
 autodoc_typehints = "none"  # docstrings say shapes and units, which types do not
