@@ -93,7 +93,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.errors import InputError
     from splinefeed.interpolation import registry
     from splinefeed.machine.table import Table
-    from splinefeed.pipeline.compare import compare
+    from splinefeed.pipeline.compare import BESIDE_A_RUN, compare
     from splinefeed.pipeline.contour_feed import limits_within
     from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
     from splinefeed.pipeline.long_run import LongRun, run_any
@@ -144,7 +144,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
         if table is not None:
             servo = {**servo_numbers(served, table, of_paper), "machine_file": given["machine"] or PAPER_MACHINE}
         traces: list[MethodTrace] = []
-        for name in () if given["no_compare"] or long else registry.methods():
+        for name in () if given["no_compare"] or long else BESIDE_A_RUN:
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections)
         page = record(result, traces, source, reading, formats, servo)

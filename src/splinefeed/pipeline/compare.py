@@ -21,6 +21,20 @@ TIMING = 0.02
 TIMING_RUNS = 50
 
 
+#: Methods that a run is set beside: the paper's, the classical ones and ours. Each that is added here makes the first
+#: run compile longer, so the others of the literature are left to `compare`.
+BESIDE_A_RUN = (
+    "taylor-1",
+    "taylor-2",
+    "runge-kutta-4",
+    "adams-bashforth-moulton",
+    "hamming",
+    "milne-simpson",
+    "milne-simpson-anchored",
+    "arc-length",
+)
+
+
 @dataclass(frozen=True)
 class MethodResult:
     """What one interpolation method did.
