@@ -85,7 +85,7 @@ def _positive(value: float | str, name: str) -> float:
 def _pair(line: str) -> tuple[float, float] | None:
     """The two numbers of a line; None if it holds something else."""
     words = line.split()
-    if len(words) != 2:
+    if len(words) != 2 or "_" in line or not line.isascii():  # Python takes 1_0 and digits of other scripts for numbers
         return None
     try:
         x, y = float(words[0]), float(words[1])

@@ -47,7 +47,7 @@ def holds(head: bytes) -> bool:
     """Whether `head` looks like this format: the mark of a binary file, or a section after comments at most."""
     if head.startswith(BINARY_MARK):
         return True
-    lines = [line.strip() for line in head_text(head[:8192]).split("\n")]
+    lines = [line.strip() for line in head_text(head[:8192]).replace("\r\n", "\n").replace("\r", "\n").split("\n")]
     k = 0
     while k + 1 < len(lines) and lines[k] == _COMMENT:
         k += 2

@@ -172,7 +172,7 @@ class EntityReader:
             numbers = list(map(float, values))
         except ValueError:
             numbers = [math.nan]
-        if self.tags.underscores or not math.isfinite(sum(numbers)):
+        if self.tags.odd or not math.isfinite(sum(numbers)):
             return [self.finite(entity, code, value) for value in values]  # says which one
         return numbers
 
@@ -182,7 +182,7 @@ class EntityReader:
             number = float(value)
         except ValueError:
             number = math.nan
-        if not math.isfinite(number) or (isinstance(value, str) and "_" in value):
+        if not math.isfinite(number) or (isinstance(value, str) and ("_" in value or not value.isascii())):
             raise self._error(entity, f"group {code} is {str(value).strip()[:40]!r}; expected a number")
         return number
 

@@ -60,7 +60,7 @@ def _nurbs(
     if not len(knots) and 1 <= degree < len(control):
         _faulty(reader, entity, "has no knots")
         knots = np.concatenate([np.zeros(degree), np.linspace(0.0, 1.0, len(control) - degree + 1), np.ones(degree)])
-    if len(knots) == len(control) + degree - 1 > 1:
+    if 1 <= degree < len(control) and len(knots) == len(control) + degree - 1:
         _faulty(reader, entity, "has no first and last knot, which Rhino leaves out")
         knots = np.concatenate([knots[:1], knots, knots[-1:]])
     if len(knots) > 1:

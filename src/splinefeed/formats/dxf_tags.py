@@ -25,7 +25,8 @@ _TYPES = (
     (430, 439, "s"), (440, 459, "i"), (460, 469, "d"), (470, 481, "s"), (999, 1003, "s"), (1004, 1004, "b"),
     (1005, 1009, "s"), (1010, 1059, "d"), (1060, 1070, "h"), (1071, 1071, "i"),
 )  # fmt: skip
-_UNDERSCORE = re.compile(r"\d_\d")
+#: What Python takes for a number and DXF does not: 1_0, and digits of other scripts.
+_ODD_NUMBER = re.compile(r"[0-9]_[0-9]|(?![0-9])\d")
 _KIND = {code: kind for low, high, kind in _TYPES for code in range(low, high + 1)}
 _FIXED = {"d": struct.Struct("<d"), "h": struct.Struct("<h"), "i": struct.Struct("<i"), "q": struct.Struct("<q")}
 
@@ -47,7 +48,7 @@ class Tags:
     codes: list[int]
     values: list[str | float]
     binary: bool
-    underscores: bool = False  # whether there is a text such as 1_0, which Python takes for a number
+    odd: bool = False  # whether there is a text such as 1_0, which Python takes for a number
 
     def place(self, index: int) -> str:
         """Where tag `index` stands, for a message."""
@@ -69,6 +70,8 @@ def read_tags(content: bytes, source: str) -> Tags:
     if b"\0" in content:
         raise FormatError(f"{source}: byte {content.index(0)}: is binary; expected a text or binary DXF drawing")
     text = _decoded(content)
+    if "\n" not in text:
+        text = text.replace("\r", "\n")  # as on old Macs
     lines = text.split("\n")
     while lines and not lines[-1].strip():
         lines.pop()
@@ -84,7 +87,11 @@ def read_tags(content: bytes, source: str) -> Tags:
         if not (codes[-1] == 0 or len(codes) < 2):
             raise FormatError(f"{source}: line {len(lines)}: a group code without a value; is the file complete?")
         codes.pop()
-    return Tags(source, codes, values, binary=False, underscores=_UNDERSCORE.search(text) is not None)
+    return Tags(source, codes, values, binary=False, odd=_odd(text))
+
+
+def _odd(text: str) -> bool:
+    return ("_" in text or not text.isascii()) and _ODD_NUMBER.search(text) is not None
 
 
 def _is_code(line: str) -> bool:

@@ -26,7 +26,7 @@ _LONGEST_HEAD = 100
 _SAMPLED = 2000
 #: From this many decimals on a number has all its digits.
 _FULL = 12
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.I)
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[-+]?[0-9]+)?|[-+]?(nan|inf(inity)?)", re.I)
 _NAME = re.compile(r"([a-z]+?)(?:_cmd|_pos)?\s*(?:[_ ]\s*([a-z°]+)|[\[(]\s*([^\])]+)\s*[\])])?", re.I)
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from splinefeed.geometry.arcs import bulge_points
 from splinefeed.records import Array
 
-_NUMBER_TEXT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER_TEXT = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _FIRST = re.compile(rf"\s*({_NUMBER_TEXT})")
 _NEXT = re.compile(rf"\s*,?\s*({_NUMBER_TEXT})")
 _FLAG = re.compile(r"\s*,?\s*([01])")

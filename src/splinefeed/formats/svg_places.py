@@ -10,7 +10,7 @@ from typing import NamedTuple
 #: CSS fixes the pixel at 1/96 inch.
 PIXELS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96.0 / 2.54, "mm": 96.0 / 25.4, "q": 24.0 / 25.4, "pt": 4.0 / 3.0,
           "pc": 16.0}  # fmt: skip
-_LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([a-zA-Z]*|%)\s*")
+_LENGTH = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*([a-zA-Z]*|%)\s*")
 _FUNCTION = re.compile(r"\s*,?\s*([a-zA-Z]+[a-zA-Z0-9]*)\s*\(([^()]*)\)")
 _SPLIT = re.compile(r"\s*,\s*|\s+")
 #: How many numbers each function of a transform takes; names as in CSS, where capitals mean nothing.
