@@ -161,22 +161,29 @@ class Override:
             state = self._state
             if self.held and targets[ran] * state[kernels.DIRECTION] < 0.0 and state[kernels.STILL] != 1.0:
                 state[kernels.DIRECTION] *= -1.0
-            self._load(int(self.tau / self.period), int(state[kernels.DIRECTION]))
-            ran += kernels.run_rate(
-                targets[ran:],
-                self._ahead,
-                self._caps,
-                self._limit,
-                self._first,
-                self._windows,
-                self.period,
-                self.top,
-                self.course.duration,
-                state,
-                tau[ran:],
-                rate[ran:],
-            )
+            ran += self._run(targets[ran:], tau[ran:], rate[ran:])
         return Ticks(tau[:ran], rate[:ran])
+
+    def prepare(self) -> None:
+        """Have everything at hand that the next ticks need, compiled kernels too: where time counts, before it does."""
+        self._run(np.zeros(0), np.zeros(0), np.zeros(0))
+
+    def _run(self, targets: Array, tau: Array, rate: Array) -> int:
+        self._load(int(self.tau / self.period), int(self._state[kernels.DIRECTION]))
+        return kernels.run_rate(
+            targets,
+            self._ahead,
+            self._caps,
+            self._limit,
+            self._first,
+            self._windows,
+            self.period,
+            self.top,
+            self.course.duration,
+            self._state,
+            tau,
+            rate,
+        )
 
     def _load(self, cell: int, direction: int) -> None:
         """Have what is asked for from tick `cell` on, in that direction, in memory."""

@@ -42,6 +42,7 @@ class Motion:
         self.start: Array = first.position[0]
         self._taus = deque([tau], maxlen=REMEMBERED)
         self._row = 0  # rows that were given so far
+        self.override.prepare()
 
     @property
     def done(self) -> bool:

@@ -215,4 +215,5 @@ class _Stream:
                 self.position = part.take(count, wanted).position + self.offset
             sink.write(Rows(self.row + 1, self.position, part.axes, last=last and part.done))
             self.row += len(self.position)
+            moved = time.monotonic()
             self.seen(self.state())
