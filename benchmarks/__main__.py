@@ -28,6 +28,8 @@ NAMES = (
     "drawings",
     "gcode",
     "sweeps",
+    "live",
+    "controller",
 )
 RESULTS = Path(__file__).with_name("results.json")
 ROOT = Path(__file__).parents[1]

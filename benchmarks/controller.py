@@ -68,6 +68,12 @@ def program(lines: bool) -> str:
     return "\n".join([*head, f"F{60.0 * FEED:g}", *body, "M2", ""])
 
 
+def lines_off() -> float:
+    """How far the middles of the lines are from the curve, mm."""
+    ends = curve()(np.linspace(0.0, curve().length, LINES + 1))
+    return ContourMeter(curve()).measure(0.5 * (ends[1:] + ends[:-1])).max
+
+
 def judged(position: Array) -> Outcome:
     """The motion (n, 2) from rest to rest."""
     v, a, j = (np.diff(position, order, axis=0) / PERIOD**order for order in (1, 2, 3))
@@ -141,7 +147,8 @@ def measure() -> Report:
         f"were commanded to at each servo tick of {1e3 * PERIOD:g} ms, as HAL's sampler saw them (LinuxCNC and "
         f"streamed), from rest to rest. Ripple: root mean square of the feed less its mean over {MEAN} ticks, to the "
         "programmed feed; acceleration and jerk: largest second and third differences of an axis; deviation: largest "
-        "distance from the curve. A reserve is what a stream keeps to be slowed anywhere.",
+        "distance from the curve, from which the lines themselves are off by "
+        f"{1e3 * lines_off():.2g} um. A reserve is what a stream keeps to be slowed anywhere.",
     )
     table = Table("Beside LinuxCNC's own planner, on the same curve and limits.", columns, rows, notes)
     if not installed():

@@ -154,7 +154,8 @@ class Override:
 
         Backwards it comes to rest at the start, and stays there until a wanted rate is positive.
         """
-        targets = np.ascontiguousarray(np.nan_to_num(np.asarray(wanted, dtype=np.float64), nan=0.0))
+        targets = np.array(wanted, dtype=np.float64, order="C")
+        targets[np.isnan(targets)] = 0.0
         tau, rate = np.empty(len(targets)), np.empty(len(targets))
         ran = 0
         while ran < len(targets) and not self.done:

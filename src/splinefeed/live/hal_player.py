@@ -26,7 +26,7 @@ import hal  # type: ignore[import-not-found]
 #: Our component, and the library of HAL.
 NAME, LIBRARY = "splinefeed", "liblinuxcnchal.so.0"
 #: Seconds between two reports, and between two looks at the FIFO.
-REPORT, LOOK = 0.02, 0.005
+REPORT, LOOK = 0.02, 0.01
 #: Seconds without a row being taken, at the end of the stream, after which it counts as dead.
 PATIENCE = 5.0
 #: Seconds that a change of pins needs to be seen by the servo thread, at least.
@@ -213,6 +213,7 @@ def main() -> None:
     say({"ready": True, "depth": player.fifo.maxdepth, "position": [part[f"position-{k}"] for k in range(count)]})
     report_at, moved, seen = 0.0, time.monotonic(), -1
     stopped = None
+    look = min(LOOK, 0.1 * player.given["rows"] * player.given["period"])
     while stopped is None:
         player.read()
         stopped = player.watch()
@@ -226,7 +227,7 @@ def main() -> None:
             report_at = now + REPORT
         if player.ended and not player.rows and (player.done or player.dry_at or now - moved > PATIENCE):
             break
-        time.sleep(LOOK)
+        time.sleep(look)
     end = time.monotonic() + player.given.get("settle", 0.0)
     while time.monotonic() < end:
         player.sampled()

@@ -9,7 +9,7 @@ from splinefeed.formats.metadata import to_degrees
 from splinefeed.records import Array
 
 #: A clock starts when this many fewer rows are there than are kept ahead: the producer makes some at a time.
-SPARE_ROWS = 16
+SPARE_ROWS = 20
 
 
 @dataclass(frozen=True, eq=False)
