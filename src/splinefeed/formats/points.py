@@ -27,6 +27,8 @@ DEFAULT_TOLERANCE = 1e-3
 #: Columns in the order in which a path has them; without names the first ones are taken, at most x, y and z.
 AXES = ("x", "y", "z", "a", "b", "c", "theta")
 UNNAMED = 3
+#: How a file of setpoints of ours begins.
+_OURS = "# splinefeed"
 _BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
 _NAME = re.compile(r"([a-z]+)\s*(?:[\[(]\s*([^\])]*)\s*[\])])?")
 
@@ -36,7 +38,7 @@ def holds(head: bytes) -> bool:
     counts = []
     for line in head_text(head[:4096]).splitlines():
         if not line.strip() or line.lstrip()[0] in "#%":
-            if line.startswith("# splinefeed"):
+            if line.startswith(_OURS):
                 return False
             continue
         if (numbers := _numbers(line)) is not None:
@@ -64,6 +66,8 @@ def from_text(
     allowed = units.parse(tolerance, "length")
     if allowed <= 0.0:
         raise InputError(f"tolerance is {allowed:g} mm; it must be greater than 0")
+    if text.startswith(_OURS):
+        raise FormatError(f"{source}: holds setpoints; follow, check and stream take them, as a path they are none")
     rows, names, lines = _rows(text, source)
     axes, points, findings = _chosen(rows, names, source)
     bad = ~np.all(np.isfinite(points), axis=1)
