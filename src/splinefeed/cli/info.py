@@ -154,12 +154,12 @@ def _print(page: dict[str, Any]) -> None:
     ]
     if rows:
         print_table(["curve", "kind", "degree", "control points", "spans", "length mm"], rows[:MOST_LISTED], texts=2)
-        _print_more(len(rows) + page["curves_left_out"])
+        _print_more(len(rows) + page["curves_left_out"], option="--json --all" if page["curves_left_out"] else "--json")
     print_notes(page["findings"])
 
 
-def _print_more(count: int, what: str = "") -> None:
+def _print_more(count: int, what: str = "", option: str = "--json") -> None:
     from splinefeed.cli.output import print_text
 
     if count > MOST_LISTED:
-        print_text(f"    ... and {count - MOST_LISTED} more{' ' * bool(what)}{what}; --json lists all")
+        print_text(f"    ... and {count - MOST_LISTED} more{' ' * bool(what)}{what}; {option} lists all")
