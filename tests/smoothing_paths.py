@@ -84,3 +84,29 @@ def mixture(rng):
             heading += angle
         at = curves[-1].ends[1]
     return sf.Path(curves)
+
+
+#: Radius of the arc behind each of `noises`, mm, and the tolerance by which it is smoothed, mm.
+RADIUS, NOISE_TOLERANCE = 25.0, 0.01
+
+
+def noises(seed):
+    """Points on an arc of RADIUS as CAM systems spoil it, by name; near-collinear ones on a radius of 5 m."""
+    rng = np.random.default_rng(seed)
+
+    def on_arc(phi, radius=RADIUS):
+        return radius * np.c_[np.sin(phi), 1.0 - np.cos(phi)]
+
+    even, uneven = np.linspace(0.0, 2.0, 1200), np.cumsum(rng.uniform(0.1, 1.9, 1200)) / 600.0
+    jitter = np.round(on_arc(even), 3)
+    backs = np.round(on_arc(even), 4)
+    at = np.arange(40, 480, 40)
+    chopped = on_arc(np.concatenate([[0.0], np.cumsum(np.tile([0.02, 0.02, 0.02, 0.0007], 25))]))
+    return {
+        "jitter of the last digit": jitter,
+        "uneven lengths": np.round(on_arc(uneven), 4),
+        "duplicates": np.repeat(jitter, rng.integers(1, 4, len(jitter)), axis=0),
+        "tiny reversals": np.insert(backs, at, backs[at - 1] + 0.3 * (backs[at - 2] - backs[at - 1]) * [1e-2], axis=0),
+        "near-collinear": np.round(on_arc(np.linspace(0.0, 0.01, 400), 5000.0), 3),
+        "arc chopped into lines": np.round(chopped, 4),
+    }

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from smoothing_paths import arc, random_path
+from smoothing_paths import NOISE_TOLERANCE, RADIUS, arc, noises, random_path
 from splinefeed.errors import InputError
+from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.smoothing_assembly import at_knot
 from splinefeed.geometry.smoothing_joints import transitions
@@ -104,6 +105,21 @@ def test_noise_of_the_last_digit_makes_no_ripples_of_curvature():
     lengths = np.linalg.norm(steps, axis=1)
     cross = np.abs(steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]) / (lengths[:-1] * lengths[1:])
     assert np.max(cross / np.maximum(lengths[:-1], lengths[1:])) > 20.0 / radius
+
+
+#: Curvature of what is smoothed, times the radius that is behind it, differs from 1 by at most this.
+CALM = 0.05
+
+
+@pytest.mark.parametrize("noise", noises(0))
+@pytest.mark.parametrize("seed", range(3))
+def test_curvature_does_not_ripple_whatever_noise_the_lines_have(noise, seed):
+    path = sf.Path.polyline(noises(seed)[noise], repair=True)
+    result = path.smoothed(NOISE_TOLERANCE)
+    curve, u = result.locate(np.linspace(0.0, result.length, 10_001))
+    bend = curvatures(result.evaluate(curve, u, 2)) * (5000.0 if noise == "near-collinear" else RADIUS)
+    assert not len(result.corners)
+    assert np.abs(bend - 1.0).max() <= CALM
 
 
 def test_long_lines_and_arcs_keep_what_is_left_of_them():
