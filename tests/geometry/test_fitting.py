@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sections import airfoil
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry import shapes
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting import distances, fit, fit_function
 from splinefeed.geometry.fitting import points as fitting_points
-from splinefeed.geometry.fitting import smooth as fitting_smooth
 from splinefeed.geometry.fitting.corners import corner_indices
 
 
@@ -29,12 +29,6 @@ def brute_force(curves, points, samples=20_000):
             t = np.clip(np.sum((point - start) * along, axis=1) / square, 0.0, 1.0)
             best[i] = min(best[i], np.min(np.linalg.norm(start + t[:, None] * along - point, axis=1)))
     return best
-
-
-def airfoil(data_dir, name, chord=100.0):
-    """Points (n, 2) of a section among the sample files, mm."""
-    rows = [line.split() for line in (data_dir / "airfoil" / f"{name}.dat").read_text().splitlines()]
-    return chord * np.array([row for row in rows if len(row) == 2 and row[0][0] in "-.0123456789"], dtype=float)
 
 
 def signed_curvature(path, count=4001):
@@ -144,55 +138,6 @@ def test_far_from_zero_the_digits_stay():
     near, far = fit(lissajous(300), 1e-4), fit(lissajous(300) + 1e6, 1e-4)
     assert far.knots == near.knots
     assert far.error == pytest.approx(near.error, abs=1e-8)
-
-
-#: Control points that are enough; what stood in their place before the fewest were looked for was about twice as many.
-FEW = {
-    ("naca0024", 1e-3): 42,
-    ("pygeo_naca0012_zeroLE", 1e-3): 40,
-    ("pygeo_naca0012_zeroLE", 1e-2): 24,
-    ("s1223", 1e-2): 46,
-}
-
-
-@pytest.mark.parametrize(("name", "tolerance"), FEW)
-def test_control_points_are_few_and_the_distance_is_that_of_dense_samples(data_dir, name, tolerance):
-    from scipy.spatial import cKDTree
-
-    points = airfoil(data_dir, name)
-    result = fit(points, tolerance)
-    assert sum(len(curve.control_points) for curve in result.curves) <= FEW[name, tolerance]
-    dense = np.vstack([curve(np.linspace(*curve.domain, 200_001)) for curve in result.curves])
-    found = cKDTree(dense).query(points)[0]
-    spacing = np.max(np.linalg.norm(np.diff(dense, axis=0), axis=1))
-    assert np.max(found) <= tolerance + spacing
-    assert result.error == pytest.approx(np.max(found), abs=spacing)
-
-
-def test_noise_of_a_scan_takes_no_more_control_points_than_its_shape():
-    t = np.linspace(0.0, 100.0, 5000)
-    shape = np.column_stack([t, 10.0 * np.sin(t / 8.0)])
-    noisy = shape + np.random.default_rng(0).normal(0.0, 0.005, shape.shape)
-    assert fit(noisy, 0.03).knots <= 40  # 162 before
-
-
-def test_closed_scans_of_some_axes_with_repeated_points_and_steps_back_are_passed():
-    angle = np.linspace(0.0, 2.0 * math.pi, 400, endpoint=False)
-    loop = np.column_stack([50 * np.cos(angle), 30 * np.sin(angle), 5 * np.cos(2 * angle), angle * 0, np.sin(angle)])
-    messy = np.insert(np.repeat(loop, 2, axis=0), [300, 301], loop[[149, 148]], axis=0)
-    result = fit(messy[:, :3], 0.05, closed=True)
-    assert result.error <= 0.05
-    assert fit(loop, 1e-3, 5, closed=True).path(("x", "y", "z", "a", "b")).closed
-
-
-def test_very_many_points_are_fitted_by_some_of_them_and_pass_all(monkeypatch):
-    monkeypatch.setattr(fitting_smooth, "MANY", 500)
-    t = np.linspace(0.0, 40.0, 30_000)
-    points = np.column_stack([t, 10.0 * np.sin(t / 3.0)]) + np.random.default_rng(0).normal(0.0, 0.003, (len(t), 2))
-    points[777] += [0.0, 0.015]  # one that is not among those
-    result = fit(points, 0.02)
-    assert np.max(distances(result.curves, points)) <= 0.02
-    assert result.knots < 60
 
 
 # --- fairness ---------------------------------------------------------------------------------------------------------

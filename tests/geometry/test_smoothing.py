@@ -226,6 +226,26 @@ def test_other_arguments_that_cannot_be(wrong):
         sf.Path.polyline([[0, 0], [1, 0], [1, 1]]).smoothed(0.01, **wrong)
 
 
+def test_a_turn_over_a_tiny_way_is_no_noise():
+    # the way is within a tenth of the tolerance, but a rotary axis turns by 11 degrees on it
+    points = [[0, 0, 0], [5, 0, 0], [5.0004, 0, 0.2], [10, 0, 0.2]]
+    path = sf.Path.polyline(points, axes=("x", "y", "a"))
+    proof = proven(path, 0.01)
+    assert proof.holds
+    assert proof.order.largest_angle <= 1.02 * math.radians(0.05)
+    still = sf.Path.polyline([[0, 0, 0], [5, 0, 0], [5.0004, 0, 0], [10, 0, 0.2]], axes=("x", "y", "a"))
+    assert len(still.smoothed(0.01).curves) < len(proof.path.curves)
+
+
+def test_points_that_are_no_path_are_refused_in_one_line():
+    for points in ([[1.0, 1.0]] * 5, [[0.0, 0.0], [math.nan, 1.0], [2.0, 2.0]], [[0.0, 0.0], [math.inf, 0.0]]):
+        with pytest.raises(sf.SplinefeedError) as refusal:
+            sf.Path.polyline(points, repair=True).smoothed(0.01)
+        assert "\n" not in str(refusal.value)
+        with pytest.raises(sf.SplinefeedError):
+            list(sf.smooth_stream((sf.Path.polyline(each) for each in [points]), 0.01))
+
+
 def test_two_points_spikes_and_very_many_points_on_a_spot():
     two = sf.Path.polyline([[0, 0], [1, 0]])
     assert two.smoothed(0.01).curves[0] == two.curves[0]

@@ -10,6 +10,7 @@ import pytest
 import splinefeed as sf
 from smoothing_paths import random_path
 from splinefeed.errors import InputError
+from splinefeed.geometry import smoothing_proven
 from splinefeed.geometry.smoothing_order import order
 from splinefeed.geometry.smoothing_proven import proven
 
@@ -127,6 +128,16 @@ def test_rotary_axes_are_smoothed_in_step_with_the_linear_ones(seed):
     assert proof.holds
     assert 0.0 < proof.order.largest_angle <= 1.02 * allowed
     assert f"{math.degrees(proof.order.largest_angle):.4g} deg" in proof.path.findings[-1]
+
+
+def test_of_very_many_curves_the_distance_side_by_side_bounds_both(monkeypatch):
+    path, tolerance = random_path(2)
+    exact = proven(path, tolerance)
+    monkeypatch.setattr(smoothing_proven, "MANY", 10)
+    quick = proven(path, tolerance)
+    assert quick.holds
+    assert exact.deviation.largest <= 1.02 * quick.deviation.largest
+    assert len(quick.deviation.original) == len(path.curves)
 
 
 def test_what_cannot_be_compared():

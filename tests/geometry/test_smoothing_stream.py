@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import tracemalloc
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 import splinefeed as sf
+from smoothing_paths import random_path
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry import smoothing_stream
 from splinefeed.geometry.smoothing_runs import ARM_LINES, MOST
@@ -97,6 +99,23 @@ def test_the_result_is_the_same_to_the_bit_however_the_path_is_cut(seed, how, mo
     whole = as_arrays([path.smoothed(tolerance, **how)])
     for sizes in ([len(path.curves)], [1] * 800 + [999] * 9, rng.integers(1, 90, 9000).tolist()):
         assert_same(whole, as_arrays(list(sf.smooth_stream(cut(path, sizes), tolerance, **how))))
+
+
+@pytest.mark.parametrize("seed", [5, 11, 17, 23, 29, 35])
+def test_arcs_and_lines_are_the_same_to_the_bit_too(seed):
+    path, tolerance = random_path(seed)
+    rng = np.random.default_rng(seed)
+    for window in (3, 4096):
+        whole = None
+        for _ in range(3):
+            cuts = np.unique(np.append(rng.integers(0, len(path.curves), 4), [0, len(path.curves)]))
+            pieces = [sf.Path(path.curves[a:b]) for a, b in pairwise(cuts.tolist())]
+            found = list(sf.smooth_stream(pieces, tolerance, corners="round", window=window))
+            curves = [curve for piece in found for curve in piece.curves]
+            whole = whole or curves
+            assert curves == whole
+        if window == 4096:
+            assert tuple(path.smoothed(tolerance, corners="round").curves) == tuple(curves)
 
 
 @pytest.mark.parametrize("seed", range(4))
