@@ -195,6 +195,13 @@ def test_look_ahead_plans_what_comes_out():
     assert planner.time == pytest.approx(law.duration, rel=0.02)
 
 
+@pytest.mark.parametrize("axes", [("a",), ("x",), ("x", "a")])
+def test_few_axes_and_rotary_ones_alone_pass_through(axes):
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])[[0, 1, 3] if len(axes) == 1 else [0, 1, 2, 3]]
+    (piece,) = sf.smooth_stream([sf.Path.polyline(points[:, : len(axes)], axes)], 0.01)
+    np.testing.assert_array_equal(piece.ends[[0, -1], [0, 1]], points[[0, -1], : len(axes)])
+
+
 def test_pieces_that_do_not_follow_each_other_are_refused():
     one = sf.Path.polyline([[0, 0], [1, 0]])
     with pytest.raises(CurveError, match="gap of 1 mm between curve 0 and curve 1"):

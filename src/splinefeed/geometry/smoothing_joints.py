@@ -85,7 +85,7 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
     allowed = np.column_stack([tolerance, angular])
     reach = np.minimum(reach, _longest(tangent, bend, rate, allowed, reach))
     # what is said of one place does not depend on how large the whole path is, which a stream does not know
-    reach[reach <= LEAST * (np.abs(left[:, 0, :linear]).max(axis=1) + lengths[:-1] + lengths[1:])] = 0.0
+    reach[reach <= LEAST * (np.abs(left[:, 0, :linear]).max(axis=1, initial=0.0) + lengths[:-1] + lengths[1:])] = 0.0
     return _made(path, reach, curved & (reach > 0.0), allowed)
 
 
