@@ -116,6 +116,12 @@ def test_no_script_takes_what_is_sent_over_a_limit(name: str, seed: int) -> None
     assert_kept(name, seed)
 
 
+@pytest.mark.parametrize(("name", "seed"), [("corners", 5750), ("feed to spare", 7400)])
+def test_a_way_out_that_ends_at_rest_is_at_rest_though_motion_is_wanted_again(name: str, seed: int) -> None:
+    # by a rounding it was not, so that the rest lasted one tick: the same setpoint twice
+    assert_kept(name, seed)
+
+
 @pytest.mark.torture
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("seed", range(100, 100 + 50 * 150, 50))

@@ -346,6 +346,8 @@ def run_rate(
         after = rate + 0.5 * period * (slope + wanted)
         if wanted == 0.0 and abs(after - goal) <= AT_TARGET:
             after = goal
+        if wanted == 0.0 and after <= ROUNDING:
+            after = 0.0  # a way out that ends at rest does so exactly, whatever is wanted by then
         after = max(after, 0.0)
         tau += direction * period * (rate + period * (slope / 3.0 + wanted / 6.0))
         state[STILL] = state[STILL] + 1.0 if tau == state[TAU] else 0.0

@@ -25,8 +25,8 @@ import hal  # type: ignore[import-not-found]
 
 #: Our component, and the library of HAL.
 NAME, LIBRARY = "splinefeed", "liblinuxcnchal.so.0"
-#: Seconds between two reports, and between two looks at the FIFO.
-REPORT, LOOK = 0.02, 0.01
+#: Seconds between two reports, and between two looks at the FIFO, where it is long enough for that.
+REPORT, LOOK = 0.04, 0.01
 #: Seconds without a row being taken, at the end of the stream, after which it counts as dead.
 PATIENCE = 5.0
 #: Seconds that a change of pins needs to be seen by the servo thread, at least.
@@ -213,7 +213,8 @@ def main() -> None:
     say({"ready": True, "depth": player.fifo.maxdepth, "position": [part[f"position-{k}"] for k in range(count)]})
     report_at, moved, seen = 0.0, time.monotonic(), -1
     stopped = None
-    look = min(LOOK, 0.1 * player.given["rows"] * player.given["period"])
+    ahead = player.given["rows"] * player.given["period"]
+    look, report = min(LOOK, 0.1 * ahead), min(REPORT, 0.2 * ahead)
     while stopped is None:
         player.read()
         stopped = player.watch()
@@ -224,7 +225,7 @@ def main() -> None:
             seen, moved = player.taken, now
         if now >= report_at:
             say(player.report())
-            report_at = now + REPORT
+            report_at = now + report
         if player.ended and not player.rows and (player.done or player.dry_at or now - moved > PATIENCE):
             break
         time.sleep(look)
