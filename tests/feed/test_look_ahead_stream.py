@@ -92,32 +92,37 @@ def test_it_can_stop_within_the_limits_wherever_the_path_ends(count):
     assert law.feed(law.duration) == pytest.approx(0.0, abs=1e-6)
 
 
-def run_long(count: int) -> tuple[list[int], float]:
-    """Rows in memory after every hundred curves, and how far motion is behind the path at most, mm."""
+def run_long(count: int) -> tuple[list[int], list[float]]:
+    """Rows in memory, and work a row of path, at every hundred curves of an endless path that comes one by one."""
     planner = LookAhead(LIMITS, PERIOD, ("x", "y"), 60)
-    rows, came, out, behind = [], 0.0, 0.0, 0.0
+    rows, work, came, out, before = [], [], 0.0, 0.0, 0.0
     for i, curve in enumerate(islice(lines_and_arcs(5), count)):
         path = Path([curve])
         came += path.length
         out += sum(block.law.length for block in planner.push(path))
-        behind = max(behind, came - out)
         if i % 100 == 99:
             rows.append(planner.rows)
+            work.append(planner.work - before)
+            before = planner.work
     out += sum(block.law.length for block in planner.finish())
     assert out == pytest.approx(came, rel=1e-12)
-    return rows, behind
+    return rows, work
 
 
-def test_memory_does_not_grow():
-    rows, _ = run_long(800)
+def test_memory_and_work_a_curve_do_not_grow_on_an_endless_path():
+    rows, work = run_long(800)
     assert max(rows) <= 2 * 60 + 40
+    # the mix of lines and arcs varies from hundred to hundred
+    assert np.mean(work[4:]) <= 1.2 * np.mean(work[:4])
+    assert max(work) <= 2.0 * float(np.mean(work))
 
 
 @pytest.mark.torture
 @pytest.mark.timeout(7200)
 def test_memory_does_not_grow_over_very_many_curves():
-    rows, _ = run_long(100_000)
+    rows, work = run_long(100_000)
     assert max(rows[500:]) <= max(rows[:500])
+    assert np.mean(work[500:]) <= 1.05 * np.mean(work[:500])
 
 
 def test_stops_dwells_and_feeds_of_a_program():

@@ -9,18 +9,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.feed.look_ahead import STRATEGY, check_limits
-from splinefeed.feed.look_ahead_window import LEAST_WINDOW, WINDOW, Part, Window, limit_row
-from splinefeed.feed.stretches import curve_feeds
+from splinefeed.feed.bounds import AxisLimits
+from splinefeed.feed.corners import passed_corners
+from splinefeed.feed.look_ahead_window import (
+    LEAST_WINDOW,
+    STRATEGY,
+    WINDOW,
+    Part,
+    Window,
+    limit_row,
+    row_at,
+    row_feeds,
+)
 from splinefeed.geometry.corners import STOP_ANGLE
 from splinefeed.geometry.differential import unit_tangents
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import pieces
+from splinefeed.kernels.look_ahead_path import AT_CORNER
 from splinefeed.kernels.pieces import START, Shape
 from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw, positive
 
 #: A wait for the next tick below this, in periods, is rounding.
 ON_TICK = 1e-9
+#: Rests nearer to the last one than this share of how far away they are, are the same.
+NEXT_TO = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +54,8 @@ class Block:
 class LookAhead:
     """Plans a path that need not end: `push` curves, get motion; `finish` comes to rest at the end of what came.
 
-    limits, period  as for `plan`; the period, s, is needed, as stops fall on ticks: the tool waits there for the next
+    limits, period  as for `plan`; the period, s, is needed, as stops fall on ticks: the tool waits there for the next.
+                    Motion begins at start_feed and, when finished, ends at end_feed: not on a tick then
     axes            names of the axes of all that comes
     window          cells that are looked ahead over, of about one arc-length piece, or one build-up of acceleration
 
@@ -58,20 +71,20 @@ class LookAhead:
         if int(window) < LEAST_WINDOW:
             raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
         limit = limit_row(limits, self.axes, self.period)
-        check_limits(limits, limit, len(self.axes))
         self._limit, self._cells = limit, int(window)
         self._window: Window | None = None
         self._waiting: list[tuple[Array, IntArray, Array]] = []  # rows, their curves and feeds, not yet in the table
         self._rows = 0  # of table and of what is waiting
         self._table = np.zeros((0, 0))
         self._owner = np.zeros(0, dtype=np.int64)
-        self._feeds = np.zeros(0)
+        self._feeds = np.zeros((0, 2))
         self._shape: Shape = (1, len(self.axes), 1, 0)
         self._curves = 0  # that came
         self._curve_start = np.zeros(0)  # where they start, from curve _first_curve on, in the table's arc length
         self._first_curve = 0
         self._end = 0.0  # arc length of the table's end
-        self._stops: list[float] = []
+        self._stops: list[float] = []  # where the tool rests, ahead of the motion
+        self._corner = math.inf  # feed at the corner where the next path begins, if it is passed
         self._dwells: dict[float, float] = {}
         self._last: Path | None = None
         self._tick = 0  # at which the stretch began
@@ -86,6 +99,11 @@ class LookAhead:
     def rows(self) -> int:
         """Rows of curves that are held in memory."""
         return self._rows
+
+    @property
+    def work(self) -> float:
+        """Cells that were solved for, times Newton steps, so far: what planning costs."""
+        return 0.0 if self._window is None else self._window.work
 
     def push(self, path: Path) -> list[Block]:
         """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
@@ -117,12 +135,33 @@ class LookAhead:
             linear = path.linear
             turn = unit_tangents(before, end, linear, "left") - unit_tangents(after, start, linear)
             markers += [m for m in self._last.markers if m.before == len(self._last.curves)]
-            if float(np.linalg.norm(turn)) > STOP_ANGLE or any(marker.stop for marker in markers):
-                self._stops.append(self._end)
+            asked = any(marker.stop for marker in markers)
+            self._corner = math.inf
+            if asked or float(np.linalg.norm(turn)) > STOP_ANGLE:
+                self._corner = math.inf if asked else self._passed(path)
+                if self._corner == math.inf:
+                    self._rest(self._end)
         wait = sum(marker.dwell for marker in markers)
         if wait > 0.0:
             self._dwells[self._end] = self._dwells.get(self._end, 0.0) + wait
         self._last = path
+
+    def _passed(self, path: Path) -> float:
+        """Feed at which the corner between the last path and this one is passed, mm/s, infinite if it is a stop."""
+        if self.limits.axis_velocity_step is None or self._last is None:
+            return math.inf
+        both = Path(
+            [self._last.curves[-1], path.curves[0]], self.axes, tolerance=max(path.tolerance, self._last.tolerance)
+        )
+        at, feed = passed_corners(both, self.limits, AxisLimits.of(self.limits, self.axes), self.period)
+        near = np.abs(at - both.curve_starts[1]) <= NEXT_TO * both.length
+        return float(feed[near][0]) if np.any(near) else math.inf
+
+    def _rest(self, s: float) -> None:
+        """Rest at arc length s, mm, unless that is where the last rest or the beginning is."""
+        last = self._stops[-1] if self._stops else (self._window.low if self._window is not None else 0.0)
+        if s - last > NEXT_TO * max(s, 1.0) and s > 0.0:
+            self._stops.append(s)
 
     def _take(self, path: Path) -> None:
         """Put the rows of a path behind those that wait."""
@@ -135,16 +174,20 @@ class LookAhead:
             self._shape = wanted
             if self._window is None:
                 self._window = Window(self._limit, wanted, self._cells)
+                self._window.begin(0.0, self.limits.start_feed)
                 self._table = np.zeros((0, path.table.shape[1] if wanted == path.shape else 0))
             self._window.shape = wanted
         table = widened(path.table, path.shape, wanted)
         table[:, START] += self._end
         counts = path.curve_rows[:, 1] - path.curve_rows[:, 0] + 1
         owner = np.repeat(np.arange(self._curves, self._curves + len(path.curves)), counts)
-        self._waiting.append((table, owner, np.repeat(curve_feeds(path, self.limits), counts)))
+        feeds, marks = row_feeds(path, self.limits, self._limit)
+        feeds[0, AT_CORNER] = self._corner
+        self._waiting.append((table, owner, feeds))
         self._rows += len(table)
         self._curve_start = np.concatenate([self._curve_start, path.curve_starts[:-1] + self._end])
-        self._stops += [s + self._end for s in path.stops]
+        for s in marks[1:-1]:
+            self._rest(s + self._end)
         for s, wait in path.dwells:
             if 0.0 < s < path.length:
                 self._dwells[s + self._end] = wait
@@ -164,13 +207,11 @@ class LookAhead:
             if not known and self._rows <= window.rows:
                 break
             self._gather()
-            first = max(int(np.searchsorted(self._table[:, START], window.low, side="right")) - 1, 0)
-            if not known and len(self._table) - first <= window.rows:
+            if not known and window.rows_ahead(self._table) <= window.rows:
                 break
             stop = self._stops[0] if self._stops else (self._end if whole else math.inf)
-            chosen = slice(first, first + window.rows + 1)
             begin = window.low
-            part = window.advance(self._table[chosen], self._feeds[chosen], stop)
+            part = window.advance(self._table, self._feeds, stop, 0.0 if self._stops else self.limits.end_feed)
             rests = window.low >= stop
             yield self._block(part, begin, rests)
             if rests and self._stops:
@@ -191,11 +232,10 @@ class LookAhead:
         spans = part.spans
         coefficients = part.coefficients.copy()
         coefficients[:, 0] = part.starts - begin
-        row = max(int(np.searchsorted(self._table[:, START], begin, side="right")) - 1, 0)
-        curve = int(self._owner[row])
+        curve = int(self._owner[row_at(self._table, begin)])
         time = self.time
         self._elapsed += float(np.sum(spans))
-        if rests:
+        if rests and (self._stops or self.limits.end_feed == 0.0):
             assert self._window is not None
             passed = math.ceil(self._elapsed / self.period - ON_TICK)
             wait = self._dwells.pop(self._window.low, 0.0)
@@ -213,7 +253,7 @@ class LookAhead:
 
     def _forget(self, window: Window) -> None:
         """Drop the rows behind the motion, and count arc length from the first that is left."""
-        first = max(int(np.searchsorted(self._table[:, START], window.low, side="right")) - 1, 0)
+        first = row_at(self._table, window.needed)
         if first == 0:
             return
         origin = float(self._table[first, START])

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.feed.look_ahead import STRATEGY as LOOK_AHEAD
 from splinefeed.feed.look_ahead import plan_look_ahead
+from splinefeed.feed.look_ahead_window import STRATEGY as LOOK_AHEAD
 from splinefeed.feed.seven_phase import STRATEGY, Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
-from splinefeed.feed.stretches import check_ends, with_dwells
+from splinefeed.feed.stretches import check_ends, close_gaps, with_dwells
 from splinefeed.feed.time_optimal import STRATEGY as TIME_OPTIMAL
 from splinefeed.feed.time_optimal import plan_time_optimal
 from splinefeed.geometry.path import Path
@@ -60,6 +60,7 @@ def plan(path: Stretched, limits: Limits, strategy: str = STRATEGY, period: floa
     law = STRATEGIES[strategy](path, limits, period)
     if isinstance(path, Path):
         law = with_dwells(law, path.dwells, path.length)
+    law = close_gaps(law)
     return dataclasses.replace(
         law, settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period}
     )

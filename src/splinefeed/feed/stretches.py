@@ -18,6 +18,11 @@ SAME_PLACE = 1e-12
 AT_REST = 1e-6
 #: A time within this of a tick, in periods, is on it.
 ON_TICK = 1e-6
+#: No stretch may last longer, s: thirty years.
+LONGEST = 1e9
+#: What of a jump of acceleration the rounding of instants explains, times the jerk beside it; a jump below this share
+#: of the largest acceleration is left.
+ROUNDINGS, UNSEEN = 4.0, 1e-10
 
 
 def curve_feeds(path: Path, limits: Limits) -> Array:
@@ -44,6 +49,38 @@ def check_ends(path: Path, limits: Limits) -> None:
             raise LimitsError(f"{name} is {wanted:g} mm/s; the path asks for at most {feed:g} mm/s there")
         if wanted > 0.0 and s in waits:
             raise LimitsError(f"{name} is {wanted:g} mm/s; the path waits {waits[s]:g} s there, which is at rest")
+
+
+def check_duration(seconds: float, low: float, high: float, longest: float = math.inf) -> None:
+    """Raise PlanError for a stretch, mm, that limits make last for ever: an axis turns there while s hardly moves.
+
+    That is longer than LONGEST, or than `longest`, s.
+    """
+    if seconds > min(LONGEST, longest):
+        raise PlanError(
+            f"the motion from s = {low:.9g} to {high:.9g} mm would take {seconds:.3g} s under these limits: an axis "
+            "turns or bends there while the path hardly moves on; smooth or split it there, or leave the limits of "
+            "that axis out"
+        )
+
+
+def close_gaps(law: TimeLaw) -> TimeLaw:
+    """The law with no jump of acceleration between its pieces that only the rounding of late instants makes.
+
+    The cubic term of the piece before takes it, which changes its jerk by less than that rounding is of its duration.
+    """
+    spans = np.diff(law.breaks)[:-1]
+    c = law.coefficients[:-1]
+    end = 2.0 * c[:, 2] + spans * (6.0 * c[:, 3] + spans * (12.0 * c[:, 4] + spans * 20.0 * c[:, 5]))
+    gap = 2.0 * law.coefficients[1:, 2] - end
+    jerk = 6.0 * np.abs(c[:, 3]) + spans * (24.0 * np.abs(c[:, 4]) + spans * 60.0 * np.abs(c[:, 5]))
+    seen = np.abs(gap) > UNSEEN * 2.0 * np.max(np.abs(law.coefficients[:, 2]))
+    rounding = seen & (np.abs(gap) <= ROUNDINGS * np.spacing(law.breaks[1:-1]) * jerk)
+    if not np.any(rounding):
+        return law
+    coefficients = law.coefficients.copy()
+    coefficients[:-1, 3] += np.where(rounding, gap / (6.0 * spans), 0.0)
+    return replace(law, coefficients=coefficients)
 
 
 def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: float) -> TimeLaw:

@@ -18,7 +18,7 @@ from splinefeed.feed.moving import finished
 from splinefeed.feed.seven_phase import SevenPhase, plan_seven_phase
 from splinefeed.feed.square import Setting
 from splinefeed.feed.steady import steady
-from splinefeed.feed.stretches import curve_feeds
+from splinefeed.feed.stretches import check_duration, curve_feeds
 from splinefeed.feed.window import solve
 from splinefeed.feed.windows import joints, solve_long
 from splinefeed.geometry.differential import by_arc_length
@@ -32,9 +32,9 @@ STRAIGHT = 1e-12
 POOR = 1.2
 #: A stretch below this share of the path has no room for cells above the rounding of s.
 UNRESOLVED = 1e-11
-#: No stretch may last longer, s: thirty years. Where the optimiser found nothing, neither so many periods and so many
-#: times the lower bound: looking at every tick would take minutes.
-LONGEST, MOST_TICKS, MOST_BOUNDS = 1e9, 1e7, 100.0
+#: Where the optimiser found nothing, no stretch may last longer than so many periods and so many times the lower bound:
+#: looking at every tick would take minutes.
+MOST_TICKS, MOST_BOUNDS = 1e7, 100.0
 #: Rounds of slowing a stretch down until the differences of its setpoints keep their limits.
 SLOWINGS = 20
 
@@ -162,17 +162,12 @@ def _check(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
 
 
 def _check_durations(plans: list[StretchPlan], marks: Array, period: float | None) -> None:
-    """Raise PlanError for a stretch that the limits make last for ever: there an axis turns while s hardly moves on."""
+    """Raise PlanError for a stretch that the limits make last for ever."""
     for k, plan in enumerate(plans):
-        longest = LONGEST
+        longest = math.inf
         if plan.slow and period is not None:
-            longest = min(longest, max(MOST_TICKS * period, MOST_BOUNDS * plan.lower_bound))
-        if plan.pieces.duration > longest:
-            raise PlanError(
-                f"the motion from s = {marks[k]:.9g} to {marks[k + 1]:.9g} mm would take {plan.pieces.duration:.3g} s "
-                "under these limits: an axis turns or bends there while the path hardly moves on; smooth or split it "
-                "there, or leave the limits of that axis out"
-            )
+            longest = max(MOST_TICKS * period, MOST_BOUNDS * plan.lower_bound)
+        check_duration(plan.pieces.duration, marks[k], marks[k + 1], longest)
 
 
 def _stretch(path: Path, low: float, high: float, feeds: tuple[float, float], setting: Setting) -> StretchPlan:

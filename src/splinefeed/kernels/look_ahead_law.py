@@ -7,16 +7,22 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.look_ahead import CENTRIPETAL, FEED, JERK, OF_AXES, PLACES, SLOW_DOWN, SPEED_UP
-from splinefeed.records import Array
+from splinefeed.kernels.look_ahead_cells import PLACES
+from splinefeed.kernels.look_ahead_path import CENTRIPETAL, FEED, JERK_DOWN, JERK_UP, OF_AXES, SLOW_DOWN, SPEED_UP
+from splinefeed.records import Array, IntArray
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS_PLACES = np.ascontiguousarray(0.5 * (_NODES + 1.0))
 GAUSS_WEIGHTS = np.ascontiguousarray(0.5 * _WEIGHTS)
-#: Newton steps from a share of a piece's length to its time: pieces are short and smooth.
-STEPS = 6
+#: Newton steps from a place on a piece to its time, which bisect where they would leave it; a share of the piece's
+#: time below which the next one would be rounding.
+STEPS, SMALL_STEP = 60, 1e-7
 #: The rise of a peak between places is taken this much larger, as a parabola is not the whole truth.
 PEAK_MARGIN = 2.0
+#: Intervals of ramps below this share of the arc length are at one place, but for rounding.
+UNSURE = 1e-12
+#: An acceleration along the path below this share of the largest nearby has no sign of its own.
+NO_SIGN = 1e-9
 
 
 @kernel
@@ -44,17 +50,8 @@ def lay_law(n: int, nodes: Array, c: Array, ends: Array, spans: Array, law: Arra
         t *= h
         if not (b0 > 0.0 and b2 > 0.0 and 0.0 < t < math.inf):
             return False
-        v0 = math.sqrt(b0)
-        v1 = math.sqrt(b2)
-        gap = h - (v0 + 0.5 * a0 * t) * t
-        rise = (v1 - v0 - a0 * t) * t
-        bend = 0.5 * (a1 - a0) * t * t
         spans[i + 1] = t
-        law[i + 1, 1] = v0
-        law[i + 1, 2] = 0.5 * a0
-        law[i + 1, 3] = (10.0 * gap - 4.0 * rise + bend) / (t * t * t)
-        law[i + 1, 4] = (-15.0 * gap + 7.0 * rise - 2.0 * bend) / (t * t * t * t)
-        law[i + 1, 5] = (6.0 * gap - 3.0 * rise + bend) / (t * t * t * t * t)
+        join(h, t, math.sqrt(b0), a0, math.sqrt(b2), a1, law[i + 1])
     spans[0] = 0.0
     spans[n + 1] = 0.0
     if ends[0] > 0.0:
@@ -72,73 +69,117 @@ def lay_law(n: int, nodes: Array, c: Array, ends: Array, spans: Array, law: Arra
 
 
 @kernel
+def join(h: float, t: float, v0: float, a0: float, v1: float, a1: float, law: Array) -> None:
+    """The quintic (6,) over h mm in t s from feed v0 and acceleration a0 to v1 and a1."""
+    gap = h - (v0 + 0.5 * a0 * t) * t
+    rise = (v1 - v0 - a0 * t) * t
+    bend = 0.5 * (a1 - a0) * t * t
+    law[0] = 0.0
+    law[1] = v0
+    law[2] = 0.5 * a0
+    law[3] = (10.0 * gap - 4.0 * rise + bend) / (t * t * t)
+    law[4] = (-15.0 * gap + 7.0 * rise - 2.0 * bend) / (t * t * t * t)
+    law[5] = (6.0 * gap - 3.0 * rise + bend) / (t * t * t * t * t)
+
+
+@kernel
+def instant(law: Array, span: float, s: float, guess: float) -> float:
+    """When, in [0, span], s, a piece (6,) is s mm on; by Newton's method kept inside a bracket."""
+    low = 0.0
+    high = span
+    tau = guess
+    for _ in range(STEPS):
+        rest = ((((law[5] * tau + law[4]) * tau + law[3]) * tau + law[2]) * tau + law[1]) * tau - s
+        slope = ((5.0 * law[5] * tau + 4.0 * law[4]) * tau + 3.0 * law[3]) * tau + 2.0 * law[2]
+        slope = slope * tau + law[1]
+        if rest > 0.0:
+            high = tau
+        else:
+            low = tau
+        after = tau - rest / slope if slope > 0.0 else -1.0
+        if not low <= after <= high:
+            after = 0.5 * (low + high)
+        step = abs(after - tau)
+        tau = after
+        if step <= SMALL_STEP * span:
+            break
+    return tau
+
+
+@kernel
 def hold_law(
-    n: int, nodes: Array, ends: Array, spans: Array, law: Array, d: Array, bend: Array, bound: Array, node_top: Array,
-    calm: Array, limit: Array, over: Array,
+    m: int, edges: Array, owner: IntArray, starts: Array, spans: Array, law: Array, d: Array, bend: Array,
+    bound: Array, edge_top: Array, calm: Array, limit: Array, over: Array,
 ) -> float:  # fmt: skip
-    """By how much q of each piece must come down for its law to keep every limit, over (n + 2,); returns the most.
+    """By how much q of each piece must come down for its law to keep every limit, over (pieces,); returns the most.
 
     Velocity counts squared, jerk to the power 2/3: what a factor on q makes of them. Looked at are PLACES of every
-    piece, where d (n + 2, 5, 3, axes) and bend (n + 2, 5) say what the path is like, and peaks between them as a
-    parabola through three of them estimates. bound (n + 2,), node_top (n + 1,): bounds of q in pieces and at nodes.
+    interval between edges (m + 1,), mm, each of which lies in the piece owner (m,) of the law, where d (m, 5, 3, axes)
+    and bend (m, 5) say what the path is like; and peaks between them as a parabola through three of them estimates.
+    starts, spans (pieces,): where pieces begin, mm, and how long they last, s; bound, edge_top (m,): bounds of q in
+    intervals and at their starts; calm (m, 2): shares of acceleration and jerk that jumps leave.
     """
     axes = d.shape[3]
     kinds = 6 + 3 * axes
     count = PLACES.shape[0]
     use = np.empty((count, kinds))
-    worst = 0.0
-    for i in range(n + 2):
+    motion = np.empty((count, 3))
+    for i in range(spans.shape[0]):
         over[i] = 0.0
-        span = spans[i]
+    worst = 0.0
+    for i in range(m):
+        piece = owner[i]
+        span = spans[piece]
         if span <= 0.0:
             continue
-        h = ends[0] if i == 0 else (ends[1] if i == n + 1 else nodes[i] - nodes[i - 1])
-        soft = calm[min(max(i - 1, 0), n - 1), 0]
-        quiet = calm[min(max(i - 1, 0), n - 1), 1]
+        p = law[piece]
+        first = edges[i] - starts[piece]
+        h = edges[i + 1] - edges[i]
+        whole = ((((p[5] * span + p[4]) * span + p[3]) * span + p[2]) * span + p[1]) * span
+        fastest = 0.0
+        tau = 0.0
         for j in range(count):
-            f = PLACES[j]
-            tau = f * span
-            if i == 0:
-                tau = span * f ** (1.0 / 3.0)
-            elif i == n + 1:
-                tau = span * (1.0 - (1.0 - f) ** (1.0 / 3.0))
-            elif 0 < j < count - 1:
-                for _ in range(STEPS):
-                    s = (((law[i, 5] * tau + law[i, 4]) * tau + law[i, 3]) * tau + law[i, 2]) * tau + law[i, 1]
-                    slope = 5.0 * law[i, 5] * tau + 4.0 * law[i, 4]
-                    slope = ((slope * tau + 3.0 * law[i, 3]) * tau + 2.0 * law[i, 2]) * tau + law[i, 1]
-                    if not slope > 0.0:
-                        break
-                    step = (s * tau - f * h) / slope
-                    tau = min(max(tau - step, 0.0), span)
-                    if abs(step) < 1e-7 * span:
-                        break
-            v = 5.0 * law[i, 5] * tau + 4.0 * law[i, 4]
-            v = ((v * tau + 3.0 * law[i, 3]) * tau + 2.0 * law[i, 2]) * tau + law[i, 1]
-            a = ((20.0 * law[i, 5] * tau + 12.0 * law[i, 4]) * tau + 6.0 * law[i, 3]) * tau + 2.0 * law[i, 2]
-            b = (60.0 * law[i, 5] * tau + 24.0 * law[i, 4]) * tau + 6.0 * law[i, 3]
-            if 0 < i <= n and not v > 0.0:
-                over[i] = math.inf
+            s = first + PLACES[j] * h
+            if s <= 0.0:
+                tau = 0.0
+            elif s >= whole * (1.0 - 1e-15):
+                tau = span
+            else:
+                tau = instant(p, span, s, min(max(s / whole * span, tau), span))
+            v = ((5.0 * p[5] * tau + 4.0 * p[4]) * tau + 3.0 * p[3]) * tau + 2.0 * p[2]
+            motion[j, 0] = v * tau + p[1]
+            motion[j, 1] = ((20.0 * p[5] * tau + 12.0 * p[4]) * tau + 6.0 * p[3]) * tau + 2.0 * p[2]
+            motion[j, 2] = (60.0 * p[5] * tau + 24.0 * p[4]) * tau + 6.0 * p[3]
+            fastest = max(fastest, abs(motion[j, 1]))
+            if not motion[j, 0] > 0.0 and 0.0 < tau < span:
+                over[piece] = math.inf
+        if h < UNSURE * edges[m] and (piece == owner[0] or piece == owner[m - 1]):
+            # next to rest, places of the path are not told apart: the fastest motion is held against all of them
+            far = count - 1 if piece == owner[0] else 0
+            for j in range(count):
+                motion[j] = motion[far]
+        for j in range(count):
+            v, a, b = motion[j, 0], motion[j, 1], motion[j, 2]
+            grows = a if abs(a) > NO_SIGN * fastest else motion[count // 2, 1]
             q = v * v
             use[j, 0] = q / (limit[FEED] * limit[FEED])
             use[j, 1] = a / limit[SPEED_UP]
             use[j, 2] = -a / limit[SLOW_DOWN]
-            use[j, 3] = (abs(b) / limit[JERK]) ** (2.0 / 3.0)
+            use[j, 3] = (abs(b) / (limit[JERK_UP] if grows >= 0.0 else limit[JERK_DOWN])) ** (2.0 / 3.0)
             use[j, 4] = q * bend[i, j] / limit[CENTRIPETAL]
             use[j, 5] = q / bound[i]
             for k in range(axes):
                 at = OF_AXES + k
                 use[j, 6 + 3 * k] = q * d[i, j, 0, k] * d[i, j, 0, k] / (limit[at] * limit[at])
-                use[j, 7 + 3 * k] = abs(d[i, j, 0, k] * a + d[i, j, 1, k] * q) / (limit[at + axes] * soft)
+                use[j, 7 + 3 * k] = abs(d[i, j, 0, k] * a + d[i, j, 1, k] * q) / (limit[at + axes] * calm[i, 0])
                 jerk = abs(d[i, j, 0, k] * b + 3.0 * d[i, j, 1, k] * v * a + d[i, j, 2, k] * q * v)
-                use[j, 8 + 3 * k] = (jerk / (limit[at + 2 * axes] * quiet)) ** (2.0 / 3.0)
-        if 0 < i <= n:
-            over[i] = max(over[i], law[i, 1] * law[i, 1] / node_top[i - 1])
+                use[j, 8 + 3 * k] = (jerk / (limit[at + 2 * axes] * calm[i, 1])) ** (2.0 / 3.0)
+        most = motion[0, 0] * motion[0, 0] / edge_top[i]
         for k in range(kinds):
             for j in range(count):
                 here = use[j, k]
                 if not here <= math.inf:
-                    over[i] = math.inf
+                    most = math.inf
                     continue
                 if 0 < j < count - 1 and here > 0.5:
                     left = PLACES[j] - PLACES[j - 1]
@@ -151,6 +192,7 @@ def hold_law(
                         top = -0.5 * slope / curve
                         if -left < top < right:
                             here -= PEAK_MARGIN * slope * slope / (4.0 * curve)
-                over[i] = max(over[i], here)
-        worst = max(worst, over[i])
+                most = max(most, here)
+        over[piece] = max(over[piece], most)
+        worst = max(worst, over[piece])
     return worst

@@ -7,22 +7,24 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.look_ahead import (
-    FEED,
-    JERK,
+from splinefeed.kernels.look_ahead_bounds import JUMPS, hold_chords, hold_jumps
+from splinefeed.kernels.look_ahead_cells import PLACES, at_places, lay_cells, refine, refined_room
+from splinefeed.kernels.look_ahead_law import hold_law, lay_law
+from splinefeed.kernels.look_ahead_path import (
+    JERK_DOWN,
+    JERK_UP,
     OF_AXES,
+    PERIOD,
     SLOW_DOWN,
     SPEED_UP,
-    along,
-    fill_rows,
-    least_time,
     push_twist,
-    uses,
+    still_top,
 )
-from splinefeed.kernels.look_ahead_cells import at_cells, guess, hold_chords, hold_jumps, lay_cells
-from splinefeed.kernels.look_ahead_law import hold_law, lay_law
-from splinefeed.kernels.pieces import START, Shape, find_row
-from splinefeed.kernels.profile import ROW, seven_phase
+from splinefeed.kernels.look_ahead_profiles import PHASES, crawl, straight, stretch
+from splinefeed.kernels.look_ahead_rows import fill_rows, guess, uses
+from splinefeed.kernels.look_ahead_samples import COLUMNS, bend_behind, sample_room, sample_rows
+from splinefeed.kernels.look_ahead_solver import least_time
+from splinefeed.kernels.pieces import Shape
 from splinefeed.records import Array
 
 #: Newton steps of one round at most, and duality gap relative to the time at which it may end.
@@ -46,80 +48,14 @@ SLOWEST = 0.25
 KEEP = 0.9995
 #: A window from rest to rest that is over by no more than this is stretched in time instead of planned again.
 HAIR = 1.012
-#: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line.
-STRAIGHT = 1e-12
+#: A window that must be stretched by more than this is held against the slow profile that always goes.
+POOR = 1.2
+#: Jumps this many periods before a state that is given count for the motion behind it.
+REACH = 2.5
+#: An acceleration below this share of the largest in the window has no sign that a jerk limit could go by.
+NO_SIGN = 1e-3
 #: Part of a jerk and an acceleration limit that the ramp at rest may use: its axes' share is known at its ends only.
 RAMP_PART = 0.93
-
-
-@kernel
-def _straight(
-    table: Array, feeds: Array, shape: Shape, low: float, high: float, limit: Array, nodes: Array, spans: Array,
-    law: Array,
-) -> int:  # fmt: skip
-    """The seven phases of [low, high] if all axes run straight and at one feed there, else 0; outputs of `plan_window`.
-
-    They are exact: limits of axes are limits along the path.
-    """
-    axes = shape[1]
-    last_row = table.shape[0] - 1
-    row = find_row(table, 0, last_row, START, low)
-    work = np.empty((4, axes))
-    d = np.empty((3, axes))
-    course = np.empty(axes)
-    begun = False
-    feed = min(limit[FEED], feeds[row])
-    while row <= last_row and (not begun or table[row, START] < high):
-        for j in range(3):
-            along(table, row, shape, j - 1.0, work, d)
-            if not begun:
-                course[:] = d[0]
-                begun = True
-            for k in range(axes):
-                if not (abs(d[0, k] - course[k]) <= STRAIGHT and abs(d[1, k]) * (high - low) <= STRAIGHT):
-                    return 0
-        if min(limit[FEED], feeds[row]) != feed:
-            return 0
-        row += 1
-    up, down, jerk = limit[SPEED_UP], limit[SLOW_DOWN], limit[JERK]
-    for k in range(axes):
-        slope = abs(course[k])
-        if slope > 0.0:
-            feed = min(feed, limit[OF_AXES + k] / slope)
-            up = min(up, limit[OF_AXES + axes + k] / slope)
-            down = min(down, limit[OF_AXES + axes + k] / slope)
-            jerk = min(jerk, limit[OF_AXES + 2 * axes + k] / slope)
-    if not up + down + jerk < math.inf:
-        return 0
-    profile = np.zeros(ROW)
-    seven_phase(high - low, feed, up, down, jerk, jerk, 0.0, 0.0, profile)
-    count = 0
-    s = low
-    v = 0.0
-    a = 0.0
-    for phase in range(7):
-        t = profile[phase]
-        twist = 0.0
-        if phase == 0 or phase == 6:
-            twist = jerk
-        elif phase == 2 or phase == 4:
-            twist = -jerk
-        if phase == 3 or (phase == 1 and profile[0] == 0.0):
-            a = 0.0
-        if not t > 0.0:
-            continue
-        nodes[count] = s
-        spans[count] = t
-        law[count] = 0.0
-        law[count, 1] = v
-        law[count, 2] = 0.5 * a
-        law[count, 3] = twist / 6.0
-        s += ((twist / 6.0 * t + 0.5 * a) * t + v) * t
-        v += (0.5 * twist * t + a) * t
-        a += twist * t
-        count += 1
-    nodes[count] = high
-    return count
 
 
 @kernel
@@ -129,35 +65,52 @@ def plan_window(
 ) -> int:  # fmt: skip
     """Plan [low, high], mm, each end at rest or in a state; how many pieces, 0 if none was found, -1 for no room.
 
-    feeds (rows,): largest feed on each row of the table, mm/s; state (2, 2): feed and acceleration at both ends, where
-    rest (2,) is 0; limit: see `kernels.look_ahead`. nodes (room,) are the ends of the pieces, mm; spans (room,) their
-    durations, s; law (room, 6) their coefficients, s counted from the start of each. report (4,): largest share of a
-    limit that is used, as a factor on q, time, Newton steps, rounds. A law that is found keeps every limit.
+    feeds (rows, 2): largest feed on each row and at the corner before it; state (2, 2): feed and acceleration at both
+    ends, where rest (2,) is 0; limit: see `look_ahead_path`. nodes (room,) are the ends of the pieces, mm; spans
+    (room,) their durations, s; law (room, 6) their coefficients, s counted from the start of each. report (4,): largest
+    share of a limit that was used before the whole was stretched, as a factor on q, infinite for seven slow phases;
+    time, Newton steps times cells, rounds. A law that is found keeps every limit; from rest to rest one always is.
     """
     axes = shape[1]
-    if rest[0] > 0.0 and rest[1] > 0.0:
-        count = _straight(table, feeds, shape, low, high, limit, nodes, spans, law)
-        if count > 0:
-            report[0] = 1.0
-            report[1] = np.sum(spans[:count])
-            return count
+    free = rest[0] > 0.0 and rest[1] > 0.0
+    pieces = straight(table, feeds, shape, low, high, state, limit, nodes, spans, law)
+    if pieces > 0:
+        report[0] = 1.0
+        report[1] = np.sum(spans[:pieces])
+        return pieces
+    samples = np.empty((sample_room(table.shape[0]), COLUMNS))
+    jumps = np.empty((table.shape[0] + 1, JUMPS + 2 * axes))
+    reach = REACH * limit[PERIOD] * state[0, 0] if rest[0] <= 0.0 else 0.0
+    count, found = sample_rows(table, feeds, shape, low, high, reach, limit, samples, jumps)
     ends = np.empty(2)
-    jumps = np.empty((table.shape[0] + 1, 1 + 2 * axes))
-    samples = np.empty((table.shape[0] + 1, 8))
-    cells = np.empty(nodes.shape[0] - 2)
+    edges = np.empty(nodes.shape[0] + 1)
+    cells = edges[1:]
     widest = np.full(2, math.inf)
     for e in range(2):  # q must not fall to nothing within a cell
         if state[e, 1] != 0.0:
             widest[e] = SLOWEST * state[e, 0] * state[e, 0] / abs(state[e, 1])
-    n = lay_cells(table, feeds, shape, low, high, rest, widest, limit, cells, ends, jumps, samples)
+    n = lay_cells(count, samples, low, high, rest, widest, limit, cells[: nodes.shape[0] - 2], ends)
     if n < 1:
-        return -1
-    d = np.empty((n + 2, 5, 3, axes))
-    bend = np.empty((n + 2, 5))
-    top = np.empty((n, 2))
+        if not free:
+            return -1
+        pieces, report[1] = crawl(
+            table, feeds, shape, low, high, count, samples, found, jumps, limit, KEEP, nodes, spans, law
+        )  # fmt: skip
+        report[0] = math.inf
+        return pieces
+    edges[0] = low
+    edges[n + 2] = high
+    start = state[0, 0] * state[0, 0]
+    d = np.empty((n + 2, PLACES.shape[0], 3, axes))
+    bend = np.empty((n + 2, PLACES.shape[0]))
     bound = np.empty(n + 2)
-    at_cells(table, feeds, shape, n, cells, ends, limit, d, bend, top, bound)
-    hold_chords(n, cells, bend, limit, top, bound)
+    behind = bend_behind(table, shape, low, state[0, 0], limit)
+    at_places(table, feeds, shape, n + 2, edges, d, bend, bound)
+    hold_chords(n + 2, edges, bend, behind, limit, bound)
+    top = np.empty((n, 2))
+    for i in range(n):
+        for p in range(2):
+            top[i, p] = min(still_top(d[i + 1, 2 * p + 1], bend[i + 1, 2 * p + 1], limit), bound[i + 1])
     node_top = np.full(n + 1, math.inf)
     for e in range(2):
         if ends[e] > 0.0:
@@ -167,7 +120,31 @@ def plan_window(
                 most = min(most, (4.5 * RAMP_PART * twist * ends[e] * ends[e]) ** (2.0 / 3.0))
             node_top[0 if e == 0 else n] = most
     calm = np.empty((n, 2))
-    hold_jumps(n, cells, jumps, limit, top, node_top, calm, axes)
+    hold_jumps(n, cells, low, start, found, jumps, limit, top, node_top, calm)
+    # what the law is held against: in the first rounds cells and ramps, one by one
+    owner = np.arange(n + 2)
+    edge_top = np.full(n + 2, math.inf)
+    edge_calm = np.empty((n + 2, 2))
+    for i in range(n + 2):
+        edge_calm[i] = calm[min(max(i - 1, 0), n - 1)]
+        if i > 0:
+            edge_top[i] = node_top[i - 1]
+    starts = edges[: n + 2]
+    # ... and then every part of a row in them
+    fine = np.empty(refined_room(n + 2, count))
+    owners = np.empty(fine.shape[0], dtype=np.int64)
+    m = refine(n + 2, edges, count, samples, fine, owners)
+    fine_d = np.empty((m, PLACES.shape[0], 3, axes))
+    fine_bend = np.empty((m, PLACES.shape[0]))
+    fine_bound = np.empty(m)
+    fine_top = np.full(m, math.inf)
+    fine_calm = np.empty((m, 2))
+    at_places(table, feeds, shape, m, fine, fine_d, fine_bend, fine_bound)
+    hold_chords(m, fine, fine_bend, behind, limit, fine_bound)
+    for i in range(m):
+        fine_calm[i] = edge_calm[owners[i]]
+        if fine[i] == edges[owners[i]]:
+            fine_top[i] = edge_top[owners[i]]
     h = cells[1 : n + 1] - cells[:n]
     ties = np.full(2, -1.0)
     for e in range(2):
@@ -189,12 +166,14 @@ def plan_window(
     else:
         c[1] = begin
     first = 1 if rest[0] > 0.0 else 0
-    free = rest[0] > 0.0 and rest[1] > 0.0
     linear_rows = 3
     jerk_rows = 0
-    if min(limit[SPEED_UP], limit[SLOW_DOWN]) < math.inf:
+    uneven = limit[JERK_UP] != limit[JERK_DOWN]
+    if min(limit[SPEED_UP], limit[SLOW_DOWN]) < math.inf or uneven:
         linear_rows += 2
-    if limit[JERK] < math.inf:
+    steepest = np.full(n, min(limit[JERK_UP], limit[JERK_DOWN]))
+    sign = np.zeros(n)
+    if steepest[0] < math.inf:
         jerk_rows += 2
     for k in range(axes):
         if limit[OF_AXES + axes + k] < math.inf:
@@ -202,7 +181,7 @@ def plan_window(
         if limit[OF_AXES + 2 * axes + k] < math.inf:
             jerk_rows += 2
     linear = np.empty((n, linear_rows, 3))
-    offset = np.empty(linear_rows)
+    offset = np.empty((n, linear_rows))
     jerk = np.empty((n, jerk_rows, 3))
     root = np.empty((n, 2, 3))
     dual = np.empty((n, linear_rows + jerk_rows))
@@ -215,28 +194,40 @@ def plan_window(
         scale[: min(n, 3)] = KEEP
     if rest[1] <= 0.0:
         scale[max(n - 3, 0) :] = KEEP
-    found = np.zeros(3)
+    solved = np.zeros(3)
     over = np.empty(n + 2)
     worst = math.inf
     best = math.inf
     kept = c.copy()
     report[2] = 0.0
     for attempt in range(ROUNDS):
-        fill_rows(n, h, ties, d[1 : n + 1], top, node_top, scale, calm, limit, linear, offset, jerk, root)
-        steps = least_time(c, h, ends, ties, linear, offset, jerk, root, GAP, MOST_STEPS, dual, attempt > 0, found)
-        if attempt == 0 and free and found[2] > 1.0:
+        fill_rows(
+            n, h, ties, d[1 : n + 1], top, node_top, scale, calm, steepest, sign, limit, linear, offset, jerk, root
+        )  # fmt: skip
+        steps = least_time(c, h, ends, ties, linear, offset, jerk, root, GAP, MOST_STEPS, dual, attempt > 0, solved)
+        if attempt == 0 and free and solved[2] > 1.0:
             # it did not come within the limits from outside: from inside it takes more steps, but stays there
             c[:] = kept
             for _ in range(MOST_HALVINGS):
                 if uses(c, linear, offset, jerk, root, feeds_at, row_uses) < 0.9:
                     break
                 c *= 0.5
-            steps += least_time(c, h, ends, ties, linear, offset, jerk, root, GAP, 2 * MOST_STEPS, dual, False, found)
-        report[2] += steps
+            steps += least_time(c, h, ends, ties, linear, offset, jerk, root, GAP, 2 * MOST_STEPS, dual, False, solved)
+        report[2] += steps * n
         report[3] = attempt + 1.0
         worst = math.inf
         if lay_law(n, cells, c, ends, spans, law):
-            worst = hold_law(n, cells, ends, spans, law, d, bend, bound, node_top, calm, limit, over) / KEEP
+            if uneven and attempt == 0:
+                _directions(n, law, limit, steepest, sign)
+                continue
+            worst = hold_law(
+                n + 2, edges, owner, starts, spans[: n + 2], law, d, bend, bound, edge_top, edge_calm, limit, over
+            ) / KEEP  # fmt: skip
+            if worst <= (HAIR if free else 1.0):
+                worst = hold_law(
+                    m, fine, owners, starts, spans[: n + 2], law, fine_d, fine_bend, fine_bound, fine_top, fine_calm,
+                    limit, over,
+                ) / KEEP  # fmt: skip
         if worst <= 1.0 or (free and worst <= HAIR):
             break
         if not worst < math.inf:
@@ -244,8 +235,11 @@ def plan_window(
         if math.sqrt(worst) * np.sum(spans[: n + 2]) < best:
             best = math.sqrt(worst) * np.sum(spans[: n + 2])
             kept[:] = c
-        if found[2] > 1.0 and attempt < ROUNDS - 3:
+        if solved[2] > 1.0 and attempt < ROUNDS - 3:
             continue  # the optimiser is not yet within its own limits
+        if uneven and attempt == ROUNDS - 3:
+            steepest[:] = min(limit[JERK_UP], limit[JERK_DOWN])
+            sign[:] = 0.0
         over[1] = max(over[1], over[0])
         over[n] = max(over[n], over[n + 1])
         for i in range(1, n + 1):
@@ -253,23 +247,35 @@ def plan_window(
         for i in range(n):
             beside = max(tighter[i], tighter[i + 2])
             scale[i] /= max(tighter[i + 1], 1.0 + SPREAD * (beside - 1.0))
-    if free and not worst <= HAIR and (best < math.inf or lay_law(n, cells, kept, ends, spans, law)):
-        # the rounds did not suffice: the one that was best, or else what they began from, is stretched
-        lay_law(n, cells, kept, ends, spans, law)
-        worst = hold_law(n, cells, ends, spans, law, d, bend, bound, node_top, calm, limit, over) / KEEP
+    if free and not worst <= HAIR:
+        # the rounds did not suffice: the one that was best is stretched, or the slow profile that always goes
+        worst = math.inf
+        if best < math.inf and lay_law(n, cells, kept, ends, spans, law):
+            worst = hold_law(
+                m, fine, owners, starts, spans[: n + 2], law, fine_d, fine_bend, fine_bound, fine_top, fine_calm,
+                limit, over,
+            ) / KEEP  # fmt: skip
+        if not math.sqrt(worst) <= POOR:
+            time = math.sqrt(worst) * np.sum(spans[: n + 2]) if worst < math.inf else math.inf
+            slow_law = np.empty((PHASES, law.shape[1]))
+            slow_spans = np.empty(PHASES)
+            slow_nodes = np.empty(PHASES + 1)
+            pieces, slow_time = crawl(
+                table, feeds, shape, low, high, count, samples, found, jumps, limit, KEEP, slow_nodes, slow_spans,
+                slow_law,
+            )  # fmt: skip
+            if pieces > 0 and slow_time < time:
+                nodes[: pieces + 1] = slow_nodes[: pieces + 1]
+                spans[:pieces] = slow_spans[:pieces]
+                law[:pieces] = slow_law[:pieces]
+                report[0] = math.inf
+                report[1] = slow_time
+                return pieces
     report[0] = worst
     if not worst < math.inf or (not free and worst > 1.0):
         return 0
-    slower = math.sqrt(max(worst, 1.0))
-    time = 0.0
-    for i in range(n + 2):
-        spans[i] *= slower
-        power = 1.0
-        for k in range(1, 6):
-            power /= slower
-            law[i, k] *= power
-        time += spans[i]
-    report[1] = time
+    stretch(n + 2, math.sqrt(max(worst, 1.0)), spans, law)
+    report[1] = np.sum(spans[: n + 2])
     # pieces without a ramp before them begin at the first cell
     for i in range(n + 1):
         nodes[i + first] = cells[i]
@@ -285,15 +291,30 @@ def plan_window(
 
 
 @kernel
+def _directions(n: int, law: Array, limit: Array, steepest: Array, sign: Array) -> None:
+    """The tangential jerk (n,) in each cell, and the sign (n,) of acceleration where it is the same all over it."""
+    largest = np.max(np.abs(law[1 : n + 1, 2]))
+    for i in range(n):
+        before = law[i + 1, 2]
+        after = law[i + 2, 2] if i + 1 < n else before
+        steepest[i] = min(limit[JERK_UP], limit[JERK_DOWN])
+        if min(before, after) > NO_SIGN * largest:
+            steepest[i], sign[i] = limit[JERK_UP], 1.0
+        if max(before, after) < -NO_SIGN * largest:
+            steepest[i], sign[i] = limit[JERK_DOWN], -1.0
+
+
+@kernel
 def window_end(
     table: Array, feeds: Array, shape: Shape, low: float, high: float, rest: Array, limit: Array, count: int
 ) -> float:
     """Arc length, at most `high`, mm, up to which [low, high] has about `count` cells."""
     ends = np.empty(2)
-    jumps = np.empty((table.shape[0] + 1, 1 + 2 * shape[1]))
-    samples = np.empty((table.shape[0] + 1, 8))
+    samples = np.empty((sample_room(table.shape[0]), COLUMNS))
+    jumps = np.empty((table.shape[0] + 1, JUMPS + 2 * shape[1]))
     cells = np.empty(count + 2)
     widest = np.full(2, math.inf)
-    if lay_cells(table, feeds, shape, low, high, rest, widest, limit, cells, ends, jumps, samples) >= 0:
+    parts, _ = sample_rows(table, feeds, shape, low, high, 0.0, limit, samples, jumps)
+    if lay_cells(parts, samples, low, high, rest, widest, limit, cells, ends) >= 0:
         return high
     return float(cells[count])

@@ -1,0 +1,144 @@
+"""Bounds of the feed in a look-ahead window that reach over more than one place: jumps of the path, and chords."""
+
+from __future__ import annotations
+
+import math
+
+from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.look_ahead_path import CHORD, OF_AXES, PERIOD, chord_top
+from splinefeed.records import Array
+
+#: Columns of jumps behind the arc length: largest q at a corner that is passed; jumps of r' of each axis, then of r''.
+CAP, JUMPS = 1, 2
+#: A jump of velocity or acceleration may use this much of the limits that a drive sees; the smooth motion the rest.
+JUMP_SHARE = 0.5
+#: Part of the limits that is always left to the smooth motion.
+LEAST_CALM = 1e-2
+#: Curvature is taken this much larger, for what lies between the places looked at.
+CHORD_MARGIN = 1.01
+#: q at a jump behind a state that is given, at most, relative to the state's.
+BEHIND = 1.1
+
+
+@kernel
+def jump_top(sum1: float, sum2: float, axis: int, axes: int, limit: Array) -> float:
+    """Largest q at jumps sum1 of r' and sum2 of r'' of one axis, by the share of its limits that they may use."""
+    top = math.inf
+    period = limit[PERIOD]
+    a = JUMP_SHARE * limit[OF_AXES + axes + axis]
+    j = JUMP_SHARE * limit[OF_AXES + 2 * axes + axis]
+    if period > 0.0 and sum1 > 0.0:
+        top = min(top, (min(0.5 * j * period, a) * period / sum1) ** 2)
+    if period > 0.0 and sum2 > 0.0:
+        top = min(top, j * period / (0.75 * sum2) * (0.5 if sum1 > 0.0 else 1.0))
+    return top
+
+
+@kernel
+def hold_chords(m: int, edges: Array, bend: Array, behind: float, limit: Array, bound: Array) -> None:
+    """Lower bounds of q (m,) in intervals between edges (m + 1,), mm, to the chord error.
+
+    bend (m, places): curvatures in the intervals; what counts is the largest one within a step of the period. `behind`
+    is that before the first edge.
+    """
+    if not limit[CHORD] < math.inf:
+        return
+    for i in range(m):
+        own = 0.0
+        for p in range(bend.shape[1]):
+            own = max(own, bend[i, p])
+        kappa = own
+        reach = limit[PERIOD] * math.sqrt(min(bound[i], chord_top(own, limit)))
+        j = i - 1
+        while j >= 0 and edges[j + 1] > edges[i] - reach:
+            for p in range(bend.shape[1]):
+                kappa = max(kappa, bend[j, p])
+            j -= 1
+        if edges[0] > edges[i] - reach:
+            kappa = max(kappa, behind)
+        j = i + 1
+        while j < m and edges[j] < edges[i + 1] + reach:
+            for p in range(bend.shape[1]):
+                kappa = max(kappa, bend[j, p])
+            j += 1
+        bound[i] = min(bound[i], chord_top(CHORD_MARGIN * kappa, limit))
+
+
+@kernel
+def hold_jumps(
+    n: int, nodes: Array, low: float, start: float, found: int, jumps: Array, limit: Array, top: Array,
+    node_top: Array, calm: Array,
+) -> None:  # fmt: skip
+    """Bounds of q at nodes where r' or r'' jumps, and the share of the limits that is left to the motion about them.
+
+    A jump D1 of r' is seen as an acceleration D1 v/T and a jerk of at most D1 v/T^2, a jump D2 of r'' as a jerk of at
+    most 3/4 D2 q/T: the peaks of the B-splines that differences over the period T are means with. What lies within two
+    periods of a jump is counted with it. Jumps up to `low`, mm, were passed at a q of about `start` or below.
+    top (n, 2), node_top (n + 1,): bounds of q at Gauss places and at nodes; calm (n, 2): shares of acceleration, jerk.
+    """
+    period = limit[PERIOD]
+    axes = (jumps.shape[1] - JUMPS) // 2
+    calm[:] = 1.0
+    i = 0
+    for g in range(found):
+        s = jumps[g, 0]
+        while i < n and nodes[i] < s:
+            i += 1
+        if s <= low:
+            q = BEHIND * start
+        else:
+            q = min(node_top[i], jumps[g, CAP])
+            for j in range(max(i - 1, 0), min(i + 1, n)):
+                q = min(q, top[j, 0], top[j, 1])
+        most = q
+        left = g
+        right = g
+        if period > 0.0:
+            for _ in range(3):
+                reach = 2.0 * period * math.sqrt(most)
+                left = g
+                while left > 0 and jumps[left - 1, 0] > s - reach:
+                    left -= 1
+                right = g
+                while right + 1 < found and jumps[right + 1, 0] < s + reach:
+                    right += 1
+                bound = q
+                for k in range(axes):
+                    sum1 = 0.0
+                    sum2 = 0.0
+                    for j in range(left, right + 1):
+                        sum1 += jumps[j, JUMPS + k]
+                        sum2 += jumps[j, JUMPS + axes + k]
+                    bound = min(bound, jump_top(sum1, sum2, k, axes, limit))
+                most = bound
+        if s > low:
+            node_top[i] = min(node_top[i], most)
+            if nodes[i] != s and i > 0:  # it lies next to a node, or within a ramp
+                node_top[i - 1] = min(node_top[i - 1], most)
+        if period <= 0.0:
+            continue
+        share1 = 0.0
+        share = 0.0
+        feed = math.sqrt(most)
+        for k in range(axes):
+            a = limit[OF_AXES + axes + k]
+            j3 = limit[OF_AXES + 2 * axes + k]
+            sum1 = 0.0
+            sum2 = 0.0
+            for j in range(left, right + 1):
+                sum1 += jumps[j, JUMPS + k]
+                sum2 += jumps[j, JUMPS + axes + k]
+            share1 = max(share1, sum1 * feed / (a * period))
+            share = max(share, (sum1 * feed / period + 0.75 * sum2 * most) / (j3 * period))
+        if max(share, share1) < 1e-9:
+            continue
+        reach = 2.0 * period * math.sqrt(min(q, 4.0 * most))
+        begin = min(i, n - 1)
+        while begin > 0 and nodes[begin] >= s - reach:
+            begin -= 1
+        j = begin
+        while j < n and nodes[j] <= s + reach:
+            if nodes[j + 1] >= s - reach:
+                calm[j, 0] = min(calm[j, 0], max(1.0 - share1, LEAST_CALM))
+                calm[j, 1] = min(calm[j, 1], max(1.0 - share, LEAST_CALM))
+            j += 1
