@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.feed.look_ahead import STRATEGY
 from splinefeed.feed.look_ahead_stream import ON_TICK, Block, LookAhead
-from splinefeed.feed.look_ahead_window import WINDOW
+from splinefeed.feed.look_ahead_window import STRATEGY, WINDOW
 from splinefeed.geometry.curves import Lines
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.long_run import MOST_IN_COLUMN, joined

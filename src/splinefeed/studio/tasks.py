@@ -10,7 +10,7 @@ from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
 from splinefeed.errors import InputError, SplinefeedError
-from splinefeed.feed.look_ahead import STRATEGY as LOOK_AHEAD
+from splinefeed.feed.look_ahead_window import STRATEGY as LOOK_AHEAD
 from splinefeed.pipeline.experiment import Served, serve
 from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, TIME_OPTIMAL, Run, run
 from splinefeed.studio import results, sources
