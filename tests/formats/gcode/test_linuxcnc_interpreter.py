@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from rs274_twin import PROGRAM, Run, run
+from rs274_twin import PROGRAM, ROUNDED, Canon, Run, run
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.arcs import arc_curve
 from splinefeed.formats.gcode.dialects import named
@@ -87,6 +87,11 @@ def held_against(file: Path) -> Run:
     return twin
 
 
+def limits(canon: Canon) -> np.ndarray:
+    """How far its places are rounded, mm and rad, (6,)."""
+    return np.array([canon.rounded] * 3 + [math.radians(ROUNDED)] * 3)
+
+
 def compare(moves: Moves, twin: Run, file: Path) -> None:
     step = np.max(np.abs(moves.ends - moves.starts), axis=1) if len(moves) else np.zeros(0)
     arcs = find_arcs(moves, file, Reading().findings, False)
@@ -96,7 +101,7 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
     kept = [i for i in range(len(moves)) if i in number or moves.kind[i] == SPLINE or step[i] > 0.0]
     place, theirs = np.zeros(6), []
     for canon in twin.moves:
-        if canon.middle is not None or canon.kind == "NURBS" or np.any(np.abs(canon.end - place) > canon.rounded):
+        if canon.middle is not None or canon.kind == "NURBS" or np.any(np.abs(canon.end - place) > limits(canon)):
             theirs.append(canon)
         place = canon.end
         if canon.kind == "NURBS":
@@ -109,7 +114,7 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
         assert kind == canon.kind, said
         if kind != "NURBS":
             # the place, the offset of its system and that of G92 are rounded each
-            assert np.abs(moves.ends[i, :6] - canon.end).max() <= 3.0 * canon.rounded, said
+            assert np.all(np.abs(moves.ends[i, :6] - canon.end) <= 3.0 * limits(canon)), said
         if canon.middle is not None:
             curve = arc_curve(moves.starts[i], moves.ends[i], arcs, number[i], columns)
             middle = curve(0.5 * sum(curve.domain))
