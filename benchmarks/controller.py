@@ -119,6 +119,11 @@ def by_plan(jerk: float) -> Outcome:
     return judged(sf.interpolate(curve(), law, period=PERIOD, method="arc-length").position)
 
 
+def _micrometres(length: float) -> str:
+    """A length in mm as people say it."""
+    return f"{1e3 * length:.2g} um" if length > 1e-6 else "less than 1 nm"
+
+
 def measure() -> Report:
     """Run each on LinuxCNC where it is installed; else the report has our plans alone, and says so."""
     found: dict[str, Outcome] = {}
@@ -155,7 +160,7 @@ def measure() -> Report:
         return Report((replace(table, notes=(*notes, "LinuxCNC is not installed where this was measured.")),))
     peer, ours = found[f"LinuxCNC, G5.2, G64 P{BLENDING:g}"], found[f"streamed, with a reserve, jerk {JERKS[0]:,.0f}"]
     outcome = (
-        f"{ours.duration:.2f} s, jerk {ours.jerk:,.0f} mm/s^3, off by {1e3 * ours.deviation:.2g} um; "
-        f"LinuxCNC's planner: {peer.duration:.2f} s, {peer.jerk:,.0f} mm/s^3, {1e3 * peer.deviation:.2g} um"
+        f"{ours.duration:.2f} s, jerk {ours.jerk:,.0f} mm/s^3, off by {_micrometres(ours.deviation)}; "
+        f"LinuxCNC's planner: {peer.duration:.2f} s, {peer.jerk:,.0f} mm/s^3, {_micrometres(peer.deviation)}"
     )
     return Report((table,), (Headline("the butterfly into LinuxCNC's HAL", outcome),))
