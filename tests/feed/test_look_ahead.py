@@ -217,6 +217,12 @@ def test_what_once_failed_of_every_kind(seed):
     assert judge(seed) == "ok"
 
 
+@pytest.mark.xfail(strict=True, reason="next to a rest at a cusp, within the rounding of s, a law may be over a limit")
+@pytest.mark.parametrize("seed", [300418, 300612])
+def test_what_still_fails(seed):
+    assert judge(seed) == "ok"
+
+
 @pytest.mark.parametrize("seed", REFUSED)
 def test_what_no_law_can_do_is_refused(seed):
     assert judge(seed) == "refused"
