@@ -44,6 +44,7 @@ KEPT_PASSING = {
     31: "a corner in the middle of speeding up",
     147: "a corner of a polyline in one curve, from a moving start",
     167: "a curvature jump inside the ramp at an end",
+    70076: "a lower top feed under which other cells speed up, and two limits of jerk",
 }
 
 

@@ -21,6 +21,8 @@ SHARPEST = np.pi - 1e-3
 WORTH_PASSING = 0.02
 #: Golden section for the sharpest place of a bend; one is sharp where q is below this share of that at samples beside.
 SECTIONS, GOLDEN, SHARP = 60, 0.5 * (5.0**0.5 - 1.0), 0.5
+#: A low point below both its neighbours by less than this share is rounding: on a circle, all places are alike.
+FLAT = 1e-6
 #: Rests nearer to each other than this share of the path are one.
 NEXT_TO = 1e-9
 #: The linear axes stand still at a speed below this share of the size of their curve; a rotary one turns above that.
@@ -150,7 +152,7 @@ def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
     same = (curve[1:-1] == curve[:-2]) & (curve[1:-1] == curve[2:])
     for function in (top, speed):
         q = function(curve, u)
-        low = same & (q[1:-1] <= q[:-2]) & (q[1:-1] <= q[2:]) & (q[1:-1] < np.maximum(q[:-2], q[2:]))
+        low = same & (q[1:-1] <= q[:-2]) & (q[1:-1] <= q[2:]) & (q[1:-1] < (1.0 - FLAT) * np.maximum(q[:-2], q[2:]))
         at = 1 + np.flatnonzero(low)
         owner, left, right = curve[at], u[at - 1].copy(), u[at + 1].copy()
         for _ in range(SECTIONS if len(at) else 0):

@@ -8,9 +8,10 @@ import numpy as np
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.audit import LAST_CHECKED, excess, tick_excess
+from splinefeed.feed.bounds import deceleration_jerk
 from splinefeed.feed.law_pieces import Nodes, Pieces, to_pieces
 from splinefeed.feed.square import Setting, SquareProblem
-from splinefeed.feed.window import EAGER, GAP, Solution, fitting, nodes_of
+from splinefeed.feed.window import EAGER, GAP, Solution, fitting, nodes_of, signs_of
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array
 
@@ -34,6 +35,8 @@ def finished(path: Path, found: Solution, setting: Setting) -> tuple[Pieces, boo
     """
     problem, c = found.problem, found.coefficients
     scale = np.ones(problem.cells.count) if problem.scale is None else problem.scale
+    rising = np.zeros(problem.cells.count) if problem.rising is None else problem.rising
+    uneven_jerk = setting.limits.jerk != deceleration_jerk(setting.limits)
     for _ in range(ROUNDS):
         c, whole = _in_periods(problem, c, found.nodes, setting.period)
         nodes = nodes_of(problem, c, found.nodes.low, found.nodes.high)
@@ -43,8 +46,11 @@ def finished(path: Path, found: Solution, setting: Setting) -> tuple[Pieces, boo
         over = np.maximum(over, seen[pieces.offset : pieces.offset + len(over)])
         if np.max(over) <= 1.0 + OVER:
             return pieces, whole
-        scale = scale / np.maximum(over, 1.0) ** EAGER
-        problem = SquareProblem(problem.cells, problem.ends, setting, scale, problem.rising, cap=problem.cap)
+        # under a lower top feed other cells speed up: they get both limits of jerk, and no tighter ones at first
+        turned = (signs_of(problem, c) != rising) & (rising != 0.0)
+        rising = np.where(turned, 0.0, rising)
+        scale = np.where(turned & uneven_jerk, scale, scale / np.maximum(over, 1.0) ** EAGER)
+        problem = SquareProblem(problem.cells, problem.ends, setting, scale, rising, cap=problem.cap)
         c, _, _ = problem.solve(fitting(problem, c), tolerance=GAP)
     low, high = found.nodes.low, found.nodes.high
     feeds = " and ".join(f"{end.feed:g}" for end in found.nodes.ends if end.feed is not None)

@@ -101,7 +101,7 @@ def solve(
         if not regular and (not np.any(coarse) or cells.count > most):
             break
         marked = coarse | (_uneven(problem, c) & (cells.s[1:] > fine)) if regular else coarse
-        signs = _signs(problem, c)
+        signs = signs_of(problem, c)
         rising = np.where(signs == rising, rising, 0.0) if refinement else signs
         cells, c, owner = _halved(problem, c, marked)
         scale, rising = scale[owner], rising[owner]
@@ -121,7 +121,7 @@ def solve(
         if np.max(over) <= hair or repair == REPAIRS - 1:
             break
         # a cell in which the feed does not grow, or fall, as was thought gets both limits of jerk, no tighter ones
-        turned = (_signs(problem, c) != rising) & (rising != 0.0)
+        turned = (signs_of(problem, c) != rising) & (rising != 0.0)
         rising = np.where(turned, 0.0, rising)
         spared = turned if uneven_jerk else np.zeros(cells.count, dtype=bool)
         scale = np.where(spared, scale, scale / np.maximum(over, 1.0) ** EAGER)
@@ -227,7 +227,7 @@ def _halved(problem: SquareProblem, c: Array, marked: BoolArray) -> tuple[Cells,
     return finer, np.interp(middles, cells.s, problem.nodes(c)), owner.astype(np.int64)
 
 
-def _signs(problem: SquareProblem, c: Array) -> Array:
+def signs_of(problem: SquareProblem, c: Array) -> Array:
     """1 where the feed grows in a cell and its neighbours, -1 where it falls, else 0, (n,)."""
     slope = problem.at(c, 0.5)[1]
     sign = np.where(np.abs(slope) > LEVEL * np.max(np.abs(slope)), np.sign(slope), 0.0)
