@@ -16,6 +16,8 @@ from splinefeed.feed.planning import plan
 from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.records import Limits, TimeLaw
 
+pytestmark = pytest.mark.nojit
+
 PAPER = Limits(feed=60, acceleration=50, jerk=2000)
 
 

@@ -10,6 +10,8 @@ import pytest
 
 from splinefeed.kernels import profile as kernels
 
+pytestmark = pytest.mark.nojit
+
 CASES = 2_000 if numba.config.DISABLE_JIT else 100_000
 COLUMNS = ("length", "feed", "acceleration", "deceleration", "jerk", "deceleration_jerk", "start_feed", "end_feed")
 LENGTH, FEED, ACCELERATION, DECELERATION, JERK, DECELERATION_JERK, START, END = range(8)

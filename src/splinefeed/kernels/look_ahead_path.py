@@ -118,8 +118,8 @@ def turn_top(d: Array, limit: Array) -> float:
     top = math.inf
     for k in range(axes):
         bend = abs(d[1, k])
-        if bend * top > limit[OF_AXES + axes + k]:
-            top = limit[OF_AXES + axes + k] / bend
+        if bend > 0.0:
+            top = min(top, limit[OF_AXES + axes + k] / bend)
         twist = abs(d[2, k])
         most = limit[OF_AXES + 2 * axes + k]
         if twist > 0.0 and most < math.inf:
