@@ -19,7 +19,7 @@ END_MARGIN = 0.98
 #: Largest weight of one instant in a third difference over the period: the peak of the quadratic B-spline.
 PEAK_WEIGHT = 0.75
 #: A jump of acceleration at a curvature jump may use this much of the axis jerk; the smooth motion within two periods
-#: of it the rest, and at least LEFT beside several. That little time is cheap: against 0.5, shares of 0.85 and 0.95 were
+#: of it the rest, and at least LEFT beside several. That time is cheap: against 0.5, shares of 0.85 and 0.95 were
 #: 6 to 11 % faster on two quadratics of 25 and 60 knots, and 0.7, 0.9 and 0.95 alike on 26 random lines and arcs.
 JUMP_SHARE, LEFT = 0.9, 0.1
 #: A turn too small for a corner may use this much of acceleration and jerk.
