@@ -18,6 +18,7 @@ NAMES = (
     "online",
     "start",
     "stream",
+    "long",
     "servo",
     "methods",
     "plan",

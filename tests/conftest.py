@@ -1,9 +1,12 @@
-"""What every test shares: the Hypothesis profile and the folder of sample files."""
+"""What every test shares: the Hypothesis profile, the folder of sample files, and a browser."""
 
 from __future__ import annotations
 
 import os
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -17,3 +20,23 @@ settings.load_profile("splinefeed")
 def data_dir() -> Path:
     """The folder of the sample files."""
     return Path(__file__).parent / "data"
+
+
+#: Chromium without what calls home or needs a screen.
+QUIET = (
+    "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
+    "--disable-component-update --disable-sync"
+)
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """The browser of the tests that are marked `browser`."""
+    api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("no browser: apt-get install chromium (make test-browser does it, as root on Debian)")
+    with api.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=program, args=QUIET.split())
+        yield browser
+        browser.close()

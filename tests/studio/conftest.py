@@ -1,10 +1,9 @@
-"""A studio that runs as users start it, one for all tests of this folder, and Chromium to look at it with."""
+"""A studio that runs as users start it, one for all tests of this folder."""
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -19,7 +18,6 @@ import splinefeed
 
 #: Kernels are loaded, and on a machine that has never run them compiled.
 WARMING = 240_000
-CHROMIUM = "--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-sync"
 
 
 class Studio:
@@ -59,19 +57,6 @@ def studio(tmp_path_factory) -> Iterator[Studio]:
     yield running
     assert running.end() == 0
     assert not [each for each in running.temporary.iterdir() if each.name.startswith("splinefeed-studio")]
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Any]:
-    """The browser."""
-    api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    program = shutil.which("chromium")
-    if program is None:
-        pytest.skip("no browser: apt-get install chromium (make test-browser does it, as root on Debian)")
-    with api.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=program, args=CHROMIUM.split())
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

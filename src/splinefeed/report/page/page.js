@@ -30,24 +30,43 @@
     return out;
   };
 
+  // figures are drawn one by one, so that the numbers can be read and the page moved meanwhile; all at once for a printer
   const drawn = [];
-  for (const [id, figure] of Object.entries(data.figures)) {
+  const waiting = Object.entries(data.figures).filter(([id]) => document.getElementById(id));
+  const draw = () => {
+    const [id, figure] = waiting.shift();
     const place = document.getElementById(id);
-    if (!place) continue;
     if (small()) {
       figure.layout.margin.l = Math.min(figure.layout.margin.l, 62);
       if (id === "path") figure.layout.height = Math.round(0.85 * window.innerWidth);
     }
+    for (const [name, value] of Object.entries(themed(figure.layout))) {
+      const steps = name.split(".");
+      const last = steps.pop();
+      let at = figure.layout;
+      for (const step of steps) at = at[step] ??= {};
+      at[last] = value;
+    }
     Plotly.newPlot(place, figure.data, figure.layout, config);
     drawn.push(place);
-  }
+  };
+  const drawAll = () => { while (waiting.length) draw(); };
+  const drawNext = () => {
+    if (waiting.length) draw();
+    if (waiting.length) setTimeout(drawNext, 0);
+    else root.dataset.ready = "yes";
+  };
 
   const apply = (theme) => {
     root.dataset.theme = theme;
     for (const place of drawn) Plotly.relayout(place, themed(place.layout));
   };
   const wished = window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-  apply(wished);
+  root.dataset.theme = wished;
+  drawNext();
+  let before = wished; // paper is white
+  window.addEventListener("beforeprint", () => { drawAll(); before = root.dataset.theme; apply("light"); });
+  window.addEventListener("afterprint", () => apply(before));
   document.getElementById("theme").addEventListener("click", () => apply(root.dataset.theme === "dark" ? "light" : "dark"));
 
   const choice = document.getElementById("colour");
@@ -74,5 +93,4 @@
       event.target.textContent = "selected: press Ctrl-C";
     }
   });
-  root.dataset.ready = "yes";
 })();

@@ -72,7 +72,6 @@ export class Editor {
     this.selected = found;
     if (other) this.table();
     for (const row of $("editor").querySelectorAll("tr[data-point]")) row.classList.toggle("chosen", Number(row.dataset.point) === found.point);
-    $("editor").querySelector("tr.chosen")?.scrollIntoView({ block: "nearest" });
     this.picture.draw();
   }
 
@@ -93,6 +92,7 @@ export class Editor {
 
   drop() {
     this.dragging = false;
+    $("editor").querySelector("tr.chosen")?.scrollIntoView({ block: "nearest" }); // not before: the page would move under the hand
     this.send(false);
   }
 

@@ -18,8 +18,7 @@ export class Jobs {
 
   change(job) {
     if (OPEN.includes(job.state)) this.known.set(job.id, job); else this.known.delete(job.id);
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.draw(), PATIENCE);
+    this.timer ??= setTimeout(() => { this.timer = null; this.draw(); }, PATIENCE);
     if (!this.known.size || $("jobs").children.length) this.draw();
   }
 

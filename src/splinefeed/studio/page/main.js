@@ -87,14 +87,15 @@ const compare = () => {
   showCompared(pinned && sideOf(pinned.result.numbers, pinned.result.words, pinned.shown), result && sideOf(result.numbers, result.words, shown));
 };
 
-$("pin").addEventListener("click", () => {
-  now.pinned = now.pinned ? null : { result: now.result, shown: now.shown };
-  $("pin").textContent = now.pinned ? "Unpin A" : "Pin as A";
-  $("pin").setAttribute("aria-pressed", String(Boolean(now.pinned)));
+const pin = (on) => {
+  now.pinned = on ? { result: now.result, shown: now.shown } : null;
+  $("pin").textContent = on ? "Unpin A" : "Pin as A";
+  $("pin").setAttribute("aria-pressed", String(on));
   figures.pinned = now.pinned?.result.figures;
   figures.draw();
   compare();
-});
+};
+$("pin").addEventListener("click", () => pin(!now.pinned));
 
 link.on("welcome", (message) => {
   if (!settings.value) {
@@ -164,7 +165,11 @@ takeFiles({
   settings: (text) => link.send({ do: "share", text }),
   refused: (words) => settings.problems({ source: words }),
 });
-link.on("opened", (message) => { settings.load(message.settings); planner.want(false); });
+link.on("opened", (message) => {
+  if (message.pin && now.result) pin(true);
+  settings.load(message.settings);
+  planner.want(false);
+});
 
 const history = new History(link);
 const share = new Share(link, settings);
@@ -186,4 +191,5 @@ $("theme").addEventListener("click", () => {
 window.addEventListener("hashchange", () => { settings.first(); planner.want(false); });
 for (const button of document.querySelectorAll("dialog .close")) button.addEventListener("click", () => button.closest("dialog").close());
 show($("shown"), false);
+window.picture = picture; // for people who look at the page from outside, such as its tests
 link.connect();
