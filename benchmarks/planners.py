@@ -38,7 +38,8 @@ def measure() -> Report:
         Column("computing, s", ".3f"),
     )
     notes = (
-        "Limits as in the table above. Shares: the worst step along the path, second and third difference of an axis's "
+        "Limits (feed = axis velocity, axis acceleration, axis jerk): A 60, 500, 20000; B 100, 2000, 50000; "
+        "C 60, 50, 2000. Shares: the worst step along the path, second and third difference of an axis's "
         "setpoints over 1 ms, against feed, axis acceleration and axis jerk: above 1 the machine is asked for more "
         "than it may. Computing: one warm run, without reading the curve.",
         "All but ours plan on one grid, half of its nodes even in length and half in turning. COPP, scaled to feed = "

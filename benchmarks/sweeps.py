@@ -17,6 +17,8 @@ from splinefeed.sweeps.sweeping import timed
 SHORT, LONG = 400, 100
 #: Targets: overhead a run, ms, and how much faster two cores are.
 PROCESSES_MS, DASK_MS, SPEED_UP = 1.0, 5.0, 1.8
+#: What is extrapolated to: cores, seconds a run, and runs in one task.
+CORES, SCALED, BATCHES = 1000, (0.05, 1.0), (1, 20)
 
 
 def measure() -> Report:
@@ -55,7 +57,28 @@ def measure() -> Report:
     lines.append(
         Headline("two cores against one, sweeping", f"{ratio:.2f} times", f"{SPEED_UP} times", ratio >= SPEED_UP)
     )
-    return Report((Table(caption, columns, tuple(rows), (note,)),), tuple(lines))
+    return Report((Table(caption, columns, tuple(rows), (note,)), _scaled(overheads)), tuple(lines))
+
+
+def _scaled(overheads: dict[str, float]) -> Table:
+    """What that would mean on many cores if all of it were spent in the one process that hands out the runs."""
+    rows = []
+    for name, over in overheads.items():
+        for runs in BATCHES:
+            each = over / runs
+            shares = [min(CORES, (run + each) / each) for run in SCALED]
+            rows.append((name, runs, 1.0 / each, *shares))
+    columns = (
+        Column("engine"),
+        Column("runs a task", "d"),
+        Column("handed out, runs a second", ",.0f"),
+        *(Column(f"cores kept busy, runs of {1e3 * run:g} ms", ",.0f") for run in SCALED),
+    )
+    note = (
+        f"Of {CORES:,} cores; computed from the table above, not measured: cores kept busy = (run + overhead) / "
+        "overhead. Several runs a task is what would have to be built."
+    )
+    return Table("How far one process that hands out the runs would reach.", columns, tuple(rows), (note,))
 
 
 def _run(spec: Sweep, engine: Callable[[], Executor], workers: int) -> tuple[float, float, float]:
