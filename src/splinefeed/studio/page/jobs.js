@@ -22,15 +22,28 @@ export class Jobs {
     if (!this.known.size || $("jobs").children.length) this.draw();
   }
 
+  // rows stay what they are while their words change, so that a button can be aimed at and keeps the focus
   draw() {
-    $("jobs").replaceChildren(...[...this.known.values()].map((job) => {
+    const place = $("jobs");
+    for (const row of [...place.children]) if (!this.known.has(Number(row.dataset.job))) row.remove();
+    for (const job of this.known.values()) {
+      const row = [...place.children].find((each) => Number(each.dataset.job) === job.id) ?? place.appendChild(this.row(job));
       const [done, total] = job.share;
-      return make("div", { class: `job ${job.state}`, data: { job: job.id } },
-        make("span", { class: "spinner", "aria-hidden": "true" }),
-        make("span", {}, `${job.title}: ${job.state === "waiting" ? "waiting" : job.words || "begins"}`),
-        total ? make("progress", { max: total, value: done, "aria-label": `${done} of ${total}` }) : null,
-        job.kind === "warm" ? null : make("button", { type: "button", onclick: () => this.link.send({ do: "cancel", job: job.id }) }, "Cancel"));
-    }));
+      const words = row.querySelector(".words");
+      row.className = `job ${job.state}`;
+      words.textContent = `${job.title}: ${job.state === "waiting" ? "waiting" : job.words || "begins"}`;
+      if (!total) continue;
+      const bar = row.querySelector("progress") ?? make("progress", {});
+      if (!bar.parentElement) words.after(bar);
+      bar.max = total; bar.value = done; bar.setAttribute("aria-label", `${done} of ${total}`);
+    }
+  }
+
+  row(job) {
+    return make("div", { data: { job: job.id } },
+      make("span", { class: "spinner", "aria-hidden": "true" }),
+      make("span", { class: "words" }),
+      job.kind === "warm" ? null : make("button", { type: "button", onclick: () => this.link.send({ do: "cancel", job: job.id }) }, "Cancel"));
   }
 }
 
