@@ -16,10 +16,12 @@ from splinefeed.errors import InputError
 from splinefeed.studio.desk import Desk
 from splinefeed.studio.history import History
 from splinefeed.studio.jobs import DONE, FAILED, Job, Jobs
+from splinefeed.studio.offer import offer
 from splinefeed.studio.uploads import Uploads
 
 #: Files made for download that are kept; time that a plan may take while sliders move, s.
 MADE, QUICK = 16, 20.0
+COMPILING = "loading the kernels; the first time they are compiled for this machine, a minute or two"
 
 
 class Tab(Protocol):
@@ -53,8 +55,22 @@ class House:
 
     def open(self) -> None:
         """Begin to work: warm the workers up, then do what is asked."""
+        # what pages can choose from needs half the package imported, which is not to keep the server from answering
+        self._offer = asyncio.get_running_loop().run_in_executor(None, offer)
         self._begin(self._plan_for_ever())
         self._begin(self.jobs.work())
+
+    def welcome(self, tab: Tab) -> None:
+        """Say to a page what there is, how things stand, and what it has missed."""
+        self.tabs[tab.name] = tab
+        self._begin(self._welcome(tab))
+
+    async def _welcome(self, tab: Tab) -> None:
+        there = await asyncio.shield(self._offer)
+        tab.send("welcome", offer=there, state=self.ready, jobs=[job.told() for job in self.jobs.open()])
+        for job in list(self.jobs.all):
+            if job.tab == tab.name:
+                self.deliver(job)
 
     def _begin(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(work)
@@ -83,7 +99,7 @@ class House:
         self._wake.set()
 
     async def _plan_for_ever(self) -> None:
-        await self.front.ask({"task": "warm"}, lambda head: self._state(str(head.get("words", ""))))
+        await self.front.ask({"task": "warm"}, lambda head: self._state(COMPILING))
         self._state("ready")
         self.jobs.add(
             "warm", "warming up", "", {"task": "warm", "all": True}

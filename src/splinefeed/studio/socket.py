@@ -11,7 +11,6 @@ from typing import Any
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from splinefeed.errors import SplinefeedError
-from splinefeed.geometry import shapes
 from splinefeed.studio import guard as guards
 from splinefeed.studio import share
 from splinefeed.studio.guard import Guard
@@ -83,11 +82,7 @@ class Socket(WebSocketHandler):
         if not _NAME.fullmatch(name):
             raise TypeError
         self.name = name
-        self.house.tabs[name] = self
-        self.send("welcome", offer=offer(), state=self.house.ready, jobs=[job.told() for job in self.house.jobs.open()])
-        for job in list(self.house.jobs.all):
-            if job.tab == name:
-                self.house.deliver(job)
+        self.house.welcome(self)
 
     def _plan(self, said: dict[str, Any]) -> None:
         self.house.jobs.replace(self.name)
@@ -145,25 +140,3 @@ _ASKED: dict[str, Callable[[Socket, dict[str, Any]], None]] = {
     "history": Socket._history,
     "share": Socket._share,
 }
-
-
-def offer() -> dict[str, Any]:
-    """What a page can choose from."""
-    from splinefeed.feed.planning import STRATEGIES
-    from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Table
-    from splinefeed.report.files import SETPOINTS
-    from splinefeed.studio.downloads import PATHS
-    from splinefeed.studio.settings import USUAL
-    from splinefeed.studio.uploads import LARGEST
-
-    return {
-        "shapes": [{"name": name, "what": what, "example": example} for name, what, example in shapes.describe()],
-        "strategies": list(STRATEGIES),
-        "methods": [{"name": name, "title": registry.method(name).title} for name in registry.methods()],
-        "machines": [{"name": name, "title": Table.load(name).title} for name in Table.names()],
-        "setpoints": list(SETPOINTS),
-        "paths": list(PATHS),
-        "usual": USUAL,
-        "largest": LARGEST,
-    }

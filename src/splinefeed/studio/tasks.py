@@ -142,7 +142,6 @@ def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """Load or compile the kernels: for moving sliders alone, for playing, or for everything else."""
     usual = complete({})
-    bench.say("loading the kernels; the first time they are compiled for this machine, a minute or two")
     if request.get("play"):
         from splinefeed.studio import playing
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 #: Runs of the path that a page may ask for.
 MOST_RUNS = 5000
+#: Pages are not told of progress more often, s.
+OFTEN = 0.1
 
 
 def tuned(settings: Mapping[str, Any], how: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
@@ -72,7 +75,13 @@ def _found(wanted: Wanted, run: Run, how: Mapping[str, Any], bench: Bench) -> Tu
     if isinstance(runs, bool) or not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
         raise InputError(f"runs is {runs!r}; it must be a whole number from 1 to {MOST_RUNS}")
 
+    said = 0.0
+
     def progress(done: int, total: int) -> None:
+        nonlocal said
+        if (now := time.monotonic()) - said < OFTEN and done < total:
+            return
+        said = now
         bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
 
     return along_path(
