@@ -193,7 +193,7 @@ def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_moves_the_kno
         for thread in threads:
             thread.start()
         try:
-            state = play(motion, UdpSink(port=there.port, ahead=300), knob, 300)
+            state = play(motion, UdpSink(port=there.port, ahead=1500), knob, 1500)
         finally:
             over.set()
             for thread in threads:

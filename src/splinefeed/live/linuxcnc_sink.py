@@ -19,7 +19,7 @@ import numpy as np
 from splinefeed.errors import SplinefeedError
 from splinefeed.formats.metadata import to_radians
 from splinefeed.live.hal_files import sampler_cfg
-from splinefeed.live.sink import SPARE_ROWS, Rows, Taken
+from splinefeed.live.sink import Rows, Taken, starting_rows
 from splinefeed.records import ROTARY_AXES, Array
 
 #: The Python that has LinuxCNC's `hal` module on Debian.
@@ -80,7 +80,7 @@ class LinuxcncSink:
         nets += [f"{name}-{k} splinefeed.{name}-{k}" for name in ("command", "position") for k in range(count)]
         given = {
             "axes": count,
-            "rows": max(self._ahead - SPARE_ROWS, 1),
+            "rows": starting_rows(self._ahead),
             "nets": "".join(f"net spf-{each}\n" for each in nets),
             "sampler": sampler_cfg(count) if self._record else None,
             "settle": self._settle,

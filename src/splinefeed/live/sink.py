@@ -8,8 +8,21 @@ from typing import Protocol
 from splinefeed.formats.metadata import to_degrees
 from splinefeed.records import Array
 
-#: A clock starts when this many fewer rows are there than are kept ahead: the producer makes some at a time.
+#: Rows made at a time where a clock takes them, which is how soon a turn of the knob is seen: a share of those that are
+#: kept ahead, but no fewer.
+BATCH_SHARE, LEAST_ROWS = 1.0 / 16.0, 8
+#: A clock starts when this many fewer rows are there than are kept ahead, at least.
 SPARE_ROWS = 20
+
+
+def batch_rows(ahead: int) -> int:
+    """Rows made at a time for a clock that `ahead` rows are kept ahead of."""
+    return max(int(BATCH_SHARE * ahead), LEAST_ROWS)
+
+
+def starting_rows(ahead: int) -> int:
+    """Rows with which that clock starts: the producer waits until there is room for a whole batch."""
+    return max(ahead - max(batch_rows(ahead), SPARE_ROWS), 1)
 
 
 @dataclass(frozen=True, eq=False)

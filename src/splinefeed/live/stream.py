@@ -12,12 +12,11 @@ import numpy as np
 from splinefeed.errors import SplinefeedError
 from splinefeed.live.knob import MOST, Knob
 from splinefeed.live.motion import Motion
-from splinefeed.live.sink import Rows, Sink, Taken
+from splinefeed.live.sink import Rows, Sink, Taken, batch_rows
 from splinefeed.records import Array
 
-#: Rows made at a time where a clock takes them, which is how soon a turn of the knob is seen: a share of those that are
-#: kept ahead, but no fewer; and where no clock does.
-BATCH_SHARE, LEAST_ROWS, FREE_ROWS = 1.0 / 16.0, 8, 256
+#: Rows made at a time where no clock takes them.
+FREE_ROWS = 256
 #: How far the axes may be from the first row at the start, mm (rotary axes rad).
 START_TOLERANCE = 0.01
 #: A consumer that takes no row for so long, s, while there are some, has stopped.
@@ -176,7 +175,7 @@ class _Stream:
     def _run(self, part: Motion, last: bool) -> None:
         """Until the end of a part, or until a stop has brought it to rest."""
         sink, knob = self.sink, self.knob
-        batch = max(int(BATCH_SHARE * self.ahead), LEAST_ROWS) if sink.paced else FREE_ROWS
+        batch = batch_rows(self.ahead) if sink.paced else FREE_ROWS
         before, moved, save_at = -1, time.monotonic(), 0.0
         # what goes before another part rests at its end until it is there: behind it nobody could go back into it
         while not part.done or (not last and sink.paced and self.taken.row < self.base + part.rows):

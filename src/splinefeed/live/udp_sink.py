@@ -9,7 +9,7 @@ import time
 
 from splinefeed.errors import InputError
 from splinefeed.formats.metadata import to_degrees
-from splinefeed.live.sink import SPARE_ROWS, Rows, Taken
+from splinefeed.live.sink import Rows, Taken, starting_rows
 from splinefeed.records import Array
 
 #: What a datagram begins with: four letters, number of the row, whether it is the last, number of axes; behind it stand
@@ -54,7 +54,7 @@ class UdpSink:
             self._socket.sendto(head + struct.pack(f"!{len(row)}d", *row), self._to)
         self._row = rows.first + len(rows) - 1
         self._ended = rows.last
-        if math.isnan(self._start) and (self._row >= self._before + self._ahead - SPARE_ROWS or self._ended):
+        if math.isnan(self._start) and (self._row >= self._before + starting_rows(self._ahead) or self._ended):
             self._start = time.monotonic()
             if not math.isnan(self._waits):
                 self._underruns += int((self._start - self._waits) / self._period)
