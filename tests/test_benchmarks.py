@@ -17,7 +17,6 @@ from benchmarks import (
     online,
     paths,
     peer_copp,
-    plan,
     points,
     sampled,
     servo,
@@ -298,7 +297,7 @@ def test_copp_and_ours_agree_on_the_least_time_of_a_smooth_curve():
     """TOPP3 of copp-py, an independent planner: within its grid's error of ours, both holding the limits."""
     pytest.importorskip("copp_py", reason="copp-py is of the extra bench")
     limits = (60.0, 500.0, 20000.0)
-    path = plan.airfoil12()
+    path = cases.airfoil12()
     theirs = sampled.stretched(path, limits, peer_copp.plan(path, limits, (400,)), 1e-3)
     feed, acceleration, jerk = limits
     asked = sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)

@@ -2,43 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import time
-
 import numpy as np
 import pytest
+from benchmarks import cases
 
 import motions
 import random_motions
 import splinefeed as sf
 from splinefeed.geometry.path import Path
 
-#: Best known times, s, rest to rest; axis velocity = feed; A, B: feed, axis acceleration, axis jerk; C: the paper's.
-SETTINGS = {"A": (60.0, 500.0, 20000.0), "B": (100.0, 2000.0, 50000.0), "C": (60.0, 50.0, 2000.0)}
-BEST = {
-    ("butterfly", "A"): 7.709,
-    ("butterfly", "B"): 4.470,
-    ("butterfly", "C"): 19.840,
-    ("airfoil12", "A"): 1.2691,
-    ("airfoil12", "B"): 0.7502,
-    ("airfoil12", "C"): 3.1142,
-}
 PERIOD = 1e-3
 
 
-def airfoil12() -> Path:
-    points = [(1, 0), (0.75, 0.06), (0.5, 0.11), (0.25, 0.15), (0.05, 0.12), (0, 0.05)]
-    points += [(x, -y) for x, y in reversed(points)]
-    knots = np.r_[np.zeros(6), np.linspace(0, 1, 8)[1:-1], np.ones(6)]
-    return Path([sf.NurbsCurve(5, knots, 30 * np.array(points))], name="airfoil12")
-
-
-PATHS = {"butterfly": motions.butterfly(), "airfoil12": airfoil12()}
-
-
-def axis_limits(name: str) -> sf.Limits:
-    feed, acceleration, jerk = SETTINGS[name]
-    return sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+PATHS = {"butterfly": cases.butterfly(), "airfoil12": cases.airfoil12()}
 
 
 def checked(path: Path, limits: sf.Limits, period: float = PERIOD) -> sf.TimeLaw:
@@ -49,10 +25,10 @@ def checked(path: Path, limits: sf.Limits, period: float = PERIOD) -> sf.TimeLaw
     return law
 
 
-@pytest.mark.parametrize(("name", "setting"), BEST)
+@pytest.mark.parametrize(("name", "setting"), cases.BEST)
 def test_within_twelve_percent_of_the_best_known_times(name, setting):
-    law = checked(PATHS[name], axis_limits(setting))
-    assert 0.999 * BEST[name, setting] <= law.duration <= 1.12 * BEST[name, setting]
+    law = checked(PATHS[name], cases.axis_limits(setting))
+    assert 0.999 * cases.BEST[name, setting] <= law.duration <= 1.12 * cases.BEST[name, setting]
     assert law.length == pytest.approx(PATHS[name].length, rel=1e-14)
 
 
@@ -231,20 +207,7 @@ def test_what_no_law_can_do_is_refused(seed):
 @pytest.mark.torture
 @pytest.mark.timeout(24 * 3600)
 def test_random_motions_of_every_kind_many():
-    """From SPLINEFEED_TORTURE_SEED for SPLINEFEED_TORTURE_SECONDS, an hour by default."""
-    first = int(os.environ.get("SPLINEFEED_TORTURE_SEED", "100000"))
-    until = time.monotonic() + float(os.environ.get("SPLINEFEED_TORTURE_SECONDS", "3600"))
-    done, failed = 0, []
-    for seed in range(first, first + 100_000):
-        if time.monotonic() > until:
-            break
-        done += 1
-        try:
-            judge(seed)
-        except Exception as error:
-            failed.append((seed, str(error)[:300]))
-    print(f"{done} motions from seed {first}, {len(failed)} failed")
-    assert not failed, failed[:20]
+    random_motions.hammer(judge)
 
 
 @pytest.mark.torture

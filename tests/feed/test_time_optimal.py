@@ -4,37 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks import cases
 
 import motions
 import splinefeed as sf
 from splinefeed.geometry.path import Path
 
-#: Best known times that hold every limit, s, and the second-order bound: CasADi/IPOPT collocation and COPP agree on
-#: them to about 0.1 %. Rest to rest; axis velocity = feed; A, B: feed, axis acceleration, axis jerk; C: the paper's.
-SETTINGS = {"A": (60.0, 500.0, 20000.0), "B": (100.0, 2000.0, 50000.0), "C": (60.0, 50.0, 2000.0)}
-BEST = {
-    ("butterfly", "A"): (7.709, 7.661),
-    ("butterfly", "B"): (4.470, 4.283),
-    ("butterfly", "C"): (19.840, 19.803),
-    ("airfoil12", "A"): (1.2691, 1.2438),
-    ("airfoil12", "B"): (0.7502, 0.7039),
-    ("airfoil12", "C"): (3.1142, 3.0886),
+#: Least times under the limits without jerk, s: no motion that holds all limits is faster. CasADi/IPOPT and COPP.
+BOUND = {
+    ("butterfly", "A"): 7.661,
+    ("butterfly", "B"): 4.283,
+    ("butterfly", "C"): 19.803,
+    ("airfoil12", "A"): 1.2438,
+    ("airfoil12", "B"): 0.7039,
+    ("airfoil12", "C"): 3.0886,
 }
-
-
-def airfoil12() -> Path:
-    points = [(1, 0), (0.75, 0.06), (0.5, 0.11), (0.25, 0.15), (0.05, 0.12), (0, 0.05)]
-    points += [(x, -y) for x, y in reversed(points)]
-    knots = np.r_[np.zeros(6), np.linspace(0, 1, 8)[1:-1], np.ones(6)]
-    return Path([sf.NurbsCurve(5, knots, 30 * np.array(points))], name="airfoil12")
-
-
-PATHS = {"butterfly": motions.butterfly(), "airfoil12": airfoil12()}
-
-
-def axis_limits(name: str) -> sf.Limits:
-    feed, acceleration, jerk = SETTINGS[name]
-    return sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
+PATHS = {"butterfly": cases.butterfly(), "airfoil12": cases.airfoil12()}
 
 
 def axis_motion(path: Path, law: sf.TimeLaw, t: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -57,10 +42,10 @@ def axis_motion(path: Path, law: sf.TimeLaw, t: np.ndarray) -> tuple[np.ndarray,
     )
 
 
-@pytest.mark.parametrize(("name", "setting"), BEST)
+@pytest.mark.parametrize(("name", "setting"), BOUND)
 def test_best_known_times(name, setting):
-    path, limits = PATHS[name], axis_limits(setting)
-    best, bound = BEST[name, setting]
+    path, limits = PATHS[name], cases.axis_limits(setting)
+    best, bound = cases.BEST[name, setting], BOUND[name, setting]
     law = sf.plan(path, limits, "time-optimal")
     assert law.duration <= 1.005 * best
     # 0.1 % is what the references agree to
@@ -71,10 +56,10 @@ def test_best_known_times(name, setting):
     assert law.length == pytest.approx(path.length, rel=1e-14)
 
 
-@pytest.mark.parametrize(("name", "setting"), BEST)
+@pytest.mark.parametrize(("name", "setting"), BOUND)
 def test_every_limit_at_a_hundred_thousand_points(name, setting):
-    path, limits = PATHS[name], axis_limits(setting)
-    feed, acceleration, jerk = SETTINGS[setting]
+    path, limits = PATHS[name], cases.axis_limits(setting)
+    feed, acceleration, jerk = cases.SETTINGS[setting]
     law = sf.plan(path, limits, "time-optimal", period=1e-3)
     t = np.linspace(0, law.duration, 100_001)[1:-1]
     assert np.max(law.feed(t)) <= feed * (1 + 1e-9)
@@ -82,13 +67,13 @@ def test_every_limit_at_a_hundred_thousand_points(name, setting):
         assert np.max(np.abs(values)) <= limit * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("setting", SETTINGS)
+@pytest.mark.parametrize("setting", cases.SETTINGS)
 def test_the_setpoints_keep_the_limits_too(setting):
     path = PATHS["butterfly"]
-    law = sf.plan(path, axis_limits(setting), "time-optimal", period=1e-3)
+    law = sf.plan(path, cases.axis_limits(setting), "time-optimal", period=1e-3)
     assert law.duration / 1e-3 == pytest.approx(round(law.duration / 1e-3), abs=1e-9)
     points = sf.interpolate(path, law)
-    for order, limit in enumerate(SETTINGS[setting], start=1):
+    for order, limit in enumerate(cases.SETTINGS[setting], start=1):
         seen = np.max(np.abs(np.diff(points.position, n=order, axis=0))) / 1e-3**order
         floor = 8 * np.finfo(float).eps * np.max(np.abs(points.position)) / 1e-3**order
         assert seen <= limit * (1 + 1e-9) + floor
@@ -96,7 +81,7 @@ def test_the_setpoints_keep_the_limits_too(setting):
 
 def test_feed_and_acceleration_are_continuous_and_progress_is_forward():
     path = PATHS["butterfly"]
-    law = sf.plan(path, axis_limits("B"), "time-optimal", period=1e-3)
+    law = sf.plan(path, cases.axis_limits("B"), "time-optimal", period=1e-3)
     inner = law.breaks[1:-1]
     before = inner - law.breaks[:-2]
     c = law.coefficients[:-1]

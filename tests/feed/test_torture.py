@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import time
-
 import pytest
 
 import random_motions
@@ -102,18 +99,9 @@ def test_a_sample_of_corners_in_passing_and_moving_ends():
 @pytest.mark.torture
 @pytest.mark.timeout(24 * 3600)
 def test_a_hundred_thousand():
-    """As many as the time allows: SPLINEFEED_TORTURE_SECONDS, an hour by default, from SPLINEFEED_TORTURE_SEED."""
-    first = int(os.environ.get("SPLINEFEED_TORTURE_SEED", "100000"))
-    until = time.monotonic() + float(os.environ.get("SPLINEFEED_TORTURE_SECONDS", "3600"))
-    done, failed = 0, []
-    for seed in range(first, first + 100_000):
-        if time.monotonic() > until:
-            break
-        done += 1
-        try:
-            judge(seed, ("seven-phase", "time-optimal"))
-            held(seed, random_motions.passing(seed))
-        except Exception as error:
-            failed.append((seed, str(error)[:300]))
-    print(f"{done} motions from seed {first}, {len(failed)} failed")
-    assert not failed, failed[:20]
+
+    def both(seed: int) -> None:
+        judge(seed, ("seven-phase", "time-optimal"))
+        held(seed, random_motions.passing(seed))
+
+    random_motions.hammer(both)

@@ -1,0 +1,33 @@
+"""The records that rooms hand to each other: Limits, TimeLaw, Setpoints, Response, Verdict (numpy only, frozen)."""
+
+from __future__ import annotations
+
+from splinefeed.records.arrays import Array, BoolArray, IntArray, check_finite, frozen_array
+from splinefeed.records.law import LAW_COEFFICIENTS, TimeLaw
+from splinefeed.records.limits import AXIS_LIMITS, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits, number, positive
+from splinefeed.records.response import STREAM_COLUMNS, Response
+from splinefeed.records.setpoints import Setpoints
+from splinefeed.records.verdict import KEPT, LimitResult, Verdict
+
+__all__ = [
+    "AXIS_LIMITS",
+    "BY_AXIS",
+    "KEPT",
+    "LAW_COEFFICIENTS",
+    "ROTARY_AXES",
+    "STREAM_COLUMNS",
+    "TRAVEL_ENDS",
+    "Array",
+    "BoolArray",
+    "IntArray",
+    "LimitResult",
+    "Limits",
+    "Response",
+    "Setpoints",
+    "TimeLaw",
+    "Verdict",
+    "check_finite",
+    "frozen_array",
+    "number",
+    "positive",
+]

@@ -1,0 +1,84 @@
+"""TimeLaw: how far along the path by when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import InputError
+from splinefeed.records.arrays import Array, check_finite, frozen_array
+
+#: Number of coefficients of a time-law piece: quintic in t, the highest degree that a strategy makes.
+LAW_COEFFICIENTS = 6
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TimeLaw:
+    """How far along the path the tool is by when: s(t), polynomial between breaks.
+
+    breaks        (m+1,)  s, from 0, increasing
+    coefficients  (m, 6)  s(t) = sum_k coefficients[i, k] (t - breaks[i])^k  mm, in mm/s^k
+    period        servo period that the law was brought to, s; None if it was not
+    notes         what the planner had to give way in, one sentence each
+    settings      what it was planned with, for the records of a run
+    """
+
+    breaks: Array
+    coefficients: Array
+    strategy: str
+    period: float | None = None
+    notes: tuple[str, ...] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "breaks", frozen_array(self.breaks, "TimeLaw.breaks", 1))
+        object.__setattr__(self, "coefficients", frozen_array(self.coefficients, "TimeLaw.coefficients", 2))
+        check_finite(self.breaks, "TimeLaw.breaks")
+        check_finite(self.coefficients, "TimeLaw.coefficients")
+        if self.coefficients.shape != (len(self.breaks) - 1, LAW_COEFFICIENTS) or len(self.breaks) < 2:
+            raise InputError(
+                f"TimeLaw: {len(self.breaks)} breaks need coefficients of shape "
+                f"({len(self.breaks) - 1}, {LAW_COEFFICIENTS}), got {self.coefficients.shape}"
+            )
+        if self.breaks[0] != 0.0 or not np.all(np.diff(self.breaks) > 0.0):
+            raise InputError("TimeLaw.breaks must begin at 0 and increase")
+
+    @property
+    def duration(self) -> float:
+        """Time from the first point to the last, s."""
+        return float(self.breaks[-1])
+
+    @property
+    def length(self) -> float:
+        """Arc length at the end of the law, mm."""
+        return float(self(self.duration))
+
+    def __call__(self, t: ArrayLike) -> Array:
+        """Arc length s(t), mm; t in s, any shape, clamped to [0, duration]."""
+        return self._derivative(t, 0)
+
+    def feed(self, t: ArrayLike) -> Array:
+        """Feed ds/dt, mm/s; t in s, any shape, clamped to [0, duration]."""
+        return self._derivative(t, 1)
+
+    def acceleration(self, t: ArrayLike) -> Array:
+        """Tangential acceleration, mm/s^2; t in s, any shape, clamped to [0, duration]."""
+        return self._derivative(t, 2)
+
+    def jerk(self, t: ArrayLike) -> Array:
+        """Tangential jerk, mm/s^3, from the right at breaks; t in s, any shape, clamped to [0, duration]."""
+        return self._derivative(t, 3)
+
+    def _derivative(self, t: ArrayLike, order: int) -> Array:
+        time = np.clip(np.asarray(t, dtype=np.float64), 0.0, self.duration)
+        piece = np.clip(np.searchsorted(self.breaks, time, side="right") - 1, 0, len(self.coefficients) - 1)
+        tau = time - self.breaks[piece]
+        value = np.zeros_like(tau)
+        for k in range(LAW_COEFFICIENTS - 1, order - 1, -1):  # Horner on the order-th derivative
+            value = value * tau + self.coefficients[piece, k] * float(math.perm(k, order))
+        return value

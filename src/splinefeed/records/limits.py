@@ -1,0 +1,181 @@
+"""Limits: what a motion must never exceed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import LimitsError
+from splinefeed.records.arrays import Array
+
+#: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
+ROTARY_AXES = ("a", "b", "c", "theta")
+
+#: Fields of Limits that bound the derivatives of each axis by time, of order 1, 2 and 3.
+AXIS_LIMITS = ("axis_velocity", "axis_acceleration", "axis_jerk")
+#: Fields of Limits that may differ from axis to axis: those, and the step of velocity at a corner.
+BY_AXIS = (*AXIS_LIMITS, "axis_velocity_step")
+#: Fields of Limits that say how far each axis may travel.
+TRAVEL_ENDS = ("axis_minimum", "axis_maximum")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What a motion must never exceed; whatever is left out does not limit.
+
+    feed  mm/s; acceleration, deceleration  mm/s^2 and jerk (while speeding up), deceleration_jerk (while slowing
+    down)  mm/s^3, along the path; deceleration and its jerk follow acceleration and jerk unless given
+    start_feed, end_feed  mm/s at the ends of the path
+    chord_error   mm between the curve and the line from one setpoint to the next; centripetal  mm/s^2
+    axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3 for every linear axis, or a mapping from axis
+                  names (rotary ones in rad)
+    axis_velocity_step  how much the velocity of each axis may jump at a corner, mm/s, given likewise; without it the
+                  tool stops at every corner (exact stop)
+    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad: mappings from axis names
+
+    Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for travel that is
+    none, and if neither feed nor axis_velocity is given.
+    """
+
+    feed: float = math.inf
+    acceleration: float = math.inf
+    jerk: float = math.inf
+    deceleration: float | None = None
+    deceleration_jerk: float | None = None
+    start_feed: float = 0.0
+    end_feed: float = 0.0
+    chord_error: float | None = None
+    centripetal: float | None = None
+    axis_velocity: float | Mapping[str, float] | None = None
+    axis_acceleration: float | Mapping[str, float] | None = None
+    axis_jerk: float | Mapping[str, float] | None = None
+    axis_velocity_step: float | Mapping[str, float] | None = None
+    axis_minimum: Mapping[str, float] | None = None
+    axis_maximum: Mapping[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("feed", "acceleration", "jerk"):
+            value = getattr(self, name)
+            if not (isinstance(value, float) and value == math.inf):
+                object.__setattr__(self, name, positive(value, name))
+        for name in ("deceleration", "deceleration_jerk", "chord_error", "centripetal"):
+            value = getattr(self, name)
+            if value is not None and value != math.inf:
+                object.__setattr__(self, name, positive(value, name))
+        if self.deceleration is None:
+            object.__setattr__(self, "deceleration", self.acceleration)
+        if self.deceleration_jerk is None:
+            object.__setattr__(self, "deceleration_jerk", self.jerk)
+        for name in BY_AXIS:
+            value = getattr(self, name)
+            if isinstance(value, Mapping):
+                checked = {str(axis): positive(limit, f"{name}.{axis}") for axis, limit in value.items()}
+                object.__setattr__(self, name, MappingProxyType(checked) if checked else None)
+            elif value is not None:
+                object.__setattr__(self, name, positive(value, name))
+        for name in TRAVEL_ENDS:
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, Mapping):
+                raise LimitsError(f"{name} is {value!r}; give one position an axis, such as {{'x': 0.0}}")
+            ends = {str(axis): number(end, f"{name}.{axis}") for axis, end in (value or {}).items()}
+            object.__setattr__(self, name, MappingProxyType(ends) if ends else None)
+        low_ends, high_ends = self.axis_minimum or {}, self.axis_maximum or {}
+        for axis in {**low_ends, **high_ends}:
+            if axis not in low_ends or axis not in high_ends:
+                raise LimitsError(
+                    f"axis_minimum and axis_maximum of {axis}: one is missing; give both ends of its travel"
+                )
+        for axis, (low, high) in self.travel.items():
+            if not low < high:
+                raise LimitsError(
+                    f"axis_minimum.{axis} is {low:g} and axis_maximum.{axis} is {high:g}; no travel is left"
+                )
+        if self.feed == math.inf and self.axis_velocity is None:
+            raise LimitsError("neither feed nor axis_velocity is given; one of them is needed")
+        for name in ("start_feed", "end_feed"):
+            value = number(getattr(self, name), name)
+            if not 0.0 <= value <= self.feed:
+                raise LimitsError(
+                    f"{name} is {value:g} mm/s; it must lie between 0 and the feed limit of {self.feed:g} mm/s"
+                )
+            object.__setattr__(self, name, value)
+
+    @property
+    def travel(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest position of each axis that has soft limits, mm or rad."""
+        return {axis: (low, (self.axis_maximum or {})[axis]) for axis, low in (self.axis_minimum or {}).items()}
+
+    def travel_of(self, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
+        """`travel`; LimitsError for the travel of an axis that is not among `axes`."""
+        for axis in self.travel:
+            if axis not in axes:
+                raise LimitsError(f"travel.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        return self.travel
+
+    def of_axes(self, name: str, axes: Sequence[str]) -> Array:
+        """One of BY_AXIS for each of `axes`, (axes,), infinite where there is none.
+
+        Raises LimitsError for a limit on an axis that is not there.
+        """
+        given = getattr(self, name)
+        if given is None:
+            return np.full(len(axes), np.inf)
+        if not isinstance(given, Mapping):
+            return np.array([math.inf if axis in ROTARY_AXES else given for axis in axes])
+        for axis in given:
+            if axis not in axes:
+                raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        return np.array([given.get(axis, math.inf) for axis in axes])
+
+    def as_dict(self) -> dict[str, float]:
+        """Names and values in base units as files and reports write them, limits that are not there left out.
+
+        A limit of one axis stands as "axis_jerk.x".
+        """
+        flat: dict[str, float] = {}
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, Mapping):
+                flat |= {f"{f.name}.{axis}": limit for axis, limit in value.items()}
+            elif value is not None and value != math.inf:
+                flat[f.name] = float(value)
+        return flat
+
+    @classmethod
+    def from_dict(cls, flat: Mapping[str, float]) -> Limits:
+        """The limits that `as_dict` wrote; LimitsError for a name that is none."""
+        known = {f.name for f in fields(cls)}
+        values: dict[str, Any] = {}
+        for key, value in flat.items():
+            name, _, axis = key.partition(".")
+            if name not in known or (axis and name not in (*BY_AXIS, *TRAVEL_ENDS)):
+                raise LimitsError(f"{key!r} is no limit; known are {', '.join(sorted(known))}")
+            if axis:
+                values.setdefault(name, {})[axis] = value
+            else:
+                values[name] = value
+        return cls(**values)
+
+
+def number(value: object, name: str) -> float:
+    """`value` as a finite float; LimitsError names it otherwise."""
+    try:
+        result = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise LimitsError(f"{name} is {value!r}; a number is needed") from None
+    if not math.isfinite(result):
+        raise LimitsError(f"{name} is {result}; it must be finite")
+    return result
+
+
+def positive(value: object, name: str) -> float:
+    """`value` as a finite float > 0; LimitsError names it otherwise."""
+    result = number(value, name)
+    if result <= 0.0:
+        raise LimitsError(f"{name} is {result:g}; it must be greater than 0")
+    return result

@@ -1,0 +1,77 @@
+"""Response: what the axes of a machine did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.records.arrays import Array, BoolArray, IntArray, read_only
+
+#: Fields of Response that only streams have.
+STREAM_COLUMNS = ("row", "depth", "underruns")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Response:
+    """What the axes of a machine did when they were given setpoints.
+
+    t          (n,)       time of the tick, s
+    command    (n, axes)  where each axis was told to be, mm, rotary axes rad
+    position   (n, axes)  where it was
+    measured   (n, axes)  where its encoder or scale said it was
+    output     (n, axes)  control output, V
+    saturated  (n, axes)  whether the output was at its limit
+    contour_error  (n,)   distance of `position` from the true path over the linear axes, mm; None if no path was given
+    row, depth, underruns  (n,)  of a stream to a controller: number of its row, rows that it still had, and periods in
+                           which it had none so far; None where nothing was streamed
+    stopped    why the run ended early, or None; settings  all that is needed to make it again
+    """
+
+    t: Array
+    command: Array
+    position: Array
+    measured: Array
+    output: Array
+    saturated: BoolArray
+    axes: tuple[str, ...]
+    period: float
+    contour_error: Array | None = None
+    row: IntArray | None = None
+    depth: IntArray | None = None
+    underruns: IntArray | None = None
+    stopped: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axes", tuple(self.axes))
+        n = len(self.t)
+        object.__setattr__(self, "t", read_only(np.ascontiguousarray(self.t, dtype=np.float64)))
+        for name in ("command", "position", "measured", "output", "saturated"):
+            dtype = np.bool_ if name == "saturated" else np.float64
+            array = read_only(np.ascontiguousarray(getattr(self, name), dtype=dtype))
+            if array.shape != (n, len(self.axes)):
+                raise InputError(f"Response.{name} has shape {array.shape}; expected ({n}, {len(self.axes)})")
+            object.__setattr__(self, name, array)
+        if self.contour_error is not None:
+            error = read_only(np.ascontiguousarray(self.contour_error, dtype=np.float64))
+            if error.shape != (n,):
+                raise InputError(f"Response.contour_error has shape {error.shape}; expected ({n},)")
+            object.__setattr__(self, "contour_error", error)
+        for name in STREAM_COLUMNS:
+            if (given := getattr(self, name)) is not None:
+                counts = read_only(np.ascontiguousarray(given, dtype=np.int64))
+                if counts.shape != (n,):
+                    raise InputError(f"Response.{name} has shape {counts.shape}; expected ({n},)")
+                object.__setattr__(self, name, counts)
+
+    @property
+    def tracking_error(self) -> Array:
+        """command - position of each axis, (n, axes), mm, rotary axes rad."""
+        return self.command - self.position
+
+    def __len__(self) -> int:
+        return len(self.t)

@@ -1,0 +1,59 @@
+"""Setpoints: where every axis must be at each servo tick."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.records.arrays import Array, IntArray, read_only
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Setpoints:
+    """Where every axis must be at each servo tick.
+
+    t         (n,)       time of the tick, s
+    curve     (n,)       index of the curve in its path
+    u         (n,)       parameter on that curve
+    s         (n,)       arc length of the point along the path, mm
+    feed      (n,)       planned feed at the tick, mm/s
+    position  (n, axes)  mm, rotary axes rad
+    axes      names of the axes; period in s; method as registered
+    settings  all that is needed to make these points again
+    """
+
+    t: Array
+    curve: IntArray
+    u: Array
+    s: Array
+    feed: Array
+    position: Array
+    axes: tuple[str, ...]
+    period: float
+    method: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("t", "u", "s", "feed", "position"):
+            array = np.ascontiguousarray(getattr(self, name), dtype=np.float64)
+            object.__setattr__(self, name, read_only(array))
+        object.__setattr__(self, "curve", read_only(np.ascontiguousarray(self.curve, dtype=np.int64)))
+        object.__setattr__(self, "axes", tuple(self.axes))
+        n = len(self.t)
+        for name in ("t", "curve", "u", "s", "feed"):
+            if getattr(self, name).shape != (n,):
+                raise InputError(f"Setpoints.{name} has shape {getattr(self, name).shape}; expected ({n},)")
+        if self.position.shape != (n, len(self.axes)):
+            raise InputError(f"Setpoints.position has shape {self.position.shape}; expected ({n}, {len(self.axes)})")
+
+    def part(self, start: int, stop: int) -> Setpoints:
+        """Setpoints start ... stop - 1, as views of these."""
+        columns = {name: getattr(self, name)[start:stop] for name in ("t", "curve", "u", "s", "feed", "position")}
+        return replace(self, **columns)
+
+    def __len__(self) -> int:
+        return len(self.t)

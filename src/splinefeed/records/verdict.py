@@ -1,0 +1,89 @@
+"""Verdict: how every limit fares in a check."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from splinefeed.records.limits import ROTARY_AXES
+
+#: A limit counts as kept up to this, relative: the rounding of a plan that rides on it.
+KEPT = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitResult:
+    """How one limit fares; mm, s and rad.
+
+    limit, worst  in the same unit; at_s  mm along the path and at_t  s, where the worst is; axis  whose it is, if one's
+    floor   what the rounding of the setpoints alone makes of this difference; 0 where the law itself is the worst
+    by      "setpoints" (their differences) or "law" (exact derivatives)
+    over    how many ticks, or instants of the law, are over the limit
+    """
+
+    limit: float
+    worst: float
+    at_s: float
+    at_t: float
+    floor: float = 0.0
+    axis: str | None = None
+    by: str = "setpoints"
+    over: int = 0
+
+    @property
+    def share(self) -> float:
+        """worst / limit."""
+        return self.worst / self.limit
+
+    @property
+    def holds(self) -> bool:
+        """worst <= limit (1 + 1e-9) + floor."""
+        return self.worst <= self.limit * (1.0 + KEPT) + self.floor
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What a check of setpoints found.
+
+    limits    by name: feed, acceleration, deceleration, jerk, chord_error, centripetal, axis_jerk.x, ..., travel.x
+    problems  one sentence each: what, how much, where; none if all is well
+    notes     what was allowed for, and what decides where exact derivatives cannot, one sentence each
+    numbers   what was measured besides: duration_s, length_mm, ticks, period_s, method, end_error_mm, ...
+    """
+
+    limits: Mapping[str, LimitResult]
+    problems: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Whether every limit and every other check holds."""
+        return not self.problems and all(result.holds for result in self.limits.values())
+
+    def as_dict(self) -> dict[str, Any]:
+        """The keys of `--json`; limits of rotary axes in degrees."""
+        limits = {}
+        for name, result in self.limits.items():
+            unit = 180.0 / math.pi if result.axis in ROTARY_AXES else 1.0
+            limits[name] = {
+                "limit": unit * result.limit,
+                "worst": unit * result.worst,
+                "share": result.share,
+                "at_s": result.at_s,
+                "at_t_s": result.at_t,
+                "axis": result.axis,
+                "floor": unit * result.floor,
+                "by": result.by,
+                "over": result.over,
+                "ok": result.holds,
+            }
+        return {
+            "ok": self.ok,
+            **self.numbers,
+            "limits": limits,
+            "problems": list(self.problems),
+            "notes": list(self.notes),
+        }
