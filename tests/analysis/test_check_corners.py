@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis.check_corners import corner_feed, neighbours
+from splinefeed.analysis.check_corners import corner_feed, hidden_dip, neighbours
 
 
 def means_at(profile, share: float) -> tuple[np.ndarray, float]:
@@ -32,7 +32,33 @@ def test_the_feed_at_a_corner_is_never_overstated(share, before, after, jerk):
         assert found == pytest.approx(1.0, rel=1e-6)
 
 
-def test_a_step_a_ppm_too_large_is_found_where_the_feed_is_steady():
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.5, 0.98])
+@pytest.mark.parametrize("rates", [(40.0, 40.0), (300.0, 8.0), (2.0, 60.0)])
+@pytest.mark.parametrize("depth", [0.05, 0.4, 0.9])  # 0.05 may be no more than what shows anyway
+def test_a_dip_at_a_corner_between_two_ticks_is_allowed_for(share, rates, depth):
+    slow, quick = rates  # as far as the means show it: from 1.0 down to the corner, and up to 1.2
+    t = np.linspace(-2 - share, 3 - share, 50001)
+    feed = np.where(t < 0, np.minimum(1.0, 1 - depth - slow * t), np.minimum(1.2, 1 - depth + quick * t))
+    s = np.concatenate([[0.0], np.cumsum(0.5 * (feed[1:] + feed[:-1]) * np.diff(t))])
+    ticks = np.interp(np.arange(-2, 4) - share, t, s)
+    ahead = float(np.interp(0.0, t, s) - ticks[2])
+    seen = corner_feed(np.diff(ticks)[1:4], ahead, 1.0)
+    for limits in ((np.array(rates), np.full(2, np.inf)), (np.full(2, np.inf), np.array(rates) ** 2 / (2 * depth))):
+        assert seen - hidden_dip(np.diff(ticks), 0.0, 1.0, *limits) <= 1 - depth + 1e-3
+    assert seen > 1 - depth or depth == 0.05
+
+
+def test_an_even_feed_hides_no_dip_and_a_slow_change_hardly_one():
+    limits = np.full(2, 500.0), np.full(2, 20000.0)
+    assert hidden_dip(np.full(5, 60.0) + 1e-13, 1e-12, 1e-3, *limits) == 0
+    means = 60 - 0.5 * 20000 * (np.arange(5) * 1e-3) ** 2  # jerk up to the limit
+    assert hidden_dip(means, 1e-12, 1e-3, *limits) < 2e-3 * 60
+    free = np.full(2, np.inf)
+    assert hidden_dip(np.array([60, 60, 59, 60, 60.0]), 0.0, 1e-3, free, free) == 0
+
+
+@pytest.mark.parametrize("more", [{}, {"acceleration": 500, "axis_jerk": 20000}, {"axis_acceleration": 500}])
+def test_a_step_a_ppm_too_large_is_found_where_the_feed_is_steady(more):
     path = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 2, 2], [[0, 0], [30, 0], [60, 4]])])
     x = 4 / np.hypot(30, 4)  # how much dy/ds jumps
     s = np.arange(0, 601) * path.length / 600
@@ -43,7 +69,9 @@ def test_a_step_a_ppm_too_large_is_found_where_the_feed_is_steady():
     )  # fmt: skip
     feed = path.length / 0.6
     for share, ok in ((1 - 1e-6, False), (1 + 1e-6, True)):
-        limits = sf.Limits(feed=2 * feed, axis_velocity_step={"y": share * feed * x}, start_feed=feed, end_feed=feed)
+        limits = sf.Limits(
+            feed=2 * feed, axis_velocity_step={"y": share * feed * x}, start_feed=feed, end_feed=feed, **more
+        )
         verdict = sf.check(points, path, limits)
         assert verdict.limits["axis_velocity_step.y"].holds == ok
         assert verdict.limits["axis_velocity_step.y"].at_s == pytest.approx(30)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.analysis.check_corners import passable
+from splinefeed.analysis.check_corners import Corners, passable
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import pieces as rows
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, Limits
@@ -80,10 +80,11 @@ class Bounds:
         return np.repeat(self.feeds, rows[:, 1] - rows[:, 0] + 1)
 
     @cached_property
-    def corners(self) -> tuple[Array, Array]:
-        """Arc lengths (k,) of corners that may be passed in motion, mm, and the jumps of dr/ds there, (k, axes)."""
+    def corners(self) -> Corners:
+        """Corners that may be passed in motion: none without a limit of what that asks of an axis."""
         if self.limits.axis_velocity_step is None:
-            return np.zeros(0), np.zeros((0, len(self.path.axes)))
+            axes = len(self.path.axes)
+            return Corners(np.zeros(0), np.zeros((0, axes)), np.zeros((0, 2, axes)), np.zeros((0, 2, axes)))
         return passable(self.path)
 
     @cached_property

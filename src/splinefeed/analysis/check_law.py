@@ -63,9 +63,9 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
                 value = share * wanted.limit
             results[name] = _result(wanted, path, value, t, s)
         elif name.startswith(STEP):
-            corners, steps = bounds.corners
+            corners = bounds.corners.s
             times = _times_at(law, corners)
-            each = law.feed(times) * steps[:, wanted.column - 1]
+            each = law.feed(times) * bounds.corners.jumps[:, wanted.column - 1]
             if len(each):
                 k = int(np.argmax(each))
                 results[name] = _result(wanted, path, float(each[k]), float(times[k]), float(corners[k]))
@@ -137,7 +137,7 @@ def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
     high = _times_at(law, np.array([corner.s for corner in corners]))
     moving = law.feed(high) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
     notes = []
-    steps = set(bounds.corners[0].tolist())
+    steps = set(bounds.corners.s.tolist())
     for stop, what, which in (
         (False, "the curvature jumps and the exact axis jerk is infinite", "third"),
         (True, "the direction jumps and the exact axis acceleration is infinite", "second and third"),

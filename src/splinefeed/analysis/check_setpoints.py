@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
-from splinefeed.analysis.check_corners import contain, corner_feed, neighbours
+from splinefeed.analysis.check_corners import BESIDE, contain, neighbours
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.kernels import check as kernels
 from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw
@@ -87,8 +87,9 @@ class Judge:
             self._row, self._last = rows[:1].copy(), np.array([t[0] - self.period, s[0], u[0]])
             self.last_position = position[0].copy()
             if rest:  # what came before is a stand
-                self._steps, self._dt = np.zeros((2, self.scale.size)), np.full(2, self.period)
-                self._step_places = np.full((2, 3), [t[0], s[0], s[0]])
+                stand = 2 * BESIDE
+                self._steps, self._dt = np.zeros((stand, self.scale.size)), np.full(stand, self.period)
+                self._step_places = np.full((stand, 3), [t[0], s[0], s[0]])
         rows = np.concatenate([self._row, rows])
         u = np.concatenate([self._last[2:], u])
         travelled, least = np.empty(len(t)), np.empty(len(t))
@@ -261,7 +262,8 @@ class Judge:
         steps = np.concatenate([self._steps, steps])
         dt = np.concatenate([self._dt, dt])
         places = np.concatenate([self._step_places, places])
-        self._check_steps(steps[:, 0], places[:, 0], places[:, 1], n, tick)
+        last = slice(-n - 2, None)
+        self._check_steps(steps[last, 0], places[last, 0], places[last, 1], n, tick)
         with np.errstate(invalid="ignore"):
             v = steps / dt[:, None]
             a = np.diff(v, axis=0) / (0.5 * (dt[1:] + dt[:-1]))[:, None]
@@ -278,9 +280,9 @@ class Judge:
             extra.append(np.maximum(high - (2.0 / self.period) ** order * (1.0 + 1e-12), 0.0))
         growing, falling = self._signs(a, len(values[2]))
         jerk, other = self.bounds.limits.jerk, float(self.bounds.limits.deceleration_jerk or np.inf)
-        corners = self.bounds.corners[0]
+        corners = self.bounds.corners.s
         if len(corners):
-            self._corner_steps(v, places)
+            self._corner_steps(v, places, range(max(len(v) - n - BESIDE, 1), len(v) - BESIDE))
         for name, worst in self.worst.items():
             order, column = worst.order, worst.column
             if order == 0 or name == "centripetal" or name.startswith(STEP):
@@ -300,20 +302,21 @@ class Judge:
             t, s, _ = ends[order - 1].T
             local = feeds if name == "feed" and self.bounds.path.feeds is not None else None
             worst.see(each - self.rounding(column) * extra[order - 1], t, s, self.floor(order, column), local)
-        keep = slice(-2, None)
+        keep = slice(-2 * BESIDE, None)
         self._steps, self._dt, self._step_places = steps[keep], dt[keep], places[keep]
 
-    def _corner_steps(self, v: Array, places: Array) -> None:
-        """Jump of each axis' velocity at the corners within the middle one of every three steps."""
-        corners, jumps = self.bounds.corners
-        begin, end = places[1:-1, 1], places[1:-1, 2]
-        for k, s in enumerate(corners):
-            for i in np.flatnonzero((begin < s) & (s <= end)):
-                feed = corner_feed(v[i : i + 3, 0], float(s - begin[i]), self.period)
+    def _corner_steps(self, v: Array, places: Array, ready: range) -> None:
+        """Jump of each axis' velocity at the corners within steps of these indices; v, places as in `_differences`."""
+        corners, limits, axes = self.bounds.corners, self.bounds.limits, self.bounds.path.axes
+        begin, end = places[:, 1], places[:, 2]
+        floor = self.floor(1, 0)
+        for k, s in enumerate(corners.s):
+            for i in (j for j in np.flatnonzero((begin < s) & (s <= end)).tolist() if j in ready):
+                feed = corners.least_feed(k, v[:, 0], i, float(s - begin[i]), floor, self.period, limits, axes)
                 for name, worst in self.worst.items():
                     if name.startswith(STEP):
-                        jump = np.array([feed * jumps[k, worst.column - 1]])
-                        worst.see(jump, places[1 + i : 2 + i, 0], np.array([s]), self.floor(1, worst.column))
+                        jump = np.array([feed * corners.jumps[k, worst.column - 1]])
+                        worst.see(jump, places[i : i + 1, 0], np.array([s]), self.floor(1, worst.column))
 
     @staticmethod
     def _signs(a: Array, n: int) -> tuple[BoolArray, BoolArray]:
@@ -362,6 +365,8 @@ class Judge:
             nothing = np.full(3, np.inf)
             self._differences(still, np.full(3, self.period), nothing, np.tile(place, (3, 1)), self.ticks)
         elif len(self._steps):
+            v = self._steps / self._dt[:, None]
+            self._corner_steps(v, self._step_places, range(max(len(v) - BESIDE, 1), len(v) - 1))
             self._edge(2.0 * (feed - float(self._steps[-1, 0]) / last_dt) / last_dt, place)
 
     def _edge(self, a: float, place: Array) -> None:
