@@ -10,7 +10,7 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test docs test-linuxcnc test-browser test-package lint bench torture clean
+.PHONY: help run test docs test-linuxcnc test-browser test-package test-long lint bench torture clean
 
 help: ## print these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -46,7 +46,10 @@ docs: $(VENV)/.installed-dev ## the documentation as a site, build/docs/index.ht
 bench: $(VENV)/.installed-bench ## measure against C and other libraries (needs gcc)
 	$(BIN)/python -m benchmarks $(ARGS)
 
-torture: $(VENV)/.installed-dev ## the long tests
+torture: $(VENV)/.installed-dev ## random cases of every kind, an hour on all cores, and a table (ARGS="--minutes 10 --seed 7")
+	$(BIN)/python tests/torture.py $(ARGS)
+
+test-long: $(VENV)/.installed-dev ## the long tests of single parts, over very many cases (hours)
 	$(BIN)/python -m pytest -n 2 -m torture
 
 clean: ## remove .venv and what the tools left behind

@@ -61,20 +61,19 @@ def all_hold(case: np.ndarray, what: str, holds: np.ndarray) -> None:
         pytest.fail(f"{what} fails for {np.count_nonzero(~holds)} of {len(holds)}; case {index}: {values}")
 
 
-@pytest.fixture(scope="module", params=[2, 9], ids=["two decades", "nine decades"])
-def solved(request: pytest.FixtureRequest) -> tuple[np.ndarray, np.ndarray]:
+def drawn(seed: int, decades: int, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Cases (n, 8) and rows (n, ROW): log-uniform, ends from rest to the limit, and a third barely long enough."""
-    random = np.random.default_rng(request.param)
-    case = 10.0 ** random.uniform(-request.param, request.param, (CASES, 8))
+    random = np.random.default_rng(seed)
+    case = 10.0 ** random.uniform(-decades, decades, (count, 8))
     for end in (START, END):
-        share = np.where(random.random(CASES) < 0.5, random.random(CASES), 10.0 ** random.uniform(-12, 0, CASES))
+        share = np.where(random.random(count) < 0.5, random.random(count), 10.0 ** random.uniform(-12, 0, count))
         case[:, end] = case[:, FEED] * share
-        case[random.random(CASES) < 0.3, end] = 0.0
-        top = random.random(CASES) < 0.1
+        case[random.random(count) < 0.3, end] = 0.0
+        top = random.random(count) < 0.1
         case[top, end] = case[top, FEED]
-    alike = random.random(CASES) < 0.1
+    alike = random.random(count) < 0.1
     case[alike, END] = case[alike, START] * (1 - random.choice([0.0, 1e-15, 1e-9, 1e-4], np.count_nonzero(alike)))
-    rows = np.zeros((CASES, kernels.ROW))
+    rows = np.zeros((count, kernels.ROW))
     for values, row in zip(case.tolist(), rows, strict=True):
         if kernels.seven_phase(*values, row) == kernels.NO_ROOM:
             extra = 0.0 if random.random() < 0.3 else 10.0 ** random.uniform(-16, 1)
@@ -82,6 +81,11 @@ def solved(request: pytest.FixtureRequest) -> tuple[np.ndarray, np.ndarray]:
             assert kernels.seven_phase(*values, row) == kernels.SOLVED, values
     case[:, LENGTH] = rows[:, kernels.LENGTH]
     return case, rows
+
+
+@pytest.fixture(scope="module", params=[2, 9], ids=["two decades", "nine decades"])
+def solved(request: pytest.FixtureRequest) -> tuple[np.ndarray, np.ndarray]:
+    return drawn(request.param, request.param, CASES)
 
 
 def check_motion(case: np.ndarray, rows: np.ndarray, end_tolerance: float = 1e-10) -> None:

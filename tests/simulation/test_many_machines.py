@@ -170,9 +170,3 @@ def test_200_machines_follow_or_stop_with_a_reason() -> None:
     ends = [check(seed) for seed in range(200)]
     assert ends.count("followed") >= 100
     assert ends.count("stopped") >= 5
-
-
-@pytest.mark.torture
-def test_10000_machines_follow_or_stop_with_a_reason() -> None:
-    for seed in range(1000, 11_000):
-        check(seed)

@@ -1,0 +1,45 @@
+"""The torture itself: each kind of case, a few of them, and that what fails is told."""
+
+from __future__ import annotations
+
+import pytest
+
+import torture
+from torture import FAMILIES, Family, Outcome, batch, table
+
+COUNTS = {"profiles": 1, "override": 3, "readers": 1, "smoothing": 3, "corners": 3, "chains": 25, "servo": 10}
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+def test_a_sample_of_each_kind(family: Family, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torture, "INPUTS_A_CASE", 100)
+    monkeypatch.setattr(torture, "PROFILES_A_CASE", 100)
+    tally = batch(family.case, 2_000_000, COUNTS[family.name])
+    assert tally.done == COUNTS[family.name]
+    assert not tally.failed
+
+
+def sometimes(seed: int) -> Outcome:
+    if seed == 4:
+        raise ValueError("a planted fault")
+    if seed == 5:
+        pytest.fail("in the words of a test")
+    return Outcome("ok" if seed < 3 else "refused", share=0.1 * seed)
+
+
+def test_what_fails_is_told_with_its_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+    tally = batch(sometimes, 1, 5)
+    assert tally.done == 5
+    assert tally.words == {"ok": 2, "else": 1}
+    assert tally.failed == [(4, "ValueError: a planted fault"), (5, "Failed: in the words of a test")]
+    assert tally.share == pytest.approx(0.3)
+    family = Family(sometimes, "some", 5, 1.0)
+    text = table([(family, 5, tally)], 1).markdown()
+    assert "| some  |     5 |    5 |                  1 |      2 |             0.3000000000 |" in text
+    monkeypatch.setattr(torture, "MOST_SECONDS", -1.0)
+    assert "more than" in batch(sometimes, 1, 1).failed[0][1]
+
+
+def test_the_program_runs_and_says_how_it_went(capsys: pytest.CaptureFixture[str]) -> None:
+    assert torture.main(["--only", "profiles", "--count", "2", "--workers", "1", "--seed", "7"]) == 0
+    assert "| seven-phase profiles alone | 2,000 | 2,000 |" in capsys.readouterr().out
