@@ -7,7 +7,6 @@ import re
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from simulation.axes import setpoints
 from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Motor, Scale, Table, Transmission
