@@ -153,6 +153,19 @@ def test_symbols_inner_pages_and_switches(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+def test_a_switch_draws_the_first_that_is_meant_for_any_program(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    body = (
+        '<switch><foreignObject requiredExtensions="http://ns.adobe.com/AdobeIllustrator/10.0/" width="1" height="1"/>'
+        '<g requiredExtensions="http://example.org/x"><path d="M9 9H20"/></g><g systemLanguage="de, fr">'
+        '<path d="M9 8H20"/></g><g systemLanguage="de, en-GB"><path d="M1 70H3"/></g></switch><path systemLanguage="fr" d="M1 5H2"/>'
+    )
+    file.write_text(drawing(ROOTS["mm"], body))
+    (path,) = read_all(file)
+    assert path.curves[0].ends.round(12).tolist() == [[1, 10], [3, 10]]
+    assert "left out: 1 path for programs with other extensions or of other languages" in path.findings
+
+
 def test_groups_are_layers_and_names_come_from_ids(tmp_path: Path) -> None:
     file = tmp_path / "part.svg"
     body = (

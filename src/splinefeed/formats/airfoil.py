@@ -32,14 +32,33 @@ UNIT_CHORD_SLACK = 0.02
 LEAST_POINTS = 5
 #: More points than this are no section but a scan of one; published sections have some hundreds.
 MAX_AIRFOIL_POINTS = 20_000
+#: A section of unit chord is nowhere farther from 0 than this along the chord; one in percent is.
+_PERCENT = 2.0
+#: How far points of a section may lie before its nose or behind its trailing edge, in chords.
+_BEYOND = 0.1
 #: How many repeated points a finding names.
 _NAMED_REPEATS = 3
 
 
 def holds(head: bytes) -> bool:
-    """Whether `head` looks like this format: two numbers in the first or second line that is not blank."""
-    lines = [line for line in head_text(head[:4096]).splitlines() if line.strip()]
-    return any(_pair(line) is not None for line in lines[:2])
+    """Whether `head` looks like this format: a flat section of unit chord, or in percent of it, behind a name at most.
+
+    Its points begin at the trailing edge, or at the nose and end there, or two counts stand before them. Any other two
+    columns are points in mm, which `points` reads.
+    """
+    lines = [line for line in head_text(head).splitlines() if line.strip()]
+    if all(_pair(line) is None for line in lines[:2]):
+        return False
+    rows = np.array([pair for pair in map(_pair, lines[:MAX_AIRFOIL_POINTS]) if pair is not None])
+    counted = _counts(*rows[0])
+    x, y = rows[int(counted) :].T
+    if len(x) < 2:
+        return False
+    span = 100.0 if np.max(np.abs(x)) > _PERCENT else 1.0
+    if not (np.all((x >= -_BEYOND * span) & (x <= (1.0 + _BEYOND) * span)) and np.max(np.abs(y)) <= 0.5 * span):
+        return False
+    back = 0.9 * span
+    return bool((counted and x[0] <= 0.1 * span) or x[0] >= back or max(x[0], x[-1]) <= 0.1 * span < back <= np.max(x))
 
 
 def from_text(
@@ -84,7 +103,7 @@ def _positive(value: float | str, name: str) -> float:
 
 def _pair(line: str) -> tuple[float, float] | None:
     """The two numbers of a line; None if it holds something else."""
-    words = line.split()
+    words = line.replace(",", " ").replace(";", " ").split()
     if len(words) != 2 or "_" in line or not line.isascii():  # Python takes 1_0 and digits of other scripts for numbers
         return None
     try:
@@ -92,6 +111,11 @@ def _pair(line: str) -> tuple[float, float] | None:
     except ValueError:
         return None
     return x, y
+
+
+def _counts(first: float, second: float) -> bool:
+    """Whether two numbers are how many points each side has, as Lednicer's order says before them."""
+    return first >= 2.0 and second >= 2.0 and first.is_integer() and second.is_integer()
 
 
 def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[int, float, float]]]:
@@ -122,7 +146,7 @@ def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[in
 def _in_order(rows: list[tuple[int, float, float]], source: str | os.PathLike[str]) -> tuple[Array, list[int], str]:
     """Points (n, 2) from the trailing edge over the nose and back, their line numbers, and the order of the file."""
     number, first, second = rows[0]
-    if not (first >= 2.0 and second >= 2.0 and first.is_integer() and second.is_integer()):
+    if not _counts(first, second):
         return np.array([row[1:] for row in rows]), [row[0] for row in rows], "Selig"
     upper, lower = int(first), int(second)
     if upper + lower != len(rows) - 1:

@@ -1,7 +1,8 @@
 """Points in a table (.csv, .xyz, ...): measured or scanned, in order, fitted by curves within a tolerance.
 
-One point a line, numbers between commas, semicolons, tabs or blanks; lines that begin with # or % do not count. A line
-above the numbers may name the columns: x, y, z, a, b, c, theta, with a unit behind (x [in]); mm and degrees otherwise.
+One point a line, numbers between commas, semicolons, tabs or blanks, with points or commas before their decimals; lines
+that begin with #, %, ! or // do not count. A line above the numbers may name the columns: x, y, z, a, b, c, theta, with
+a unit behind (x [in], x_in); mm and degrees otherwise. One number alone above them is how many there are.
 """
 
 from __future__ import annotations
@@ -9,12 +10,13 @@ from __future__ import annotations
 import math
 import os
 import pathlib
-import re
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import FormatError, InputError, UnitError
+from splinefeed.formats import table_text
 from splinefeed.formats.fitted import fitted_path
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
@@ -29,21 +31,19 @@ AXES = ("x", "y", "z", "a", "b", "c", "theta")
 UNNAMED = 3
 #: How a file of setpoints of ours begins.
 _OURS = "# splinefeed"
-_BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
-_NAME = re.compile(r"([a-z]+)\s*(?:[\[(]\s*([^\])]*)\s*[\])])?")
 
 
 def holds(head: bytes) -> bool:
     """Whether `head` looks like this format: two lines of as many numbers, two or more, and before them words only."""
     counts = []
     for line in head_text(head[:4096]).splitlines():
-        if not line.strip() or line.lstrip()[0] in "#%":
+        if not line.strip() or table_text.comment(line.lstrip()) is not None:
             if line.startswith(_OURS):
                 return False
             continue
-        if (numbers := _numbers(line)) is not None:
-            counts.append(len(numbers))
-        elif counts or not _names(line):
+        if (numbers := table_text.numbers(line)) is not None:
+            counts.append(len(numbers[0]))
+        elif counts or not _named(table_text.names(line)[0]):
             return False
         if len(counts) == 2:
             return counts[0] == counts[1] >= 2
@@ -68,11 +68,11 @@ def from_text(
         raise InputError(f"tolerance is {allowed:g} mm; it must be greater than 0")
     if text.startswith(_OURS):
         raise FormatError(f"{source}: holds setpoints; follow, check and stream take them, as a path they are none")
-    rows, names, lines = _rows(text, source)
-    axes, points, findings = _chosen(rows, names, source)
+    table = _table(text, source)
+    axes, points, findings = _chosen(table)
     bad = ~np.all(np.isfinite(points), axis=1)
     if bad.any():
-        raise FormatError(f"{source}: line {lines[int(np.argmax(bad))]}: is no finite point")
+        raise FormatError(f"{source}: line {table.lines[int(np.argmax(bad))]}: is no finite point")
     if np.max(np.abs(points)) > MAX_COORDINATE:
         raise FormatError(f"{source}: holds coordinates beyond {MAX_COORDINATE:g} mm; is the unit right?")
     closed = len(points) > 3 and bool(np.all(points[0] == points[-1]))
@@ -88,56 +88,99 @@ def from_text(
     return [path]
 
 
-def _numbers(line: str) -> list[float] | None:
-    """The numbers of a line; None if it holds something else."""
-    try:
-        return [float(word) for word in _BETWEEN.split(line.strip().rstrip(",;"))]
-    except ValueError:
-        return None
+def _named(names: list[tuple[str, str]]) -> bool:
+    """Whether x or y is among the names of the columns."""
+    return bool({"x", "y"} & {name for name, _ in names})
 
 
-def _names(line: str) -> list[tuple[str, str]]:
-    """Names and units of the columns, in small letters, if the line holds x or y among them; none otherwise."""
-    words = re.split(r"\s*[,;\t]\s*", line.strip()) if re.search(r"[,;\t]", line) else line.split()
-    found = [_NAME.fullmatch(word.strip(" \"'").lower()) for word in words]
-    named = [(match[1], match[2] or "") if match else ("", "") for match in found]
-    return named if {"x", "y"} & {name for name, _ in named} else []
+@dataclass
+class _Table:
+    """Numbers, the line of each row, names and units of the columns if they are said; and what there is to say."""
+
+    source: str | os.PathLike[str]
+    rows: list[list[float]] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    names: list[tuple[str, str]] = field(default_factory=list)
+    remarked: list[tuple[str, str]] = field(default_factory=list)  # names in a comment, which may be mere words
+    findings: list[str] = field(default_factory=list)
+    unknown: tuple[int, str, int] | None = None  # a line of names that are none of an axis, itself and their count
+    said: int | None = None  # how many points the file says that it has
+
+    def add(self, number: int, line: str) -> None:
+        """Take over a line that is not blank."""
+        behind = table_text.comment(line)
+        found = table_text.numbers(line) if behind is None else None
+        if found is None:
+            if behind is None and self.rows:
+                raise FormatError(
+                    f"{self.source}: line {number}: expected {len(self.rows[0])} numbers, got {line[:40]!r}"
+                )
+            self._head(number, line if behind is None else behind, remark=behind is not None)
+            return
+        values, decimal = found
+        if self.rows and len(values) != len(self.rows[0]):
+            if len(self.rows) > 1 or len(self.rows[0]) > 1 or self.rows[0][0] != int(self.rows[0][0]):
+                raise FormatError(
+                    f"{self.source}: line {number}: holds {len(values)} numbers, the lines above {len(self.rows[0])}"
+                )
+            self.said = int(self.rows.pop()[0])
+            self.lines.clear()
+        if decimal and not self.findings:
+            self.findings.append(f"line {number}: commas are read as decimal points, {line[:40]!r} as {values}")
+        self.rows.append(values)
+        self.lines.append(number)
+        if len(self.rows) > MAX_POINTS:
+            raise FormatError(f"{self.source}: holds more than {MAX_POINTS} points; thin or split them")
+
+    def _head(self, number: int, line: str, *, remark: bool) -> None:
+        """A line that is not of numbers, above them: of names, a title, or a comment."""
+        if self.rows:
+            return
+        found, marked = table_text.names(line)
+        if _named(found) and remark:
+            self.remarked = self.remarked or found
+        elif _named(found):
+            self.names = self.names or found
+        elif not remark and not any(letter.isalpha() for letter in line):
+            raise FormatError(f"{self.source}: line {number}: expected numbers, got {line[:40]!r}")
+        elif not remark and marked:
+            self.unknown = number, line, len(found)
+
+    def check(self) -> None:
+        """FormatError for a table without points, of other names than it has columns, or of names that are no axes."""
+        if not self.rows or len(self.rows[0]) < 2:
+            raise FormatError(f"{self.source}: holds no points; one a line is needed, at least x and y")
+        columns = len(self.rows[0])
+        if not self.names and len(self.remarked) == columns:
+            self.names = self.remarked
+        if self.names and len(self.names) != columns:
+            raise FormatError(
+                f"{self.source}: names {len(self.names)} columns, but line {self.lines[0]} holds {columns} numbers"
+            )
+        if self.unknown is not None and not self.names and self.unknown[2] == columns:
+            number, line, _ = self.unknown
+            raise FormatError(
+                f"{self.source}: line {number}: none of the columns {line[:40]!r} is called x or y; "
+                f"name them ({', '.join(AXES)}), or take the line out"
+            )
+        if self.said is not None and self.said != len(self.rows):
+            raise FormatError(
+                f"{self.source}: says {self.said} points, but {len(self.rows)} follow; is the file complete?"
+            )
 
 
-def _rows(text: str, source: str | os.PathLike[str]) -> tuple[Array, list[tuple[str, str]], list[int]]:
-    """Numbers (n, columns), names and units of the columns if they are said, and the line of each row."""
-    names: list[tuple[str, str]] = []
-    rows: list[list[float]] = []
-    lines: list[int] = []
+def _table(text: str, source: str | os.PathLike[str]) -> _Table:
+    table = _Table(source)
     for number, line in enumerate(text.splitlines(), start=1):
-        stripped = line.strip()
-        if not stripped or stripped[0] in "#%":
-            names = names or _names(stripped.lstrip("#% ")) if not rows else names
-            continue
-        values = _numbers(stripped)
-        if values is None:
-            if rows:
-                raise FormatError(f"{source}: line {number}: expected {len(rows[0])} numbers, got {stripped[:40]!r}")
-            names = _names(stripped) or names
-            continue
-        if rows and len(values) != len(rows[0]):
-            raise FormatError(f"{source}: line {number}: holds {len(values)} numbers, the lines above {len(rows[0])}")
-        rows.append(values)
-        lines.append(number)
-        if len(rows) > MAX_POINTS:
-            raise FormatError(f"{source}: holds more than {MAX_POINTS} points; thin or split them")
-    if not rows or len(rows[0]) < 2:
-        raise FormatError(f"{source}: holds no points; one a line is needed, at least x and y")
-    if names and len(names) != len(rows[0]):
-        raise FormatError(f"{source}: names {len(names)} columns, but line {lines[0]} holds {len(rows[0])} numbers")
-    return np.array(rows), names, lines
+        if stripped := line.strip():
+            table.add(number, stripped)
+    table.check()
+    return table
 
 
-def _chosen(
-    rows: Array, names: list[tuple[str, str]], source: str | os.PathLike[str]
-) -> tuple[tuple[str, ...], Array, list[str]]:
+def _chosen(table: _Table) -> tuple[tuple[str, ...], Array, list[str]]:
     """Axes, points (n, axes), mm and rad, and what is left out."""
-    findings = []
+    rows, names, source, findings = np.array(table.rows), table.names, table.source, table.findings
     given = [name for name, _ in names] or list(AXES[: min(rows.shape[1], UNNAMED)])
     twice = [axis for axis in AXES if given.count(axis) > 1]
     if twice:

@@ -84,7 +84,7 @@ FORMATS = (
     Format("3DM", "threedm", (".3dm",), MAX_CAD_BYTES),
     Format("SVG drawing", "svg", (".svg", ".svgz"), MAX_DRAWING_BYTES),
     Format("airfoil", "airfoil", (".dat", ".txt")),
-    Format("table of points", "points", (".csv", ".xyz", ".pts", ".asc")),
+    Format("table of points", "points", (".csv", ".txt", ".xyz", ".pts", ".asc")),
     Format("G-code", "gcode", (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".mpf", ".h", ".gc", ".g"), 2 * 2**30),
 )
 
@@ -183,7 +183,7 @@ def format_to_write(target: str | os.PathLike[str]) -> Format:
 def format_of(source: str | os.PathLike[str]) -> Format:
     """The format of the file `source`: the one its name promises if it holds it, else one that its content shows.
 
-    Where the content shows none, the one that the name promises: its reader will say what is wrong.
+    Where the content shows none, the one that the name promises, the last of them: its reader will say what is wrong.
     Raises FormatError for no plain file, an empty one, a pointer of Git LFS, and what no format knows.
     """
     file = source_files.check_file(source)
@@ -191,7 +191,7 @@ def format_of(source: str | os.PathLike[str]) -> Format:
     promised = [each for each in FORMATS if file.suffix.lower() in each.suffixes]
     found = next((each for each in promised if each.holds(head)), None)
     found = found or next((each for each in FORMATS if each not in promised and each.holds(head)), None)
-    found = found or (promised[0] if promised else None)
+    found = found or (promised[-1] if promised else None)
     if found is None:
         if b"\0" in head:
             raise FormatError(f"{source}: is binary and none of {_listed(FORMATS)}")

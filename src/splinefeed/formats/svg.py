@@ -191,6 +191,9 @@ class _Reader:
             raise FormatError(f"{self.source}: draws more than {MAX_DRAWN} elements, uses counted each time")
         if tag in _SILENT and not (tag == "symbol" and used is not None):
             return
+        if not _meant(node):
+            self.drawing.left_out[f"{tag[:40]} for programs with other extensions or of other languages"] += 1
+            return
         given = self.styles.of(node)
         if given.get("display", "").lower() == "none":
             self.drawing.left_out[f"{tag} that is not displayed"] += 1
@@ -244,8 +247,9 @@ class _Reader:
         if node.tag in ("svg", "symbol"):
             place, view = svg_places.nested(given, place, view)
         children = node.children
-        if node.tag == "switch":
-            children = next(([child] for child in children if child.tag not in _SILENT), [])
+        if node.tag == "switch":  # Illustrator puts its own data first, as a foreignObject that only it understands
+            drawn = (child for child in children if child.tag not in _SILENT | {"foreignObject"} and _meant(child))
+            children = [child for child, _ in zip(drawn, range(1), strict=False)]
         for child in children:
             self._node(child, place, view, uses, chosen=chosen, visible=visible)
 
@@ -303,6 +307,13 @@ class _Reader:
             curves = _curves(subpath, place)
             if curves:
                 self.drawing.add(curves, name)
+
+
+def _meant(node: Node) -> bool:
+    """Whether an element is for a reader that knows no extensions, and English. Source: W3C, SVG 1.1, section 5.8."""
+    said = node.attributes
+    languages = said.get("systemLanguage", "en").lower().replace(" ", "").split(",")
+    return not said.get("requiredExtensions", "").strip() and any(each.split("-")[0] == "en" for each in languages)
 
 
 def _visible(given: Mapping[str, str], above: bool) -> bool:

@@ -148,6 +148,7 @@ def scan(
         motion = -1
         outputs = 0  # M codes in their order, a digit each
         switched = 0  # bits of those among them that exclude each other: the spindle's, the tool's
+        grouped = 0  # bits of the groups of G codes that the line names: motion, plane, distance, feed mode, units
         known = True
         while True:
             c = int(data[i])
@@ -178,8 +179,9 @@ def scan(
             i += 1
             while int(data[i]) == 32 or int(data[i]) == 9:
                 i += 1
+            signed = int(data[i]) == 43 or int(data[i]) == 45
             value, behind = _number(data, i)
-            if behind < 0:
+            if behind < 0 or (letter == 13 and signed):
                 known = False
                 break
             i = behind
@@ -196,17 +198,29 @@ def scan(
                     break
                 switched |= group
                 continue
+            if letter == 6:  # G: what moves, or what says again how things are
+                group = 0
+                if value == 0.0 or value == 1.0 or value == 2.0 or value == 3.0:
+                    motion = int(value)
+                    group = 1
+                elif value == modes[PLANE]:
+                    group = 2
+                elif value == (91.0 if modes[RELATIVE] else 90.0):
+                    group = 4
+                elif value == (93.0 if modes[INVERSE] else 94.0):
+                    group = 8
+                elif value == (21.0 if state[SCALE] == 1.0 else 20.0):
+                    group = 16
+                if group == 0 or grouped & group:
+                    known = False
+                    break
+                grouped |= group
+                continue
             if given >> letter & 1:
                 known = False
                 break
             given |= 1 << letter
-            if letter == 6:  # G
-                if value == 0.0 or value == 1.0 or value == 2.0 or value == 3.0:
-                    motion = int(value)
-                else:
-                    known = False
-                    break
-            elif _AXIS[letter] >= 0 or (8 <= letter <= 10) or letter == 5 or letter == 17 or letter == 15:
+            if _AXIS[letter] >= 0 or (8 <= letter <= 10) or letter == 5 or letter == 17 or letter == 15:
                 words[letter] = value  # axes, I J K, F, R, P
             elif letter == 18 or letter == 19:  # S, T
                 words[letter] = value

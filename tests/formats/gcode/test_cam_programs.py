@@ -262,3 +262,10 @@ def test_settings_and_stops_of_heidenhain(tmp_path: Path) -> None:
     t = np.linspace(1.0, 0.0, 11)
     want = np.column_stack([((t - 2) * t - 9) * t + 40, (-3 * t - 2) * t + 5])
     assert np.allclose(spline(np.linspace(0.0, 1.0, 11))[:, :2], want, atol=1e-13)
+
+
+def test_a_round_pocket_of_a_haas_is_not_left_out_in_silence(tmp_path: Path) -> None:
+    file = tmp_path / "part.nc"
+    file.write_text("%\nO00005 (POCKET)\nG21 G90\nG1 X1. F100.\nG13 I5. F50.\nM30\n%\n")
+    with pytest.raises(FormatError, match="line 5: G13 is not known in the dialect Fanuc"):
+        sf.read(file)

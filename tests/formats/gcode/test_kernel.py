@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import Moves
 from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.kernels.gcode import scan
@@ -28,6 +29,8 @@ MOTION = st.sampled_from(
 OTHERS = st.sampled_from(
     [
         "(note)",
+        "N-1",
+        "S100",
         "; rest",
         "(open",
         ")",
@@ -124,6 +127,26 @@ def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bo
         assert status == 0 and rows[0, 0] == float(text)
     else:
         assert places + len(str(mantissa)) > 17
+
+
+def test_what_is_said_again_is_read_at_full_speed(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[int] = []
+    run = Interpreter.run
+    monkeypatch.setattr(Interpreter, "run", lambda self, text, line: (said.append(line), run(self, text, line)))
+    text = "G17 G90 G94 G21 G1 X1 F5\nG20\nG20 G1 X2\nG18 G91\nG91 G18 G2 X2 I1\nG90 G90 X1\n"
+    file.write_text(text)
+    with pytest.raises(FormatError, match="line 6: "):
+        list(Reading().moves(file))
+    assert said == [2, 4, 6]
+    agree(file, text)
+
+
+def test_the_tool_rests_for_another_spindle_speed_and_not_for_the_same(file: Path) -> None:
+    text = "G1 X1 F100 S500\nX2 S500\nX3 S600\nX4 S600 M3\nG17 X5 S600\nM62 P1 S600\nM62 P1 S1\nT2\nX6"
+    marks = agree(file, text).marks
+    assert [(mark.move, mark.stop) for mark in marks] == [
+        (0, True), (1, False), (2, True), (3, True), (4, False), (5, False), (5, True), (5, True),
+    ]  # fmt: skip
 
 
 def test_blocks_may_end_anywhere(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:

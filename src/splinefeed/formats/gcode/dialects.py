@@ -38,8 +38,9 @@ DIALECTS = {
             dwell=1e-3,
             dwell_words="XU",
             # G05 P10000 and G05.1 Q1 look ahead, G08 P1 does too; G50.1 and G69 end what is refused when it begins;
-            # G103 and G187 are Haas' for how far to look ahead and how smooth to be
-            modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 130, 1030, 1870)),
+            # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
+            # how smooth to be
+            modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
         ),
         Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690))),
         Dialect(

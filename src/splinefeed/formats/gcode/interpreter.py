@@ -163,6 +163,7 @@ class Interpreter(LineWords):
     def _outputs(self, block: Block) -> None:
         """S, T and M as markers before the motion of the line; dwells likewise."""
         wait = self._dwell() if 40 in block.g else None
+        stop = "T" in self._words or ("S" in self._words and self.state.new_speed(self._words["S"]))
         said = [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
         before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
         for code in before:
@@ -172,8 +173,8 @@ class Interpreter(LineWords):
         if before and not any(code in codes.GROUP_OF for code in block.g):
             said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
         if said:
-            on_the_move = bool(before) and all(code in codes.ON_THE_MOVE for code in before)
-            self.state.say(self.line, " ".join(said), stop=not on_the_move)
+            stop |= any(code not in codes.ON_THE_MOVE for code in before)
+            self.state.say(self.line, " ".join(said), stop=stop)
         if wait is not None:
             self.state.say(self.line, dwell=wait)
 

@@ -47,6 +47,7 @@ class State:
         self._heard = np.zeros((self._capacity, layout.SAID), dtype=np.int64)
         self._spoken = np.zeros((self._capacity, layout.SPOKEN))
         self._texts: dict[tuple[int, int, float, float], str] = {}
+        self._speed: float | None = None
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
         self.inch = False
@@ -145,6 +146,12 @@ class State:
         """A marker before the next move."""
         self.said.append(Mark(self.count, line, text, dwell, stop))
 
+    def new_speed(self, speed: float) -> bool:
+        """Take over the speed that S says; whether it is another one, for which a control waits at rest."""
+        changed = speed != self._speed
+        self._speed = speed
+        return changed
+
     def scan(self, data: layout.Bytes, at: int) -> tuple[int, int]:
         """Let the kernel read lines from data[at:]: where it stopped, and DONE, UNKNOWN or FULL as it says."""
         at, self.count, heard, why = layout.scan(
@@ -168,7 +175,8 @@ class State:
                 text = " ".join(said + [f"M{digit}" for digit in str(codes) if codes])
                 if len(texts) < _TEXTS:
                     texts[key] = text
-            self.said.append(Mark(before, line, text))
+            changed = bool(words & 1) and self.new_speed(speed)
+            self.said.append(Mark(before, line, text, stop=changed or words != 1 or codes != 0))
 
     def take(self) -> Moves:
         """The moves made since the last time."""

@@ -1,0 +1,63 @@
+"""Lines of a table as spreadsheets, scanners and measuring machines write them: numbers, and names of columns."""
+
+from __future__ import annotations
+
+import csv
+import re
+
+#: What begins a line that does not count.
+COMMENTS = ("#", "%", "!", "//")
+#: Between columns: semicolon or tab, behind which a comma can only be a decimal point; else a comma, or blanks.
+_CLEAR = re.compile(r"\s*;\s*|[ \r]*\t[ \t\r]*")
+_EITHER = re.compile(r"\s*,\s*|\s+")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
+#: What most tables consist of: plain numbers between commas.
+_PLAIN = re.compile(r"[+-]?\d+\.\d+(?: ?, ?[+-]?\d+\.\d+)+")
+_UNIT = r"(?:\s*[\[(]\s*(?P<boxed>[^\])]*)\s*[\])]|[\s_/-]+(?P<bare>mm|cm|um|m|in|inch|inches|ft|mil|deg|rad))?"
+_PLACE = r"(?:pos|position|coord|coordinate|axis|machine|actual|value)"
+_NAME = re.compile(rf"(?:{_PLACE}[\s_.-]*)?(?P<name>[a-z]+?)(?:[\s_.-]*{_PLACE})?{_UNIT}")
+
+
+def comment(line: str) -> str | None:
+    """What stands behind the mark of a line that does not count; None for any other line."""
+    mark = next((each for each in COMMENTS if line.startswith(each)), None)
+    return None if mark is None else line.lstrip("#%!/ ")
+
+
+def numbers(line: str) -> tuple[list[float], bool] | None:
+    """The numbers of a line, and whether commas stand in place of their decimal points; None for anything else."""
+    if _PLAIN.fullmatch(line):
+        return [float(word) for word in line.split(",")], False
+    words, decimal = _words(line)
+    if decimal:
+        words = [word.replace(",", ".") if _DECIMAL_COMMA.fullmatch(word) else word for word in words]
+    if not all(_NUMBER.fullmatch(word) for word in words):
+        return None
+    return [float(re.sub("[dD]", "e", word)) for word in words], decimal
+
+
+def names(line: str) -> tuple[list[tuple[str, str]], bool]:
+    """Names of columns and their units, "" for what is no name, in small letters; and whether marks stand between."""
+    marked = re.search(r"[,;\t]", line) is not None
+    words = re.split(r"\s*[,;\t]\s*", line.strip().rstrip(",;")) if marked else line.split()
+    found = [_NAME.fullmatch(word.strip(" \"'").lower()) for word in words]
+    return [(m["name"], m["boxed"] or m["bare"] or "") if m else ("", "") for m in found], marked
+
+
+def _words(line: str) -> tuple[list[str], bool]:
+    """The words of a line, and whether commas within them are decimal points."""
+    text = line.strip().replace("\N{MINUS SIGN}", "-").rstrip(",;").strip()
+    if '"' in text:
+        closed = re.match(r'"[^"]*"\s*(.)', text)
+        words = next(csv.reader([text], delimiter=closed[1] if closed and closed[1] in ",;\t " else ","))
+        return [word.strip() for word in words], any("," in word for word in words)
+    if text[:1] in "([{" and text[-1:] in ")]}":
+        text = text[1:-1].strip()
+    if _CLEAR.search(text):
+        words = [word.rstrip(",") for word in _CLEAR.split(text)]
+        return words, any("," in word for word in words)
+    words = text.split()
+    if len(words) > 1 and "," in text and all(_DECIMAL_COMMA.fullmatch(word) for word in words):
+        return words, True
+    return _EITHER.split(text), False
