@@ -158,7 +158,8 @@ def test_a_switch_draws_the_first_that_is_meant_for_any_program(tmp_path: Path) 
     body = (
         '<switch><foreignObject requiredExtensions="http://ns.adobe.com/AdobeIllustrator/10.0/" width="1" height="1"/>'
         '<g requiredExtensions="http://example.org/x"><path d="M9 9H20"/></g><g systemLanguage="de, fr">'
-        '<path d="M9 8H20"/></g><g systemLanguage="de, en-GB"><path d="M1 70H3"/></g></switch><path systemLanguage="fr" d="M1 5H2"/>'
+        '<path d="M9 8H20"/></g><g systemLanguage="de, en-GB"><path d="M1 70H3"/></g></switch>'
+        '<path systemLanguage="fr" d="M1 5H2"/>'
     )
     file.write_text(drawing(ROOTS["mm"], body))
     (path,) = read_all(file)

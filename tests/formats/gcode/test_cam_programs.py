@@ -10,6 +10,7 @@ import pytest
 
 import splinefeed as sf
 from gcode_programs import path_of, program, refusal
+from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.dialects import detect
 
 FREECAD = """(Exported by FreeCAD)
