@@ -10,7 +10,7 @@ import pytest
 import reference
 from sample_curves import KINDS, KNOWN, STILL, along_a_wave, butterfly, random_curve, with_cusp
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import arc_length, nearest, nurbs, pieces
+from splinefeed.kernels import arc_fitting, arc_length, nearest, nurbs, pieces, span_rows
 from splinefeed.kernels import cells as cells_of
 
 EPSILON = np.finfo(float).eps
@@ -106,7 +106,7 @@ def test_tables_of_a_cubic_have_one_row_a_span_and_wild_curves_more():
     assert 2 <= len(wild.table[0]) <= 40
     weights = wild.table[0][:, -4:]
     least = [np.polynomial.polynomial.polyval(np.linspace(-1, 1, 9), w).min() for w in weights]
-    assert np.all(np.abs(weights).sum(axis=1) <= pieces.MOST_ROUNDINGS * np.array(least) * (1 + 1e-9))
+    assert np.all(np.abs(weights).sum(axis=1) <= span_rows.MOST_ROUNDINGS * np.array(least) * (1 + 1e-9))
 
 
 @pytest.mark.parametrize("seed", [2, 17, 35])
@@ -183,7 +183,7 @@ def test_pieces_join_and_their_slope_is_the_speed(name):
         slopes = table[row, pieces.ARC + 1 : pieces.ARC + pieces.ARC_TERMS] * np.arange(1, pieces.ARC_TERMS)
         t = np.linspace(-1.0, 1.0, 7)
         exact = np.array([pieces.speed(table, row, shape, x) for x in t]) / table[row, pieces.SCALE]
-        negligible = arc_length.NEGLIGIBLE / arc_length.END_SHARE * curve.length
+        negligible = arc_fitting.NEGLIGIBLE / arc_fitting.END_SHARE * curve.length
         allowed = 1e-12 * exact.max() + negligible + last_place * exact.max() * table[row, pieces.SCALE]
         assert np.abs(np.polynomial.polynomial.polyval(t, slopes) - exact).max() <= allowed
 
@@ -203,16 +203,16 @@ def test_inversion_in_a_row_from_any_guess(guess):
 def test_a_table_with_too_few_rows_says_how_many_would_do():
     curve = butterfly()
     wanted = len(curve.arc.table)
-    rough = arc_length.rough_length(curve.table[0], 0, 47, curve.table[1])
+    rough = arc_fitting.rough_length(curve.table[0], 0, 47, curve.table[1])
     assert rough == pytest.approx(curve.length, rel=1e-2)
     small = np.full((7, curve.arc.table.shape[1]), np.nan)
     shape = curve.arc.shape
-    needed = arc_length.arc_pieces(
-        curve.knots, curve.control_points, curve.kernel_weights, shape, rough, small, 0, shape, arc_length.arc_room(99)
+    needed = arc_fitting.arc_pieces(
+        curve.knots, curve.control_points, curve.kernel_weights, shape, rough, small, 0, shape, arc_fitting.arc_room(99)
     )
     assert needed == wanted
     assert np.array_equal(small, curve.arc.table[:7])
     cells = np.empty((2, cells_of.ENDS + 4))
     assert cells_of.make_cells(curve.arc.table, curve.arc.shape, cells) == len(curve.arc.nearest.cells)
     rows = np.zeros((1, curve.table[0].shape[1]))
-    assert pieces.fill_rows(rows, 0, curve.knots, curve.control_points, curve.weights, shape, shape) == 48
+    assert span_rows.fill_rows(rows, 0, curve.knots, curve.control_points, curve.weights, shape, shape) == 48

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.kernels import arc_fitting, pieces
 from splinefeed.kernels import arc_length as kernels
-from splinefeed.kernels import pieces
 from splinefeed.records import Array
 
 if TYPE_CHECKING:
@@ -34,17 +34,17 @@ class ArcLength:
     def __init__(self, curve: NurbsCurve, linear: int) -> None:
         table, (degree, axes, _, rational) = curve.table
         self.shape = (degree, axes, linear, rational)
-        rough = kernels.rough_length(table, 0, len(table) - 1, self.shape)
+        rough = arc_fitting.rough_length(table, 0, len(table) - 1, self.shape)
         if not np.isfinite(rough):
             raise CurveError(f"the length of {curve!r} is not finite; its coordinates are too large")
         if not rough > 0.0:
             raise CurveError(f"{curve!r} has no length over its linear axes")
         rows = min(FIRST_ROWS, 4 * len(table)) if degree == 1 else FIRST_ROWS
         given = curve.knots, curve.control_points, curve.kernel_weights, self.shape, rough
-        room = kernels.arc_room(pieces.width(self.shape))
+        room = arc_fitting.arc_room(pieces.width(self.shape))
         while True:
             out = np.empty((rows, pieces.width(self.shape)))
-            needed = kernels.arc_pieces(*given, out, 0, self.shape, room)
+            needed = arc_fitting.arc_pieces(*given, out, 0, self.shape, room)
             if needed <= rows:
                 break
             if needed > MAX_ROWS:

@@ -273,12 +273,12 @@ class NurbsCurve:
     @cached_property
     def table(self) -> tuple[Array, tuple[int, int, int, int]]:
         """The knot spans, some in parts, as polynomial pieces (pieces, width) and their shape; see `kernels.pieces`."""
-        from splinefeed.kernels import pieces
+        from splinefeed.kernels import pieces, span_rows
 
         shape = (self.degree, self.axes, self.axes, int(self.rational))
         table = np.zeros((len(self.breaks) - 1, pieces.width(shape)))
         while True:
-            needed = pieces.fill_rows(table, 0, self.knots, self.control_points, self.kernel_weights, shape, shape)
+            needed = span_rows.fill_rows(table, 0, self.knots, self.control_points, self.kernel_weights, shape, shape)
             if needed == len(table):
                 break
             table = np.zeros((needed, pieces.width(shape)))

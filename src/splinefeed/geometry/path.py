@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from functools import cached_property, partial
 from typing import Any
 
@@ -16,13 +14,15 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners
-from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
+from splinefeed.geometry.markers import Marker as Marker
+from splinefeed.geometry.path_checks import check_joints, check_still, checked_axes, of_curves
 from splinefeed.geometry.tables import arc_rows, read_only, span_rows
 from splinefeed.kernels import arc_length as arc_kernels
 from splinefeed.kernels import measure, pieces
-from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, frozen_array
+from splinefeed.records import Array, BoolArray, IntArray, frozen_array
 
 #: Up to so many curves are faster looked at one by one than as arrays.
 _FEW = 8
@@ -31,28 +31,6 @@ _STORED = (Lines, Packed)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
 JOIN_TOLERANCE = 1e-6
-#: Linear axes that move by no more roundings than this, on a curve that turns rotary ones, do not move.
-STILL_ROUNDINGS = 8.0
-
-
-@dataclass(frozen=True)
-class Marker:
-    """What a program says between two moves, such as M3 S12000 or a dwell.
-
-    before  index of the curve that it stands before; the number of curves for what stands at the end
-    text    the words as they are written again; dwell  time at rest, s; stop  whether the tool rests here at all
-    """
-
-    before: int
-    text: str = ""
-    dwell: float = 0.0
-    stop: bool = True
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.dwell < math.inf:
-            raise InputError(f"a dwell of {self.dwell!r} s; it must be 0 or more and finite")
-        if self.dwell > 0.0 and not self.stop:
-            raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can only wait at rest")
 
 
 class Path:
@@ -101,20 +79,15 @@ class Path:
                 raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; a NurbsCurve is needed")
             if curve.axes != self.curves[0].axes:
                 raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
-        count = self.curves[0].axes
-        self.axes = tuple(DEFAULT_AXES[:count] if axes is None else axes)
-        if len(self.axes) != count or len(set(self.axes)) != count or count > MAX_AXES:
-            raise CurveError(f"axes {self.axes} for curves of {count} axes; one distinct name each is needed")
-        rotary = [axis in ROTARY_AXES for axis in self.axes]
-        self.linear = count - sum(rotary)
-        if rotary != sorted(rotary):
-            raise CurveError(
-                f"axes {self.axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last"
-            )
-        self._check_still()
-        self._check_joints()
-        self.feeds = self._of_curves(feeds, "feeds", "greater than 0", lambda values: values > 0.0)
-        self.tolerances = self._of_curves(tolerances, "tolerances", "0 or more", lambda values: values >= 0.0)
+        self.axes = tuple(DEFAULT_AXES[: self.curves[0].axes] if axes is None else axes)
+        self.linear = checked_axes(self.axes, self.curves[0].axes)
+        if 0 < self.linear < len(self.axes):
+            check_still(self.flat, self.linear)
+        count = len(self.curves)
+        if count > 1:
+            check_joints(self._ends, self.tolerance)
+        self.feeds = of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
+        self.tolerances = of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
             if not 0 <= marker.before <= len(self.curves):
@@ -138,21 +111,6 @@ class Path:
             "tolerances": self.tolerances,
             "markers": self.markers,
         }
-
-    def _of_curves(
-        self, given: ArrayLike | None, name: str, wanted: str, fits: Callable[[Array], BoolArray]
-    ) -> Array | None:
-        """One number a curve, (curves,), read-only; InputError for a number that does not fit."""
-        if given is None:
-            return None
-        values = frozen_array(given, name, 1)
-        if len(values) != len(self.curves):
-            raise InputError(f"{name} has {len(values)} numbers for {len(self.curves)} curves; give one each")
-        wrong = ~fits(values)
-        if np.any(wrong):
-            i = int(np.argmax(wrong))
-            raise InputError(f"{name}[{i}] is {values[i]:g}; it must be {wanted}")
-        return values
 
     @classmethod
     def polyline(
@@ -198,21 +156,6 @@ class Path:
         """All curves as arrays."""
         return self.curves.flat if isinstance(self.curves, _STORED) else Flat.of(self.curves)
 
-    def _check_still(self) -> None:
-        """Refuse a curve whose linear axes move by rounding only while rotary ones turn: s would be rounding."""
-        if self.linear in (0, len(self.axes)):
-            return
-        moved, turned = self.flat.sizes(slice(self.linear)), self.flat.sizes(slice(self.linear, None))
-        first, last = self.flat.point_starts[:-1], self.flat.points[:, : self.linear]
-        largest = np.max(np.maximum.reduceat(np.abs(last), first), axis=1)
-        rounding = (moved > 0.0) & (moved <= STILL_ROUNDINGS * np.finfo(float).eps * largest) & (turned > moved)
-        if rounding.any():
-            i = int(np.argmax(rounding))
-            raise CurveError(
-                f"curve {i} turns its rotary axes by {math.degrees(turned[i]):.6g} deg while the linear ones move by "
-                f"{moved[i]:.3g} mm, which is rounding; give its linear axes one position"
-            )
-
     @cached_property
     def _ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes)."""
@@ -225,18 +168,6 @@ class Path:
     def ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes), mm, rotary axes rad."""
         return self._ends
-
-    def _check_joints(self) -> None:
-        if len(self.curves) == 1:
-            return
-        ends = self._ends
-        gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
-        if np.any(gaps > self.tolerance):
-            i = int(np.argmax(gaps > self.tolerance))
-            raise CurveError(
-                f"gap of {gaps[i]:.6g} mm between the end of curve {i} and the start of curve {i + 1}; "
-                f"join them, or allow it with tolerance="
-            )
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:

@@ -11,8 +11,9 @@ from splinefeed.errors import CurveError
 from splinefeed.geometry.arc_length import MAX_ROWS, ArcLength
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
-from splinefeed.kernels import arc_length as arc_kernels
 from splinefeed.kernels import pieces
+from splinefeed.kernels.arc_fitting import fill_curves
+from splinefeed.kernels.span_rows import fill_spans
 from splinefeed.records import Array, IntArray, frozen_array
 
 T = TypeVar("T", Array, IntArray)
@@ -34,7 +35,7 @@ def span_rows(flat: Flat, shape: pieces.Shape) -> tuple[Array, IntArray]:
     rows = np.empty((len(flat), 2), dtype=np.int64)
     curve = filled = 0
     while True:
-        curve, filled = pieces.fill_spans(*flat.for_kernels, shape, curve, table, filled, rows)
+        curve, filled = fill_spans(*flat.for_kernels, shape, curve, table, filled, rows)
         if curve == len(flat):
             return _kept(table, filled), read_only(rows)
         table = _with_more_room(table, filled)
@@ -56,7 +57,7 @@ def arc_rows(
     given = (*flat.for_kernels, shape[2], span_table, span_places, shape)
     curve = filled = 0
     while True:
-        curve, filled = arc_kernels.fill_curves(*given, curve, MAX_ROWS, table, filled, rows, starts, state)
+        curve, filled = fill_curves(*given, curve, MAX_ROWS, table, filled, rows, starts, state)
         if filled < 0:
             try:
                 ArcLength(curves[curve], shape[2])

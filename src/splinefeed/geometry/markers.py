@@ -1,0 +1,28 @@
+"""Marker: what a program says between two moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from splinefeed.errors import InputError
+
+
+@dataclass(frozen=True)
+class Marker:
+    """What a program says between two moves, such as M3 S12000 or a dwell.
+
+    before  index of the curve that it stands before; the number of curves for what stands at the end
+    text    the words as they are written again; dwell  time at rest, s; stop  whether the tool rests here at all
+    """
+
+    before: int
+    text: str = ""
+    dwell: float = 0.0
+    stop: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.dwell < math.inf:
+            raise InputError(f"a dwell of {self.dwell!r} s; it must be 0 or more and finite")
+        if self.dwell > 0.0 and not self.stop:
+            raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can only wait at rest")
