@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -108,6 +109,33 @@ def test_good_setpoints_pass(path, foreign):
     assert verdict.numbers["off_curve_max_mm"] < 1e-12
     assert set(verdict.limits) == {"feed", "acceleration", "deceleration", "jerk"}
     assert all(0.99 < result.share <= 1.0 for result in verdict.limits.values())
+
+
+def drilling(lift: float = 20.0) -> sf.Path:
+    """Down, straight back up, and down again further: most positions are places three times."""
+    heights = [0.0, -10.0, lift - 10.0, -15.0]
+    return sf.Path([sf.NurbsCurve.bezier([[5, 0, a], [5, 0, b]]) for a, b in pairwise(heights)], name="drilling")
+
+
+@pytest.mark.parametrize("lift", [4.0, 10.0, 20.0])
+@pytest.mark.parametrize("chunk", [None, 7])
+def test_positions_alone_are_followed_straight_back_over_the_path(lift, chunk):
+    path = drilling(lift)
+    points, _ = planned(path)
+    bare = without_u(points)
+    columns = ("t", "curve", "u", "s", "feed", "position")
+    parts = [bare] if chunk is None else [
+        dataclasses.replace(bare, **{n: getattr(bare, n)[i : i + chunk] for n in columns})
+        for i in range(0, len(bare), chunk)
+    ]  # fmt: skip
+    verdict = check(iter(parts), path, LIMITS)
+    assert verdict.ok, verdict.problems
+    for name, own in check(points, path, LIMITS).limits.items():
+        assert verdict.limits[name].worst == pytest.approx(own.worst, rel=1e-6)
+    tick = int(np.searchsorted(points.s, 10.0)) + 100  # on the way up
+    bad = check(moved(bare, tick, 2, -0.5), path, LIMITS)
+    assert not bad.ok
+    assert abs(bad.limits["jerk"].at_t - points.t[tick]) < 4 * PERIOD
 
 
 def test_feeds_at_the_ends_and_a_short_last_period():

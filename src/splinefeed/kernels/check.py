@@ -44,6 +44,11 @@ WORTH_A_LOOK = 0.9
 TURNING_ROWS = 64
 TURNING_STEPS = 10
 
+#: A step along the path this many times as long as its chord may have taken a turn back over the path.
+LONGER = 1.05
+#: Places that are as near as each other but for so many roundings of arc length are alike.
+ROUNDINGS, EPSILON = 64.0, 2.0**-52
+
 #: What `law_extremes` keeps the largest value of (SHARE is the feed as a share of its limit there); velocity,
 #: acceleration and jerk of each axis stand behind these.
 FEED, SPEED_UP, SLOW_DOWN, JERK_UP, JERK_DOWN, CENTRIPETAL, BACKWARDS, SHARE, AXES = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -90,15 +95,18 @@ def _apart_squared(
 
 @kernel
 def _turned_to(
-    table: Array, shape: Shape, row: int, t: float, hint: float, position: Array, work: Array
+    table: Array, shape: Shape, row: int, t: float, hint: float, least: float, position: Array, work: Array
 ) -> tuple[int, float]:
     """Row and t of the better of a place and the nearest one, over all axes, beside it or beside the hint.
 
-    hint  arc length, mm. Looked at are rows on which no linear axis moves, for there a position over the linear axes
-    says nothing, as far as they follow each other, and the row before and behind them.
+    hint  arc length, mm; least  arc length before which nothing counts, mm. Looked at are rows on which no linear axis
+    moves, for there a position over the linear axes says nothing, as far as they follow each other, and the row before
+    and behind them.
     """
     last_row = table.shape[0] - 1
     best, _, _ = _apart_squared(table, row, shape, t, position, work)
+    if arc_length(table, row, t) < least:
+        best = math.inf
     found = row
     place = t
     for begin in (row, find_row(table, 0, last_row, START, hint)):
@@ -111,7 +119,7 @@ def _turned_to(
                     t = 2.0 * k / CHORD_INTERVALS - 1.0
                     for _ in range(TURNING_STEPS):
                         square, slope, bend = _apart_squared(table, each, shape, t, position, work)
-                        if square < best:
+                        if square < best and arc_length(table, each, t) >= least:
                             best = square
                             found = each
                             place = t
@@ -190,6 +198,77 @@ def placed(
 
 
 @kernel
+def _nearest(
+    table: Array,
+    shape: Shape,
+    cells: Array,
+    boxes: Array,
+    allowed: float,
+    hint: float,
+    least: float,
+    position: Array,
+    at: Array,
+    work: Array,
+) -> tuple[int, float, float, float]:
+    """Row and t of the place nearest to a position (axes,), and how far it is, mm and rad, its point into at (axes,).
+
+    Over the linear axes near arc length `hint`, mm; where these do not tell, over all axes, from `least` on, mm.
+    """
+    linear = abs(shape[2])
+    result = np.empty((1, 3))
+    near = np.array([min(max(hint, 0.0), arc_length(table, table.shape[0] - 1, 1.0))])
+    query = position[:linear].copy().reshape(1, linear)
+    nearest_in_window(table, shape, cells, boxes, False, 0.0, query, near, result)
+    row = int(result[0, ROW])
+    t = result[0, PLACE]
+    point(table, row, shape, t, at)
+    distance, turned = _apart(at, position, linear)
+    if shape[2] <= 0 and not (distance <= allowed and turned <= allowed and arc_length(table, row, t) >= least):
+        row, t = _turned_to(table, shape, row, t, near[0], least, position, work)
+        point(table, row, shape, t, at)
+        distance, turned = _apart(at, position, linear)
+    return row, t, distance, turned
+
+
+@kernel
+def _onward(
+    table: Array,
+    shape: Shape,
+    cells: Array,
+    boxes: Array,
+    allowed: float,
+    last: float,
+    chord: float,
+    row: int,
+    t: float,
+    distance: float,
+    turned: float,
+    position: Array,
+    at: Array,
+    work: Array,
+) -> tuple[int, float, float, float]:
+    """Row, t and distances, as `_nearest` found them, of the first place at or behind arc length `last`, mm, as near.
+
+    Where a path runs back over itself a position has two places. The tool goes on: from a place behind it to the one
+    as far ahead, and not to one that is further along the path than `chord`, the way since `last`, mm, lets expect, if
+    there is one before it. Where there is only one place, that stays.
+    """
+    s = arc_length(table, row, t)
+    if s >= last and s - last <= LONGER * chord:
+        return row, t, distance, turned
+    slack = max(allowed, ROUNDINGS * EPSILON * arc_length(table, table.shape[0] - 1, 1.0))
+    ahead = abs(s - last)
+    for hint in (last, last + ahead):
+        other = _nearest(table, shape, cells, boxes, allowed, hint, last, position, at, work)
+        as_near = other[2] <= distance + slack and other[3] <= turned + slack
+        if as_near and last <= arc_length(table, other[0], other[1]) <= last + LONGER * ahead + slack:
+            return other
+        if s >= last:
+            break
+    return row, t, distance, turned
+
+
+@kernel
 def locate(
     table: Array,
     curve_rows: IntArray,
@@ -214,12 +293,11 @@ def locate(
     axes = shape[1]
     linear = abs(shape[2])
     last_row = table.shape[0] - 1
-    length = arc_length(table, last_row, 1.0)
     at = np.empty(axes)
-    query = np.empty((1, linear))
-    hint = np.empty(1)
-    result = np.empty((1, 3))
     work = np.empty((3, axes))
+    row = find_row(table, 0, last_row, START, state[1])
+    point(table, row, shape, parameter_in_row(table, row, state[1], 0.0), at)
+    before = at.copy()
     row = int(state[2])
     along = 0.0
     for i in range(u.shape[0]):
@@ -235,27 +313,27 @@ def locate(
         named = 0 <= index < curve_rows.shape[0] and math.isfinite(u[i])
         good = False
         astray = 0.0
-        hint[0] = min(max(state[0], 0.0), length)
+        hint = state[0]
         if named:
             row, value, t = _named(table, curve_rows[index, 0], curve_rows[index, 1], row, shape, u[i], at)
             distance, turned = _apart(at, position[i], linear)
-            hint[0] = min(max(arc_length(table, row, t), 0.0), length)
+            hint = arc_length(table, row, t)
             good = distance <= allowed and turned <= allowed
             astray = 0.0 if good else distance
         if not good:
-            for a in range(linear):
-                query[0, a] = position[i, a]
-            nearest_in_window(table, shape, cells, boxes, False, 0.0, query, hint, result)
-            row = int(result[0, ROW])
-            t = result[0, PLACE]
+            row, t, distance, turned = _nearest(
+                table, shape, cells, boxes, allowed, hint, -math.inf, position[i], at, work
+            )
+            if not named:
+                moved = 0.0
+                for a in range(axes):
+                    unit = 1.0 if a < linear else DEGREES if shape[2] <= 0 else 0.0
+                    moved += (unit * (position[i, a] - before[a])) ** 2
+                row, t, distance, turned = _onward(
+                    table, shape, cells, boxes, allowed, state[1], math.sqrt(moved), row, t, distance, turned,
+                    position[i], at, work,
+                )  # fmt: skip
             value = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])
-            point(table, row, shape, t, at)
-            distance, turned = _apart(at, position[i], linear)
-            if shape[2] <= 0 and not (distance <= allowed and turned <= allowed):
-                row, t = _turned_to(table, shape, row, t, hint[0], position[i], work)
-                value = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])
-                point(table, row, shape, t, at)
-                distance, turned = _apart(at, position[i], linear)
         s = arc_length(table, row, t)
         rows[i] = row
         found[i, U] = value
@@ -264,6 +342,7 @@ def locate(
         found[i, TURNED] = turned
         found[i, ASTRAY] = astray
         along = max(along, abs(value) * speed(table, row, shape, t))
+        before[:] = position[i]
         _expect(state, s, i == 0)
     state[2] = row
     return along
