@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from splinefeed.errors import SplinefeedError as SplinefeedError
     from splinefeed.feed.look_ahead_stream import LookAhead as LookAhead
     from splinefeed.feed.planning import plan as plan
+    from splinefeed.formats.path_parts import read_parts as read_parts
     from splinefeed.formats.registry import read as read
     from splinefeed.formats.registry import write as write
     from splinefeed.formats.setpoints import load as load
@@ -70,6 +71,7 @@ _PUBLIC = {
     "methods": "interpolation.registry",
     "plan": "feed.planning",
     "read": "formats.registry",
+    "read_parts": "formats.path_parts",
     "register": "interpolation.registry",
     "run": "pipeline.run",
     "save": "formats.setpoints",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from splinefeed.analysis.check_bounds import Bounds, Fault
@@ -12,7 +12,7 @@ from splinefeed.analysis.check_law import check_law, worse
 from splinefeed.analysis.check_setpoints import Judge
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
-from splinefeed.records import ROTARY_AXES, LimitResult, Limits, Setpoints, TimeLaw, Verdict, number
+from splinefeed.records import ROTARY_AXES, Array, LimitResult, Limits, Setpoints, TimeLaw, Verdict, number
 
 #: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), if nobody says else.
 TOLERANCE = 1e-9
@@ -77,7 +77,7 @@ def check(
         judge.see(block, last)
     if judge is None or first is None:
         raise InputError("there are no setpoints to check")
-    return _verdict(judge, first, law)
+    return verdict_of(judge, first, law, Whole.of(judge.bounds))
 
 
 def _blocks(points: Setpoints | Iterable[Setpoints], path: Path) -> Iterator[tuple[Setpoints, bool]]:
@@ -109,8 +109,22 @@ def _part(points: Setpoints, part: slice) -> Setpoints:
     return replace(points, **columns)
 
 
-def _verdict(judge: Judge, first: Setpoints, law: TimeLaw | None) -> Verdict:
-    path = judge.bounds.path
+@dataclass(frozen=True)
+class Whole:
+    """What a verdict says of the whole path: its length, mm, its curves, and where rotary axes move alone, (k,), mm."""
+
+    length: float
+    curves: int
+    turning: Array
+
+    @classmethod
+    def of(cls, bounds: Bounds) -> Whole:
+        """Of a path that the bounds have as a whole."""
+        return cls(bounds.path.length, len(bounds.path.curves), bounds.turning)
+
+
+def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole) -> Verdict:
+    """What a judge has to say at the end; first  some of the setpoints."""
     results = judge.results()
     problems = [_fault_sentence(kind, fault) for kind, fault in judge.faults.items()]
     notes: list[str] = []
@@ -125,10 +139,10 @@ def _verdict(judge: Judge, first: Setpoints, law: TimeLaw | None) -> Verdict:
         results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
     if judge.short is not None:
         notes.append(f"the last period is a short one of {judge.short:.9g} s; differences over it have a higher floor")
-    if len(judge.bounds.turning):
+    if len(whole.turning):
         notes.append(
-            f"on {len(judge.bounds.turning)} of {len(path.curves)} curves, the first from s = "
-            f"{judge.bounds.turning[0]:.6g} mm, rotary axes move alone: there 1 mm along the path stands for 1 degree, "
+            f"on {len(whole.turning)} of {whole.curves} curves, the first from s = "
+            f"{whole.turning[0]:.6g} mm, rotary axes move alone: there 1 mm along the path stands for 1 degree, "
             "in s and in its feed, acceleration and jerk"
         )
     if not judge.placed:
@@ -136,7 +150,7 @@ def _verdict(judge: Judge, first: Setpoints, law: TimeLaw | None) -> Verdict:
     problems += [_limit_sentence(name, result) for name, result in results.items() if not result.holds]
     numbers = {
         "duration_s": judge.duration,
-        "length_mm": path.length,
+        "length_mm": whole.length,
         "ticks": judge.ticks,
         "period_s": judge.period,
         "method": first.method,

@@ -37,7 +37,7 @@ class Judge:
 
     def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None) -> None:
         path = bounds.path
-        self.bounds, self.law, self.period = bounds, law, first.period
+        self.law, self.period = law, first.period
         self.placed = not bool(np.isnan(first.u).all())  # else only positions are there, as from another program
         self.worst = bounds.worsts()
         self.faults: dict[str, Fault] = {}
@@ -47,14 +47,11 @@ class Judge:
         self.start_error = self.end_error = 0.0
         self.drift = self.ripple = self.off_path = self.turned_off = 0.0
         self.scale = np.zeros(1 + len(path.axes))  # of rounding, mm or rad: along the path, then each axis
-        self.scale[0] = path.length
+        self.allowed = 0.0
+        self._know(bounds)
         self.last_position = np.full(len(path.axes), np.nan)
         self.last_s = 0.0
         self._centripetal_feed = 0.0
-        self._nearest = Nearest(path.table, path.shape)
-        size = float(np.max(np.abs(self._nearest.boxes[1]), initial=0.0))
-        rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
-        self.allowed = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
         self._state = np.zeros(3)
         self._row = np.zeros(1, dtype=np.int64)
         self._last = np.zeros(3)  # t, s, u of the last tick
@@ -63,6 +60,15 @@ class Judge:
         self._step_places = np.zeros((0, 3))  # t and s at the start of a step, s at its end
         top = 0.0 if law is None else float(np.max(law.feed(np.linspace(0.0, law.duration, 2048))))
         self._ripple_from = RIPPLE_SHARE * top * self.period
+
+    def _know(self, bounds: Bounds) -> None:
+        """Hold the setpoints to these bounds, on their path."""
+        path = bounds.path
+        self.bounds, self._nearest = bounds, Nearest(path.table, path.shape)
+        size = float(np.max(np.abs(self._nearest.boxes[1]), initial=0.0))
+        rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
+        off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
+        self.allowed, self.scale[0] = max(self.allowed, off), max(self.scale[0], path.length)
 
     def rounding(self, column: int) -> float:
         """Rounding of one coordinate, or of the arc length, mm or rad: eps X + resolution / 2."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.path import Path
     from splinefeed.machine.table import Table
     from splinefeed.records import Limits
@@ -304,7 +305,7 @@ def limits_from(
     return Limits.from_dict(flat), period, strategy
 
 
-def as_programmed(limits: Limits, path: Path, given: Mapping[str, Any]) -> tuple[Limits, list[str]]:
+def as_programmed(limits: Limits, path: Path | PathParts, given: Mapping[str, Any]) -> tuple[Limits, list[str]]:
     """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it."""
     from splinefeed.formats import limits_toml
     from splinefeed.pipeline.limits import at_programmed_feeds

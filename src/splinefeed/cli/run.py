@@ -26,6 +26,7 @@ Examples:
   splinefeed run butterfly --machine xytheta
   splinefeed run butterfly --accel 500 --jerk 20000 -o wings
   splinefeed run section.dat --chord 150mm --feed 3600mm/min --format hdf5 --format csv
+  splinefeed run mould.nc --machine router --smooth program --by-windows
 
 """
 
@@ -54,6 +55,12 @@ Examples:
 )
 @click.option("--figures/--no-figures", default=True, help="Draw figures, SVG and PNG.  [default: figures]")
 @click.option("--no-compare", is_flag=True, help="Leave out the other methods, with their table and figure.")
+@click.option(
+    "--by-windows",
+    is_flag=True,
+    help="G-code and tables of points of any length, in memory that does not grow: read, smoothed, planned "
+    "(look-ahead), made and checked window by window; setpoints and numbers alone.",
+)
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME]")
 @options.as_json
 @click.pass_context
@@ -67,13 +74,19 @@ def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: A
     Without SOURCE the paper's experiment runs: a NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on the
     paper's table as we model it (or another --machine), by the paper's two methods and the default.
     """
-    from splinefeed.cli import output
+    from splinefeed.cli import output, run_windows
     from splinefeed.cli.progress import busy
 
-    with busy("run") as say:
-        traces, page = _run(source, given, say)
+    traces: list[MethodTrace] = []
+    with busy("run-windows" if given["by_windows"] else "run") as say:
+        if given["by_windows"]:
+            page = run_windows.run(source, given, say)
+        else:
+            traces, page = _run(source, given, say)
     if as_json:
         output.print_json(page)
+    elif given["by_windows"]:
+        run_windows.print_page(page)
     else:
         from splinefeed.cli.summary import print_run
 

@@ -41,14 +41,21 @@ class Block:
 
     curve   index, among all that came, of the curve that it begins on
     offset  arc length from the start of that curve, mm
-    time    when it begins, s since the start; before the first block the tool stands
+    tick    whole periods since the start, at which or behind which it begins; before the first block the tool stands
+    phase   how much later than that, s, less than a period: kept apart, as after hours their sum is rounded
     law     from there: arc length from 0, time from 0
     """
 
     curve: int
     offset: float
-    time: float
+    tick: int
+    phase: float
     law: TimeLaw
+
+    @property
+    def time(self) -> float:
+        """When it begins, s since the start."""
+        return self.tick * float(self.law.period or 0.0) + self.phase
 
 
 class LookAhead:
@@ -87,7 +94,7 @@ class LookAhead:
         self._corner = math.inf  # feed at the corner where the next path begins, if it is passed
         self._dwells: dict[float, float] = {}
         self._last: Path | None = None
-        self._tick = 0  # at which the stretch began
+        self._tick = 0  # the last one at which motion is final
         self._elapsed = 0.0  # since then, s
 
     @property
@@ -233,7 +240,7 @@ class LookAhead:
         coefficients = part.coefficients.copy()
         coefficients[:, 0] = part.starts - begin
         curve = int(self._owner[row_at(self._table, begin)])
-        time = self.time
+        tick, phase = self._tick, self._elapsed
         self._elapsed += float(np.sum(spans))
         if rests and (self._stops or self.limits.end_feed == 0.0):
             assert self._window is not None
@@ -246,10 +253,13 @@ class LookAhead:
                 coefficients = np.vstack([coefficients, np.zeros(LAW_COEFFICIENTS)])
                 coefficients[-1, 0] = self._window.low - begin
             self._tick, self._elapsed = self._tick + passed, 0.0
+        else:
+            passed = math.floor(self._elapsed / self.period)
+            self._tick, self._elapsed = self._tick + passed, max(self._elapsed - passed * self.period, 0.0)
         breaks = np.concatenate([[0.0], np.cumsum(spans)])
         law = TimeLaw(breaks=breaks, coefficients=coefficients, strategy=STRATEGY, period=self.period)
         offset = begin - float(self._curve_start[curve - self._first_curve])
-        return Block(curve, offset, time, law)
+        return Block(curve, offset, tick, phase, law)
 
     def _forget(self, window: Window) -> None:
         """Drop the rows behind the motion, and count arc length from the first that is left."""

@@ -138,8 +138,8 @@ def text_attribute(node: Any, name: str, path: Path) -> str:
     return value
 
 
-def dataset(file: Any, name: str, path: Path, ndim: int) -> Any:
-    """The dataset `name`, unread: in this file itself, numbers of `ndim` dimensions, not absurdly many."""
+def dataset(file: Any, name: str, path: Path, ndim: int, most: int = MAX_TICKS) -> Any:
+    """The dataset `name`, unread: in this file itself, numbers of `ndim` dimensions, of `most` ticks at most."""
     import h5py
 
     link = file.get(name, getlink=True)
@@ -151,8 +151,8 @@ def dataset(file: Any, name: str, path: Path, ndim: int) -> Any:
     words = f"{path}: dataset {name}: has shape {found.shape} of {found.dtype}"
     if found.ndim != ndim or found.dtype.kind not in "fiu" or found.dtype.itemsize > 8:
         raise FormatError(f"{words}; expected numbers in {ndim} dimension(s)")
-    if found.size > MAX_TICKS * MAX_AXES:
-        raise FormatError(f"{words}; at most {MAX_TICKS} ticks can be read")
+    if found.size > most * MAX_AXES:
+        raise FormatError(f"{words}; at most {most} ticks can be read")
     if found.nbytes > MOST_PACKED * found.id.get_storage_size() + _NO_HARM_BYTES:
         raise FormatError(f"{words}, but far fewer bytes on disk than that packs into; the file is damaged")
     return found

@@ -66,15 +66,13 @@ def from_text(
     allowed = units.parse(tolerance, "length")
     if allowed <= 0.0:
         raise InputError(f"tolerance is {allowed:g} mm; it must be greater than 0")
-    if text.startswith(_OURS):
-        raise FormatError(f"{source}: holds setpoints; follow, check and stream take them, as a path they are none")
+    check_no_setpoints(text, source)
     table = _table(text, source)
-    axes, points, findings = _chosen(table)
-    bad = ~np.all(np.isfinite(points), axis=1)
-    if bad.any():
-        raise FormatError(f"{source}: line {table.lines[int(np.argmax(bad))]}: is no finite point")
-    if np.max(np.abs(points)) > MAX_COORDINATE:
-        raise FormatError(f"{source}: holds coordinates beyond {MAX_COORDINATE:g} mm; is the unit right?")
+    axes, points, findings = chosen(table)
+    if any(axis in ROTARY_AXES for axis in axes):
+        findings.append(
+            f"rotary axes are fitted with the others, 1 mm of tolerance counting as {math.degrees(1):.3g} deg"
+        )
     closed = len(points) > 3 and bool(np.all(points[0] == points[-1]))
     if closed:
         findings.append("the last point is the first one again: the path is closed")
@@ -88,14 +86,20 @@ def from_text(
     return [path]
 
 
+def check_no_setpoints(text: str, source: str | os.PathLike[str]) -> None:
+    """FormatError for a file of ours that begins with `text` and holds a motion."""
+    if text.startswith(_OURS):
+        raise FormatError(f"{source}: holds setpoints; follow, check and stream take them, as a path they are none")
+
+
 def _named(names: list[tuple[str, str]]) -> bool:
     """Whether x or y is among the names of the columns."""
     return bool({"x", "y"} & {name for name, _ in names})
 
 
 @dataclass
-class _Table:
-    """Numbers, the line of each row, names and units of the columns if they are said; and what there is to say."""
+class Table:
+    """What is read so far: numbers, the line of each row, names and units of the columns if they are said; and what there is to say."""
 
     source: str | os.PathLike[str]
     rows: list[list[float]] = field(default_factory=list)
@@ -130,7 +134,7 @@ class _Table:
         self.rows.append(values)
         self.lines.append(number)
         if len(self.rows) > MAX_POINTS:
-            raise FormatError(f"{self.source}: holds more than {MAX_POINTS} points; thin or split them")
+            raise FormatError(f"{self.source}: holds more than {MAX_POINTS} points; thin or split them, or run --by-windows")
 
     def _head(self, number: int, line: str, *, remark: bool) -> None:
         """A line that is not of numbers, above them: of names, a title, or a comment."""
@@ -163,24 +167,26 @@ class _Table:
                 f"{self.source}: line {number}: none of the columns {line[:40]!r} is called x or y; "
                 f"name them ({', '.join(AXES)}), or take the line out"
             )
-        if self.said is not None and self.said != len(self.rows):
-            raise FormatError(
-                f"{self.source}: says {self.said} points, but {len(self.rows)} follow; is the file complete?"
-            )
+
+    def check_count(self, count: int) -> None:
+        """FormatError for another number of points than the file says."""
+        if self.said is not None and self.said != count:
+            raise FormatError(f"{self.source}: says {self.said} points, but {count} follow; is the file complete?")
 
 
-def _table(text: str, source: str | os.PathLike[str]) -> _Table:
-    table = _Table(source)
+def _table(text: str, source: str | os.PathLike[str]) -> Table:
+    table = Table(source)
     for number, line in enumerate(text.splitlines(), start=1):
         if stripped := line.strip():
             table.add(number, stripped)
     table.check()
+    table.check_count(len(table.rows))
     return table
 
 
-def _chosen(table: _Table) -> tuple[tuple[str, ...], Array, list[str]]:
-    """Axes, points (n, axes), mm and rad, and what is left out."""
-    rows, names, source, findings = np.array(table.rows), table.names, table.source, table.findings
+def chosen(table: Table) -> tuple[tuple[str, ...], Array, list[str]]:
+    """Axes, points (n, axes), mm and rad, and what is left out; FormatError for points that are none."""
+    rows, names, source, findings = np.array(table.rows), table.names, table.source, list(table.findings)
     given = [name for name, _ in names] or list(AXES[: min(rows.shape[1], UNNAMED)])
     twice = [axis for axis in AXES if given.count(axis) > 1]
     if twice:
@@ -197,8 +203,10 @@ def _chosen(table: _Table) -> tuple[tuple[str, ...], Array, list[str]]:
         except UnitError as error:
             raise FormatError(f"{source}: column {axis}: {error}") from None
         columns.append(factor * rows[:, given.index(axis)])
-    if any(axis in ROTARY_AXES for axis in axes):
-        findings.append(
-            f"rotary axes are fitted with the others, 1 mm of tolerance counting as {math.degrees(1):.3g} deg"
-        )
-    return axes, np.column_stack(columns), findings
+    points = np.column_stack(columns)
+    bad = ~np.all(np.isfinite(points), axis=1)
+    if bad.any():
+        raise FormatError(f"{source}: line {table.lines[int(np.argmax(bad))]}: is no finite point")
+    if np.max(np.abs(points)) > MAX_COORDINATE:
+        raise FormatError(f"{source}: holds coordinates beyond {MAX_COORDINATE:g} mm; is the unit right?")
+    return axes, points, findings

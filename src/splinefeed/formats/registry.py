@@ -72,7 +72,7 @@ class Format:
     @property
     def writing_options(self) -> set[str]:
         """Names of the options that its writer takes; none if it is only read."""
-        return set() if self.writer is None else _options(self.writer)
+        return set() if self.writer is None else options_of(self.writer)
 
 
 #: Where two formats look alike the first one that holds a file is taken, unless the name says the other.
@@ -127,8 +127,8 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
     reader = found.reader
     if reader is None:
         raise FormatError(f"{source}: {found.title} files can be written but not read")
-    known = _options(reader)
-    _check_options(found, known - {"repair"}, options)
+    known = options_of(reader)
+    check_options(found, known - {"repair"}, options)
     if "repair" in known:
         options = {**options, "repair": repair}
     # a drawing is a million small objects that all stay: looking for garbage among them costs a fifth of the time
@@ -163,7 +163,7 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     found = format_to_write(target)
     writer = found.writer
     assert writer is not None
-    _check_options(found, found.writing_options, options)
+    check_options(found, found.writing_options, options)
     chosen = (paths,) if isinstance(paths, Path) else tuple(paths)
     if not chosen:
         raise InputError(f"{target}: there is no path to write")
@@ -180,7 +180,7 @@ def format_to_write(target: str | os.PathLike[str]) -> Format:
     return found
 
 
-def format_of(source: str | os.PathLike[str]) -> Format:
+def format_of(source: str | os.PathLike[str], *, any_size: bool = False) -> Format:
     """The format of the file `source`: the one its name promises if it holds it, else one that its content shows.
 
     Where the content shows none, the one that the name promises, the last of them: its reader will say what is wrong.
@@ -196,7 +196,8 @@ def format_of(source: str | os.PathLike[str]) -> Format:
         if b"\0" in head:
             raise FormatError(f"{source}: is binary and none of {_listed(FORMATS)}")
         raise FormatError(f"{source}: is none of {_listed(FORMATS)}")
-    source_files.check_size(file, found.max_bytes)
+    if not any_size:
+        source_files.check_size(file, found.max_bytes)
     return found
 
 
@@ -204,13 +205,14 @@ def _listed(formats: Iterable[Format]) -> str:
     return ", ".join(f"{each.title} ({' '.join(each.suffixes)})" for each in formats)
 
 
-def _options(function: Callable[..., Any]) -> set[str]:
+def options_of(function: Callable[..., Any]) -> set[str]:
     """Names of the keyword-only arguments of a reader or writer."""
     parameters = inspect.signature(function).parameters.values()
     return {parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY}
 
 
-def _check_options(found: Format, known: set[str], options: dict[str, Any]) -> None:
+def check_options(found: Format, known: set[str], options: dict[str, Any]) -> None:
+    """InputError for an option that is not among the `known` ones of a format."""
     for name in options:
         if name not in known:
             there = ", ".join(["path", *sorted(known)])

@@ -19,6 +19,7 @@ from splinefeed.formats.metadata import (
     settings_from_json,
     settings_to_json,
 )
+from splinefeed.formats.sizes import MAX_TICKS, MAX_TICKS_IN_CHUNKS
 from splinefeed.records import Setpoints, positive
 
 
@@ -27,7 +28,7 @@ def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) 
     with hdf5.create(path, "Setpoints") as (file, check):
         datasets: dict[str, Any] = {}
         ticks = 0
-        for chunk in checked_chunks(record, path):
+        for chunk in checked_chunks(record, path, MAX_TICKS_IN_CHUNKS):
             datasets = datasets or _create_datasets(file, chunk)
             for name, dataset in datasets.items():
                 dataset.resize(ticks + len(chunk), axis=0)
@@ -43,7 +44,7 @@ def read(file: Any, path: Path) -> Setpoints:
 
 def read_chunks(file: Any, path: Path, rows: int) -> Iterator[Setpoints]:
     """The setpoints in an open HDF5 file, `rows` ticks at a time, one chunk in memory."""
-    datasets = _datasets(file, path)
+    datasets = _datasets(file, path, MAX_TICKS_IN_CHUNKS)
     ticks = len(datasets["t"])
     for name, dataset in datasets.items():
         if len(dataset) != ticks:
@@ -52,9 +53,9 @@ def read_chunks(file: Any, path: Path, rows: int) -> Iterator[Setpoints]:
         yield _read(datasets, file, path, slice(start, start + rows))
 
 
-def _datasets(file: Any, path: Path) -> dict[str, Any]:
-    datasets = {name: hdf5.dataset(file, name, path, 1) for name in COLUMNS}
-    return {**datasets, "position": hdf5.dataset(file, "position", path, 2)}
+def _datasets(file: Any, path: Path, most: int = MAX_TICKS) -> dict[str, Any]:
+    datasets = {name: hdf5.dataset(file, name, path, 1, most) for name in COLUMNS}
+    return {**datasets, "position": hdf5.dataset(file, "position", path, 2, most)}
 
 
 def _read(datasets: Mapping[str, Any], file: Any, path: Path, part: slice) -> Setpoints:

@@ -21,5 +21,7 @@ MAX_COORDINATE = 1e9
 MAX_AXES = 6
 #: Most ticks in one file of setpoints: eighteen hours at 1 ms.
 MAX_TICKS = 2**26
+#: Most ticks in an HDF5 file, which is written and can be read chunk by chunk: above eleven days at 1 ms.
+MAX_TICKS_IN_CHUNKS = 10**9
 #: Most ticks in a MATLAB file, whose layout needs them in memory all at once: an hour at 1 ms, about 900 MB.
 MAX_MATLAB_TICKS = 3_600_000

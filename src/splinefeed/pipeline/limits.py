@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
 from splinefeed.machine.table import Table
 from splinefeed.pipeline.run import PAPER_LIMITS
@@ -27,7 +30,7 @@ def over_machine(flat: Mapping[str, float], machine: Table, axes: Sequence[str])
     return out
 
 
-def at_programmed_feeds(limits: Limits, path: Path) -> tuple[Limits, list[str]]:
+def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:
     """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it.
 
     The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
@@ -35,10 +38,13 @@ def at_programmed_feeds(limits: Limits, path: Path) -> tuple[Limits, list[str]]:
     """
     if path.feeds is None:
         return limits, []
-    programmed = [feed for feed in path.feeds.tolist() if math.isfinite(feed)]
-    top = max(programmed, default=0.0)
+    if isinstance(path, Path):
+        known = path.feeds[np.isfinite(path.feeds)]
+        top, rapids = float(np.max(known, initial=0.0)), len(known) < len(path.feeds)
+    else:
+        top, rapids = path.feeds
     note = f"no feed is given: curves run at the program's feeds, {top:.6g} mm/s at most"
-    if len(programmed) == len(path.feeds):
+    if not rapids:
         return replace(limits, feed=top), [note]
     if limits.axis_velocity is not None:
         return replace(limits, feed=math.inf), [f"{note}; rapid moves as fast as the velocities of the axes allow"]

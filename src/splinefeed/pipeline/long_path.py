@@ -113,8 +113,9 @@ class _Walk:
         first = self.parts[0]
         begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
         law = block.law
-        count = math.ceil((block.time + law.duration) / self.period - ON_TICK) - self.tick
-        tau = np.clip((self.tick + np.arange(max(count, 0))) * self.period - block.time, 0.0, law.duration)
+        gone = self.tick - block.tick
+        count = math.ceil((block.phase + law.duration) / self.period - ON_TICK) - gone
+        tau = np.clip((gone + np.arange(max(count, 0))) * self.period - block.phase, 0.0, law.duration)
         s, feed = begin + law(tau), np.maximum(law.feed(tau), 0.0)
         done, passed = 0, 0.0
         for part in self.parts:  # a block may run over several parts

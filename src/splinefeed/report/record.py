@@ -100,12 +100,16 @@ def command(
     if machine is not None:
         words += ["--machine", machine]
     for name in ("period", "strategy", "method", "corrections"):
+        if name not in settings:
+            continue
         words += [f"--{name}", str(settings[name])]
     for name, option in _READING_OPTIONS.items():
         if reading.get(name) is not None:
             words += [option, str(reading[name])]
     if reading.get("tangential"):
         words.append("--3d")
+    if reading.get("by_windows"):
+        words.append("--by-windows")
     for form in formats:
         words += ["--format", form]
     return shlex.join(words)

@@ -107,6 +107,8 @@ def test_more_moves_than_a_path_may_have_can_still_be_counted(tmp_path: Path, mo
     file.write_text("F1\n" + "".join(f"G1 X{i}\n" for i in range(1, 50)))
     monkeypatch.setattr("splinefeed.formats.gcode.to_path.MAX_MOVES", 20)
     monkeypatch.setattr("splinefeed.formats.gcode.to_path.read_moves.__defaults__", (20,))
-    with pytest.raises(FormatError, match=r"has more than 20 moves; split it, or look at it with info"):
+    with pytest.raises(
+        FormatError, match=r"has more than 20 moves; split it, look at it with info, or run it --by-windows"
+    ):
         sf.read(file)
     assert summary(file).moves["G1"] == 49

@@ -97,7 +97,7 @@ class Findings:
     """What a reader has to say: sentences once each, and faults of one kind counted with the lines of the first few."""
 
     sentences: dict[str, None] = field(default_factory=dict)
-    counted: dict[str, list[int]] = field(default_factory=dict)
+    counted: dict[str, tuple[int, list[int]]] = field(default_factory=dict)
 
     #: How many lines a finding names.
     NAMED = 3
@@ -107,14 +107,17 @@ class Findings:
         self.sentences.setdefault(sentence)
 
     def count(self, what: str, line: int) -> None:
-        """One more fault of the kind `what`, at `line`."""
-        self.counted.setdefault(what, []).append(line)
+        """One more fault of the kind `what`, at `line`; {count} in it becomes their number."""
+        count, lines = self.counted.get(what, (0, []))
+        if count < self.NAMED:
+            lines.append(line)
+        self.counted[what] = count + 1, lines
 
     def all(self) -> list[str]:
         """All of it, one sentence each."""
         found = list(self.sentences)
-        for what, lines in self.counted.items():
-            named = ", ".join(str(line) for line in lines[: self.NAMED])
-            more = f" and {len(lines) - self.NAMED} more" if len(lines) > self.NAMED else ""
-            found.append(f"{what}: line {named}{more}")
+        for what, (count, lines) in self.counted.items():
+            named = ", ".join(map(str, lines))
+            more = f" and {count - len(lines)} more" if count > len(lines) else ""
+            found.append(f"{what.replace('{count}', str(count))}: line {named}{more}")
         return found

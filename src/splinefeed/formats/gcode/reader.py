@@ -27,7 +27,7 @@ _INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens, "heidenhain":
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
 #: Bytes that are read at once.
-BLOCK = 2**23
+BLOCK = 2**21
 _HEAD = 2**16
 
 

@@ -95,7 +95,9 @@ def read_moves(reading: Reading, file: str | os.PathLike[str], most: int = MAX_M
             parts.append(part)
             count += len(part)
             if count > most:
-                raise FormatError(f"{file}: has more than {most} moves; split it, or look at it with info")
+                raise FormatError(
+                    f"{file}: has more than {most} moves; split it, look at it with info, or run it --by-windows"
+                )
     except FormatError:
         for part in parts:  # an arc before that line is wrong first
             find_arcs(part, file, Findings(), reading.repair)
@@ -117,13 +119,12 @@ def to_path(moves: Moves, reading: Reading, file: str | os.PathLike[str], *, kee
     columns = path_columns(moves.used, file)
     arcs = find_arcs(moves, file, findings, reading.repair)
     first = 0 if keep_start else leading(moves, columns, findings)
-    kept, points = _kept(moves, first, columns, findings)
+    kept, points = with_length(moves, first, columns, findings)
     if not len(kept):
         raise FormatError(f"{file}: no move of it has a length; is the program complete?")
-    curves = _curves(moves, arcs, kept, points, columns, file)
-    feeds = _feeds(moves, arcs, kept, findings)
-    tolerances = moves.values[kept, layout.ROW_TOLERANCE]
-    said = tolerances != UNSAID
+    curves = curves_of(moves, arcs, kept, points, columns, file)
+    feeds = feeds_of(moves, arcs, kept, findings)
+    tolerances, said = tolerances_of(moves, kept)
     axes = [LETTERS[column].lower() for column in columns]
     try:
         return Path(
@@ -132,8 +133,8 @@ def to_path(moves: Moves, reading: Reading, file: str | os.PathLike[str], *, kee
             name=pathlib.Path(file).stem,
             findings=findings.all(),
             feeds=feeds,
-            tolerances=np.where(said, tolerances, 0.0) if said.any() else None,
-            markers=_markers(moves, kept),
+            tolerances=tolerances if said else None,
+            markers=markers_of(moves, kept),
         )
     except CurveError as error:
         raise FormatError(f"{file}: {error}") from None
@@ -171,7 +172,7 @@ def leading(moves: Moves, columns: IntArray, findings: Findings) -> int:
     return i
 
 
-def _kept(moves: Moves, first: int, columns: IntArray, findings: Findings) -> tuple[IntArray, Array]:
+def with_length(moves: Moves, first: int, columns: IntArray, findings: Findings) -> tuple[IntArray, Array]:
     """Numbers of the moves from `first` on that have a length, and the places (n + 1, 9) between them."""
     starts, ends = moves.starts, moves.ends
     step = np.max(np.abs(ends - starts)[:, columns], axis=1)
@@ -182,13 +183,13 @@ def _kept(moves: Moves, first: int, columns: IntArray, findings: Findings) -> tu
         none[i] = float(np.max(np.ptp(points, axis=0))) <= NO_LENGTH
     none[:first] = False
     for line in moves.line[none].tolist():
-        findings.count(f"{int(none.sum())} move(s) without length are left out", line)
+        findings.count("{count} move(s) without length are left out", line)
     kept = np.flatnonzero(~none & (np.arange(len(moves)) >= first))
     places = np.concatenate([starts[first : first + 1], ends[kept]])
     return kept, places
 
 
-def _curves(
+def curves_of(
     moves: Moves, arcs: arc_maker.Arcs, kept: IntArray, points: Array, columns: IntArray, file: str | os.PathLike[str]
 ) -> Sequence[NurbsCurve]:
     """One curve a move, each from where the one before ends."""
@@ -214,13 +215,20 @@ def _curves(
     return curves
 
 
-def _feeds(moves: Moves, arcs: arc_maker.Arcs, kept: IntArray, findings: Findings) -> Array:
+def feeds_of(moves: Moves, arcs: arc_maker.Arcs, kept: IntArray, findings: Findings) -> Array:
     """Feeds (n,), mm/s: infinite for rapid moves, and for those before any F, with a finding."""
     feeds = programmed_feeds(moves, lengths(moves, arcs))[kept]
     unsaid = (feeds <= 0.0) & (moves.kind[kept] != RAPID)
     for line in moves.line[kept[unsaid]].tolist():
         findings.count("moves without a feed before them (F) run as fast as the limits allow", line)
     return np.where(unsaid | (moves.kind[kept] == RAPID), math.inf, feeds)
+
+
+def tolerances_of(moves: Moves, kept: IntArray) -> tuple[Array, bool]:
+    """How far each move may be smoothed (n,), mm, 0 where nothing is said; and whether anything is."""
+    tolerances = moves.values[kept, layout.ROW_TOLERANCE]
+    said = tolerances != UNSAID
+    return np.where(said, tolerances, 0.0), bool(said.any())
 
 
 def programmed_feeds(moves: Moves, length: Array) -> Array:
@@ -263,7 +271,7 @@ def spline_path(spline: Spline) -> Path | None:
     return Path([curve], [LETTERS[column].lower() for column in moving])
 
 
-def _markers(moves: Moves, kept: IntArray) -> list[Marker]:
+def markers_of(moves: Moves, kept: IntArray) -> list[Marker]:
     """What stands between the curves: M, S, T and dwells, and the exact stops of G61.1."""
     places = np.searchsorted(kept, [mark.move for mark in moves.marks]).tolist()
     markers = [Marker(place, mark.text, mark.dwell, mark.stop) for place, mark in zip(places, moves.marks, strict=True)]

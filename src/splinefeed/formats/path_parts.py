@@ -1,0 +1,59 @@
+"""A file that is read part by part: paths too long to be held in memory."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from splinefeed.errors import FormatError
+from splinefeed.geometry.path import Path
+
+
+@dataclass(frozen=True)
+class PathParts:
+    """A path whose parts are made each time that it is iterated over; each begins where the one before ends.
+
+    axes       of all parts; name, findings  as a Path has them; those of its parts are empty
+    count      how many moves or points the file holds, in the `unit` that is counted
+    feeds      highest finite feed that a curve says, mm/s, and whether any says none; None where feeds are not said
+    tolerance  largest tolerance that a curve says, mm; None where none says any
+    """
+
+    name: str
+    axes: tuple[str, ...]
+    count: int
+    unit: str
+    make: Callable[[], Iterator[Path]]
+    findings: tuple[str, ...] = ()
+    feeds: tuple[float, bool] | None = None
+    tolerance: float | None = None
+
+    def __iter__(self) -> Iterator[Path]:
+        return self.make()
+
+
+def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
+    """The one path in a file of G-code or a table of points, part by part, in memory that does not grow with the file.
+
+    options  as for `read`: dialect, start, offsets and repair for G-code. The points of a table are joined by straight
+             lines: `smooth_stream` makes curves of them within a tolerance.
+    The parts are those of `read`, curve for curve, for G-code. Raises FormatError for other files, and for what `read`
+    would not read; of a table only while its parts are made.
+    """
+    from splinefeed.formats import registry
+
+    found = registry.format_of(source, any_size=True)
+    module = import_module(f"splinefeed.formats.{_PARTED[found.title]}") if found.title in _PARTED else None
+    if module is None:
+        raise FormatError(f"{source}: {found.title} is read as a whole; G-code and tables of points go by parts")
+    registry.check_options(found, registry.options_of(module.in_parts), options)
+    parts: PathParts = module.in_parts(pathlib.Path(source), **options)
+    return parts
+
+
+#: Modules with `in_parts`, by the title of their format.
+_PARTED = {"G-code": "gcode.in_parts", "table of points": "points_in_parts"}

@@ -1,0 +1,106 @@
+"""From a file to checked setpoints by windows: read, smoothed, planned, made and judged as it comes, in flat memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from splinefeed.analysis.check_parts import CheckInParts
+from splinefeed.errors import InputError
+from splinefeed.feed.look_ahead_window import STRATEGY
+from splinefeed.formats.path_parts import PathParts
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.smoothing_stream import PROGRAM, Smoother
+from splinefeed.pipeline.long_path import METHOD, stream_setpoints
+from splinefeed.records import Limits, Setpoints, Verdict
+
+#: Is told how many moves of the file are read by now, and how many setpoints are made.
+Progress = Callable[[int, int], None]
+
+
+@dataclass(eq=False)
+class WindowedRun:
+    """A run along a path that comes in parts, made once: `setpoints`, and when they are through, its `verdict`.
+
+    how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees
+    settings  what the setpoints say of how they were made, besides what `stream_setpoints` has them say
+    """
+
+    source: PathParts
+    limits: Limits
+    period: float
+    how: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    on_progress: Progress | None = None
+
+    def __post_init__(self) -> None:
+        self._read = 0
+        self._ticks = 0
+        self._top = 0.0
+        self._smoother = self._made_smoother()
+        self._check = CheckInParts(self.limits)
+        self._verdict: Verdict | None = None
+
+    def _made_smoother(self) -> Smoother | None:
+        tolerance = self.how.get("smooth")
+        if tolerance is None:
+            return None
+        said: dict[str, Any] = {}
+        if tolerance == PROGRAM:
+            if not self.source.tolerance:
+                raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
+            said["corners"] = "round"
+        said |= {"corners": self.how["corners"]} if "corners" in self.how else {}
+        if "corner_angle" in self.how:
+            said["corner_angle"] = math.radians(self.how["corner_angle"])
+        return Smoother(tolerance, self.source.axes, **said)
+
+    def setpoints(self) -> Iterator[Setpoints]:
+        """All setpoints, in chunks, each judged before it is given; asked for once."""
+        for chunk in stream_setpoints(self._paths(), self.limits, period=self.period):
+            self._check.see(chunk)
+            self._ticks += len(chunk)
+            self._top = max(self._top, float(chunk.feed.max()))
+            self._say()
+            yield replace(chunk, settings={**chunk.settings, **self.settings})
+        self._verdict = self._check.verdict()
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the check found of all setpoints; InputError before they are through."""
+        if self._verdict is None:
+            raise InputError("there is no verdict yet: take all of the setpoints first")
+        return self._verdict
+
+    def numbers(self) -> dict[str, Any]:
+        """What `run` says too, as far as it can be known without the whole path."""
+        verdict = self.verdict
+        page = verdict.as_dict()
+        found = [*self.source.findings, *([] if self._smoother is None else [self._smoother.summary])]
+        return {
+            **page,
+            "lower_bound_s": None,
+            "strategy": STRATEGY,
+            "method": METHOD,
+            "feed_max_mm_s": self._top,
+            "end_reached": not any(problem.startswith("tick") and " end " in problem for problem in page["problems"]),
+            "notes": [*found, *page["notes"]],
+        }
+
+    def _say(self) -> None:
+        if self.on_progress is not None:
+            self.on_progress(min(self._read, self.source.count), self._ticks)
+
+    def _paths(self) -> Iterator[Path]:
+        """Parts of the path to drive along, each of which the check is told of first."""
+        for part in self.source:
+            self._read += len(part.curves)
+            self._say()
+            for path in [part] if self._smoother is None else self._smoother.push(part):
+                self._check.part(path)
+                yield path
+        for path in [] if self._smoother is None else self._smoother.finish():
+            self._check.part(path)
+            yield path

@@ -1,0 +1,134 @@
+"""`run --by-windows`: what it writes is what `check` on the whole path takes, and it leaves nothing half done."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import weakref
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.formats.path_parts import read_parts
+from splinefeed.pipeline.windows import WindowedRun
+
+
+def short_lines(file, count: int) -> None:
+    """A program of lines of 0.5 mm along a winding curve."""
+    heading = np.cumsum(0.02 * np.sin(np.arange(count) / 40.0) + 0.003)
+    at = np.cumsum(0.5 * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)
+    lines = "".join(f"X{x:.4f} Y{y:.4f}\n" for x, y in at.tolist())
+    file.write_text(f"G21 G90\nG64 P0.01\nG0 X0 Y0\nG1 F3000\n{lines}M5\nM2\n")
+
+
+@pytest.fixture
+def program(folder):
+    short_lines(folder / "part.nc", 6000)
+    return "part.nc"
+
+
+LIMITS = ("--axis-accel", "1500", "--axis-jerk", "50000")
+
+
+def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program):
+    done = splinefeed("run", program, *LIMITS, "--smooth", "program", "--by-windows", "--format", "csv",
+                      "--format", "hdf5", "-o", "out", "--json")  # fmt: skip
+    assert done.exit_code == 0
+    page = json.loads(done.stdout)
+    assert page["ok"]
+    assert (page["strategy"], page["method"]) == ("look-ahead", "arc-length")
+    assert sorted(page["files"]) == ["out/run.json", "out/setpoints.csv", "out/setpoints.h5"]
+    points = sf.load("out/setpoints.h5")
+    assert len(points) == page["ticks"] == len(sf.load("out/setpoints.csv"))
+    assert "--by-windows" in page["command"]
+    path = sf.read(program).smoothed("program", corners="round")
+    limits = sf.Limits(feed=50, axis_acceleration=1500, axis_jerk=50000)
+    verdict = sf.check(points, path, limits)
+    assert verdict.ok, verdict.problems
+    assert page["length_mm"] == pytest.approx(path.length, rel=1e-12)
+    for name, limit in verdict.limits.items():
+        assert page["limits"][name]["worst"] == pytest.approx(limit.worst, rel=1e-6)
+    again = splinefeed("check", "out/setpoints.h5", "--feed", "50", *LIMITS)  # the file names its program
+    assert again.exit_code == 0, again.stderr
+
+
+def test_a_table_of_points_is_smoothed(splinefeed):
+    at = np.linspace(0.0, 20.0, 4000)
+    np.savetxt("scan.csv", np.column_stack([at, np.sin(at)]), delimiter=",")
+    done = splinefeed("run", "scan.csv", "--feed", "40", *LIMITS, "--by-windows", "--tolerance", "0.002mm")
+    assert done.exit_code == 0, done.stderr
+    assert "checked: every limit holds" in done.stdout
+    assert "smoothed: 3999 curve(s) became" in done.stdout
+    points = sf.load("splinefeed-scan/setpoints.h5")
+    assert np.max(np.abs(points.position[:, 1] - np.sin(points.position[:, 0]))) < 0.003
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--strategy", "time-optimal"), "--strategy time-optimal: needs the whole path; by windows there is"),
+        (("--method", "taylor-2"), "--method taylor-2: needs the whole path; by windows there is arc-length alone"),
+        (("--3d",), "--3d: needs the whole path"),
+        (("--contour-tolerance", "1um"), "--contour-tolerance: needs the whole motion"),
+        (("--format", "mat"), "--format mat: needs all setpoints in memory"),
+        (("--tolerance", "0.01"), "--tolerance: is for tables of points here; --smooth LENGTH smooths a program"),
+        (("--layer", "0"), "option 'layer' is not one of a G-code file"),
+    ],
+)  # fmt: skip
+def test_what_cannot_go_by_windows_is_said(refused, program, words, said):
+    assert said in refused("run", program, "--by-windows", *words)
+
+
+def test_a_file_of_another_kind_is_refused(refused):
+    said = "smooth.json: JSON curve is read as a whole; G-code and tables of points go by parts"
+    assert refused("run", "smooth.json", "--by-windows") == said
+    assert "needs a SOURCE" in refused("run", "--by-windows")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs signals")
+def test_ctrl_c_leaves_nothing_half_written(tmp_path):
+    short_lines(tmp_path / "part.nc", 150_000)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "splinefeed", "run", "part.nc", *LIMITS, "--smooth", "program", "--by-windows"],
+        cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    folder = tmp_path / "splinefeed-part"
+    end = time.monotonic() + 400.0
+    while not (folder.exists() and any(each.stat().st_size > 2**20 for each in folder.glob(".*/.*.h5"))):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=300)
+    assert process.returncode == 130
+    assert "interrupted; no half-written file is left" in said
+    assert [each.name for each in tmp_path.iterdir()] == ["part.nc"]
+
+
+def test_parts_are_forgotten_whatever_the_length(tmp_path):
+    """Of a program twice as long no more is held."""
+    most = []
+    for count in (20_000, 40_000):
+        short_lines(tmp_path / "part.nc", count)
+        parts = read_parts(tmp_path / "part.nc")
+        alive: weakref.WeakSet[sf.Path] = weakref.WeakSet()
+        highest = 0
+
+        def watched(made=parts.make, alive=alive):
+            for part in made():
+                alive.add(part)
+                yield part
+
+        object.__setattr__(parts, "make", watched)
+        limits = sf.Limits(feed=50, axis_acceleration=1500, axis_jerk=50000)
+        made = WindowedRun(parts, limits, 5e-3, {"smooth": 0.01})
+        for _ in made.setpoints():
+            highest = max(highest, len(alive))
+        assert made.verdict.ok, made.verdict.problems
+        most.append(highest)
+    assert most[1] <= most[0] + 1 <= 6
