@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import weakref
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -92,19 +93,28 @@ def test_a_file_of_another_kind_is_refused(refused):
 
 @pytest.mark.skipif(os.name != "posix", reason="needs signals")
 def test_ctrl_c_leaves_nothing_half_written(tmp_path):
-    short_lines(tmp_path / "part.nc", 150_000)
-    process = subprocess.Popen(
+    short_lines(tmp_path / "part.nc", 400_000)
+
+    def written() -> int:
+        """Bytes of the setpoints so far."""
+        sizes = [0]
+        for each in tmp_path.glob("splinefeed-part/.*/.*.h5"):
+            with suppress(OSError):
+                sizes.append(each.stat().st_size)
+        return max(sizes)
+
+    with subprocess.Popen(
         [sys.executable, "-m", "splinefeed", "run", "part.nc", *LIMITS, "--smooth", "program", "--by-windows"],
         cwd=tmp_path, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    folder = tmp_path / "splinefeed-part"
-    end = time.monotonic() + 400.0
-    while not (folder.exists() and any(each.stat().st_size > 2**20 for each in folder.glob(".*/.*.h5"))):
-        assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < end
-        time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=300)
+    ) as process:  # fmt: skip
+        try:
+            while written() < 2**14:
+                assert process.poll() is None, process.stderr.read()
+                time.sleep(0.02)
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=300)
+        finally:
+            process.kill()
     assert process.returncode == 130
     assert "interrupted; no half-written file is left" in said
     assert [each.name for each in tmp_path.iterdir()] == ["part.nc"]

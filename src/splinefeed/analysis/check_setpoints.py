@@ -20,8 +20,8 @@ ON_TIME = 1e-6
 #: ... and all of them together, first to last, by less than these many periods and this share of the whole.
 CREEP = 1e-3
 CREEP_SHARE = 1e-9
-#: A step longer than this many times both its neighbours, or than the feed allows, skips a part of the path.
-#: (From rest at constant jerk steps grow as 1, 7, 19.)
+#: A step longer than this many times both its neighbours, or than the feed allows, skips a part of the path. (From rest
+#: at constant jerk steps grow as 1, 7, 19.)
 SKIP = 8.0
 SKIP_FEED = 2.0
 #: A step without length between two that are this many roundings long is a setpoint said twice.
@@ -42,16 +42,14 @@ class Judge:
         self.worst = bounds.worsts()
         self.faults: dict[str, Fault] = {}
         self.ticks = 0
-        self._start = 0.0
         self.short: float | None = None
-        self.start_error = self.end_error = 0.0
+        self._start = self.start_error = self.end_error = 0.0
         self.drift = self.ripple = self.off_path = self.turned_off = 0.0
         self.scale = np.zeros(1 + len(path.axes))  # of rounding, mm or rad: along the path, then each axis
         self.allowed = 0.0
         self._know(bounds)
         self.last_position = np.full(len(path.axes), np.nan)
-        self.last_s = 0.0
-        self._centripetal_feed = 0.0
+        self.last_s = self._centripetal_feed = 0.0
         self._state = np.zeros(3)
         self._row = np.zeros(1, dtype=np.int64)
         self._last = np.zeros(3)  # t, s, u of the last tick
@@ -63,8 +61,8 @@ class Judge:
 
     def _know(self, bounds: Bounds) -> None:
         """Hold the setpoints to these bounds, on their path."""
-        path = bounds.path
-        self.bounds, self._nearest = bounds, Nearest(path.table, path.shape)
+        path, self.bounds = bounds.path, bounds
+        self._nearest = Nearest(path.table, path.shape)
         size = float(np.max(np.abs(self._nearest.boxes[1]), initial=0.0))
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
         off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
@@ -397,8 +395,6 @@ class Judge:
                 feed = self._centripetal_feed
                 floor = 2.0 * floor * worst.value / feed if feed > 0.0 else 0.0
             axis = self.bounds.path.axes[worst.column - 1] if worst.column else None
-            result = LimitResult(
-                limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=floor, axis=axis
-            )
+            result = LimitResult(worst.limit, worst.value, worst.s, worst.t, floor, axis)
             out[name] = replace(result, over=worst.over)
         return out

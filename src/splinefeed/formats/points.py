@@ -99,7 +99,7 @@ def _named(names: list[tuple[str, str]]) -> bool:
 
 @dataclass
 class Table:
-    """What is read so far: numbers, the line of each row, names and units of the columns if they are said; and what there is to say."""
+    """Numbers, the line of each row, names and units of the columns if they are said; and what there is to say."""
 
     source: str | os.PathLike[str]
     rows: list[list[float]] = field(default_factory=list)
@@ -134,7 +134,9 @@ class Table:
         self.rows.append(values)
         self.lines.append(number)
         if len(self.rows) > MAX_POINTS:
-            raise FormatError(f"{self.source}: holds more than {MAX_POINTS} points; thin or split them, or run --by-windows")
+            raise FormatError(
+                f"{self.source}: holds more than {MAX_POINTS} points; thin or split them, or run --by-windows"
+            )
 
     def _head(self, number: int, line: str, *, remark: bool) -> None:
         """A line that is not of numbers, above them: of names, a title, or a comment."""
