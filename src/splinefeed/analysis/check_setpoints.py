@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
@@ -395,6 +393,8 @@ class Judge:
                 feed = self._centripetal_feed
                 floor = 2.0 * floor * worst.value / feed if feed > 0.0 else 0.0
             axis = self.bounds.path.axes[worst.column - 1] if worst.column else None
-            result = LimitResult(worst.limit, worst.value, worst.s, worst.t, floor, axis)
-            out[name] = replace(result, over=worst.over)
+            out[name] = LimitResult(
+                limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=floor, axis=axis,
+                over=worst.over,
+            )  # fmt: skip
         return out
