@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from splinefeed.kernels.jit import kernel
 from splinefeed.kernels.look_ahead_path import CHORD, OF_AXES, PERIOD, chord_top
 from splinefeed.records import Array
@@ -38,30 +40,33 @@ def jump_top(sum1: float, sum2: float, axis: int, axes: int, limit: Array) -> fl
 def hold_chords(m: int, edges: Array, bend: Array, behind: float, limit: Array, bound: Array) -> None:
     """Lower bounds of q (m,) in intervals between edges (m + 1,), mm, to the chord error.
 
-    bend (m, places): curvatures in the intervals; what counts is the largest one within a step of the period. `behind`
-    is that before the first edge.
+    bend (m, places): curvatures in the intervals; what counts is the largest one that a step of the period comes to: a
+    feed is well by which a step does not, v <= max(v by that curvature, distance / period). `behind` is the curvature
+    before the first edge.
     """
-    if not limit[CHORD] < math.inf:
+    if not (limit[CHORD] < math.inf and limit[PERIOD] > 0.0):
         return
+    most = np.empty(m)  # q by the curvature in each
     for i in range(m):
-        own = 0.0
-        for p in range(bend.shape[1]):
-            own = max(own, bend[i, p])
-        kappa = own
-        reach = limit[PERIOD] * math.sqrt(min(bound[i], chord_top(own, limit)))
-        j = i - 1
-        while j >= 0 and edges[j + 1] > edges[i] - reach:
-            for p in range(bend.shape[1]):
-                kappa = max(kappa, bend[j, p])
-            j -= 1
-        if edges[0] > edges[i] - reach:
-            kappa = max(kappa, behind)
-        j = i + 1
-        while j < m and edges[j] < edges[i + 1] + reach:
-            for p in range(bend.shape[1]):
-                kappa = max(kappa, bend[j, p])
-            j += 1
-        bound[i] = min(bound[i], chord_top(CHORD_MARGIN * kappa, limit))
+        most[i] = chord_top(CHORD_MARGIN * np.max(bend[i]), limit)
+    most_behind = chord_top(CHORD_MARGIN * behind, limit)
+    for i in range(m):
+        q = min(bound[i], most[i])
+        left, right = i - 1, i + 1
+        while left > -2 or right < m:
+            before = edges[i] - edges[left + 1] if left > -2 else math.inf
+            after = edges[right] - edges[i + 1] if right < m else math.inf
+            reached = min(before, after) / limit[PERIOD]
+            if reached * reached >= q:
+                break
+            if before <= after:
+                there = most[left] if left >= 0 else most_behind
+                left -= 1
+            else:
+                there = most[right]
+                right += 1
+            q = min(q, max(there, reached * reached))
+        bound[i] = q
 
 
 @kernel

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from splinefeed.kernels.arc_length import fitted_speed
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.look_ahead_path import ON_ROW, PERIOD, ROUNDING, along, place
+from splinefeed.kernels.look_ahead_path import ON_ROW, PERIOD, ROUNDING, along, doubt, in_row, place
 from splinefeed.kernels.look_ahead_samples import BEGIN, BEND, CHANGE, JUMPED, PUSH, SLOW, TOP, TWIST, TWISTED
 from splinefeed.kernels.pieces import START, Shape, find_row
 from splinefeed.records import Array, IntArray
@@ -33,6 +34,9 @@ SHORT, ABRUPT = 0.3, 0.1
 AT_EDGE = 1e-13
 #: The intervals of a ramp at rest that its law is looked at in: each this share of the next, down to this share of s.
 GRADES, GRADE, FINEST_GRADE = 24, 0.2, 1e-15
+#: Where a law is looked at, |C'| changes over an interval by this factor at most; a change beyond MOST_UNEVEN is within
+#: the rounding of arc length. So many cuts are made for it at most.
+EVEN, MOST_UNEVEN, MOST_SPLITS = 1.3, 64.0, 4096
 
 
 @kernel
@@ -171,11 +175,12 @@ def _ramp(count: int, samples: Array, low: float, high: float, end: int) -> floa
 
 @kernel
 def at_places(
-    table: Array, feeds: Array, shape: Shape, m: int, edges: Array, d: Array, bend: Array, most: Array
+    table: Array, feeds: Array, shape: Shape, m: int, edges: Array, d: Array, bend: Array, unsure: Array, most: Array
 ) -> None:
     """Derivatives d (m, places, 3, axes) and curvature bend (m, places) at PLACES of intervals, one-sided at ends.
 
-    edges (m + 1,) mm; most (m,) gets the bound of q by the feed of the row in the middle of each interval.
+    unsure (m, places): see `doubt`; edges (m + 1,) mm; most (m,) gets the bound of q by the feed of the row in the
+    middle of each interval.
     """
     last_row = table.shape[0] - 1
     row = find_row(table, 0, last_row, START, edges[0])
@@ -192,6 +197,7 @@ def at_places(
                     row -= 1
                     t = 1.0
             bend[i, p] = max(along(table, row, shape, t, rounding, work, d[i, p]), 0.0)
+            unsure[i, p] = doubt(table, row, shape, rounding, work)
             if p == 2:
                 most[i] = feeds[row, ON_ROW] * feeds[row, ON_ROW]
 
@@ -199,40 +205,83 @@ def at_places(
 @kernel
 def refined_room(m: int, count: int) -> int:
     """How many edges `refine` may make of m pieces and `count` parts."""
-    return m + count + 2 * GRADES + 1
+    return m + count + 2 * GRADES + MOST_SPLITS + 1
 
 
 @kernel
-def refine(m: int, edges: Array, count: int, samples: Array, fine: Array, owner: IntArray) -> int:
+def refine(table: Array, m: int, edges: Array, count: int, samples: Array, fine: Array, owner: IntArray) -> int:
     """Edges (m + 1,) of pieces and the ends of all parts of rows between them, into fine (k + 1,); returns k.
 
     owner (k,) gets the piece that each of the finer intervals lies in. Pieces without length are left out; the first
-    and the last one, which may be ramps at rest, are cut ever finer towards it.
+    and the last one, which may be ramps at rest, are cut ever finer towards it; and what |C'| changes over by more than
+    EVEN is cut until it does not, as derivatives by arc length go with powers of it.
     """
     near = AT_EDGE * edges[m]
+    cuts = np.empty(m + count + 2 * GRADES + 1)
     k = 0
     at = 0
+    spare = MOST_SPLITS
+    row = find_row(table, 0, table.shape[0] - 1, START, edges[0])
     fine[0] = edges[0]
     for i in range(m):
         length = edges[i + 1] - edges[i]
         if not length > 0.0:
             continue
         before = k
+        found = 0
         while at < count and samples[at, BEGIN] <= edges[i] + near:
             at += 1
         while at < count and samples[at, BEGIN] < edges[i + 1] - near:
-            k += 1
-            fine[k] = samples[at, BEGIN]
+            cuts[found] = samples[at, BEGIN]
+            found += 1
             at += 1
         if i == 0 or i == m - 1:
             for _ in range(GRADES):
                 length *= GRADE
                 if not length > FINEST_GRADE * edges[m]:
                     break
-                k += 1
-                fine[k] = edges[i] + length if i == 0 else edges[i + 1] - length
-            fine[before + 1 : k + 1] = np.sort(fine[before + 1 : k + 1])
-        k += 1
-        fine[k] = edges[i + 1]
+                cuts[found] = edges[i] + length if i == 0 else edges[i + 1] - length
+                found += 1
+            cuts[:found] = np.sort(cuts[:found])
+        cuts[found] = edges[i + 1]
+        for j in range(found + 1):
+            row, t = place(table, row, table.shape[0] - 1, 0.5 * (fine[k] + cuts[j]))
+            added = _even(table, row, t, fine[k], cuts[j], fine[k + 1 : k + 1 + spare])
+            k += added + 1
+            spare -= added
+            fine[k] = cuts[j]
         owner[before:k] = i
     return k
+
+
+@kernel
+def _even(table: Array, row: int, t: float, low: float, high: float, cuts: Array) -> int:
+    """Where to cut [low, high], mm, of one row, t in its middle, so that |C'| is about even: into `cuts`; how many.
+
+    |C'|^2 grows about as the distance from C' = 0 does.
+    """
+    ends = np.empty(3)
+    ends[0] = fitted_speed(table, row, in_row(table, row, low))[0]
+    ends[1] = fitted_speed(table, row, t)[0]
+    ends[2] = fitted_speed(table, row, in_row(table, row, high))[0]
+    count = 0
+    valley = ends[1] * EVEN < min(ends[0], ends[2])
+    for half in range(2 if valley else 1):
+        begin = low if half == 0 else 0.5 * (low + high)
+        finish = high if half == 1 or not valley else 0.5 * (low + high)
+        first, last = ends[half], ends[half + 1 if valley else 2]
+        top = max(first, last)
+        first, last = max(first, top / MOST_UNEVEN), max(last, top / MOST_UNEVEN)
+        if half == 1 and count < cuts.shape[0]:
+            cuts[count] = begin
+            count += 1
+        if not (first > 0.0 and last > 0.0):
+            continue
+        parts = math.ceil(abs(math.log(last / first)) / math.log(EVEN))
+        for j in range(1, parts):
+            here = first * (last / first) ** (j / parts)
+            s = begin + (finish - begin) * (here * here - first * first) / (last * last - first * first)
+            if begin < s < finish and count < cuts.shape[0] and (count == 0 or s > cuts[count - 1]):
+                cuts[count] = s
+                count += 1
+    return count

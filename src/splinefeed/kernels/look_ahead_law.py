@@ -109,13 +109,14 @@ def instant(law: Array, span: float, s: float, guess: float) -> float:
 @kernel
 def hold_law(
     m: int, edges: Array, owner: IntArray, starts: Array, spans: Array, law: Array, d: Array, bend: Array,
-    bound: Array, edge_top: Array, calm: Array, limit: Array, over: Array,
+    unsure: Array, bound: Array, edge_top: Array, calm: Array, limit: Array, over: Array,
 ) -> float:  # fmt: skip
     """By how much q of each piece must come down for its law to keep every limit, over (pieces,); returns the most.
 
     Velocity counts squared, jerk to the power 2/3: what a factor on q makes of them. Looked at are PLACES of every
     interval between edges (m + 1,), mm, each of which lies in the piece owner (m,) of the law, where d (m, 5, 3, axes)
     and bend (m, 5) say what the path is like; and peaks between them as a parabola through three of them estimates.
+    Derivatives are taken as wrong as `unsure` (m, 5) says, see `doubt`: next to C' = 0 large ones cancel.
     starts, spans (pieces,): where pieces begin, mm, and how long they last, s; bound, edge_top (m,): bounds of q in
     intervals and at their starts; calm (m, 2): shares of acceleration and jerk that jumps leave.
     """
@@ -162,6 +163,7 @@ def hold_law(
             v, a, b = motion[j, 0], motion[j, 1], motion[j, 2]
             grows = a if abs(a) > NO_SIGN * fastest else motion[count // 2, 1]
             q = v * v
+            x = unsure[i, j]
             use[j, 0] = q / (limit[FEED] * limit[FEED])
             use[j, 1] = a / limit[SPEED_UP]
             use[j, 2] = -a / limit[SLOW_DOWN]
@@ -170,9 +172,14 @@ def hold_law(
             use[j, 5] = q / bound[i]
             for k in range(axes):
                 at = OF_AXES + k
-                use[j, 6 + 3 * k] = q * d[i, j, 0, k] * d[i, j, 0, k] / (limit[at] * limit[at])
-                use[j, 7 + 3 * k] = abs(d[i, j, 0, k] * a + d[i, j, 1, k] * q) / (limit[at + axes] * calm[i, 0])
-                jerk = abs(d[i, j, 0, k] * b + 3.0 * d[i, j, 1, k] * v * a + d[i, j, 2, k] * q * v)
+                velocity = abs(d[i, j, 0, k]) * v * (1.0 + 0.5 * x)
+                part1, part2 = d[i, j, 0, k] * a, d[i, j, 1, k] * q
+                push = abs(part1 + part2) + x * (0.5 * abs(part1) + 1.5 * abs(part2))
+                part1, part2, part3 = d[i, j, 0, k] * b, 3.0 * d[i, j, 1, k] * v * a, d[i, j, 2, k] * q * v
+                jerk = abs(part1 + part2 + part3)
+                jerk += x * (0.5 * abs(part1) + 1.5 * abs(part2) + 2.5 * abs(part3))
+                use[j, 6 + 3 * k] = (velocity / limit[at]) ** 2
+                use[j, 7 + 3 * k] = push / (limit[at + axes] * calm[i, 0])
                 use[j, 8 + 3 * k] = (jerk / (limit[at + 2 * axes] * calm[i, 1])) ** (2.0 / 3.0)
         most = motion[0, 0] * motion[0, 0] / edge_top[i]
         for k in range(kinds):

@@ -15,8 +15,8 @@ from splinefeed.records import Array
 FEED, SPEED_UP, SLOW_DOWN, JERK_UP, JERK_DOWN, CENTRIPETAL, CHORD, PERIOD, OF_AXES = 0, 1, 2, 3, 4, 5, 6, 7, 8
 #: Columns of `feeds` (rows, 2): largest feed on a row, and at the corner where it begins if that is passed, mm/s.
 ON_ROW, AT_CORNER = 0, 1
-#: A place is told from one with C' = 0 by half this many roundings of arc length.
-INDISTINCT = 32.0
+#: A place is told from one with C' = 0 by half this many roundings of arc length: fewer than whoever checks may take.
+INDISTINCT = 24.0
 #: Rounding of arc length, relative to how far away it is counted from.
 ROUNDING = 4.0 * 2.0**-52
 
@@ -63,6 +63,22 @@ def along(table: Array, row: int, shape: Shape, t: float, rounding: float, work:
 
 
 @kernel
+def doubt(table: Array, row: int, shape: Shape, rounding: float, work: Array) -> float:
+    """The rounding of arc length, mm, relative to how far away C' = 0 is, at the place whose derivatives work has.
+
+    That is |C'|^2 / (2 |C''|) away, and r', r'', r''' go with its powers -1/2, -3/2, -5/2.
+    """
+    square = 0.0
+    second = 0.0
+    begin, end = measured(table, row, shape)
+    for k in range(begin, end):
+        square += work[1, k] * work[1, k]
+        second += work[2, k] * work[2, k]
+    bend = math.sqrt(second) / (DEGREES if begin > 0 else 1.0)
+    return rounding * bend / square if square > INDISTINCT * rounding * bend else 0.0
+
+
+@kernel
 def row_end(table: Array, row: int) -> float:
     """Arc length at which a row ends, mm."""
     return float(table[row + 1, START]) if row + 1 < table.shape[0] else arc_length(table, row, 1.0)
@@ -75,11 +91,17 @@ def place(table: Array, row: int, last: int, s: float) -> tuple[int, float]:
         row += 1
     while row > 0 and s < table[row, START]:
         row -= 1
+    return row, in_row(table, row, s)
+
+
+@kernel
+def in_row(table: Array, row: int, s: float) -> float:
+    """t of one row at arc length s, mm, or at the end of the row that is nearer to it."""
     whole = row_end(table, row) - table[row, START]
     ahead = min(max(s - table[row, START], 0.0), whole)
     if whole <= 0.0:
-        return row, 0.0
-    return row, parameter_in_row(table, row, table[row, START] + ahead, 2.0 * ahead / whole - 1.0)
+        return 0.0
+    return parameter_in_row(table, row, table[row, START] + ahead, 2.0 * ahead / whole - 1.0)
 
 
 @kernel

@@ -31,6 +31,8 @@ from splinefeed.records import Array
 PHASES = 7
 #: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line.
 STRAIGHT = 1e-12
+#: Rounding of late instants, s, and what it may change an acceleration by, relative.
+LATE, NO_ROUNDING = 2e-12, 5e-10
 #: Where nothing limits acceleration or jerk along the path, these many ramps of it fit into the window.
 RAMPS = 10.0
 #: Feeds of the slow profile that are tried, from the fastest that is possible anywhere, q each this share of the last.
@@ -84,11 +86,19 @@ def straight(
             down = min(down, limit[OF_AXES + axes + k] / slope)
             jerk_up = min(jerk_up, limit[OF_AXES + 2 * axes + k] / slope)
             jerk_down = min(jerk_down, limit[OF_AXES + 2 * axes + k] / slope)
+    up, down = _sure(up, jerk_up), _sure(down, jerk_down)
     if not up + down + jerk_up + jerk_down < math.inf or max(state[0, 0], state[1, 0]) > feed:
         return 0
     profile = np.zeros(ROW)
     done = seven_phase(high - low, feed, up, down, jerk_up, jerk_down, state[0, 0], state[1, 0], profile)
     return _pieces(profile, low, high, jerk_up, jerk_down, state[0, 0], nodes, spans, law) if done == SOLVED else 0
+
+
+@kernel
+def _sure(push: float, twist: float) -> float:
+    """An acceleration for profiles: if it builds up in next to no time it comes out larger, as instants are rounded."""
+    share = LATE * twist / push
+    return push / (1.0 + share) if NO_ROUNDING < share < math.inf else push
 
 
 @kernel
@@ -205,13 +215,14 @@ def _held(
     """By how much q of a law from rest to rest must come down to keep every limit; it is below `fastest` everywhere."""
     fine = np.empty(refined_room(pieces, count))
     owner = np.empty(fine.shape[0], dtype=np.int64)
-    m = refine(pieces, nodes[: pieces + 1], count, samples, fine, owner)
+    m = refine(table, pieces, nodes[: pieces + 1], count, samples, fine, owner)
     d = np.empty((m, PLACES.shape[0], 3, shape[1]))
     bend = np.empty((m, PLACES.shape[0]))
     bound = np.empty(m)
     edge_top = np.full(m + 1, math.inf)
     calm = np.empty((m, 2))
-    at_places(table, feeds, shape, m, fine, d, bend, bound)
+    unsure = np.empty((m, PLACES.shape[0]))
+    at_places(table, feeds, shape, m, fine, d, bend, unsure, bound)
     hold_chords(m, fine, bend, 0.0, limit, bound)
     tops = np.empty((m, 2))
     for i in range(m):
@@ -220,7 +231,7 @@ def _held(
     hold_jumps(m, fine, low, 0.0, found, jumps, limit, tops, edge_top, calm)
     over = np.empty(pieces)
     return hold_law(
-        m, fine, owner, nodes[:pieces], spans[:pieces], law, d, bend, bound, edge_top, calm, limit, over
+        m, fine, owner, nodes[:pieces], spans[:pieces], law, d, bend, unsure, bound, edge_top, calm, limit, over
     )  # fmt: skip
 
 

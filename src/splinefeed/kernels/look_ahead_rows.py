@@ -22,6 +22,9 @@ from splinefeed.records import Array
 #: Where acceleration along the path must have one sign it is at least this share of what it may be, or of the feed
 #: squared that a cell may gain.
 ONE_WAY = 1e-4
+#: Where a cell uses more of its limits than ENOUGH, q is lowered to what uses PULL of them, in so many rounds; first
+#: what is higher in it than UNEVEN times the lowest.
+ENOUGH, PULL, MOST_PULLS, UNEVEN = 0.9, 0.7, 400, 1.3
 
 
 @kernel
@@ -171,3 +174,54 @@ def guess(n: int, nodes: Array, d: Array, top: Array, node_top: Array, limit: Ar
                 low = math.sqrt(c[i + 1])
             else:
                 c[i + 1] = most
+
+
+@kernel
+def pull_in(c: Array, ties: Array, linear: Array, offset: Array, jerk: Array, root: Array) -> bool:
+    """Lower c (n + 2,) where rows use more than ENOUGH of what there is, until none does, in MOST_PULLS rounds.
+
+    First what is higher than its neighbours comes down, then a cell as a whole: so from a place where the limits leave
+    next to nothing c grows as fast as they let it. A state that is given at an end stays as c has it. Returns whether c
+    is within all rows.
+    """
+    n, count = linear.shape[0], linear.shape[1]
+    each = jerk.shape[1] // 2
+    feeds = np.empty((n, 2))
+    x = np.empty((n, count + jerk.shape[1]))
+    after = np.empty(n + 2)
+    first = 1 if ties[0] >= 0.0 else 2
+    last = n if ties[1] >= 0.0 else n - 1
+    for _ in range(MOST_PULLS):
+        worst = uses(c, linear, offset, jerk, root, feeds, x)
+        if not worst < math.inf:
+            return False
+        after[:] = c
+        done = True
+        for i in range(n):
+            most = 0.0
+            for k in range(count):
+                room = 1.0 - offset[i, k] if x[i, k] > offset[i, k] else 1.0 + offset[i, k]
+                if room > 0.0:
+                    most = max(most, abs(x[i, k] - offset[i, k]) / room)
+            for m in range(2 * each):
+                most = max(most, abs(x[i, count + m]) ** (2.0 / 3.0))
+            if most <= ENOUGH:
+                continue
+            done = False
+            begin, end = max(i, first), min(i + 2, last)
+            if begin > end:
+                return False
+            low = np.min(c[begin : end + 1])
+            flat = np.max(c[begin : end + 1]) <= UNEVEN * low
+            for j in range(begin, end + 1):
+                wanted = PULL / most * c[j]
+                after[j] = min(after[j], wanted if flat else max(wanted, low))
+        if done:
+            return worst < 1.0
+        for j in range(first, last + 1):
+            c[j] = after[j]
+        if ties[0] >= 0.0:
+            c[0] = ties[0] * c[1]
+        if ties[1] >= 0.0:
+            c[n + 1] = ties[1] * c[n]
+    return False

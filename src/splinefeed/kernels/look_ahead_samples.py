@@ -37,6 +37,8 @@ NO_JUMP = 1e-7
 BEND_PLACES, BEND_STEPS, GOLDEN = 9, 40, 0.5 * (math.sqrt(5.0) - 1.0)
 #: A row is searched for a sharp bend where q at a sample of it is below this many times that of one.
 NEARLY = 100.0
+#: A q that is lower by less than this share is the same: on a circle, all places are alike.
+FLAT = 1e-6
 
 
 @kernel
@@ -251,9 +253,11 @@ def sharp_bends(table: Array, shape: Shape, soon: float, limit: Array, out: Arra
     work = np.empty((4, shape[1]))
     d = np.empty((3, shape[1]))
     slowest = np.empty(SLOW_PLACES)
-    count = 0
+    rows = table.shape[0]
+    least = np.full(rows + 1, math.inf)  # the last one stands for what is before the first row, too
+    at = np.zeros(rows)
     step = 2.0 / (BEND_PLACES - 1.0)
-    for row in range(table.shape[0]):
+    for row in range(rows):
         ahead = fitted_speed(table, row, -1.0)[0]
         behind = fitted_speed(table, row, 1.0)[0]
         middle = fitted_speed(table, row, 0.0)[0]
@@ -262,8 +266,6 @@ def sharp_bends(table: Array, shape: Shape, soon: float, limit: Array, out: Arra
             near = near or _steady(table, row, shape, j - 1.0, limit, work, d) < NEARLY * soon
         if not near:
             continue
-        least = math.inf
-        at = 0.0
         for way in range(2):
             lowest = math.inf
             for j in range(BEND_PLACES):
@@ -275,14 +277,20 @@ def sharp_bends(table: Array, shape: Shape, soon: float, limit: Array, out: Arra
             t = _narrowed(table, row, shape, limit, way == 0, low, high, work, d)
             for place_at in (t, middle):
                 q = _steady(table, row, shape, place_at, limit, work, d)
-                if q < least:
-                    least, at = q, place_at
+                if q < least[row]:
+                    least[row], at[row] = q, place_at
         for j in range(slow_places(table, row, slowest)):
             q = _steady(table, row, shape, slowest[j], limit, work, d)
-            if q < least:
-                least, at = q, slowest[j]
-        if least <= soon and count < out.shape[0]:
-            out[count, 0] = arc_length(table, row, at)
-            out[count, 1] = speed(table, row, shape, at)
+            if q < least[row]:
+                least[row], at[row] = q, slowest[j]
+    count = 0
+    for row in range(rows):
+        # where q falls on beyond the end of a row, the bend is there
+        falling = (at[row] == -1.0 and least[row - 1] < (1.0 - FLAT) * least[row]) or (
+            at[row] == 1.0 and least[row + 1] < (1.0 - FLAT) * least[row]
+        )
+        if least[row] <= soon and not falling and count < out.shape[0]:
+            out[count, 0] = arc_length(table, row, at[row])
+            out[count, 1] = speed(table, row, shape, at[row])
             count += 1
     return count

@@ -185,6 +185,7 @@ def least_time(
                 gradient[i, k, 0] = grow
                 if rise < 0.0:
                     both = min(both, -TO_THE_BOUNDARY * dual[i, k] / rise)
+        inside = most < 1.0  # who has come within the limits stays there
         for _ in range(30):
             for i in range(n + 2):
                 after[i] = c[i] + forward * right[i]
@@ -193,7 +194,7 @@ def least_time(
             if ties[1] >= 0.0:
                 after[n + 1] = ties[1] * after[n]
             most = uses(after, linear, offset, jerk, root, feeds, x)
-            if most < math.inf:
+            if most < 1.0 or (most < math.inf and not inside):
                 break
             forward *= 0.5
         for i in range(n + 2):

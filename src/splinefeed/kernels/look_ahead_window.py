@@ -21,7 +21,7 @@ from splinefeed.kernels.look_ahead_path import (
     still_top,
 )
 from splinefeed.kernels.look_ahead_profiles import PHASES, crawl, straight, stretch
-from splinefeed.kernels.look_ahead_rows import fill_rows, guess, uses
+from splinefeed.kernels.look_ahead_rows import fill_rows, guess, pull_in
 from splinefeed.kernels.look_ahead_samples import COLUMNS, bend_behind, sample_room, sample_rows
 from splinefeed.kernels.look_ahead_solver import least_time
 from splinefeed.kernels.pieces import Shape
@@ -30,8 +30,8 @@ from splinefeed.records import Array
 #: Newton steps of one round at most, and duality gap relative to the time at which it may end.
 MOST_STEPS = 60
 GAP = 0.05
-#: Halvings of q until a first guess is within the limits.
-MOST_HALVINGS = 120
+#: A plan that keeps every limit with a larger gap is not yet good.
+POOR_GAP = 0.2
 #: Rounds in which cells that are over a limit get tighter ones.
 ROUNDS = 9
 #: Part of every limit, as a factor on q, that the optimiser may use ...
@@ -104,13 +104,18 @@ def plan_window(
     d = np.empty((n + 2, PLACES.shape[0], 3, axes))
     bend = np.empty((n + 2, PLACES.shape[0]))
     bound = np.empty(n + 2)
-    behind = bend_behind(table, shape, low, state[0, 0], limit)
-    at_places(table, feeds, shape, n + 2, edges, d, bend, bound)
-    hold_chords(n + 2, edges, bend, behind, limit, bound)
-    top = np.empty((n, 2))
-    for i in range(n):
-        for p in range(2):
-            top[i, p] = min(still_top(d[i + 1, 2 * p + 1], bend[i + 1, 2 * p + 1], limit), bound[i + 1])
+    unsure = np.empty((n + 2, PLACES.shape[0]))
+    at_places(table, feeds, shape, n + 2, edges, d, bend, unsure, bound)
+    # the law is held against all at places of cells and ramps first, and then of every part of a row in them
+    fine = np.empty(refined_room(n + 2, count))
+    owners = np.empty(fine.shape[0], dtype=np.int64)
+    m = refine(table, n + 2, edges, count, samples, fine, owners)
+    fine_d = np.empty((m, PLACES.shape[0], 3, axes))
+    fine_bend = np.empty((m, PLACES.shape[0]))
+    fine_bound = np.empty(m)
+    fine_unsure = np.empty((m, PLACES.shape[0]))
+    at_places(table, feeds, shape, m, fine, fine_d, fine_bend, fine_unsure, fine_bound)
+    hold_chords(m, fine, fine_bend, bend_behind(table, shape, low, state[0, 0], limit), limit, fine_bound)
     node_top = np.full(n + 1, math.inf)
     for e in range(2):
         if ends[e] > 0.0:
@@ -119,32 +124,34 @@ def plan_window(
             if twist < math.inf:
                 most = min(most, (4.5 * RAMP_PART * twist * ends[e] * ends[e]) ** (2.0 / 3.0))
             node_top[0 if e == 0 else n] = most
+    for k in range(m):
+        i = owners[k]
+        if 0 < i <= n:
+            bound[i] = min(bound[i], fine_bound[k])
+        else:  # on a ramp q goes with s^(4/3)
+            e = 0 if i == 0 else 1
+            s = fine[k + 1] - low if e == 0 else high - fine[k]
+            at = e * n
+            node_top[at] = min(node_top[at], fine_bound[k] * (ends[e] / s) ** (4.0 / 3.0))
+    top = np.empty((n, 2))
+    for i in range(n):
+        for p in range(2):
+            top[i, p] = min(still_top(d[i + 1, 2 * p + 1], bend[i + 1, 2 * p + 1], limit), bound[i + 1])
     calm = np.empty((n, 2))
     hold_jumps(n, cells, low, start, found, jumps, limit, top, node_top, calm)
-    # what the law is held against: in the first rounds cells and ramps, one by one
     owner = np.arange(n + 2)
     edge_top = np.full(n + 2, math.inf)
+    edge_top[1:] = node_top
     edge_calm = np.empty((n + 2, 2))
     for i in range(n + 2):
         edge_calm[i] = calm[min(max(i - 1, 0), n - 1)]
-        if i > 0:
-            edge_top[i] = node_top[i - 1]
     starts = edges[: n + 2]
-    # ... and then every part of a row in them
-    fine = np.empty(refined_room(n + 2, count))
-    owners = np.empty(fine.shape[0], dtype=np.int64)
-    m = refine(n + 2, edges, count, samples, fine, owners)
-    fine_d = np.empty((m, PLACES.shape[0], 3, axes))
-    fine_bend = np.empty((m, PLACES.shape[0]))
-    fine_bound = np.empty(m)
     fine_top = np.full(m, math.inf)
     fine_calm = np.empty((m, 2))
-    at_places(table, feeds, shape, m, fine, fine_d, fine_bend, fine_bound)
-    hold_chords(m, fine, fine_bend, behind, limit, fine_bound)
-    for i in range(m):
-        fine_calm[i] = edge_calm[owners[i]]
-        if fine[i] == edges[owners[i]]:
-            fine_top[i] = edge_top[owners[i]]
+    for k in range(m):
+        fine_calm[k] = edge_calm[owners[k]]
+        if fine[k] == edges[owners[k]]:
+            fine_top[k] = edge_top[owners[k]]
     h = cells[1 : n + 1] - cells[:n]
     ties = np.full(2, -1.0)
     for e in range(2):
@@ -185,8 +192,6 @@ def plan_window(
     jerk = np.empty((n, jerk_rows, 3))
     root = np.empty((n, 2, 3))
     dual = np.empty((n, linear_rows + jerk_rows))
-    feeds_at = np.empty((n, 2))
-    row_uses = np.empty((n, linear_rows + jerk_rows))
     scale = np.full(n, MARGIN)
     tighter = np.ones(n + 2)
     # a state that is given may be at its limits
@@ -199,19 +204,17 @@ def plan_window(
     worst = math.inf
     best = math.inf
     kept = c.copy()
+    begun = c.copy()
     report[2] = 0.0
     for attempt in range(ROUNDS):
         fill_rows(
             n, h, ties, d[1 : n + 1], top, node_top, scale, calm, steepest, sign, limit, linear, offset, jerk, root
         )  # fmt: skip
+        begun[:] = c
         steps = least_time(c, h, ends, ties, linear, offset, jerk, root, GAP, MOST_STEPS, dual, attempt > 0, solved)
-        if attempt == 0 and free and solved[2] > 1.0:
-            # it did not come within the limits from outside: from inside it takes more steps, but stays there
-            c[:] = kept
-            for _ in range(MOST_HALVINGS):
-                if uses(c, linear, offset, jerk, root, feeds_at, row_uses) < 0.9:
-                    break
-                c *= 0.5
+        # where it did not come within the limits from outside, from inside it takes more steps but stays there
+        if solved[2] > 1.0 and pull_in(begun, ties, linear, offset, jerk, root):
+            c[:] = begun
             steps += least_time(c, h, ends, ties, linear, offset, jerk, root, GAP, 2 * MOST_STEPS, dual, False, solved)
         report[2] += steps * n
         report[3] = attempt + 1.0
@@ -221,20 +224,24 @@ def plan_window(
                 _directions(n, law, limit, steepest, sign)
                 continue
             worst = hold_law(
-                n + 2, edges, owner, starts, spans[: n + 2], law, d, bend, bound, edge_top, edge_calm, limit, over
+                n + 2, edges, owner, starts, spans[: n + 2], law, d, bend, unsure, bound, edge_top, edge_calm,
+                limit, over,
             ) / KEEP  # fmt: skip
             if worst <= (HAIR if free else 1.0):
                 worst = hold_law(
-                    m, fine, owners, starts, spans[: n + 2], law, fine_d, fine_bend, fine_bound, fine_top, fine_calm,
-                    limit, over,
+                    m, fine, owners, starts, spans[: n + 2], law, fine_d, fine_bend, fine_unsure, fine_bound,
+                    fine_top, fine_calm, limit, over,
                 ) / KEEP  # fmt: skip
-        if worst <= 1.0 or (free and worst <= HAIR):
+        good = worst <= 1.0 or (free and worst <= HAIR)
+        if good and (not free or solved[1] <= POOR_GAP or attempt == ROUNDS - 1):
             break
         if not worst < math.inf:
             break
-        if math.sqrt(worst) * np.sum(spans[: n + 2]) < best:
-            best = math.sqrt(worst) * np.sum(spans[: n + 2])
+        if math.sqrt(max(worst, 1.0)) * np.sum(spans[: n + 2]) < best:
+            best = math.sqrt(max(worst, 1.0)) * np.sum(spans[: n + 2])
             kept[:] = c
+        if good:
+            continue  # it is slower than it need be
         if solved[2] > 1.0 and attempt < ROUNDS - 3:
             continue  # the optimiser is not yet within its own limits
         if uneven and attempt == ROUNDS - 3:
@@ -252,8 +259,8 @@ def plan_window(
         worst = math.inf
         if best < math.inf and lay_law(n, cells, kept, ends, spans, law):
             worst = hold_law(
-                m, fine, owners, starts, spans[: n + 2], law, fine_d, fine_bend, fine_bound, fine_top, fine_calm,
-                limit, over,
+                m, fine, owners, starts, spans[: n + 2], law, fine_d, fine_bend, fine_unsure, fine_bound,
+                fine_top, fine_calm, limit, over,
             ) / KEEP  # fmt: skip
         if not math.sqrt(worst) <= POOR:
             time = math.sqrt(worst) * np.sum(spans[: n + 2]) if worst < math.inf else math.inf
