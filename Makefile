@@ -10,7 +10,7 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test docs test-linuxcnc test-browser test-package test-long lint bench torture clean
+.PHONY: help run test docs test-linuxcnc test-browser test-package test-long lint coverage mutants bench torture clean
 
 help: ## print these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -42,6 +42,19 @@ lint: $(VENV)/.installed-dev ## ruff, mypy and the directions between the rooms
 docs: $(VENV)/.installed-dev ## the documentation as a site, build/docs/index.html (no network; a warning is an error)
 	$(BIN)/sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs
 	@echo "see build/docs/index.html"
+
+# The rooms whose lines are counted stand in pyproject.toml; these are the tests that are about them.
+PLAIN := $(addprefix tests/,analysis feed interpolation literature machine simulation pipeline/test_tuning.py \
+	formats/gcode/test_kernel.py formats/gcode/test_language.py formats/test_bit_pattern.py \
+	$(addprefix geometry/test_,arc_length.py kernels.py nearest.py polyline.py rotary.py smoothing.py smoothing_order.py))
+
+coverage: $(VENV)/.installed-dev ## the lines of the computing rooms that tests run as plain Python; fails below 95 %
+	rm -f .coverage .coverage.*
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q --cov --cov-context=test --cov-report= --junitxml=build/coverage.xml $(PLAIN)
+	$(BIN)/python -m coverage report
+
+mutants: $(VENV)/.installed-dev ## after make coverage: change kernels at random, see whether tests notice (ARGS="--count 50 --seed 1")
+	$(BIN)/python -m tests.mutants $(ARGS)
 
 bench: $(VENV)/.installed-bench ## measure against C and other libraries (needs gcc)
 	$(BIN)/python -m benchmarks $(ARGS)

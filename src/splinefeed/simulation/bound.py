@@ -98,12 +98,12 @@ class BoundTest:
 def grid_margins(loop: ComplexArray) -> tuple[float, float, float, float]:
     """Gain margin, gain reduction, phase margin in deg, and sensitivity of a loop over a fine grid of frequencies."""
     imaginary = loop.imag
-    at = np.flatnonzero(np.sign(imaginary[:-1]) * np.sign(imaginary[1:]) < 0)
+    at = np.flatnonzero((imaginary[:-1] < 0.0) != (imaginary[1:] < 0.0))  # also where one of them is 0
     share = imaginary[at] / (imaginary[at] - imaginary[at + 1])
     real = loop.real[at] + share * (loop.real[at + 1] - loop.real[at])
     factors = -1.0 / np.append(real[real < 0.0], min(loop.real[-1], -1e-300))
     excess = np.abs(loop) - 1.0
-    at = np.flatnonzero(np.sign(excess[:-1]) * np.sign(excess[1:]) < 0)
+    at = np.flatnonzero((excess[:-1] < 0.0) != (excess[1:] < 0.0))
     share = excess[at] / (excess[at] - excess[at + 1])
     phases = np.degrees(np.abs(np.angle(-(loop[at] + share * (loop[at + 1] - loop[at])))))
     return (

@@ -301,6 +301,9 @@ def _bandwidth(grid: Array, closed: Array) -> float:
 
 
 def _roots(function: object, grid: Array, values: Array) -> list[float]:
-    """Roots of a function of frequency between grid points where its values change sign."""
-    changes = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    return [float(brentq(function, grid[i], grid[i + 1], rtol=1e-13)) for i in changes]
+    """Roots of a function of frequency between grid points where its values change sign, or at one of them."""
+    roots = []
+    for i in np.flatnonzero((values[:-1] < 0.0) != (values[1:] < 0.0)):
+        known = grid[i : i + 2][values[i : i + 2] == 0.0]
+        roots.append(float(known[0] if len(known) else brentq(function, grid[i], grid[i + 1], rtol=1e-13)))
+    return roots

@@ -13,7 +13,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import Moves
 from splinefeed.formats.gcode.reader import Reading, joined
-from splinefeed.kernels.gcode import scan
+from splinefeed.kernels.gcode import MODES, STATE, scan
 
 NUMBERS = st.one_of(
     st.decimals(-999, 999, places=4).map(str),
@@ -118,7 +118,7 @@ def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bo
     if abs(float(text)) > 1e9:
         return
     data = np.frombuffer(f"G1 X{text}\n".encode(), dtype=np.uint8)
-    state, modes = np.zeros(29), np.zeros(8, dtype=np.int64)
+    state, modes = np.zeros(STATE), np.zeros(MODES, dtype=np.int64)
     state[18:27] = 1.0
     rows, marks = np.zeros((4, 16)), np.zeros((4, 6), dtype=np.int64)
     said, spoken = np.zeros((4, 4), dtype=np.int64), np.zeros((4, 2))
