@@ -7,13 +7,23 @@ import pytest
 import torture
 from torture import FAMILIES, Family, Outcome, batch, table
 
-COUNTS = {"profiles": 1, "override": 3, "readers": 1, "smoothing": 3, "corners": 3, "chains": 25, "servo": 10}
+COUNTS = {
+    "profiles": 1,
+    "override": 3,
+    "readers": 1,
+    "smoothing": 3,
+    "corners": 3,
+    "chains": 25,
+    "servo": 10,
+    "kills": 1,
+}
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
 def test_a_sample_of_each_kind(family: Family, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(torture, "INPUTS_A_CASE", 100)
     monkeypatch.setattr(torture, "PROFILES_A_CASE", 100)
+    monkeypatch.setattr(torture, "KILLS_A_CASE", 5)
     tally = batch(family.case, 2_000_000, COUNTS[family.name])
     assert tally.done == COUNTS[family.name]
     assert not tally.failed

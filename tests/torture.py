@@ -40,7 +40,7 @@ MOST_SECONDS, MOST_SILENCE = 60.0, 900.0
 MOST_TICKS = 1e6
 #: Failures that are told in words.
 MOST_TOLD = 20
-PROFILES_A_CASE, INPUTS_A_CASE = 1000, 2000
+PROFILES_A_CASE, INPUTS_A_CASE, KILLS_A_CASE = 1000, 2000, 20
 READERS = ("gcode", "dxf", "svg", "json", "csv", "airfoil", "step", "iges", "3dm", "npz", "h5")
 
 
@@ -128,6 +128,14 @@ def readers(seed: int) -> Outcome:
     return Outcome(seconds=float(found[1]) if found else math.nan)
 
 
+def kills(seed: int) -> Outcome:
+    """Sweeps killed with kill -9 at random moments, and taken up again."""
+    words = [str(ROOT / "tests" / "sweeps" / "kills.py"), str(seed), str(KILLS_A_CASE)]
+    done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-500:]
+    return Outcome()
+
+
 @dataclass(frozen=True)
 class Family:
     """A kind of case: how many are asked for, how many at a time, its share of the time."""
@@ -151,6 +159,7 @@ FAMILIES = (
     Family(override, "override scripts", 1500, 0.06),
     Family(smoothing, "short lines smoothed", 10_000, 0.08),
     Family(readers, "files read, changed", 50 * len(READERS), 0.2, batch=1, each=INPUTS_A_CASE),
+    Family(kills, "sweeps killed and taken up again", 100, 0.04, batch=1, each=KILLS_A_CASE),
     Family(corners, "motions that pass corners", 2000, 0.12, batch=4),
     Family(chains, "curve, limits, plan, setpoints, check", 100_000, 0.45),
 )

@@ -9,6 +9,8 @@ import subprocess
 import sys
 import time
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -129,6 +131,39 @@ def test_kill_9_at_any_moment_loses_at_most_what_was_in_flight(serial, tmp_path,
     assert names == [f"part-{k:06d}.parquet" for k in range(5)]
     for name in names:
         assert (folder / "rows" / name).read_bytes() == (clean / "rows" / name).read_bytes()
+
+
+ORPHANS = """
+import os, time
+from splinefeed.sweeps.engine import processes
+if __name__ == "__main__":
+    print(processes(1).submit(os.getpid).result(), flush=True)
+    time.sleep(600)
+"""
+
+
+def runs(process: int) -> bool:
+    """Whether a process is there, and not one that is gone and nobody has asked how."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    about = Path(f"/proc/{process}/stat")
+    with suppress(OSError):
+        return about.read_text().rpartition(")")[2].split()[0] != "Z"
+    return not about.parent.parent.exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs kill -9")
+def test_workers_end_with_the_process_that_started_them(tmp_path):
+    (tmp_path / "one.py").write_text(ORPHANS)
+    with subprocess.Popen([sys.executable, tmp_path / "one.py"], stdout=subprocess.PIPE, text=True) as process:
+        worker = int(process.stdout.readline())
+        process.kill()
+    end = time.monotonic() + 120.0
+    while runs(worker):
+        assert time.monotonic() < end
+        time.sleep(0.05)
 
 
 def test_a_folder_is_for_one_sweep_and_one_process(tmp_path):

@@ -40,6 +40,8 @@ A spec:
 PATIENCE = 5.0
 #: Runs that the rate is taken from: the first ones, which compile, are soon forgotten.
 RECENT = 100
+#: ... and the fewest that say anything of what is to come.
+ENOUGH = 10
 
 
 @click.command(epilog=EXAMPLES)
@@ -168,7 +170,9 @@ def _progress(total: int) -> Iterator[tuple[Callable[[int], None], Callable[[str
             if quiet and now - said > PATIENCE:
                 said = now
                 left = (total - already - made) / rate
-                words = f"{already + made} of {total} runs, {rate:.3g} a second, about {left:.0f} s left"
+                words = f"{already + made} of {total} runs"
+                if made >= ENOUGH:  # the first ones wait for workers that start, and for the compiler
+                    words += f", {rate:.3g} a second, about {left:.0f} s left"
                 print(f"splinefeed: {words}", file=sys.stderr, flush=True)
 
         yield start, step

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from splinefeed.errors import FormatError
 
+#: What temporary names look like; after kill -9 such a file stays.
+TEMPORARIES = ".splinefeed-*"
 _REASONS = {
     errno.ENOSPC: "no space is left on the disk; free some or write elsewhere",
     errno.EDQUOT: "the disk quota is used up; free some space or write elsewhere",

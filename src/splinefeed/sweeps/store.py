@@ -14,7 +14,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import rows_parquet
-from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.atomic import TEMPORARIES, atomic_write
 from splinefeed.records import BoolArray
 from splinefeed.sweeps.spec import Sweep
 from splinefeed.sweeps.work import COLUMNS, Row
@@ -106,6 +106,9 @@ class Store:
                 f"{self.folder}: another sweep is at work in this folder; wait for it, or use another"
             ) from None
         self._lock = lock
+        for left in (*self.folder.glob(TEMPORARIES), *(self.folder / PARTS).glob(TEMPORARIES)):
+            with suppress(OSError):  # begun by a sweep that was killed
+                left.unlink()
 
     def _release(self) -> None:
         if self._journal is not None:
