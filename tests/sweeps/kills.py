@@ -1,8 +1,9 @@
 """Sweeps killed with kill -9 again and again, at any moment, and taken up again: `python tests/sweeps/kills.py SEED N`.
 
-One sweep, in a process that is forked anew for each attempt and dies after a random time, or at a random one of the
-things that it does to files (opening, renaming, removing, making folders, locking). N kills in all. After each the dataset can be
-read, has lost nothing and holds no row twice; at the end it is, file by file, what an undisturbed sweep leaves.
+Each sweep, in a process that is forked anew for each attempt, dies after a random time, or at a random one of the
+things that it does to files (opening, renaming, removing, making folders, locking); N kills in all. After each the
+dataset can be read, has lost nothing and holds no row twice; at the end it is, file by file, what an undisturbed sweep
+leaves.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ def spec_of(draw: random.Random) -> dict[str, Any]:
         "sources": ["line?length=1", "line?length=2"],
         "seed": draw.randrange(100),
         "set": {"limits": {"acceleration": 400, "jerk": 2e4}},
-        "grid": {"method": ["arc-length", "taylor-1"], "strategy": ["seven-phase", "time-optimal"][: draw.randint(1, 2)]},
+        "grid": {
+            "method": ["arc-length", "taylor-1"], "strategy": ["seven-phase", "time-optimal"][: draw.randint(1, 2)],
+        },
         "random": {"count": draw.randint(3, 10), "limits.feed": {"normal": [10, 6]}},
     }  # fmt: skip
 
