@@ -321,6 +321,15 @@ def test_a_repeated_point(good):
     only(check(points_at(path, s), path, sf.Limits(**FAR)), "tick 500 (t = 0.499 s", "same point twice")
 
 
+def test_a_tick_more_at_a_stop_is_a_wait_and_elsewhere_a_point_said_twice():
+    path = sf.Path.polyline([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]])
+    s = sf.interpolate(path, sf.plan(path, LIMITS, period=PERIOD)).s
+    corner = int(np.argmin(np.abs(s - path.stops[0])))
+    assert check(points_at(path, np.insert(s, corner, s[corner])), path, LIMITS).ok
+    verdict = check(points_at(path, np.insert(s, corner + 40, s[corner + 40])), path, sf.Limits(**FAR))
+    only(verdict, f"tick {corner + 41} ", "same point twice")
+
+
 @pytest.mark.parametrize("what", ["whole", "positions"])
 def test_a_swapped_pair(good, what):
     path, points, _ = good

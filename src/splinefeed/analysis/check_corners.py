@@ -158,3 +158,11 @@ def neighbours(rests: Array, begin: Array, end: Array, slack: float) -> BoolArra
     with np.errstate(invalid="ignore"):
         found: BoolArray = (np.abs(rests[first] - begin) <= slack) & (np.abs(rests[first + 1] - end) <= slack)
     return found
+
+
+def standing(rests: Array, s: Array, slack: float) -> BoolArray:
+    """Whether s, mm, (n,), is one of the sorted `rests` (m,), mm, at least two, within slack, mm."""
+    after = np.clip(np.searchsorted(rests, s), 1, len(rests) - 1)
+    with np.errstate(invalid="ignore"):
+        found: BoolArray = np.minimum(np.abs(rests[after - 1] - s), np.abs(rests[after] - s)) <= slack
+    return found

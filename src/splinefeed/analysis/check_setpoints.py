@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
-from splinefeed.analysis.check_corners import BESIDE, contain, neighbours
+from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.kernels import check as kernels
 from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw
@@ -348,9 +348,8 @@ class Judge:
                 alone &= ~neighbours(self.bounds.rests, s[1:-1], s[1:-1] + here, self.allowed + floor)
             skipped = (here > REPEAT * floor) & (alone | (here > most))
             twice = (np.abs(here) <= floor) & (np.minimum(before, after) > REPEAT * floor)
-            if len(self.bounds.waits):  # where the path waits, the same point twice is what it asks for
-                away = np.min(np.abs(s[1:-1, None] - self.bounds.waits), axis=1, initial=np.inf)
-                twice &= away > self.allowed + floor
+            if np.any(twice):  # where the tool may stand, the same point twice is a wait, such as for the next tick
+                twice &= ~standing(self.bounds.rests, s[1:-1], self.allowed + floor)
         self._fault("skipped", skipped, here, t[1:-1], s[1:-1], tick=tick + 1)
         self._fault("twice", twice, near, t[1:-1], s[1:-1], tick=tick + 1)
 
