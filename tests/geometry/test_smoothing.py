@@ -122,6 +122,16 @@ def test_curvature_does_not_ripple_whatever_noise_the_lines_have(noise, seed):
     assert np.abs(bend - 1.0).max() <= CALM
 
 
+def test_coarse_lines_beside_fine_ones_become_curves_too():
+    # hundreds of them were left as lines, each longer than 12 times the median of a run that was mostly fine ones
+    angles = np.concatenate([np.linspace(0, 1, 200), np.linspace(1, 1.01, 500)[1:], np.linspace(1.01, 6, 1000)[1:]])
+    points = np.round(50.0 * np.column_stack([np.cos(angles), np.sin(angles)]), 6)
+    smooth = sf.Path.polyline(points).smoothed(0.01)
+    assert len(smooth.curves) < 12
+    assert smooth.minimum_radius() > 45.0
+    assert proven(sf.Path.polyline(points), 0.01).holds
+
+
 def test_long_lines_and_arcs_keep_what_is_left_of_them():
     line = sf.NurbsCurve(1, [0, 0, 1, 1], [[-100.0, 0.0], [0.0, 0.0]])
     bend = arc([0.0, 0.0], np.array([0.0, 30.0]), math.pi)

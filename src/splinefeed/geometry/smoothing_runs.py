@@ -243,13 +243,19 @@ def _corners(vertices: Array, lines: BoolArray, angle: Array, allowed: Array, co
 
 
 def _runs(lengths: Array, low: int, high: int) -> list[tuple[int, int]]:
-    """First line and line behind the last of every run of at least LEAST and at most MOST lines of a stretch."""
+    """First line and line behind the last of every run of at least LEAST and at most MOST lines of a stretch.
+
+    Lines that are too long for a run are runs of their own where several stand together.
+    """
     runs = []
-    for a in range(low, high, MOST):
-        own = lengths[a : min(a + MOST, high)]
-        even = own <= LONGER * np.median(own)
-        runs += [(a + i, a + k) for i, k in _stretches(even, np.ones(len(own) - 1, dtype=bool)) if k - i >= LEAST]
-    return runs
+    waiting = [(a, min(a + MOST, high)) for a in range(low, high, MOST)]
+    while waiting:
+        a, b = waiting.pop()
+        even = lengths[a:b] <= LONGER * np.median(lengths[a:b])
+        joined = np.ones(b - a - 1, dtype=bool)
+        runs += [(a + i, a + k) for i, k in _stretches(even, joined) if k - i >= LEAST]
+        waiting += [(a + i, a + k) for i, k in _stretches(~even, joined) if k - i >= LEAST]
+    return sorted(runs)
 
 
 def _stretches(chosen: BoolArray, joined: BoolArray) -> list[tuple[int, int]]:

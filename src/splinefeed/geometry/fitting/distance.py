@@ -19,6 +19,10 @@ MOST_CANDIDATES = 256
 SAME_POINT = 1e-15
 #: Newton steps from each of them; from a sample this near, fewer reach rounding.
 STEPS = 8
+#: Samples a span for points that seem too far off, and how many of these at most.
+FINER, MOST_AGAIN = 16, 2000
+#: Points among which the farthest is looked for at once.
+AT_ONCE = 20_000
 #: Candidates that are refined at once, so that memory stays small.
 CHUNK = 400_000
 
@@ -50,11 +54,47 @@ def distances(curves: Sequence[NurbsCurve], points: Array) -> Array:
     return _search(curves, points)[0]
 
 
-def _search(curves: Sequence[NurbsCurve], points: Array) -> tuple[Array, Array]:
-    """Distances (n,) and parameters (n,) on whichever curve is nearest."""
+def largest_distance(curves: Sequence[NurbsCurve], points: Array, allowed: float) -> float:
+    """The greatest of `distances`, mm, searched for in full only where it may be.
+
+    Steps from the nearest sample bound every distance from above; points are looked at the farthest first until none
+    that is left can be farther. Where curves follow noise a span may hold more than one nearest place: points that
+    seem farther off than `allowed`, mm, are looked at again among FINER samples a span.
+    """
+    bound = np.full(len(points), np.inf) if len(points) <= AT_ONCE else _bounds(curves, points)
+    order = np.argsort(-bound, kind="stable")
+    largest = 0.0
+    for first in range(0, len(order), AT_ONCE):
+        rows = order[first : first + AT_ONCE]
+        if bound[rows[0]] <= largest:
+            break
+        found = distances(curves, points[rows])
+        far = np.flatnonzero(found > allowed)
+        if 0 < len(far) <= MOST_AGAIN:
+            found[far] = np.minimum(found[far], _search(curves, points[rows[far]], FINER)[0])
+        largest = max(largest, float(np.max(found)))
+    return largest
+
+
+def _bounds(curves: Sequence[NurbsCurve], points: Array) -> Array:
+    """Distances (n,) of points from some place of the curves near by: nothing is farther than this."""
     from scipy.spatial import cKDTree
 
     samples = _samples(curves)
+    nearest = cKDTree(samples.places).query(points)[1]
+    best = np.empty(len(points))
+    for i, curve in enumerate(curves):
+        rows = np.flatnonzero(samples.curve[nearest] == i)
+        at = nearest[rows]
+        best[rows] = _newton(curve, samples.u[at], points[rows], samples.low[at], samples.high[at], False, 2)[1]
+    return best
+
+
+def _search(curves: Sequence[NurbsCurve], points: Array, least: int = 2) -> tuple[Array, Array]:
+    """Distances (n,) and parameters (n,) on whichever curve is nearest, from at least so many samples a span."""
+    from scipy.spatial import cKDTree
+
+    samples = _samples(curves, least)
     u, owner = samples.u, samples.curve
     tree = cKDTree(samples.places)
     best, nearest = tree.query(points)
@@ -97,8 +137,8 @@ class _Samples(NamedTuple):
     spacing: float
 
 
-def _samples(curves: Sequence[NurbsCurve]) -> _Samples:
-    """SAMPLES points spread over the length of all curves, at least two on every span."""
+def _samples(curves: Sequence[NurbsCurve], least: int = 2) -> _Samples:
+    """SAMPLES points spread over the length of all curves, at least so many on every span."""
     rough = np.linspace(0.0, 1.0, 9)
     lengths = []
     for curve in curves:
@@ -107,7 +147,7 @@ def _samples(curves: Sequence[NurbsCurve]) -> _Samples:
     spacing = float(sum(np.sum(length) for length in lengths)) / SAMPLES
     rows: list[tuple[Array, IntArray, Array, Array, Array]] = []
     for i, (curve, length) in enumerate(zip(curves, lengths, strict=True)):
-        counts = np.maximum(2, np.ceil(length / spacing)).astype(np.int64)
+        counts = np.maximum(least, np.ceil(length / spacing)).astype(np.int64)
         first = np.cumsum(counts) - counts
         fraction = (np.arange(np.sum(counts)) - np.repeat(first, counts)) / np.repeat(counts, counts)
         u = np.repeat(curve.breaks[:-1], counts) + fraction * np.repeat(np.diff(curve.breaks), counts)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 
 from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting.distance import foot_points
-from splinefeed.geometry.fitting.fewest import FEW_SHARE, fewer_spans, solved, swings
+from splinefeed.geometry.fitting.fewest import FEW_SHARE, MORE, fewer_spans, solved, swings
 from splinefeed.geometry.fitting.grid import MAX_SPANS, ROUNDS, graded, halved, in_spans, span_of
 from splinefeed.geometry.fitting.spline_space import SplineSpace
 from splinefeed.records import Array
@@ -36,6 +38,9 @@ MOST_ARC = 0.5 * np.pi
 #: More points than this are fitted by so many of them first, to this share of the tolerance, and those that are then
 #: too far off are added, so many times; from a guess, a foot point is found in so many steps.
 MANY, MANY_SHARE, MANY_ROUNDS, NEAR_STEPS = 20_000, 0.9, 4, 8
+#: Where still more are fitted at once, which is what noise above the tolerance comes to: rounds of fairing, renewals of
+#: arc length in each round, and trials of fewer knots, so that the time stays in step with the points.
+MANY_FAIRINGS, MANY_RENEWALS, MANY_TRIALS = 6, 1, 1
 #: More spans than this many a point cannot help.
 SPANS_PER_POINT = 4
 
@@ -56,11 +61,15 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
         u[-1] = 1.0
     spans = 1 if not periodic else 2 ** int(np.ceil(np.log2(degree + 1)))
     grid = np.linspace(0.0, 1.0, spans + 1)
+    many = len(points) > (1 + MANY_ROUNDS) * MANY
+    renewals, fairings, trials = (
+        (MANY_RENEWALS, MANY_FAIRINGS, MANY_TRIALS) if many else (RENEWALS, FAIRINGS, len(MORE))
+    )
     strengths = list(STRENGTHS)
     for _ in range(ROUNDS):
         space = SplineSpace.of(degree, grid, periodic)
         curve, errors = solved(space, u, points, strengths[0])
-        u, curve, errors = _by_arc_length(space, u, points, curve, errors, tolerance, strengths[0])
+        u, curve, errors = _by_arc_length(space, u, points, curve, errors, tolerance, strengths[0], renewals)
         wide = span_of(grid, u[errors > KNOT_SHARE * tolerance])
         if not len(wide):
             break
@@ -72,14 +81,15 @@ def smooth_curve(points: Array, tolerance: float, degree: int, power: float, per
         else:
             break
     if degree > 1:
-        curve = _faired(space, u, points, curve, tolerance)
+        curve = _faired(space, u, points, curve, tolerance, fairings)
     most = swings(curve)
-    for fewer, parameters in fewer_spans(space, u, points, curve, tolerance, strengths[0]):
+    fewest = fewer_spans(space, u, points, curve, tolerance, strengths[0])
+    for fewer, parameters in islice(fewest, trials):
         found, errors = solved(fewer, parameters, points, strengths[0])
         if errors.max() > FEW_SHARE * tolerance:
             continue
         if degree > 1:
-            found = _faired(fewer, parameters, points, found, tolerance)
+            found = _faired(fewer, parameters, points, found, tolerance, fairings)
         if swings(found) <= most:
             return found
     return curve
@@ -106,12 +116,21 @@ def smooth_curve_of_many(
         far = np.flatnonzero(errors > tolerance)
         if not len(far):
             return curve
+        if len(far) > MANY:
+            break  # noise above the tolerance: no few of the points tell where the others lie
         chosen[far[np.argsort(-errors[far], kind="stable")[:MANY]]] = True
     return smooth_curve(points, tolerance, degree, power, periodic)
 
 
 def _by_arc_length(
-    space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, errors: Array, tolerance: float, strength: float
+    space: SplineSpace,
+    u: Array,
+    points: Array,
+    curve: NurbsCurve,
+    errors: Array,
+    tolerance: float,
+    strength: float,
+    renewals: int,
 ) -> tuple[Array, NurbsCurve, Array]:
     """The fit with its own arc length as parameter, which makes C''' a measure of how curvature changes.
 
@@ -119,7 +138,7 @@ def _by_arc_length(
     """
     line = np.concatenate([points, points[:1]]) if space.periodic else points
     chords = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    for _ in range(RENEWALS):
+    for _ in range(renewals):
         if np.max(np.linalg.norm(curve(u) - points, axis=1)) > NEAR * tolerance:
             break
         ends = np.append(u, 1.0) if space.periodic else u
@@ -136,7 +155,9 @@ def _by_arc_length(
     return u, curve, errors
 
 
-def _faired(space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, tolerance: float) -> NurbsCurve:
+def _faired(
+    space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, tolerance: float, fairings: int
+) -> NurbsCurve:
     """The fairest curve of this space within the tolerance: lambda grows wherever the error leaves room."""
     from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
@@ -145,7 +166,7 @@ def _faired(space: SplineSpace, u: Array, points: Array, curve: NurbsCurve, tole
     span = span_of(space.grid, u)
     top = np.log(space.even(MOST_STRENGTH))
     strength = uniform_filter1d(np.log(space.even(FIRST_STRENGTH)), FAIR_WIDTH, mode=mode)
-    for _ in range(FAIRINGS):
+    for _ in range(fairings):
         try:
             fairer = space.fitted(normal, np.exp(strength))
         except CurveError:
