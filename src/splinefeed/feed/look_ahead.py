@@ -9,7 +9,7 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.look_ahead_periods import in_periods
-from splinefeed.feed.look_ahead_window import STRATEGY, Part, Window, limit_row, row_feeds
+from splinefeed.feed.look_ahead_window import LEAST_TICKS, STRATEGY, Part, Window, asked_for, limit_row, row_feeds
 from splinefeed.feed.stretches import check_duration
 from splinefeed.geometry.path import Path
 from splinefeed.kernels.look_ahead_path import FEED, OF_AXES, PERIOD
@@ -42,14 +42,15 @@ def plan_look_ahead(path: Path, limits: Limits, period: float | None) -> TimeLaw
     tick = 0
     start = late = 0.0
     notes = []
-    for low, high in pairwise(marks.tolist()):
+    asked = asked_for(path, marks)
+    for (low, high), known in zip(pairwise(marks.tolist()), asked[:-1] & asked[1:], strict=True):
         ends = (limits.start_feed if low == 0.0 else 0.0, limits.end_feed if high == path.length else 0.0)
         part, whole = _stretch(path, feeds, limit, low, high, ends)
         seconds = float(np.sum(part.spans))
         check_duration(seconds, low, high)
         factor = 1.0
         if period is not None and max(ends) == 0.0:
-            ticks = max(math.ceil(seconds / period * (1.0 - 1e-12) - 1e-9), 1)
+            ticks = max(math.ceil(seconds / period * (1.0 - 1e-12) - 1e-9), 1 if known else LEAST_TICKS)
             factor = ticks * period / seconds
         elif period is not None:
             ticks = round(seconds / period) if whole else math.floor(seconds / period)

@@ -12,11 +12,13 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.feed.bounds import AxisLimits
 from splinefeed.feed.corners import passed_corners
 from splinefeed.feed.look_ahead_window import (
+    LEAST_TICKS,
     LEAST_WINDOW,
     STRATEGY,
     WINDOW,
     Part,
     Window,
+    asked_for,
     limit_row,
     row_at,
     row_feeds,
@@ -91,6 +93,7 @@ class LookAhead:
         self._first_curve = 0
         self._end = 0.0  # arc length of the table's end
         self._stops: list[float] = []  # where the tool rests, ahead of the motion
+        self._chosen: set[float] = set()  # those of them, and the last one, that nobody asked for
         self._corner = math.inf  # feed at the corner where the next path begins, if it is passed
         self._dwells: dict[float, float] = {}
         self._last: Path | None = None
@@ -195,6 +198,7 @@ class LookAhead:
         self._curve_start = np.concatenate([self._curve_start, path.curve_starts[:-1] + self._end])
         for s in marks[1:-1]:
             self._rest(s + self._end)
+        self._chosen.update((marks[~asked_for(path, marks)] + self._end).tolist())
         for s, wait in path.dwells:
             if 0.0 < s < path.length:
                 self._dwells[s + self._end] = wait
@@ -238,6 +242,11 @@ class LookAhead:
         """The part as a block; at rest the tool waits for the next tick, and for what the path asks."""
         spans = part.spans
         coefficients = part.coefficients.copy()
+        at_rest = rests and coefficients[0, 1] == 0.0 and (bool(self._stops) or self.limits.end_feed == 0.0)
+        if at_rest and not self._chosen.isdisjoint((begin, self._window.low if self._window is not None else begin)):
+            slower = max(LEAST_TICKS * self.period / float(np.sum(spans)), 1.0)
+            spans = spans * slower
+            coefficients /= slower ** np.arange(LAW_COEFFICIENTS)
         coefficients[:, 0] = part.starts - begin
         curve = int(self._owner[row_at(self._table, begin)])
         tick, phase = self._tick, self._elapsed
@@ -274,6 +283,7 @@ class LookAhead:
         self._curve_start = self._curve_start[curve - self._first_curve :] - origin
         self._first_curve = curve
         self._stops = [s - origin for s in self._stops]
+        self._chosen = {s - origin for s in self._chosen if s >= window.low}
         self._dwells = {s - origin: wait for s, wait in self._dwells.items()}
         self._end -= origin
         self._rows -= first

@@ -9,16 +9,20 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.bounds import AxisLimits, deceleration, deceleration_jerk
-from splinefeed.feed.corners import SAME, apart, check_turns, passed_corners, worth
+from splinefeed.feed.corners import SAME, TURNING, apart, check_turns, passed_corners, worth
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import look_ahead_samples as samples
 from splinefeed.kernels import look_ahead_window as kernels
 from splinefeed.kernels.look_ahead_path import AT_CORNER, ON_ROW, PERIOD
-from splinefeed.kernels.pieces import START, Shape
-from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, Array, Limits
+from splinefeed.kernels.pieces import START, Shape, point, turns
+from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, Array, BoolArray, Limits
 
 STRATEGY = "look-ahead"
+#: Periods that motion lasts at least from or to a rest that nobody asked for: in one, a part of the path seems skipped.
+LEAST_TICKS = 3
+#: A row shorter than this share of the path is within the rounding of arc length.
+UNSURE = 64.0 * 2.0**-52
 #: Cells of a window, if nobody says else.
 WINDOW = 600
 #: Fewest cells of a window: with fewer, motion stops and goes.
@@ -181,6 +185,35 @@ def row_at(table: Array, s: float) -> int:
     return max(int(np.searchsorted(table[:, START], s, side="right")) - 1, 0)
 
 
+def _check_standing(path: Path, axes: AxisLimits) -> None:
+    """Raise PlanError where a limited rotary axis turns on a row that is shorter than the rounding of arc length."""
+    limited = np.isfinite(axes.velocity + 0.0) | np.isfinite(axes.acceleration) | np.isfinite(axes.jerk)
+    limited[: path.linear] = False
+    short = np.diff(np.append(path.table[:, START], path.length)) <= UNSURE * path.length
+    ends = np.empty((2, len(path.axes)))
+    for row in np.flatnonzero(short).tolist() if np.any(limited) else ():
+        if turns(path.table, row, path.shape):
+            continue
+        point(path.table, row, path.shape, -1.0, ends[0])
+        point(path.table, row, path.shape, 1.0, ends[1])
+        turned = np.where(limited, np.abs(ends[1] - ends[0]), 0.0)
+        if np.max(turned) > TURNING:
+            raise PlanError(
+                f"at s = {path.table[row, START]:.6g} mm the linear axes stand still while "
+                f"{path.axes[int(np.argmax(turned))]} turns on; its limits cannot be held by a motion along the path: "
+                "split it there, let the linear axes stand exactly, or leave the limits of that axis out"
+            )
+
+
+def asked_for(path: Path, marks: Array) -> BoolArray:
+    """Whether the path says that the tool rests at marks (m,), mm, as `row_feeds` has them: at an end or a stop."""
+    asked = np.sort(np.array([0.0, *path.stops, path.length]))
+    after = np.minimum(np.searchsorted(asked, marks), len(asked) - 1)
+    gap = np.minimum(np.abs(asked[after] - marks), np.abs(asked[np.maximum(after - 1, 0)] - marks))
+    found: BoolArray = gap <= SAME * path.length
+    return found
+
+
 def _snapped(marks: Array, starts: Array, length: float) -> Array:
     """Marks (m,) that lie where a row starts, but for rounding, put there exactly: no sliver of a row is left."""
     after = np.minimum(np.searchsorted(starts, marks), len(starts) - 1)
@@ -224,4 +257,5 @@ def row_feeds(path: Path, limits: Limits, limit: Array) -> tuple[Array, Array]:
     asked = np.array([0.0, *(s for s in path.stops if s not in in_motion), path.length])
     marks = apart(path.length, asked, bends[np.argsort(bends[:count, 1], kind="stable"), 0])
     check_turns(path, marks, axes)
+    _check_standing(path, axes)
     return feeds, _snapped(marks, path.table[:, START], path.length)
