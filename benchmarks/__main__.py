@@ -31,6 +31,7 @@ NAMES = (
     "sweeps",
     "live",
     "controller",
+    "pages",
 )
 RESULTS = Path(__file__).with_name("results.json")
 ROOT = Path(__file__).parents[1]

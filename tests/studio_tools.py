@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+#: What a page waits for is there long before, however busy the machine is, ms.
+PATIENCE = 180_000
+
 
 def rest(page: Any, action: Callable[[], object]) -> None:
     """Do what changes the settings, and wait until the final result of that is shown."""

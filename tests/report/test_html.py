@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import gzip
 import html.parser
 import json
 import re
@@ -13,8 +14,7 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.report import html as report
-from splinefeed.report import plotly_figures
+from splinefeed.report import library, plotly_figures
 from splinefeed.report.html import page
 from splinefeed.report.record import record
 
@@ -57,7 +57,7 @@ class Tags(html.parser.HTMLParser):
 
 def test_it_stands_alone_and_is_small(made):
     text = made[-1]
-    assert len(text.encode()) < 8_000_000
+    assert len(text.encode()) < 5_000_000
     tags = Tags(re.sub(r"<script>.*?</script>", "", text, flags=re.DOTALL)).found
     for _, attributes in tags:
         assert not {"src", "href"} & set(attributes)
@@ -120,13 +120,28 @@ def test_in_space_on_one_axis_and_with_a_rotary_one():
 
 
 def test_without_plotly_the_mend_is_said(made, monkeypatch):
-    real = report.resources.files
+    real = library.resources.files
 
     def files(name):
         if name == "plotly":
             raise ModuleNotFoundError(name)
         return real(name)
 
-    monkeypatch.setattr(report.resources, "files", files)
+    monkeypatch.setattr(library.resources, "files", files)
+    library.compressed.cache_clear()
     with pytest.raises(sf.SplinefeedError, match=r"pip install 'splinefeed\[report\]'"):
         page(made[0], made[3])
+
+
+def test_the_library_is_packed_whole_with_its_licence():
+    script = library.script()
+    assert gzip.decompress(base64.b64decode(library.compressed())).decode() == script
+    assert "MIT license" in script[:300]
+    assert script.rstrip().endswith("window.Plotly = Plotly;})();")
+
+
+def test_a_library_of_another_make_is_taken_as_it_is(monkeypatch, tmp_path):
+    (tmp_path / "package_data").mkdir()
+    (tmp_path / "package_data" / "plotly.min.js").write_text("/* of its own kind */ window.Plotly = {};")
+    monkeypatch.setattr(library.resources, "files", lambda name: tmp_path)
+    assert library.script() == "/* of its own kind */ window.Plotly = {};"

@@ -15,9 +15,10 @@ from urllib.parse import urlsplit
 import pytest
 
 import splinefeed
+from studio_tools import PATIENCE
 
-#: Kernels are loaded, and on a machine that has never run them compiled.
-WARMING = 240_000
+#: Kernels are loaded, and on a machine that has never run them compiled, ms.
+WARMING = 480_000
 
 
 class Studio:
@@ -46,7 +47,7 @@ class Studio:
         self.process.send_signal(signal.SIGINT)
         assert self.process.stdout is not None
         self.process.stdout.close()
-        return self.process.wait(20)
+        return self.process.wait(120)
 
 
 @pytest.fixture(scope="session")
@@ -70,7 +71,7 @@ def opened(studio, chromium) -> Iterator[Any]:
         )
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(30_000)
+        page.set_default_timeout(PATIENCE)
         page.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: said.append(str(error)))
         page.goto(address or studio.address)

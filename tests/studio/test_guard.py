@@ -11,7 +11,7 @@ from splinefeed.studio.uploads import LARGEST, Uploads
 
 
 def ask(studio, path: str, method: str = "GET", body: bytes | None = None, **headers: str):
-    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=200)
     given = {name.replace("_", "-"): value for name, value in headers.items()}
     connection.request(method, path, body, given)
     answer = connection.getresponse()
@@ -91,7 +91,7 @@ def test_uploads_are_bounded_in_size_and_number(studio, cookie, tmp_path):
     assert [each.name for each in kept] == ["passwd"]
     answer, content = ask(studio, "/upload", "POST", b"", **own)
     assert (answer.status, json.loads(content)["error"]) == (413, "the file is empty")
-    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=200)
     connection.putrequest("POST", "/upload")
     for name, value in {**own, "Content-Length": str(LARGEST + 2)}.items():
         connection.putheader(name, value)

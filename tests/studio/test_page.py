@@ -10,7 +10,7 @@ from splinefeed.studio import results
 from splinefeed.studio.settings import resolve
 from studio_tools import rest, value
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
 
 
 def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(opened, data_dir):

@@ -182,7 +182,7 @@ def _show(folder: str) -> dict[str, Any]:
     """The summary of the runs in a folder; sweep.html is written beside them where Plotly is installed."""
     from pathlib import Path
 
-    from splinefeed.report import html, sweep_page
+    from splinefeed.report import library, sweep_page
     from splinefeed.report.files import write_report
     from splinefeed.sweeps.store import load
     from splinefeed.sweeps.summary import summary
@@ -190,7 +190,7 @@ def _show(folder: str) -> dict[str, Any]:
     about, rows = load(folder)
     page = summary(about, rows)
     page["files"] = [str(Path(folder) / "rows")]
-    if html.available():
+    if library.available():
         target = Path(folder) / sweep_page.NAME
         write_report(sweep_page.page(about, rows, page), target)
         page["files"].append(str(target))

@@ -131,9 +131,9 @@ def write(
             machine = str((record or {}).get("machine", ""))
             beside = None if long else deviation(served[-1].response, run.path, run.points.s)
             names += save_figures(servo_figures(responses, run.path.name, machine, beside), place)
-        from splinefeed.report import html
+        from splinefeed.report import html, library
 
-        if html.available():
+        if library.available():
             own_first = {each.points.method: each.response for each in reversed(served)}
             names.append(REPORT)
             write_report(html.page(run, record or {}, [trace.result for trace in traces], own_first), place / REPORT)

@@ -10,12 +10,11 @@ from string import Template
 from typing import Any
 
 from splinefeed import units
-from splinefeed.errors import InputError
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Response
-from splinefeed.report import plotly_figures
+from splinefeed.report import library, plotly_figures
 from splinefeed.report.drawing import short
 from splinefeed.report.limits_figure import words_of
 
@@ -24,15 +23,6 @@ _UNITS = {
     "centripetal": "mm/s²", "axis_velocity": "mm/s", "axis_acceleration": "mm/s²", "axis_jerk": "mm/s³",
     "axis_velocity_step": "mm/s", "travel": "mm",
 }  # fmt: skip
-
-
-def available() -> bool:
-    """Whether Plotly, which the page is drawn with, is installed."""
-    try:
-        import plotly  # noqa: F401
-    except ImportError:
-        return False
-    return True
 
 
 def page(
@@ -69,8 +59,9 @@ def page(
         title=_text(record.get("name", run.path.name)),
         subtitle=_text(_subtitle(run)),
         style=parts["page.css"].read_text(encoding="utf-8"),
+        dress=parts["dress.js"].read_text(encoding="utf-8"),
         script=parts["page.js"].read_text(encoding="utf-8"),
-        plotly=plotly_script(),
+        plotly=library.compressed(),
         data=data.replace("<", "\\u003c"),
         state="good" if record.get("ok", run.ok) else "bad",
         verdict=_text(_verdict(run, record)),
@@ -85,16 +76,7 @@ def page(
     )
 
 
-_PARTS = ("page.html", "page.css", "page.js")
-
-
-def plotly_script() -> str:
-    """Plotly's JavaScript, whole, so that the page needs no network."""
-    try:
-        place = resources.files("plotly").joinpath("package_data", "plotly.min.js")
-    except ModuleNotFoundError:
-        raise InputError("report.html needs Plotly: pip install 'splinefeed[report]'") from None
-    return place.read_text(encoding="utf-8").replace("</script", "<\\/script")
+_PARTS = ("page.html", "page.css", "dress.js", "page.js")
 
 
 def _text(value: object) -> str:
@@ -164,13 +146,13 @@ def _limits(run: Run) -> str:
         width = min(100.0 * each["share"], 100.0)
         part = bound.get(name, 0.0)
         rows.append(
-            f"<tr><td>{_text(words_of(name))}</td><td>{short(each['worst'])} {unit}</td>"
-            f"<td>{short(each['limit'])} {unit}</td><td>{100.0 * each['share']:.4f} %</td>"
+            f"<tr><td>{_text(words_of(name))}</td>"
+            f'<td class="{state}">{"holds" if each["ok"] else "OVER"}</td><td>{100.0 * each["share"]:.4f} %</td>'
             f'<td class="share"><span class="{state}" style="width:{width:.2f}%"></span></td>'
-            f"<td>{each['at_s']:.6g} mm</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td>"
-            f'<td class="{state}">{"holds" if each["ok"] else "OVER"}</td></tr>'
+            f"<td>{short(each['worst'])} {unit}</td><td>{short(each['limit'])} {unit}</td>"
+            f"<td>{each['at_s']:.6g} mm</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td></tr>"
         )
-    head = "".join(f"<th>{name}</th>" for name in ("limit", "worst", "allowed", "share", "", "at s", "binds", ""))
+    head = "".join(f"<th>{name}</th>" for name in ("limit", "", "share", "", "worst", "allowed", "at s", "binds"))
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
 
 

@@ -27,11 +27,15 @@ POINTS, STRIP = 4000, 800
 LINES = 2000
 #: Height of one panel, and of the picture of the path, pixels.
 PANEL, PATH = 150, 560
-#: Colours of axes and of methods, in turn; Okabe and Ito.
-COLOURS = (theme.BLUE, theme.VERMILION, theme.GREEN, "#CC79A7", "#E69F00", "#56B4E9")
+#: Colours of axes and of methods, in turn: Okabe and Ito's as far as white paper shows them; dress.js has the night's.
+COLOURS = (theme.BLUE, theme.VERMILION, theme.GREEN, "#CC79A7", theme.OCHRE, theme.INK)
+#: From where a path in space is looked at, in sizes of its box: x to the right, y away, z up.
+EYE = {"x": -0.8, "y": -1.85, "z": 1.2}
 #: Ends closer than this share of the picture get one label.
 SAME_PLACE = 0.02
-_MARGIN = {"l": 84, "r": 24, "t": 16, "b": 46}
+_MARGIN = {"l": 84, "r": 24, "t": 16, "b": 52}
+#: Room between panels, with the words above the lower one, and of a legend above all of them, pixels.
+_GAP, _LEGEND = 34, 26
 _FONT = {"size": 12.5}
 
 
@@ -167,8 +171,7 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
         finite = values[np.isfinite(values)]
         high = top if top is not None else float(np.max(finite, initial=0.0)) or 1.0
         low = min(0.0, float(np.min(finite, initial=0.0)))
-        shown = [None if not np.isfinite(v) else float(f"{v:.5g}") for v in values[kept]]
-        colours[name] = {"values": shown, "label": label, "low": low, "high": high}
+        colours[name] = {"values": _short(values[kept], max(high, -low)), "label": label, "low": low, "high": high}
     hover = "t = %{customdata[0]:.4f} s<br>s = %{customdata[1]:.4f} mm<br>u = %{customdata[2]:.6g}"
     hover += "<br>feed = %{customdata[3]:.4f} mm/s"
     names = [f"{axis} (mm)" for axis in run.path.axes[:3]] if linear > 1 else ["time (s)", label]
@@ -187,7 +190,7 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
     thin = run.thread[:, : len(letters)] if linear > 1 else place[kept]
     coordinates = {letter: _array(place[kept, k]) for k, letter in enumerate(letters)}
     shared = {
-        "customdata": np.round(custom, 9).tolist(),
+        "customdata": np.round(custom, 7).tolist(),
         "hovertemplate": f"{hover}<extra></extra>",
         "showlegend": False,
     }
@@ -210,9 +213,16 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
     data.append(_ends(place, letters))
     layout: Figure = {"height": PATH, "margin": _MARGIN, "font": _FONT, "hovermode": "closest"}
     if space:
+        layout["margin"] = dict.fromkeys("lrtb", 8)
+        size = np.ptp(place, axis=0) / np.max(np.ptp(place, axis=0))  # Plotly's own sizes would let flat parts overflow
         layout["scene"] = {
-            "aspectmode": "data",
-            **{f"{letter}axis": {"title": {"text": name}} for letter, name in zip("xyz", names, strict=True)},
+            "aspectmode": "manual",
+            "aspectratio": dict(zip("xyz", size.tolist(), strict=True)),
+            "camera": {"eye": EYE, "center": {"x": 0, "y": 0, "z": -0.12}},
+            **{
+                f"{letter}axis": {"title": {"text": name}, "nticks": 2 + round(7 * float(part))}
+                for letter, name, part in zip("xyz", names, size, strict=True)
+            },
         }
     else:
         layout["xaxis"] = {"title": {"text": names[0]}, "zeroline": False}
@@ -268,16 +278,21 @@ def _ends(place: Array, letters: str) -> Figure:
 def _stacked(panels: Sequence[tuple[str, list[Figure], list[float]]]) -> Figure:
     """Panels one above the other over one axis of time with one cursor; limits as dashed lines where they are near."""
     count = len(panels)
-    gap = 0.028
+    named = any(line["showlegend"] for _, lines, _ in panels for line in lines)
+    margin = {**_MARGIN, "l": 66, "t": 30 + (_LEGEND if named else 0)}
+    height = PANEL * count + 70
+    inside = height - margin["t"] - margin["b"]
+    gap = _GAP / inside
     tall = (1.0 - gap * (count - 1)) / count
     layout: Figure = {
-        "height": PANEL * count + 70,
-        "margin": {**_MARGIN, "t": 24},
+        "height": height,
+        "margin": margin,
         "font": _FONT,
         "hovermode": "x unified",
         "hoversubplots": "axis",
         "shapes": [],
-        "legend": {"orientation": "h", "y": 1.0, "yanchor": "bottom"},
+        "annotations": [],
+        "legend": {"orientation": "h", "x": 0, "y": 1.0 + _LEGEND / inside, "yanchor": "bottom"},
         "xaxis": {
             "title": {"text": "time (s)"},
             "anchor": f"y{count if count > 1 else ''}",
@@ -285,6 +300,7 @@ def _stacked(panels: Sequence[tuple[str, list[Figure], list[float]]]) -> Figure:
             "spikemode": "across",
             "spikethickness": 1,
             "spikedash": "dot",
+            "ticklabeloverflow": "allow",
         },
     }
     data = []
@@ -293,10 +309,22 @@ def _stacked(panels: Sequence[tuple[str, list[Figure], list[float]]]) -> Figure:
         top = 1.0 - k * (tall + gap)
         layout[name.replace("y", "yaxis")] = {
             "domain": [max(top - tall, 0.0), top],
-            "title": {"text": label.replace(" (", "<br>("), "font": {"size": 11}},
             "exponentformat": "power",
             "nticks": 5,
+            "ticklabeloverflow": "allow",  # looking whether labels fit takes as long as drawing them
         }
+        layout["annotations"].append(
+            {
+                "text": label,
+                "xref": "paper",
+                "x": 0,
+                "xanchor": "left",
+                "yref": f"{name} domain",
+                "y": 1,
+                "yanchor": "bottom",
+                "showarrow": False,
+            }
+        )
         peak = max((line["_peak"] for line in lines), default=0.0)
         for line in lines:
             data.append({**{key: value for key, value in line.items() if key != "_peak"}, "xaxis": "x", "yaxis": name})
@@ -318,8 +346,9 @@ def _stacked(panels: Sequence[tuple[str, list[Figure], list[float]]]) -> Figure:
 
 
 def _tinted(name: str, number: int) -> str:
-    """An axis' name in its colour."""
-    return f'<span style="color:{COLOURS[number % len(COLOURS)]}">{html.escape(theme.words(name, 12))}</span>'
+    """A square in an axis' colour, and its name: the colours are for lines, words in them would be faint."""
+    colour = COLOURS[number % len(COLOURS)]
+    return f'<span style="color:{colour}">\u25a0</span>\u00a0{html.escape(theme.words(name, 12))}'
 
 
 def _thin(t: Array, values: Array) -> tuple[Array, Array]:
@@ -329,7 +358,7 @@ def _thin(t: Array, values: Array) -> tuple[Array, Array]:
 
 def _line(t: Array, values: Array, name: str, number: int | None) -> Figure:
     """One curve; `number` chooses its colour, None is grey."""
-    colour = "#8a8f94" if number is None else COLOURS[number % len(COLOURS)]
+    colour = theme.PALE if number is None else COLOURS[number % len(COLOURS)]
     finite = values[np.isfinite(values)]
     return {
         "type": "scatter",
@@ -346,6 +375,14 @@ def _line(t: Array, values: Array, name: str, number: int | None) -> Figure:
 def _array(values: Array, kind: str = "f8") -> dict[str, str]:
     """An array as Plotly reads it from base64."""
     return {"dtype": kind, "bdata": base64.b64encode(np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()).decode()}
+
+
+def _short(values: Array, top: float) -> list[float | None]:
+    """Values for a colour to six digits of `top`, the greatest; None for what is not finite."""
+    digits = 5 - int(np.floor(np.log10(top)))
+    finite = np.isfinite(values)
+    rounded: list[float | None] = np.round(np.where(finite, values, 0.0), digits).tolist()
+    return rounded if finite.all() else [each if is_one else None for each, is_one in zip(rounded, finite, strict=True)]
 
 
 def _finite(value: float | None) -> float:

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.report import theme
-from splinefeed.report.html import plotly_script
+from splinefeed.report import library, theme
 from splinefeed.sweeps.store import settings_columns
 from splinefeed.sweeps.summary import column, pareto
 from splinefeed.sweeps.work import FAILED
@@ -49,8 +48,9 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], told: Mapp
     return Template(parts.joinpath("sweep.html").read_text(encoding="utf-8")).substitute(
         title=html.escape(str(about["name"])),
         style=parts.joinpath("page.css").read_text(encoding="utf-8"),
+        dress=parts.joinpath("dress.js").read_text(encoding="utf-8"),
         script=parts.joinpath("page.js").read_text(encoding="utf-8"),
-        plotly=plotly_script(),
+        plotly=library.compressed(),
         data=data.replace("<", "\\u003c"),
         state=state,
         verdict=html.escape(verdict),

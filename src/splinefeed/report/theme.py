@@ -19,8 +19,12 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
 GREEN = "#009E73"
+#: Their orange and sky blue, darkened until white paper shows it, and ink in place of the other.
+OCHRE = "#A87400"
 INK = "#1a1a1a"
 FAINT = "#6b6b6b"
+#: What stands behind the thing that is shown.
+PALE = "#8a8f94"
 GRID = "#e3e3e3"
 BAND = "#e9f3ee"
 

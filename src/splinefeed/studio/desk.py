@@ -24,11 +24,15 @@ PATIENCE = 2.0
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a request: `body` is JSON; or `error`, words by field; `entry` is for the history."""
+    """What came of a request: `body` is JSON; or `error`, words by field; `entry` is for the history.
+
+    late  the deadline has passed and the worker is gone
+    """
 
     body: bytes = b"{}"
     error: dict[str, Any] | None = None
     entry: dict[str, Any] | None = None
+    late: bool = False
 
 
 class Desk:
@@ -65,7 +69,7 @@ class Desk:
                 self.kill()
                 took = f"takes longer than {deadline:.0f} s" if self._late and deadline else "ended its worker"
                 words = f"this {took}: the input may be too large or broken"
-                return Answer(error={"fields": {"": words}, "fault": False})
+                return Answer(error={"fields": {"": words}, "fault": False}, late=self._late)
             finally:
                 if clock is not None:
                     clock.cancel()

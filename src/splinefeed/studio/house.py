@@ -21,6 +21,8 @@ from splinefeed.studio.uploads import Uploads
 
 #: Files made for download that are kept; time that a plan may take while sliders move, s.
 MADE, QUICK = 16, 20.0
+#: The answer to a plan that takes longer: a page at rest then asks for a job, which has time and can be cancelled.
+LATER = b'{"final":false,"shown":null}'
 COMPILING = "loading the kernels; the first time they are compiled for this machine, a minute or two"
 
 
@@ -113,6 +115,11 @@ class House:
             name, message = self._waiting.popitem(last=False)
             request = {"task": "plan", "settings": message["settings"]}
             answer = await self.front.ask(request, lambda head: None, QUICK)
+            if answer.late:
+                if name in self.tabs:
+                    self.tabs[name].send("planned", n=message["n"], body=LATER)
+                await self.front.ask({"task": "warm"}, lambda head: None)  # the next worker begins anew
+                continue
             if name not in self.tabs:
                 continue
             if answer.error is not None:

@@ -16,6 +16,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler, stream_request_body
 
 from splinefeed.errors import InputError
+from splinefeed.report import library
 from splinefeed.studio import guard
 from splinefeed.studio.guard import Guard
 from splinefeed.studio.house import House
@@ -141,7 +142,8 @@ def parts() -> dict[str, bytes]:
     found = {each.name: each.read_bytes() for each in folder.iterdir() if each.name.rpartition(".")[2] in KINDS}
     report = resources.files("splinefeed.report").joinpath("page")
     found["report.css"] = report.joinpath("page.css").read_bytes()  # one theme for both
-    found["plotly.min.js"] = resources.files("plotly").joinpath("package_data", "plotly.min.js").read_bytes()
+    found["dress.js"] = report.joinpath("dress.js").read_bytes() + b"export { colours, dressed, shade };\n"
+    found["plotly.min.js"] = library.script().encode()
     return found
 
 

@@ -2,80 +2,84 @@
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const root = document.documentElement;
-  const small = () => window.innerWidth < 640;
   const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+  root.dataset.theme = window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 
-  const colours = () => {
-    const style = getComputedStyle(root);
-    const of = (name) => style.getPropertyValue(name).trim();
-    return { ink: of("--ink"), paper: of("--paper"), line: of("--line"), faint: of("--faint") };
-  };
-
-  // what the theme says of a layout, by dotted names that Plotly.relayout takes
-  const themed = (layout) => {
-    const c = colours();
-    const out = { "font.color": c.ink, paper_bgcolor: c.paper, plot_bgcolor: c.paper,
-      "hoverlabel.bgcolor": c.paper, "hoverlabel.bordercolor": c.line, "hoverlabel.font.color": c.ink };
-    for (const key of Object.keys(layout)) {
-      if (/^[xy]axis\d*$/.test(key)) {
-        out[key + ".gridcolor"] = c.line; out[key + ".zerolinecolor"] = c.line; out[key + ".linecolor"] = c.faint;
-      }
-      if (key === "scene") {
-        for (const a of ["xaxis", "yaxis", "zaxis"]) {
-          out[`scene.${a}.gridcolor`] = c.line; out[`scene.${a}.backgroundcolor`] = c.paper;
-          out[`scene.${a}.zerolinecolor`] = c.line;
-        }
-      }
-    }
-    return out;
-  };
-
-  // figures are drawn one by one, so that the numbers can be read and the page moved meanwhile; all at once for a printer
+  // room for each figure from the start, so that nothing moves when it comes
+  const waiting = Object.entries(data.figures).map(([id, figure]) => ({ place: document.getElementById(id), figure })).filter(({ place }) => place);
+  for (const { place, figure } of waiting) place.style.minHeight = `${dressed(figure).layout.height}px`;
   const drawn = [];
-  const waiting = Object.entries(data.figures).filter(([id]) => document.getElementById(id));
-  const draw = () => {
-    const [id, figure] = waiting.shift();
-    const place = document.getElementById(id);
-    if (small()) {
-      figure.layout.margin.l = Math.min(figure.layout.margin.l, 62);
-      if (id === "path") figure.layout.height = Math.round(0.85 * window.innerWidth);
-    }
-    for (const [name, value] of Object.entries(themed(figure.layout))) {
-      const steps = name.split(".");
-      const last = steps.pop();
-      let at = figure.layout;
-      for (const step of steps) at = at[step] ??= {};
-      at[last] = value;
-    }
-    Plotly.newPlot(place, figure.data, figure.layout, config);
-    drawn.push(place);
+
+  // Plotly lies in the page compressed, which is read sooner than the whole
+  const library = async () => {
+    const packed = atob(document.getElementById("plotly").textContent);
+    const bytes = new Uint8Array(packed.length);
+    for (let k = 0; k < packed.length; k++) bytes[k] = packed.charCodeAt(k);
+    const press = new DecompressionStream("gzip");
+    const pen = press.writable.getWriter();
+    pen.write(bytes);
+    pen.close();
+    const script = document.createElement("script");
+    script.textContent = await new Response(press.readable).text();
+    document.head.append(script); // runs at once
   };
-  const drawAll = () => { while (waiting.length) draw(); };
+
+  const PAPER = { width: 690, height: 940, path: 440 }; // what fits on A4 and on Letter, pixels
+  let printing = false;
+  const show = ({ place, figure }) => {
+    const { data: traces, layout } = dressed(figure);
+    const size = printing ? { width: PAPER.width, height: Math.min(layout.height, PAPER[place.id] ?? PAPER.height) } : {};
+    return Plotly.react(place, traces, { ...layout, ...size }, config);
+  };
+
+  // figures are drawn one by one, those in sight first
+  const draw = () => {
+    const inSight = ({ place }) => { const box = place.getBoundingClientRect(); return box.bottom > 0 && box.top < window.innerHeight; };
+    const next = waiting.find(inSight) ?? waiting[0];
+    waiting.splice(waiting.indexOf(next), 1);
+    drawn.push(next);
+    show(next);
+    root.dataset.drawn = drawn.map(({ place }) => place.id).join(" ");
+  };
+  const drawAll = () => { while (window.Plotly && waiting.length) draw(); };
   const drawNext = () => {
     if (waiting.length) draw();
     if (waiting.length) setTimeout(drawNext, 0);
-    else root.dataset.ready = "yes";
+    else { root.dataset.ready = "yes"; performance.mark("ready"); }
   };
+  const begin = () => library().then(drawNext, () => {
+    for (const { place } of waiting) place.textContent = "This browser is too old to draw the figures; the numbers do not need it.";
+  });
+  // after the first paint; a page that is not looked at is never painted
+  if (document.hidden) begin(); else requestAnimationFrame(() => setTimeout(begin, 0));
 
   const apply = (theme) => {
     root.dataset.theme = theme;
-    for (const place of drawn) Plotly.relayout(place, themed(place.layout));
+    for (const each of drawn) show(each);
   };
-  const wished = window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-  root.dataset.theme = wished;
-  drawNext();
-  let before = wished; // paper is white
-  window.addEventListener("beforeprint", () => { drawAll(); before = root.dataset.theme; apply("light"); });
-  window.addEventListener("afterprint", () => apply(before));
+  let before = root.dataset.theme; // paper is white, and narrower than a window
+  window.addEventListener("beforeprint", () => {
+    drawAll();
+    before = root.dataset.theme;
+    printing = true;
+    apply("light");
+  });
+  window.addEventListener("afterprint", () => {
+    printing = false;
+    apply(before);
+    for (const { place } of drawn) Plotly.Plots.resize(place);
+  });
   document.getElementById("theme").addEventListener("click", () => apply(root.dataset.theme === "dark" ? "light" : "dark"));
 
   const choice = document.getElementById("colour");
   if (choice) choice.addEventListener("change", () => {
     const chosen = data.colours[choice.value];
-    const bar = { title: { text: chosen.label, side: "right" }, thickness: 14 };
-    const key = data.space ? "line" : "marker";
-    Plotly.restyle("path", { [key + ".color"]: [chosen.values], [key + ".cmin"]: chosen.low, [key + ".cmax"]: chosen.high,
-      [key + ".colorbar.title.text"]: bar.title.text }, [data.space ? 0 : 1]);
+    const { figure } = drawn.find(({ place }) => place.id === "path") ?? waiting.find(({ place }) => place.id === "path");
+    const trace = figure.data.find((each) => each.customdata);
+    const paint = trace.marker ?? trace.line;
+    Object.assign(paint, { color: chosen.values, cmin: chosen.low, cmax: chosen.high });
+    paint.colorbar.title.text = chosen.label;
+    for (const each of drawn) if (each.figure === figure) show(each);
   });
 
   const copy = document.getElementById("copy");

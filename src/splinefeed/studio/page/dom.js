@@ -20,12 +20,6 @@ export const options = (select, entries, chosen) => {
 
 export const show = (element, visible) => { element.hidden = !visible; };
 
-export const colours = () => {
-  const style = getComputedStyle(document.documentElement);
-  const of = (name) => style.getPropertyValue(name).trim();
-  return { ink: of("--ink"), paper: of("--paper"), panel: of("--panel"), line: of("--line"), faint: of("--faint"), bar: of("--bar"), bad: of("--bad") };
-};
-
 // what base64 typed arrays of the figures are as arrays
 export const numbersOf = (column) => {
   if (Array.isArray(column)) return column;

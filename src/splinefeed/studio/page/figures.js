@@ -1,5 +1,6 @@
 // The figures over time, drawn by Plotly when their tab is looked at; A, where it is pinned, dotted behind.
-import { $, colours, make, show } from "./dom.js";
+import { $, make, show } from "./dom.js";
+import { dressed } from "./dress.js";
 
 const NAMES = { motion: "Motion", binding: "Which limit binds", errors: "Axis errors", spectra: "Error spectra", limits: "Limits", tuning: "Tuning" };
 const WORDS = {
@@ -77,30 +78,15 @@ export class Figures {
     if (this.chosen !== name || !this.sets[name]) return;
     const figure = this.sets[name];
     const behind = name === "motion" && this.pinned?.motion ? this.behind(this.pinned.motion, figure) : [];
-    await Plotly.react($("figure"), [...behind, ...figure.data], this.themed(figure.layout), CONFIG);
+    const { data, layout } = dressed({ data: [...behind, ...figure.data], layout: { ...figure.layout, uirevision: name } });
+    await Plotly.react($("figure"), data, layout, CONFIG);
   }
 
   // the curves of A that have a panel in this figure
   behind(pinned, figure) {
-    const titles = (layout) => Object.fromEntries(Object.entries(layout).filter(([key]) => /^yaxis\d*$/.test(key)).map(([key, axis]) => [key.replace("axis", ""), axis.title.text]));
-    const here = Object.entries(titles(figure.layout));
-    const there = titles(pinned.layout);
     return pinned.data.flatMap((trace) => {
-      const panel = here.find(([, title]) => title === there[trace.yaxis]);
-      return panel ? [{ ...trace, yaxis: panel[0], name: `A: ${trace.name}`, line: { color: PINNED, width: 1, dash: "dot" } }] : [];
+      const twin = figure.data.find((each) => each.name === trace.name);
+      return twin ? [{ ...trace, yaxis: twin.yaxis, name: `A: ${trace.name}`, line: { color: PINNED, width: 1, dash: "dot" } }] : [];
     });
-  }
-
-  themed(layout) {
-    const c = colours();
-    const out = { ...layout, paper_bgcolor: c.paper, plot_bgcolor: c.paper, font: { ...layout.font, color: c.ink },
-      hoverlabel: { bgcolor: c.paper, bordercolor: c.line, font: { color: c.ink } } };
-    for (const key of Object.keys(layout)) {
-      if (/^[xy]axis\d*$/.test(key)) out[key] = { ...layout[key], gridcolor: c.line, zerolinecolor: c.line, linecolor: c.faint };
-    }
-    if (window.innerWidth < 640) {
-      out.margin = { ...layout.margin, l: Math.min(layout.margin?.l ?? 62, 96), r: 8 };
-    }
-    return out;
   }
 }

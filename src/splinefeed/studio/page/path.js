@@ -1,21 +1,10 @@
 // The picture of the path: coloured by what is chosen, with hover, control points to drag, and the tool when it plays.
-import { $, colours, numbersOf, options, show } from "./dom.js";
+import { $, numbersOf, options, show } from "./dom.js";
+import { colours, shade } from "./dress.js";
 import { MARGIN, View, ticks } from "./view.js";
 
-// matplotlib's viridis (CC0), ten of its colours
-const VIRIDIS = ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
 const SHADES = 64;
 const NEAR = 14; // pixels within which a point is meant
-
-const shade = (share) => {
-  const at = Math.min(Math.max(share, 0), 1) * (VIRIDIS.length - 1);
-  const low = Math.min(Math.floor(at), VIRIDIS.length - 2);
-  const part = (hex, k) => parseInt(hex.slice(1 + 2 * k, 3 + 2 * k), 16);
-  const mixed = [0, 1, 2].map((k) => Math.round(part(VIRIDIS[low], k) + (at - low) * (part(VIRIDIS[low + 1], k) - part(VIRIDIS[low], k))));
-  return `rgb(${mixed.join(",")})`;
-};
-const DARK_PART = 0.93; // the last, bright yellow cannot be seen on white
-const RAMP = Array.from({ length: SHADES }, (_, k) => shade((DARK_PART * k) / (SHADES - 1)));
 
 export class PathPicture {
   constructor() {
@@ -35,6 +24,7 @@ export class PathPicture {
     const picture = path.data.find((each) => each.customdata);
     const before = this.points;
     this.points = { x: numbersOf(picture.x), y: numbersOf(picture.y), z: picture.z ? numbersOf(picture.z) : null, overTime: false };
+    this.ends = ["x", "y", "z"].map((name) => (this.points[name] ? [Math.min(...this.points[name]), Math.max(...this.points[name])] : [0, 0]));
     this.said = picture.customdata;
     this.colours = path.colours;
     this.axes = axes;
@@ -53,6 +43,11 @@ export class PathPicture {
   fit() {
     if (!this.points || !this.width) return;
     const more = this.editor?.curves.flatMap((curve) => curve.control_points) ?? [];
+    if (this.view.space) { // the corners of its box
+      const part = (axis) => [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => this.ends[axis][(bits >> axis) & 1]);
+      this.view.fit({ x: part(0), y: part(1), z: part(2) }, this.width, this.height);
+      return;
+    }
     const { x, y, z, overTime } = this.points;
     const all = more.length ? { x: [...x, ...more.map((p) => p[0])], y: [...y, ...more.map((p) => p[1])], z: null, overTime } : { x, y, z, overTime };
     this.view.fit(all, this.width, this.height);
@@ -81,6 +76,7 @@ export class PathPicture {
   paint() {
     const { pen, width, height } = this;
     const theme = colours();
+    this.ramp = Array.from({ length: SHADES }, (_, k) => shade(k / (SHADES - 1)));
     const chosen = this.colours[$("colour").value];
     pen.clearRect(0, 0, width, height);
     pen.font = "12px system-ui, sans-serif";
@@ -105,12 +101,17 @@ export class PathPicture {
       const value = chosen.values[k];
       return value === null ? -1 : Math.round((SHADES - 1) * Math.min(Math.max((value - chosen.low) / (chosen.high - chosen.low || 1), 0), 1));
     };
-    pen.lineWidth = 3.2; pen.lineJoin = "round"; pen.lineCap = "round";
+    pen.lineJoin = "round"; pen.lineCap = "round";
+    pen.lineWidth = 5; pen.strokeStyle = theme.faint; // an edge, where a shade is near the paper's
+    pen.beginPath();
+    for (let k = 0; k < count; k++) pen.lineTo(...this.at(k));
+    pen.stroke();
+    pen.lineWidth = 3.2;
     let [x, y] = this.at(0);
     let k = 1;
     while (k < count) {
       const shared = level(k);
-      pen.strokeStyle = shared < 0 ? theme.faint : RAMP[shared];
+      pen.strokeStyle = shared < 0 ? theme.faint : this.ramp[shared];
       pen.beginPath();
       pen.moveTo(x, y);
       do {
@@ -126,7 +127,10 @@ export class PathPicture {
       const [px, py] = this.at(at);
       pen.fillStyle = theme.ink;
       pen.beginPath(); pen.arc(px, py, 4.5, 0, 2 * Math.PI); pen.fill();
-      pen.fillText(name, px + 8, py - 8);
+      const left = px > this.width - MARGIN.right - 44;
+      pen.textAlign = left ? "right" : "left";
+      pen.fillText(name, px + (left ? -8 : 8), py - 8);
+      pen.textAlign = "left";
     }
   }
 
@@ -134,16 +138,7 @@ export class PathPicture {
     const { pen, width, height, view } = this;
     const [left, right, top, bottom] = [MARGIN.left, width - MARGIN.right, MARGIN.top, height - MARGIN.bottom];
     pen.fillStyle = theme.faint; pen.strokeStyle = theme.line; pen.lineWidth = 1;
-    if (view.space) {
-      pen.textAlign = "left"; pen.textBaseline = "alphabetic";
-      const [ox, oy] = [left + 26, bottom - 26];
-      [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) => {
-        const [u, v] = view.flat(...axis);
-        pen.strokeStyle = theme.faint; pen.beginPath(); pen.moveTo(ox, oy); pen.lineTo(ox + 30 * u, oy - 30 * v); pen.stroke();
-        pen.fillText(this.labels[k].split(" ")[0], ox + 38 * u - 4, oy - 38 * v + 4);
-      });
-      return;
-    }
+    if (view.space) { this.box(theme); return; }
     const [x0, y0] = view.place(left, bottom);
     const [x1, y1] = view.place(right, top);
     const horizontal = ticks(x0, x1, (right - left) / 90), vertical = ticks(y0, y1, (bottom - top) / 60);
@@ -167,10 +162,35 @@ export class PathPicture {
     pen.textAlign = "left"; pen.textBaseline = "alphabetic";
   }
 
+  // the box around a path in space: its edges, and what it measures along those that are in front
+  box(theme) {
+    const { pen, view } = this;
+    const corner = (bits) => this.ends.map((end, axis) => end[(bits >> axis) & 1]);
+    const at = (bits) => view.screen(...corner(bits));
+    pen.strokeStyle = theme.line;
+    pen.beginPath();
+    for (const axis of [0, 1, 2]) for (let bits = 0; bits < 8; bits++) if (!(bits & (1 << axis))) { pen.moveTo(...at(bits)); pen.lineTo(...at(bits | (1 << axis))); }
+    pen.stroke();
+    pen.textBaseline = "middle";
+    const middle = (bits, axis, k) => (at(bits)[k] + at(bits | (1 << axis))[k]) / 2;
+    for (const axis of [0, 1, 2]) {
+      const edges = [0, 1, 2, 3, 4, 5, 6, 7].filter((bits) => !(bits & (1 << axis)));
+      // lowest on the screen for x and y, leftmost for z
+      const front = edges.reduce((best, bits) => ((axis < 2 ? middle(bits, axis, 1) > middle(best, axis, 1) + 1e-6 : middle(bits, axis, 0) < middle(best, axis, 0) - 1e-6) ? bits : best));
+      const upper = at(at(front)[1] < at(front | 4)[1] ? front : front | 4);
+      const [px, py] = axis < 2 ? [middle(front, axis, 0), middle(front, axis, 1)] : upper;
+      const left = axis < 2 && px < view.centre[0];
+      const [low, high] = this.ends[axis].map((value) => String(Number(value.toPrecision(5))));
+      pen.textAlign = left ? "right" : "left";
+      pen.fillText(`${this.labels[axis].split(" ")[0]} ${low} to ${high}`, axis < 2 ? px + (left ? -8 : 8) : px - 12, py + (axis < 2 ? 12 : -9));
+    }
+    pen.textAlign = "left"; pen.textBaseline = "alphabetic";
+  }
+
   bar(chosen, theme) {
     const { pen, width, height } = this;
     const [left, top, tall] = [width - MARGIN.right + 14, MARGIN.top + 8, height - MARGIN.top - MARGIN.bottom - 16];
-    RAMP.forEach((colour, k) => {
+    this.ramp.forEach((colour, k) => {
       pen.fillStyle = colour;
       pen.fillRect(left, top + tall * (1 - (k + 1) / SHADES), 12, tall / SHADES + 1);
     });
