@@ -12,6 +12,7 @@ import ast
 import importlib
 import multiprocessing
 import os
+import queue
 import random
 import shutil
 import signal
@@ -42,7 +43,7 @@ COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.GtE: ast.Lt,
 }
 #: So long may the tests of one mutant take by what `make coverage` measured, s.
-BUDGET = 60.0
+BUDGET = 30.0
 #: A mutant whose tests take so many times as long, and this much more, hangs, which a user would notice too. s
 SLOWER, PATIENCE = 10.0, 120.0
 #: How a process ends that could not even start pytest.
@@ -93,8 +94,13 @@ def main() -> int:
     workers = [context.Process(target=_work, args=(waiting, done, chosen, tests)) for _ in range(given.jobs)]
     for worker in workers:
         worker.start()
-    for _ in numbers:
-        number, fate = done.get()
+    while len(fates) < len(numbers):
+        try:
+            number, fate = done.get(timeout=5.0)
+        except queue.Empty:
+            if not any(worker.is_alive() for worker in workers):
+                raise SystemExit("every worker has ended, and some mutants have not been tried") from None
+            continue
         fates[number] = fate
         mutant = chosen[number]
         print(f"{number:3d} {fate:12s} {mutant.file}:{mutant.line}  {mutant.before}  ->  {mutant.after}", flush=True)
