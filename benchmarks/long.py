@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import tempfile
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +22,8 @@ PART, LENGTH, RADIUS = 1_000, 1.0, 50.0
 #: mm/s, mm/s^2, mm/s^3: a piece takes 0.36 s at this feed.
 FEED, ACCELERATION, JERK = 2.777, 500.0, 2e4
 PERIOD = 1e-3
+#: Of the lines of a file: their length, mm, and the feed, mm/s.
+LINE, LINE_FEED = 0.5, 50.0
 #: Growth from the second to the last row that still counts as flat and as straight.
 FLAT, STRAIGHT = 1.15, 1.3
 
@@ -53,6 +58,7 @@ def measure() -> Report:
         "the arcs is in the time, writing the setpoints is not. Peak memory is that of the whole process, Python and "
         "the compiler included.",
     )
+    files = _files()
     memory, ticks = rows[-1][5] / rows[1][5], rows[-1][4] / rows[1][4]
     headline = Headline(
         f"{rows[-1][2]:.0f} hours of motion over {rows[-1][0]:,d} pieces, in parts",
@@ -61,7 +67,72 @@ def measure() -> Report:
         "memory flat, cost a tick flat",
         memory <= FLAT and ticks <= STRAIGHT,
     )
-    return Report((Table("A path that comes in parts.", columns, rows, notes),), (headline,))
+    tenth, last = ([float(cell or 0) for cell in row] for row in files.rows[-2:])
+    lines = Headline(
+        f"{last[0]:,.0f} short lines of a file to checked setpoints on the disk, by windows",
+        f"{last[2]:.0f} s and {last[4]:.0f} MB; a tenth of it {tenth[2]:.0f} s, {tenth[4]:.0f} MB",
+        "memory flat, cost a line flat",
+        last[4] <= FLAT * tenth[4] and last[3] <= STRAIGHT * tenth[3],
+    )
+    return Report((Table("A path that comes in parts.", columns, rows, notes), files), (headline, lines))
+
+
+def _files() -> Table:
+    """CPU time and peak memory of `run --by-windows` but for its start and its page of numbers."""
+    rows = []
+    for count in PIECES:
+        with tempfile.TemporaryDirectory() as folder:
+            file = str(Path(folder, "lines.nc"))
+            child.outcome("long", "write_program", file, count)
+            each = child.outcome("long", "by_windows", file)
+        seconds, peak, size = each["seconds"], each["peak"] / 1e6, each["size"] / 1e6
+        rows.append((count, each["ticks"], seconds, 1e6 * seconds / count, peak, size))
+    columns = (
+        Column("lines", ",d"),
+        Column("ticks", ",d"),
+        Column("CPU time, s", ".1f"),
+        Column("us a line", ".1f"),
+        Column("peak memory, MB", ",.0f"),
+        Column("setpoints on the disk, MB", ",.0f"),
+    )
+    notes = (
+        f"G-code of lines of {LINE:g} mm along a winding curve, F{60 * LINE_FEED:g}, smoothed by 0.01 mm, as "
+        "`splinefeed run --by-windows` does it: looked through, read, smoothed, planned by `look-ahead` on the axes' "
+        "acceleration and jerk, placed, checked and written as HDF5, 1 ms, each in a process of its own.",
+    )
+    return Table("A file of any length, by windows.", columns, tuple(rows), notes)
+
+
+def write_program(file: str, count: int) -> None:
+    """G-code of so many short lines."""
+    heading = x = y = 0.0
+    with Path(file).open("w", encoding="ascii") as stream:
+        stream.write(f"G21 G90\nG64 P0.01\nG0 X0 Y0\nG1 F{60 * LINE_FEED:g}\n")
+        for k in range(count):
+            heading += 0.02 * math.sin(k / 40.0) + 0.003
+            x, y = x + LINE * math.cos(heading), y + LINE * math.sin(heading)
+            stream.write(f"X{x:.4f} Y{y:.4f}\n")
+        stream.write("M2\n")
+
+
+def by_windows(file: str) -> dict[str, Any]:
+    """From a program to checked setpoints beside it; called in a process of its own."""
+    import splinefeed as sf
+    from splinefeed.pipeline.windows import WindowedRun
+
+    limits = sf.Limits(feed=LINE_FEED, axis_acceleration=1500, axis_jerk=5e4)
+    seconds, made = 0.0, None
+    write_program(f"{file}.nc", 2_000)
+    for source in (f"{file}.nc", file):  # the first one compiles
+        start = time.process_time()
+        made = WindowedRun(sf.read_parts(source), limits, PERIOD, {"smooth": "program"})
+        sf.save(made.setpoints(), f"{file}.h5")
+        seconds = time.process_time() - start
+        if not made.verdict.ok:
+            raise AssertionError(made.verdict.problems)
+    assert made is not None
+    size = Path(f"{file}.h5").stat().st_size
+    return {"ticks": made.verdict.numbers["ticks"], "seconds": seconds, "peak": peak_memory(), "size": size}
 
 
 def arcs(pieces: int) -> Iterator[Any]:
