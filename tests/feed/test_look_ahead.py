@@ -184,6 +184,7 @@ KEPT = {
     401757: "a jerk within the rounding of s next to a cusp",
     401871: "rests nearer than a period's step",
     402223: "an acceleration within the rounding of s next to a cusp",
+    406675: "stops nearer to each other than setpoints are placed to",
     402711: "an acceleration that builds up in less than the rounding of its instant allows",
 }
 #: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.

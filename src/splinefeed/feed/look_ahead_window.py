@@ -21,6 +21,8 @@ from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, Array, BoolArray, 
 STRATEGY = "look-ahead"
 #: Periods that motion lasts at least from or to a rest that nobody asked for: in one, a part of the path seems skipped.
 LEAST_TICKS = 3
+#: Setpoints are placed to about a tenth of this, mm.
+TOLD_APART = 1e-8
 #: A row shorter than this share of the path is within the rounding of arc length.
 UNSURE = 64.0 * 2.0**-52
 #: Cells of a window, if nobody says else.
@@ -206,11 +208,17 @@ def _check_standing(path: Path, axes: AxisLimits) -> None:
 
 
 def asked_for(path: Path, marks: Array) -> BoolArray:
-    """Whether the path says that the tool rests at marks (m,), mm, as `row_feeds` has them: at an end or a stop."""
+    """Whether the path says that the tool rests at marks (m,), mm, as `row_feeds` has them: at an end or a stop.
+
+    Of stops that are nearer to each other than setpoints are placed to, none counts: nobody can tell which one it is.
+    """
     asked = np.sort(np.array([0.0, *path.stops, path.length]))
     after = np.minimum(np.searchsorted(asked, marks), len(asked) - 1)
     gap = np.minimum(np.abs(asked[after] - marks), np.abs(asked[np.maximum(after - 1, 0)] - marks))
     found: BoolArray = gap <= SAME * path.length
+    apart_enough = np.diff(marks) > TOLD_APART
+    found[1:] &= apart_enough
+    found[:-1] &= apart_enough
     return found
 
 
