@@ -142,3 +142,12 @@ def test_rows_of_a_line_stand_in_a_wider_table_as_the_same_curve():
         pieces.point(wide, 0, (3, 2, 2, 1), t, out[0])
         assert out[0] == pytest.approx([1.0, 1.5 + 0.5 * t], abs=1e-15)
     assert widened(path.table, path.shape, path.shape) is not path.table
+
+
+def test_a_straight_line_takes_the_seven_phase_profile_of_its_steepest_axis():
+    """Along (0.6, 0.8) each limit of y is one of 1 / 0.8 of it along the path, the lowest of all: the closed form."""
+    path = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0], [6, 8]])])
+    law = held(path, sf.Limits(feed=90.0, axis_velocity=20.0, axis_acceleration=2000.0, axis_jerk=5e5), None)
+    along = sf.Limits(feed=20.0 / 0.8, acceleration=2000.0 / 0.8, jerk=5e5 / 0.8)
+    assert law.duration == pytest.approx(sf.plan(path, along, "seven-phase", None).duration, rel=1e-9)
+    assert np.max(np.abs(law.jerk(np.linspace(0, law.duration, 5001)))) == pytest.approx(5e5 / 0.8, rel=1e-6)
