@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 #: What a page waits for is there long before, however busy the machine is, ms.
-PATIENCE = 180_000
+PATIENCE = 400_000
 
 
 def rest(page: Any, action: Callable[[], object]) -> None:
