@@ -9,6 +9,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import FormatError
+from splinefeed.formats import table_text
 from splinefeed.geometry.nearest import Nearest
 
 ANGLE = np.linspace(0.0, 2.0 * math.pi, 201)
@@ -121,3 +122,13 @@ def test_tolerance_and_degree_are_those_asked_for(tmp_path):
     assert len(rough.curves[0].control_points) < len(fine.curves[0].control_points)
     with pytest.raises(sf.SplinefeedError, match="tolerance is -1 mm"):
         sf.read(file, tolerance=-1)
+
+
+LONG = ["1" + " " * 10**6 + "2", "x" + "_" * 10**6 + "!", '"' + "9" * 200_000 + '",1', "1;" * 10**6]
+
+
+@pytest.mark.parametrize("line", LONG, ids=["blanks", "a name", "quotes", "columns"])
+def test_very_long_lines_are_looked_at_once(line):
+    assert table_text.names(line) == ([], False)
+    found = table_text.numbers(line)
+    assert found is None or not found[1]

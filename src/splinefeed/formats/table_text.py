@@ -7,8 +7,8 @@ import re
 
 #: What begins a line that does not count.
 COMMENTS = ("#", "%", "!", "//")
-#: Between columns: semicolon or tab, behind which a comma can only be a decimal point; else a comma, or blanks.
-_CLEAR = re.compile(r"\s*;\s*|[ \r]*\t[ \t\r]*")
+#: No line of names is longer, characters.
+MOST_NAMES = 2000
 _EITHER = re.compile(r"\s*,\s*|\s+")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
@@ -39,6 +39,8 @@ def numbers(line: str) -> tuple[list[float], bool] | None:
 
 def names(line: str) -> tuple[list[tuple[str, str]], bool]:
     """Names of columns and their units, "" for what is no name, in small letters; and whether marks stand between."""
+    if len(line) > MOST_NAMES:
+        return [], False
     marked = re.search(r"[,;\t]", line) is not None
     words = re.split(r"\s*[,;\t]\s*", line.strip().rstrip(",;")) if marked else line.split()
     found = [_NAME.fullmatch(word.strip(" \"'").lower()) for word in words]
@@ -50,12 +52,17 @@ def _words(line: str) -> tuple[list[str], bool]:
     text = line.strip().replace("\N{MINUS SIGN}", "-").rstrip(",;").strip()
     if '"' in text:
         closed = re.match(r'"[^"]*"\s*(.)', text)
-        words = next(csv.reader([text], delimiter=closed[1] if closed and closed[1] in ",;\t " else ","))
+        try:
+            words = next(csv.reader([text], delimiter=closed[1] if closed and closed[1] in ",;\t " else ","))
+        except csv.Error:
+            return [text], False
         return [word.strip() for word in words], any("," in word for word in words)
     if text[:1] in "([{" and text[-1:] in ")]}":
         text = text[1:-1].strip()
-    if _CLEAR.search(text):
-        words = [word.rstrip(",") for word in _CLEAR.split(text)]
+    # semicolons or tabs between columns: a comma can only be a decimal point
+    if ";" in text or "\t" in text:
+        parts = text.split(";") if ";" in text else filter(None, text.split("\t"))
+        words = [word.strip().rstrip(",") for word in parts]
         return words, any("," in word for word in words)
     words = text.split()
     if len(words) > 1 and "," in text and all(_DECIMAL_COMMA.fullmatch(word) for word in words):
