@@ -12,7 +12,17 @@ from splinefeed.analysis.check_law import check_law, worse
 from splinefeed.analysis.check_setpoints import Judge
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
-from splinefeed.records import ROTARY_AXES, Array, LimitResult, Limits, Setpoints, TimeLaw, Verdict, number
+from splinefeed.records import (
+    ROTARY_AXES,
+    Array,
+    LimitResult,
+    Limits,
+    Setpoints,
+    TimeLaw,
+    Verdict,
+    number,
+    unit_along,
+)
 
 #: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), if nobody says else.
 TOLERANCE = 1e-9
@@ -20,12 +30,12 @@ TOLERANCE = 1e-9
 BLOCK = 32768
 #: Sentence of each kind of fault of single setpoints, before its place.
 _SENTENCES = {
-    "off the curve": "off the curve by {amount:.6g} mm",
+    "off the curve": "off the curve by {amount:.6g} {unit}",
     "turned off": "a rotary axis is {degrees:.6g} deg from where the curve has it",
-    "misplaced": "on the curve, but {amount:.6g} mm from where its own u says",
+    "misplaced": "on the curve, but {amount:.6g} {unit} from where its own u says",
     "period": "comes {amount:.6g} s early or late: the period is not kept",
-    "back": "goes back by {amount:.6g} mm along the path",
-    "skipped": "a part of the path is skipped: one step of {amount:.6g} mm",
+    "back": "goes back by {amount:.6g} {unit} along the path",
+    "skipped": "a part of the path is skipped: one step of {amount:.6g} {unit}",
     "twice": "the same point twice in the middle of the motion",
     "start": "the first setpoint is {detail} from the start of the path",
     "end": "the last setpoint is {detail} from the end of the path: it is not reached",
@@ -125,8 +135,8 @@ class Whole:
 
 def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole) -> Verdict:
     """What a judge has to say at the end; first  some of the setpoints."""
-    results = judge.results()
-    problems = [_fault_sentence(kind, fault) for kind, fault in judge.faults.items()]
+    results, unit = judge.results(), unit_along(judge.bounds.path.axes)
+    problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
     if law is not None:
         findings = check_law(law, judge.bounds, judge.period)
@@ -139,7 +149,9 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
         results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
     if judge.short is not None:
         notes.append(f"the last period is a short one of {judge.short:.9g} s; differences over it have a higher floor")
-    if len(whole.turning):
+    if not judge.bounds.path.linear:
+        notes.append("only rotary axes move: s is in degrees, and feed, acceleration and jerk along the path are too")
+    elif len(whole.turning):
         notes.append(
             f"on {len(whole.turning)} of {whole.curves} curves, the first from s = "
             f"{whole.turning[0]:.6g} mm, rotary axes move alone: there 1 mm along the path stands for 1 degree, "
@@ -147,7 +159,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
         )
     if not judge.placed:
         notes.append("the setpoints say no u: they were placed on the path by nearest points, one after the other")
-    problems += [_limit_sentence(name, result) for name, result in results.items() if not result.holds]
+    problems += [_limit_sentence(name, result, unit) for name, result in results.items() if not result.holds]
     numbers = {
         "duration_s": judge.duration,
         "length_mm": whole.length,
@@ -167,25 +179,27 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
     return Verdict(limits=order, problems=tuple(problems), notes=tuple(notes), numbers=numbers)
 
 
-def _fault_sentence(kind: str, fault: Fault) -> str:
+def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:
     """What is wrong, at how many ticks, and where it is worst."""
     if kind.startswith("finite "):
         text = fault.detail
     else:
-        text = _SENTENCES[kind].format(amount=fault.amount, degrees=math.degrees(fault.amount), detail=fault.detail)
+        text = _SENTENCES[kind].format(
+            amount=fault.amount, unit=unit, degrees=math.degrees(fault.amount), detail=fault.detail
+        )
     more = f"; {fault.count} ticks in all, this is the worst" if fault.count > 1 else ""
-    where = "" if math.isnan(fault.s) else f", s = {fault.s:.9g} mm"
+    where = "" if math.isnan(fault.s) else f", s = {fault.s:.9g} {unit}"
     return f"tick {fault.tick} (t = {fault.t:.9g} s{where}): {text}{more}"
 
 
-def _limit_sentence(name: str, result: LimitResult) -> str:
+def _limit_sentence(name: str, result: LimitResult, along: str) -> str:
     """By how much a limit is exceeded, and where."""
-    unit, factor = _unit(name, result.axis)
+    unit, factor = _unit(name, result.axis, along)
     worst, limit = factor * result.worst, factor * result.limit
     source = "exact derivative of the law" if result.by == "law" else f"setpoints, floor {factor * result.floor:.3g}"
     return (
         f"{name}: {worst:.9g} {unit} is {_over(result.share)} the limit of {limit:.9g} {unit} "
-        f"at s = {result.at_s:.9g} mm, t = {result.at_t:.9g} s ({source}; {result.over} in all)"
+        f"at s = {result.at_s:.9g} {along}, t = {result.at_t:.9g} s ({source}; {result.over} in all)"
     )
 
 
@@ -197,9 +211,9 @@ def _over(share: float) -> str:
     return f"{100.0 * excess:.3g} % over" if excess >= PERCENT else f"{1e6 * excess:.3g} ppm over"
 
 
-def _unit(name: str, axis: str | None) -> tuple[str, float]:
+def _unit(name: str, axis: str | None, along: str) -> tuple[str, float]:
     """Unit of a limit for people, and what one base unit is in it."""
-    base, factor = ("deg", 180.0 / math.pi) if axis in ROTARY_AXES else ("mm", 1.0)
+    base, factor = ("deg", 180.0 / math.pi) if axis in ROTARY_AXES else ("mm" if axis else along, 1.0)
     kind = name.partition(".")[0].removeprefix("axis_")
     power = {
         "chord_error": "",

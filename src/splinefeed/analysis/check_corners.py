@@ -9,6 +9,8 @@ import numpy as np
 from splinefeed.geometry.path import Path
 from splinefeed.records import AXIS_LIMITS, Array, BoolArray, Limits
 
+#: A tick is at a corner within this, relative to the arc length there.
+AT_TICK = 1e-12
 #: Steps on either side of one with a corner that tell how steady the feed is around it.
 BESIDE = 2
 #: A corner that turns further than this, rad, turns back: it is no corner to pass.
@@ -59,6 +61,10 @@ class Corners:
         """No more than the feed at corner k, mm/s, which is `ahead` mm into step i, by the mean feeds of all steps."""
         around = means[max(i - BESIDE, 0) : i + BESIDE + 1]
         accelerations, jerks = self.slopes(k, float(np.max(around)), limits, axes)
+        at_tick = min(ahead, means[i] * period - ahead) <= AT_TICK * (self.s[k] + period * means[i])
+        quickest = 0.25 * period * min(float(np.min(accelerations)), 0.125 * period * float(np.min(jerks)))
+        if at_tick and np.max(around) <= quickest < np.inf:
+            return 0.0  # such steps are within the limits from rest to rest
         accelerations = accelerations + np.max(np.abs(np.diff(around))) / period  # a dip bends what goes on besides
         dip = hidden_dip(around, floor, period, accelerations, jerks)
         return max(corner_feed(means[i - 1 : i + 2], ahead, period) - dip, 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import check as kernels
-from splinefeed.records import AXIS_LIMITS, KEPT, Array, LimitResult, TimeLaw
+from splinefeed.records import AXIS_LIMITS, KEPT, Array, LimitResult, TimeLaw, unit_along
 
 EPSILON = float(np.finfo(np.float64).eps)
 #: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
@@ -65,7 +65,7 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
         elif name.startswith(STEP):
             corners = bounds.corners.s
             times = _times_at(law, corners)
-            each = law.feed(times) * bounds.corners.jumps[:, wanted.column - 1]
+            each = _least_feeds(law, corners, rounding) * bounds.corners.jumps[:, wanted.column - 1]
             if len(each):
                 k = int(np.argmax(each))
                 results[name] = _result(wanted, path, float(each[k]), float(times[k]), float(corners[k]))
@@ -91,35 +91,39 @@ def _result(wanted: Worst, path: Path, value: float, t: float, s: float) -> Limi
 def _ends(law: TimeLaw, bounds: Bounds, worst: Array, problems: list[str]) -> None:
     """The law runs from 0 to the end of the path, forwards, with the feeds at its ends that the limits say."""
     length, limits = bounds.path.length, bounds.limits
+    unit = unit_along(bounds.path.axes)
     if abs(law.length - length) > bounds.tolerance + ROUNDINGS * EPSILON * length:
-        problems.append(f"law: ends at s = {law.length:.12g} mm; the path is {length:.12g} mm long")
+        problems.append(f"law: ends at s = {law.length:.12g} {unit}; the path is {length:.12g} {unit} long")
     start = float(law(0.0))
     if abs(start) > bounds.tolerance + ROUNDINGS * EPSILON * length:
-        problems.append(f"law: begins at s = {start:.6g} mm instead of 0")
+        problems.append(f"law: begins at s = {start:.6g} {unit} instead of 0")
     top = worst[kernels.FEED, 0]
     value, t, s, _ = worst[kernels.BACKWARDS]
     if value > NO_JUMP * top:
-        problems.append(f"law: goes back at {value:.6g} mm/s at t = {t:.6g} s, s = {s:.6g} mm")
+        problems.append(f"law: goes back at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}")
     for name, time in (("start_feed", 0.0), ("end_feed", law.duration)):
         feed, wanted = float(law.feed(time)), getattr(limits, name)
         if abs(feed - wanted) > NO_JUMP * max(top, wanted):
-            problems.append(f"law: its feed at t = {time:.6g} s is {feed:.9g} mm/s; {name} is {wanted:.9g} mm/s")
+            problems.append(
+                f"law: its feed at t = {time:.6g} s is {feed:.9g} {unit}/s; {name} is {wanted:.9g} {unit}/s"
+            )
 
 
 def _jumps(bounds: Bounds, worst: Array, jumps: Array, period: float, problems: list[str], notes: list[str]) -> None:
     """Jumps of s and of the feed between pieces are faults; of the acceleration, an infinite jerk."""
     length, limits = bounds.path.length, bounds.limits
+    along = unit_along(bounds.path.axes)
     top = worst[kernels.FEED, 0]
     steepest = max(worst[kernels.SPEED_UP, 0], worst[kernels.SLOW_DOWN, 0])
     kinds = (
-        ("s", "mm", ROUNDINGS * EPSILON * length + NO_JUMP * top * period),
-        ("its feed", "mm/s", NO_JUMP * top),
-        ("its acceleration", "mm/s^2", NO_JUMP * steepest),
+        ("s", along, ROUNDINGS * EPSILON * length + NO_JUMP * top * period),
+        ("its feed", f"{along}/s", NO_JUMP * top),
+        ("its acceleration", f"{along}/s^2", NO_JUMP * steepest),
     )
     for k, ((what, unit, rounding), (value, t, s)) in enumerate(zip(kinds, jumps, strict=True)):
         if not value > rounding:
             continue
-        text = f"law: {what} jumps by {value:.6g} {unit} at t = {t:.9g} s, s = {s:.9g} mm"
+        text = f"law: {what} jumps by {value:.6g} {unit} at t = {t:.9g} s, s = {s:.9g} {along}"
         if k < 2:
             problems.append(text)
         elif limits.jerk < np.inf or float(limits.deceleration_jerk or np.inf) < np.inf:
@@ -137,6 +141,7 @@ def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
     high = _times_at(law, np.array([corner.s for corner in corners]))
     moving = law.feed(high) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
     notes = []
+    unit = unit_along(bounds.path.axes)
     steps = set(bounds.corners.s.tolist())
     for stop, what, which in (
         (False, "the curvature jumps and the exact axis jerk is infinite", "third"),
@@ -145,13 +150,13 @@ def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
         places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.stop == stop and c.s not in steps]
         if places:
             notes.append(
-                f"at {len(places)} place(s), s = {_listed(places)} mm, {what}: there the {which} difference of the "
+                f"at {len(places)} place(s), s = {_listed(places)} {unit}, {what}: there the {which} difference of the "
                 "setpoints over the period decides, as what the drive sees"
             )
     places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.s in steps]
     if places:
         notes.append(
-            f"at {len(places)} corner(s), s = {_listed(places)} mm, the tool does not stop: there the step of each "
+            f"at {len(places)} corner(s), s = {_listed(places)} {unit}, the tool does not stop: there the step of each "
             "axis' velocity is held to its limit, and no difference across the corner is looked at"
         )
     return notes
@@ -169,6 +174,16 @@ def _times_at(law: TimeLaw, s: Array) -> Array:
         ahead = law(middle) < s
         low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
     return high
+
+
+def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
+    """Least feed of a law within the rounding of arc lengths s (n,), mm/s: where it rests, it is 0 at a break there."""
+    first, last = _times_at(law, s - rounding), _times_at(law, s + rounding)
+    least: Array = np.minimum(law.feed(first), law.feed(last))
+    begin, end = np.searchsorted(law.breaks, first, "left"), np.searchsorted(law.breaks, last, "right")
+    for k in np.flatnonzero(end > begin):
+        least[k] = min(least[k], float(np.min(law.feed(law.breaks[begin[k] : end[k]]))))
+    return np.maximum(least, 0.0)
 
 
 def worse(one: LimitResult, other: LimitResult | None) -> LimitResult:

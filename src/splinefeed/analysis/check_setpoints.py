@@ -8,7 +8,7 @@ from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
 from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.kernels import check as kernels
-from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw
+from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw, unit_along
 
 EPSILON = float(np.finfo(np.float64).eps)
 #: A setpoint may be this many roundings of the largest coordinate off the curve, besides the tolerance.
@@ -209,16 +209,16 @@ class Judge:
         curve = path.curves[0 if at_start else -1]
         apart = position - curve(curve.domain[0 if at_start else 1])
         s_missing = abs(found[kernels.S] - (0.0 if at_start else path.length))
-        missing = max(float(np.linalg.norm(apart[: path.linear])), s_missing)
+        missing, tick = max(float(np.linalg.norm(apart[: path.linear])), s_missing), 0 if at_start else self.ticks - 1
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         if at_start:
             self.start_error = missing
         else:
             self.end_error = missing
         if not (missing <= self.allowed + 16.0 * EPSILON * self.scale[0] and turned <= self.allowed):
-            ticks = 0 if at_start else self.ticks - 1
-            detail = f"{missing:.6g} mm" + (f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else "")
-            self.faults[kind] = Fault(1, missing, ticks, self._last[0], found[kernels.S], detail)
+            besides = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
+            detail = f"{missing:.6g} {unit_along(path.axes)}{besides}"
+            self.faults[kind] = Fault(1, missing, tick, self._last[0], found[kernels.S], detail)
 
     # --- steps -------------------------------------------------------------------------------------------------------
 
@@ -304,14 +304,12 @@ class Judge:
             t, s, _ = ends[order - 1].T
             local = feeds if name == "feed" and self.bounds.path.feeds is not None else None
             worst.see(each - self.rounding(column) * extra[order - 1], t, s, self.floor(order, column), local)
-        keep = slice(-2 * BESIDE, None)
-        self._steps, self._dt, self._step_places = steps[keep], dt[keep], places[keep]
+        self._steps, self._dt, self._step_places = (each[-2 * BESIDE :] for each in (steps, dt, places))
 
     def _corner_steps(self, v: Array, places: Array, ready: range) -> None:
         """Jump of each axis' velocity at the corners within steps of these indices; v, places as in `_differences`."""
         corners, limits, axes = self.bounds.corners, self.bounds.limits, self.bounds.path.axes
-        begin, end = places[:, 1], places[:, 2]
-        floor = self.floor(1, 0)
+        begin, end, floor = places[:, 1], places[:, 2], self.floor(1, 0)
         for k, s in enumerate(corners.s):
             for i in (j for j in np.flatnonzero((begin < s) & (s <= end)).tolist() if j in ready):
                 feed = corners.least_feed(k, v[:, 0], i, float(s - begin[i]), floor, self.period, limits, axes)
@@ -345,6 +343,8 @@ class Judge:
             most = SKIP_FEED * float(np.max(self.bounds.feeds)) * self.period
             alone = here > SKIP * near + floor
             if np.any(alone):  # from one stop to the next, a whole stretch may take a single period
+                if self.law is not None:  # over nanometres a law may well go from next to rest to next to rest in one
+                    alone &= np.abs(self.law(t[1:-1] + self.period) - self.law(t[1:-1]) - here) > REPEAT * floor
                 alone &= ~neighbours(self.bounds.rests, s[1:-1], s[1:-1] + here, self.allowed + floor)
             skipped = (here > REPEAT * floor) & (alone | (here > most))
             twice = (np.abs(here) <= floor) & (np.minimum(before, after) > REPEAT * floor)

@@ -76,7 +76,7 @@ def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict
         tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
         resolution=given["resolution"] or 0.0,
     )
-    page = {"file": file, "path": source, **verdict.as_dict()}
+    page = {"file": file, "path": source, "axes": list(path.axes), **verdict.as_dict()}
     page["notes"] = [*notes, *page["notes"]]
     page["files"] = []
     if given["certificate_file"]:
@@ -118,19 +118,21 @@ def _law(file: str | None) -> TimeLaw | None:
 def _print(verdict: Verdict, page: Mapping[str, Any]) -> None:
     from splinefeed.cli.output import number, print_table, print_text
     from splinefeed.cli.summary import print_notes
+    from splinefeed.records import unit_along
 
+    unit = unit_along(page["axes"])
     print_text(
         f"{page['file']}: {page['ticks']} setpoints, one every {number(page['period_s'], 6)} s, along "
-        f"{number(page['length_mm'], 7)} mm of {page['path']}"
+        f"{number(page['length_mm'], 7)} {unit} of {page['path']}"
     )
-    print_text(f"off the curve by at most {number(page['off_curve_max_mm'], 3)} mm; of its start and end by "
-               f"{number(page['start_error_mm'], 3)} and {number(page['end_error_mm'], 3)} mm")  # fmt: skip
+    print_text(f"off the curve by at most {number(page['off_curve_max_mm'], 3)} {unit}; of its start and end by "
+               f"{number(page['start_error_mm'], 3)} and {number(page['end_error_mm'], 3)} {unit}")  # fmt: skip
     print_notes(page["notes"])
     print_text()
     rows = []
     for name, each in page["limits"].items():
         values = [number(each["worst"], 6), number(each["limit"], 6), f"{each['share']:.6%}", f"{each['floor']:.1e}"]
-        place = [f"{number(each['at_s'])} mm", f"{number(each['at_t_s'])} s", each["by"]]
+        place = [f"{number(each['at_s'])} {unit}", f"{number(each['at_t_s'])} s", each["by"]]
         rows.append([name, *values, *place, "holds" if each["ok"] else "OVER"])
     print_table(["limit", "worst", "limit", "share", "floor", "at", "at", "by", ""], rows)
     print_text()

@@ -48,15 +48,16 @@ def command(source: str | None, as_json: bool, names: tuple[str, ...] | None, **
         output.print_json(page)
         return
     from splinefeed.cli.summary import print_methods, print_notes
+    from splinefeed.records import unit_along
 
-    duration = output.number(page["duration_s"], 6)
+    duration, unit = output.number(page["duration_s"], 6), unit_along(page["axes"])
     output.print_text(
-        f"{page['name']}: {output.number(page['length_mm'], 7)} mm in {duration} s, {page['ticks']} setpoints; "
+        f"{page['name']}: {output.number(page['length_mm'], 7)} {unit} in {duration} s, {page['ticks']} setpoints; "
         f"rounding alone makes a ripple of {page['ripple_floor']:.1e}"
     )
     print_notes(page["notes"])
     output.print_text()
-    print_methods(results)
+    print_methods(results, unit)
 
 
 def _compare(
@@ -85,6 +86,7 @@ def _compare(
         results += [trace.result for trace in compare(path, law, methods=[name], corrections=given["corrections"])]
     page = {
         "name": path.name,
+        "axes": list(path.axes),
         "duration_s": law.duration,
         "length_mm": path.length,
         "ticks": Interpolator(path, law, method=names[0]).ticks,

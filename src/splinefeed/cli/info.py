@@ -117,24 +117,27 @@ def _print(page: dict[str, Any]) -> None:
     from splinefeed.cli.output import number as words
     from splinefeed.cli.output import print_table, print_text
     from splinefeed.cli.summary import print_notes
+    from splinefeed.records import unit_along
 
     print_text(f"{page['format']}, {len(page['paths'])} path(s), in {page['units']}")
     for path in page["paths"][:MOST_LISTED]:
         shape = "closed" if path["closed"] else "open"
-        print_text(f"{path['name']}: {shape}, {words(path['length_mm'], 7)} mm, axes {' '.join(path['axes'])}")
+        unit = unit_along(path["axes"])
+        print_text(f"{path['name']}: {shape}, {words(path['length_mm'], 7)} {unit}, axes {' '.join(path['axes'])}")
         for axis, unit, low, high in zip(
             path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True
         ):
             print_text(f"  {axis:<8}{words(low, 6)} to {words(high, 6)} {unit}")
         radius = path["min_radius_mm"]
-        print_text(f"  least radius of curvature {f'{words(radius)} mm' if radius else 'none: straight lines'}")
+        if unit == "mm":
+            print_text(f"  least radius of curvature {f'{words(radius)} mm' if radius else 'none: straight lines'}")
         print_text(f"  {path['corners']} corners (tangent or curvature jumps), {path['stops']} of them to stop at")
         for corner in path["corner_places"][:MOST_LISTED]:
             what = f"turns by {words(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
-            print_text(f"    at {words(corner['s_mm'], 6)} mm: {what}")
+            print_text(f"    at {words(corner['s_mm'], 6)} {unit}: {what}")
         _print_more(len(path["corner_places"]))
         if path["gaps"]:
-            print_text(f"  {path['gaps']} gaps, the largest {words(path['largest_gap_mm'])} mm")
+            print_text(f"  {path['gaps']} gaps, the largest {words(path['largest_gap_mm'])} {unit}")
     _print_more(len(page["paths"]), "paths")
     if "program" in page:
         from splinefeed.cli.program import print_program
@@ -153,7 +156,9 @@ def _print(page: dict[str, Any]) -> None:
         for i, curve in enumerate(page["curves"])
     ]
     if rows:
-        print_table(["curve", "kind", "degree", "control points", "spans", "length mm"], rows[:MOST_LISTED], texts=2)
+        along = {unit_along(path["axes"]) for path in page["paths"]}
+        length = f"length {along.pop()}" if len(along) == 1 else "length"
+        print_table(["curve", "kind", "degree", "control points", "spans", length], rows[:MOST_LISTED], texts=2)
         _print_more(len(rows) + page["curves_left_out"], option="--json --all" if page["curves_left_out"] else "--json")
     print_notes(page["findings"])
 

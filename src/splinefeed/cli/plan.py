@@ -87,6 +87,7 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
     return {
         "ok": all(share.kept for share in shares.values()),
         "name": path.name,
+        "axes": list(path.axes),
         "duration_s": law.duration,
         "lower_bound_s": law.settings.get("lower_bound_s"),
         "length_mm": path.length,
@@ -104,24 +105,27 @@ def _print(page: dict[str, Any]) -> None:
     from splinefeed import units
     from splinefeed.cli.output import number, print_table, print_text
     from splinefeed.cli.summary import law_sentence, print_limits, print_notes
+    from splinefeed.records import unit_along
 
     period = units.format_quantity(page["period_s"], "time")
+    unit = unit_along(page["axes"])
     print_text(
-        f"{page['name']}: {number(page['length_mm'], 7)} mm in {number(page['duration_s'], 6)} s, "
+        f"{page['name']}: {number(page['length_mm'], 7)} {unit} in {number(page['duration_s'], 6)} s, "
         f"planned for a period of {period}"
     )
-    print_text(f"law       {page['strategy']}; {law_sentence(page)}")
+    print_text(f"law       {page['strategy']}; {law_sentence(page, unit)}")
     if page["stops_mm"]:
         print_text(f"stops     {len(page['stops_mm'])}, where the direction jumps")
     print_notes(page["notes"])
     print_text()
-    print_limits(page["limits"])
+    print_limits(page["limits"], unit)
     print_text()
     rows = [
         [str(i), *(number(round(value, ROUNDED), 6) for value in piece.values())]
         for i, piece in enumerate(page["pieces"])
     ]
-    titles = ["piece", "start s", "lasts s", "from mm", "to mm", "feed mm/s", "to mm/s", "accel mm/s^2", "jerk mm/s^3"]
+    along = [f"from {unit}", f"to {unit}", f"feed {unit}/s", f"to {unit}/s", f"accel {unit}/s^2", f"jerk {unit}/s^3"]
+    titles = ["piece", "start s", "lasts s", *along]
     print_table(titles, rows[:MOST_ROWS], texts=0)
     if len(rows) > MOST_ROWS:
         print_text(f"... and {len(rows) - MOST_ROWS} more pieces; --json lists all")

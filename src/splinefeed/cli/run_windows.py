@@ -82,10 +82,10 @@ def print_page(page: dict[str, Any]) -> None:
         f"{page['name']}: {number(page['length_mm'], 7)} mm in {number(page['duration_s'], 6)} s, "
         f"{page['ticks']} setpoints, one every {period}"
     )
-    print_text(f"law       {page['strategy']}; {law_sentence(page)}")
+    print_text(f"law       {page['strategy']}; {law_sentence(page, 'mm')}")
     print_notes(page["notes"])
     print_text()
-    print_limits(page["limits"])
+    print_limits(page["limits"], "mm")
     print_text()
     for problem in page["problems"]:
         print_text(f"problem   {problem}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from splinefeed import units
 from splinefeed.cli.output import WIDTH, number, print_table, print_text
-from splinefeed.records import ROTARY_AXES
+from splinefeed.records import ROTARY_AXES, unit_along
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodResult
@@ -34,25 +34,27 @@ _LIMIT_UNITS = {
 def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
     """The numbers of a run, from its page of numbers."""
     period = units.format_quantity(page["period_s"], "time")
+    unit = unit_along(page["axes"])
     print_text(
-        f"{page['name']}: {number(page['length_mm'], 7)} mm in {number(page['duration_s'], 6)} s, "
+        f"{page['name']}: {number(page['length_mm'], 7)} {unit} in {number(page['duration_s'], 6)} s, "
         f"{page['ticks']} setpoints, one every {period}"
     )
-    print_text(f"law       {page['strategy']}; {law_sentence(page)}")
+    print_text(f"law       {page['strategy']}; {law_sentence(page, unit)}")
+    chord = f", chord error at most {number(page['chord_error_max_mm'], 3)} mm" if unit == "mm" else ""
     print_text(
         f"method    {page['method']}; feed ripple at most {page['ripple_max']:.1e} (rounding alone: "
-        f"{page['ripple_floor']:.1e}), chord error at most {number(page['chord_error_max_mm'], 3)} mm"
+        f"{page['ripple_floor']:.1e}){chord}"
     )
     if bound := _bound_sentence(page["bound_by"]):
         print_text(f"bound by  {bound}")
     print_notes(page["notes"])
     print_text()
-    print_limits(page["limits"])
+    print_limits(page["limits"], unit)
     print_text()
     print_axes(page)
     if results:
         print_text()
-        print_methods(results)
+        print_methods(results, unit)
     if "machine" in page:
         print_text()
         print_servo(page)
@@ -62,21 +64,21 @@ def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
     print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {', '.join(_not_kept(page))}")
 
 
-def law_sentence(page: dict[str, Any]) -> str:
+def law_sentence(page: dict[str, Any], unit: str) -> str:
     """What the law came to: the top feed, and the time that no plan can be faster than where it is known."""
     feed = page["limits"].get("feed")
-    sentence = "no feed limit" if feed is None else feed_sentence(feed)
+    sentence = "no feed limit" if feed is None else feed_sentence(feed, unit)
     if page.get("lower_bound_s") is None:
         return sentence
     return f"{sentence}; no plan under these limits can be faster than {number(page['lower_bound_s'], 5)} s"
 
 
-def feed_sentence(feed: dict[str, float]) -> str:
-    """The top feed, and whether the limit is reached."""
+def feed_sentence(feed: dict[str, float], unit: str) -> str:
+    """The top feed, and whether the limit is reached; unit of arc length."""
     top, limit = number(feed["worst"]), number(feed["limit"])
     if feed["share"] >= REACHED:
-        return f"feed limit of {limit} mm/s reached"
-    return f"top feed {top} mm/s, the limit of {limit} mm/s is never reached"
+        return f"feed limit of {limit} {unit}/s reached"
+    return f"top feed {top} {unit}/s, the limit of {limit} {unit}/s is never reached"
 
 
 def _bound_sentence(parts: dict[str, float]) -> str:
@@ -91,26 +93,26 @@ def print_notes(notes: Sequence[str]) -> None:
         print_text(f"note      {note}")
 
 
-def print_limits(limits: dict[str, dict[str, float]]) -> None:
-    """The limits of the path, and how much of each is used."""
+def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
+    """The limits of the path, and how much of each is used; unit of arc length."""
     rows = [
         [
             name,
-            f"{number(each['worst'])} {_unit(name)}",
-            f"{number(each['limit'])} {_unit(name)}",
+            f"{number(each['worst'])} {_unit(name, unit)}",
+            f"{number(each['limit'])} {_unit(name, unit)}",
             f"{each['share']:.1%}",
-            f"{number(each['at_s'])} mm",
+            f"{number(each['at_s'])} {unit}",
         ]
         for name, each in limits.items()
     ]
     print_table(["limit", "worst", "allowed", "share", "at"], rows)
 
 
-def _unit(name: str) -> str:
-    """Unit of a limit by its name; rotary axes in degrees, as the numbers are."""
+def _unit(name: str, along: str) -> str:
+    """Unit of a limit by its name; rotary axes in degrees, as the numbers are, and the path in `along`."""
     kind, _, axis = name.removeprefix("axis_").partition(".")
     unit = _LIMIT_UNITS.get(kind, "")
-    return unit.replace("mm", "deg") if axis in ROTARY_AXES else unit
+    return unit.replace("mm", "deg") if axis in ROTARY_AXES else unit if axis else unit.replace("mm", along)
 
 
 def print_axes(page: dict[str, Any]) -> None:
@@ -130,14 +132,14 @@ def print_axes(page: dict[str, Any]) -> None:
     print_table(heads if shared else heads[:3] + heads[4:5], rows)
 
 
-def print_methods(results: Sequence[MethodResult]) -> None:
-    """One line a method."""
+def print_methods(results: Sequence[MethodResult], unit: str) -> None:
+    """One line a method; unit of arc length."""
     rows = [
         [
             each.method,
             f"{each.ripple_max:.1e}",
             f"{each.ripple_rms:.1e}",
-            f"{each.drift_mm:+.1e} mm",
+            f"{each.drift_mm:+.1e} {unit}",
             f"{each.chord_error_mm:.2e} mm",
             f"{each.ns_per_tick:.0f}",
         ]
@@ -153,7 +155,7 @@ def print_methods(results: Sequence[MethodResult]) -> None:
 
 def _not_kept(page: dict[str, Any]) -> list[str]:
     over = [f"{name} ({each['share']:.6g} of its limit)" for name, each in page["limits"].items() if not each["ok"]]
-    missed = f"the end of the path is missed by {number(page['end_error_mm'], 3)} mm"
+    missed = f"the end of the path is missed by {number(page['end_error_mm'], 3)} {unit_along(page['axes'])}"
     stopped = ["an axis ran away"] if page.get("stopped") else []
     return [*over, *([] if page["end_reached"] else [missed]), *stopped] or ["see the problems above"]
 

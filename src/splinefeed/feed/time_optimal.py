@@ -218,6 +218,12 @@ def _straight(path: Path, low: float, high: float, feeds: tuple[float, float], s
     push, twist = float(np.min(axes.acceleration * steepest)), float(np.min(axes.jerk * steepest))
     up, down = min(limits.acceleration, push), min(deceleration(limits), push)
     jerk, falling = min(limits.jerk, twist), min(deceleration_jerk(limits), twist)
+    if not np.any(np.isfinite([up, down, jerk, falling])):
+        turning = [axis for axis, most in zip(path.axes, np.max(np.abs(d[:, 1]), axis=0), strict=True) if most > 0.0]
+        raise LimitsError(
+            f"from {low:.6g} to {high:.6g} mm only {' '.join(turning)} moves, and nothing limits its acceleration or "
+            f"jerk: give axis_acceleration.{turning[0]}, or an acceleration of the path"
+        )
     if not math.isfinite(up + down + jerk + falling):
         return None
     feed = min(float(np.min(tops)), float(np.min(axes.velocity * steepest)))

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from splinefeed.records.arrays import Array, BoolArray, IntArray, check_finite, frozen_array
 from splinefeed.records.law import LAW_COEFFICIENTS, TimeLaw
-from splinefeed.records.limits import AXIS_LIMITS, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits, number, positive
+from splinefeed.records.limits import (
+    AXIS_LIMITS,
+    BY_AXIS,
+    ROTARY_AXES,
+    TRAVEL_ENDS,
+    Limits,
+    number,
+    positive,
+    unit_along,
+)
 from splinefeed.records.response import STREAM_COLUMNS, Response
 from splinefeed.records.setpoints import Setpoints
 from splinefeed.records.verdict import KEPT, LimitResult, Verdict
@@ -30,4 +39,5 @@ __all__ = [
     "frozen_array",
     "number",
     "positive",
+    "unit_along",
 ]

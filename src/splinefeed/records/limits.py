@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any
@@ -15,6 +15,12 @@ from splinefeed.records.arrays import Array
 
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
+
+
+def unit_along(axes: Iterable[str]) -> str:
+    """Unit of arc length along a path of these axes, for people: "mm", or "deg" where all of them are rotary."""
+    return "deg" if all(axis in ROTARY_AXES for axis in axes) else "mm"
+
 
 #: Fields of Limits that bound the derivatives of each axis by time, of order 1, 2 and 3.
 AXIS_LIMITS = ("axis_velocity", "axis_acceleration", "axis_jerk")

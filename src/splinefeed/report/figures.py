@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from splinefeed.analysis.motion import AxisMotion
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.compare import MethodTrace
-from splinefeed.records import Array, Limits, TimeLaw
+from splinefeed.records import Array, Limits, TimeLaw, unit_along
 from splinefeed.report import theme
 from splinefeed.report.drawing import curve, finite_peak, limit, line_at, short, unit_of
 
@@ -29,8 +29,8 @@ MOST_POWERS = 7
 _QUANTITIES = ("velocity", "acceleration", "jerk")
 
 
-def feed_figure(law: TimeLaw, limits: Limits, name: str) -> Figure:
-    """s, feed, acceleration and jerk along the path over time, with their limits: fig. 1 of the paper."""
+def feed_figure(law: TimeLaw, limits: Limits, name: str, along: str = "mm") -> Figure:
+    """s, feed, acceleration and jerk along the path over time, with their limits: fig. 1 of the paper; unit of s."""
     jerk, slowing_jerk = limits.jerk, _or_infinite(limits.deceleration_jerk)
     jerks = [("J", jerk), ("-J", -jerk)]
     if slowing_jerk != jerk:
@@ -47,7 +47,7 @@ def feed_figure(law: TimeLaw, limits: Limits, name: str) -> Figure:
         figure = theme.new_figure(7.6, 7.2, title, gaps=(0.0, 0.16), grid=(4, 1))
         rows = figure.subplots(len(panels), 1, sharex=True)
         for order, (ax, (label, values, lines)) in enumerate(zip(rows, panels, strict=True)):
-            unit = unit_of("mm", order)
+            unit = unit_of(along, order)
             curve(ax, t, values)
             ax.set_ylabel(f"{label} ({unit})")
             ax.margins(x=0.01, y=0.2 if lines else 0.05)
@@ -84,7 +84,7 @@ def axes_figure(motion: AxisMotion, path: Path, limits: Limits) -> Figure:
     )
     count = len(path.axes)
     bands = [
-        f"{symbol} = {short(value)} {unit_of('mm', order)}"
+        f"{symbol} = {short(value)} {unit_of(unit_along(path.axes), order)}"
         for symbol, value, order in (("A", own[1], 2), ("J", own[2], 3))
         if np.isfinite(value)
     ]

@@ -18,7 +18,7 @@ from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
-from splinefeed.records import Response
+from splinefeed.records import Response, unit_along
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,7 +80,7 @@ def figures(run: Run, traces: Sequence[MethodTrace]) -> Iterator[tuple[str, Figu
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would talk of fonts and cache folders on stderr
     long = isinstance(run, LongRun)
     yield "path", path_figure(run.path, run.points, run.thread if long else None)
-    yield "feed", feed_figure(run.law, run.limits, run.path.name)
+    yield "feed", feed_figure(run.law, run.limits, run.path.name, unit_along(run.path.axes))
     yield "axes", axes_figure(run.motion, run.path, run.limits)
     if not _ALONG.issuperset(run.use.names):
         yield "limits", limits_figure(run.use, run.points, run.path.name)

@@ -13,7 +13,7 @@ from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, Response
+from splinefeed.records import ROTARY_AXES, Response, unit_along
 from splinefeed.report import library, plotly_figures
 from splinefeed.report.drawing import short
 from splinefeed.report.limits_figure import words_of
@@ -52,7 +52,7 @@ def page(
         figures["binding"] = plotly_figures.binding(run)
         sections.append(_section("Which limit binds", "binding", "the share of each limit over time"))
     if results:
-        sections.append(_methods(results))
+        sections.append(_methods(results, unit_along(run.path.axes)))
     parts = {name: resources.files("splinefeed.report").joinpath("page", name) for name in _PARTS}
     data = json.dumps({"figures": figures, "colours": colours, "space": space}, separators=(",", ":"), allow_nan=False)
     return Template(parts["page.html"].read_text(encoding="utf-8")).substitute(
@@ -85,8 +85,9 @@ def _text(value: object) -> str:
 
 def _subtitle(run: Run) -> str:
     period = units.format_quantity(run.points.period, "time")
+    unit = unit_along(run.path.axes)
     return (
-        f"{run.path.length:.7g} mm, {len(run.path.curves)} curve(s), axes {' '.join(run.path.axes)}; strategy "
+        f"{run.path.length:.7g} {unit}, {len(run.path.curves)} curve(s), axes {' '.join(run.path.axes)}; strategy "
         f"{run.law.strategy}, method {run.points.method}, {run.ticks} setpoints, one every {period}"
     )
 
@@ -109,9 +110,10 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         cards.append(("largest share", f"{100.0 * worst[1].share:.4g} %", words_of(worst[0])))
     cards += [
         ("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"),
-        ("chord error", _length(run.chord_error_mm), "largest, between setpoints"),
-        ("end error", _length(run.end_error_mm), ""),
+        ("end error", _length(run.end_error_mm, unit_along(run.path.axes)), ""),
     ]
+    if run.path.linear:
+        cards.append(("chord error", _length(run.chord_error_mm), "largest, between setpoints"))
     if record.get("contour_error_max_mm") is not None:
         rms = record.get("contour_error_rms_mm")
         cards.append(("contour error", _length(record["contour_error_max_mm"]), f"rms {_length(rms)}" if rms else ""))
@@ -124,10 +126,12 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
     )
 
 
-def _length(value: float) -> str:
-    """A length in the unit that suits it."""
+def _length(value: float, along: str = "mm") -> str:
+    """A length in the unit that suits it, or degrees."""
     if value == 0.0:
         return "0"
+    if along == "deg":
+        return f"{value:.3g}°"
     for unit, factor, least in (("mm", 1.0, 1.0), ("µm", 1e3, 1e-3), ("nm", 1e6, 1e-6)):
         if abs(value) >= least:
             return f"{value * factor:.3g} {unit}"
@@ -137,11 +141,12 @@ def _length(value: float) -> str:
 def _limits(run: Run) -> str:
     """The table of limits, with a bar for each share."""
     rows = []
-    bound = run.use.time_bound_by()
+    bound, along = run.use.time_bound_by(), unit_along(run.path.axes)
+    place = along.replace("deg", "°")
     for name, each in run.verdict.as_dict()["limits"].items():
         kind, _, axis = name.partition(".")
         unit = _UNITS.get(kind, "")
-        unit = unit.replace("mm", "°") if axis in ROTARY_AXES else unit
+        unit = unit.replace("mm", "°") if axis in ROTARY_AXES or (along == "deg" and not axis) else unit
         state = "good" if each["ok"] else "bad"
         width = min(100.0 * each["share"], 100.0)
         part = bound.get(name, 0.0)
@@ -150,18 +155,19 @@ def _limits(run: Run) -> str:
             f'<td class="{state}">{"holds" if each["ok"] else "OVER"}</td><td>{100.0 * each["share"]:.4f} %</td>'
             f'<td class="share"><span class="{state}" style="width:{width:.2f}%"></span></td>'
             f"<td>{short(each['worst'])} {unit}</td><td>{short(each['limit'])} {unit}</td>"
-            f"<td>{each['at_s']:.6g} mm</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td></tr>"
+            f"<td>{each['at_s']:.6g} {place}</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td></tr>"
         )
     head = "".join(f"<th>{name}</th>" for name in ("limit", "", "share", "", "worst", "allowed", "at s", "binds"))
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
 
 
-def _methods(results: Sequence[MethodResult]) -> str:
+def _methods(results: Sequence[MethodResult], along: str) -> str:
     rows = []
+    unit = along.replace("deg", "°")
     for r in results:
         rows.append(
             f"<tr><td>{_text(r.method)}</td><td>{r.ripple_max:.2g}</td><td>{r.ripple_rms:.2g}</td>"
-            f"<td>{r.drift_mm:+.2g} mm</td><td>{_length(r.chord_error_mm)}</td><td>{r.ns_per_tick:.0f}</td></tr>"
+            f"<td>{r.drift_mm:+.2g} {unit}</td><td>{_length(r.chord_error_mm)}</td><td>{r.ns_per_tick:.0f}</td></tr>"
         )
     names = ("method", "ripple max", "ripple rms", "drift at end", "chord error", "ns a tick")
     head = "".join(f"<th>{name}</th>" for name in names)

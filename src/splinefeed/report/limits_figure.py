@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from splinefeed.analysis.binding import BINDS, LimitUse
 from splinefeed.analysis.thinning import COLUMNS, cells, runs
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, IntArray, Setpoints
+from splinefeed.records import Array, IntArray, Setpoints, unit_along
 from splinefeed.report import theme
 from splinefeed.report.drawing import curve, first_axis
 
@@ -53,7 +53,7 @@ def limits_figure(use: LimitUse, points: Setpoints, name: str) -> Figure:
         ax = place(0.62, FEED)
         _feed(ax, use, points)
         strip = place(0.62 + FEED + 0.08, STRIP)
-        _strip(strip, use)
+        _strip(strip, use, unit_along(points.axes))
         shares = place(0.62 + FEED + 0.08 + STRIP + GAP, ROW * rows)
         _shares(figure, shares, use)
         return figure
@@ -115,7 +115,7 @@ def _feed(ax: Axes, use: LimitUse, points: Setpoints) -> None:
     curve(ax, use.s, points.feed, color=theme.BLUE)
     ax.set_ylim(0.0, min(high, 1.12 * max(float(np.max(top)), float(np.max(points.feed)))))
     ax.margins(x=0.0)
-    ax.set_ylabel("feed (mm/s)")
+    ax.set_ylabel(f"feed ({unit_along(points.axes)}/s)")
     ax.tick_params(labelbottom=False)
     theme.plain_ticks(ax.yaxis)
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
@@ -123,8 +123,8 @@ def _feed(ax: Axes, use: LimitUse, points: Setpoints) -> None:
             color=theme.FAINT, fontsize=8.5, bbox=box)  # fmt: skip
 
 
-def _strip(ax: Axes, use: LimitUse) -> None:
-    """What binds along s, one colour a pixel."""
+def _strip(ax: Axes, use: LimitUse, unit: str) -> None:
+    """What binds along s, one colour a pixel; unit of s."""
     length = float(use.s[-1]) if use.s[-1] > 0.0 else 1.0
     at = np.searchsorted(use.s, (np.arange(2 * COLUMNS) + 0.5) / (2 * COLUMNS) * length)
     kinds = _kinds(use)[np.minimum(at, len(use.s) - 1)]
@@ -135,7 +135,7 @@ def _strip(ax: Axes, use: LimitUse) -> None:
     ax.set_yticks([])
     ax.grid(visible=False)
     ax.set_ylabel("binds", rotation=0, ha="right", va="center")
-    ax.set_xlabel("s (mm)")
+    ax.set_xlabel(f"s ({unit})")
     theme.plain_ticks(ax.xaxis)
 
 

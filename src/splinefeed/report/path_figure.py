@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from splinefeed.analysis.thinning import cells, runs
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, Setpoints
+from splinefeed.records import Array, Setpoints, unit_along
 from splinefeed.report import theme
 from splinefeed.report.drawing import first_axis, short
 
@@ -39,8 +39,10 @@ def path_figure(path: Path, points: Setpoints, thread: Array | None = None) -> F
     """
     with theme.applied():
         place = points.position[:, : min(path.linear, 3)]
+        unit = unit_along(path.axes)
         duration, top = float(points.t[-1]), float(np.max(points.feed))
-        title = f"{theme.words(path.name)}: {short(path.length)} mm in {short(duration)} s, top feed {short(top)} mm/s"
+        title = f"{theme.words(path.name)}: {short(path.length)} {unit} in {short(duration)} s, "
+        title += f"top feed {short(top)} {unit}/s"
         if place.shape[1] <= 1:
             return _over_time(path, points, title)
         elif place.shape[1] == 3 and np.ptp(place[:, 2]) > 0.0:
@@ -72,7 +74,7 @@ def _in_the_plane(path: Path, points: Setpoints, place: Array, title: str, threa
     ax.set_ylabel(_axis(path, 1))
     for axis in (ax.xaxis, ax.yaxis):
         theme.plain_ticks(axis)
-    _draw_bar(figure, lines, bar, upright)
+    _draw_bar(figure, lines, bar, upright, "mm")
     return figure
 
 
@@ -93,8 +95,9 @@ def _with_bar(height: float, title: str, upright: bool) -> tuple[Figure, Axes, A
     return figure, ax, bar
 
 
-def _draw_bar(figure: Figure, lines: Any, bar: Axes, upright: bool) -> None:
-    drawn = figure.colorbar(lines, cax=bar, label="feed (mm/s)", orientation="vertical" if upright else "horizontal")
+def _draw_bar(figure: Figure, lines: Any, bar: Axes, upright: bool, unit: str) -> None:
+    label = f"feed ({unit}/s)"
+    drawn = figure.colorbar(lines, cax=bar, label=label, orientation="vertical" if upright else "horizontal")
     theme.plain_ticks(drawn.ax.yaxis if upright else drawn.ax.xaxis)
 
 
@@ -149,7 +152,7 @@ def _over_time(path: Path, points: Setpoints, title: str) -> Figure:
     ax.set_ylabel(label)
     for axis in (ax.xaxis, ax.yaxis):
         theme.plain_ticks(axis)
-    _draw_bar(figure, lines, bar, upright=True)
+    _draw_bar(figure, lines, bar, True, unit_along(path.axes))
     return figure
 
 

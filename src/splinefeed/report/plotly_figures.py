@@ -13,7 +13,7 @@ from splinefeed.analysis.spectrum import spectrum
 from splinefeed.analysis.thinning import cells, extremes
 from splinefeed.geometry.differential import curvatures
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, Array, IntArray, Response
+from splinefeed.records import ROTARY_AXES, Array, IntArray, Response, unit_along
 from splinefeed.report import theme
 from splinefeed.report.drawing import first_axis, unit_of
 from splinefeed.report.limits_figure import words_of
@@ -42,12 +42,13 @@ _FONT = {"size": 12.5}
 def motion(run: Run) -> Figure:
     """s, feed, acceleration and jerk along the path, then velocity, acceleration and jerk of the axes, one cursor."""
     t, law, limits = run.points.t, run.law, run.limits
+    along = unit_along(run.path.axes)
     kept = extremes(law.jerk(t), COLUMNS)
     shown = t[kept]
     panels: list[tuple[str, list[Figure], list[float]]] = [
-        ("s (mm)", [_line(shown, law(shown), "s", 0)], []),
+        (f"s ({along})", [_line(shown, law(shown), "s", 0)], []),
         (
-            "feed (mm/s)",
+            f"feed ({along}/s)",
             [
                 _line(
                     *_thin(t, np.minimum(run.use.top, 1.6 * float(np.max(run.points.feed)))), "maximum velocity", None
@@ -57,11 +58,15 @@ def motion(run: Run) -> Figure:
             [limits.feed],
         ),
         (
-            "acceleration (mm/s²)",
+            f"acceleration ({along}/s²)",
             [_line(*_thin(t, law.acceleration(t)), "acceleration", 0)],
             [limits.acceleration, -_finite(limits.deceleration)],
         ),
-        ("jerk (mm/s³)", [_line(*_thin(t, law.jerk(t)), "jerk", 0)], [limits.jerk, -_finite(limits.deceleration_jerk)]),
+        (
+            f"jerk ({along}/s³)",
+            [_line(*_thin(t, law.jerk(t)), "jerk", 0)],
+            [limits.jerk, -_finite(limits.deceleration_jerk)],
+        ),
     ]
     for rotary in (False, True):
         axes = [k for k in range(len(run.path.axes)) if (k >= run.path.linear) == rotary]
@@ -172,8 +177,9 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
         high = top if top is not None else float(np.max(finite, initial=0.0)) or 1.0
         low = min(0.0, float(np.min(finite, initial=0.0)))
         colours[name] = {"values": _short(values[kept], max(high, -low)), "label": label, "low": low, "high": high}
-    hover = "t = %{customdata[0]:.4f} s<br>s = %{customdata[1]:.4f} mm<br>u = %{customdata[2]:.6g}"
-    hover += "<br>feed = %{customdata[3]:.4f} mm/s"
+    along = unit_along(run.path.axes)
+    hover = "t = %{customdata[0]:.4f} s<br>s = %{customdata[1]:.4f} " + along + "<br>u = %{customdata[2]:.6g}"
+    hover += "<br>feed = %{customdata[3]:.4f} " + along + "/s"
     names = [f"{axis} (mm)" for axis in run.path.axes[:3]] if linear > 1 else ["time (s)", label]
     letters = "xyz" if space else "xy"
     for letter, name in zip(letters, names, strict=False):
@@ -235,12 +241,14 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
 def _quantities(run: Run, response: Response | None) -> dict[str, tuple[Array, str, float | None]]:
     """What the path may be coloured by: values at each tick, label, and the top of the scale if it is fixed."""
     points = run.points
-    kappa = curvatures(run.path.evaluate(points.curve, points.u, 2), run.path.linear)
-    kappa = np.where(run.path.turning(points.curve, points.u), 0.0, kappa)
     out: dict[str, tuple[Array, str, float | None]] = {
-        "feed": (points.feed, "feed (mm/s)", None),
-        "curvature": (np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995)), "curvature (1/mm)", None),
+        "feed": (points.feed, f"feed ({unit_along(run.path.axes)}/s)", None),
     }
+    if run.path.linear:
+        kappa = curvatures(run.path.evaluate(points.curve, points.u, 2), run.path.linear)
+        kappa = np.where(run.path.turning(points.curve, points.u), 0.0, kappa)
+        kappa = np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995))
+        out["curvature"] = (kappa, "curvature (1/mm)", None)
     if response is not None and response.contour_error is not None:
         error = np.full(len(points), np.nan)
         error[: len(response)] = 1e3 * response.contour_error

@@ -1,0 +1,74 @@
+"""Paths of rotary axes alone: lengths, feeds and places are in degrees, on screen, in figures and in the report."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+import splinefeed as sf
+from splinefeed.analysis.binding import limit_use
+from splinefeed.analysis.motion import axis_motion
+from splinefeed.report.figures import feed_figure
+from splinefeed.report.limits_figure import binding_figure, limits_figure
+from splinefeed.report.path_figure import path_figure
+
+LIMITS = ["--feed", "90", "--accel", "500", "--jerk", "20000"]
+MILLIMETRES = re.compile(r"\d mm\b|\bmm/s|\(mm|\(1/mm")
+
+
+@pytest.fixture
+def table(folder):
+    turns = [sf.NurbsCurve.bezier([[0.0], [1.0], [3.0]]), sf.NurbsCurve.bezier([[3.0], [2.0]])]
+    path = sf.Path(turns, axes=("a",), name="table")
+    sf.write(path, folder / "table.json")
+    return path
+
+
+@pytest.mark.parametrize("command", ["run", "plan", "compare", "info"])
+def test_it_is_said_in_degrees(splinefeed, table, command):
+    words = [] if command == "info" else [*LIMITS, *(["--methods", "taylor-1"] if command == "compare" else [])]
+    if command == "run":
+        words += ["-o", "out", "--no-figures", "--no-compare"]
+    result = splinefeed(command, "table.json", *words)
+    assert result.exit_code == 0, result.output
+    assert "229.1831 deg" in result.output
+    assert not MILLIMETRES.search(result.output.replace("0.00e+00 mm", "")), result.output
+    if command == "run":
+        check = splinefeed("check", "out/setpoints.h5", "--jerk", "19000")
+        assert check.exit_code == 1
+        assert "along 229.1831 deg of" in check.output
+        blame = r"problem   jerk: 19\d+.* deg/s\^3 is .* over the limit of 19000 deg/s\^3 at s = .* deg, t"
+        assert re.search(blame, check.output)
+        assert not MILLIMETRES.search(check.output)
+
+
+def test_the_report_is_in_degrees(splinefeed, table, folder):
+    pytest.importorskip("plotly")
+    assert splinefeed("run", "table.json", *LIMITS, "-o", "out", "--strategy", "time-optimal").exit_code == 0
+    page = (folder / "out/report.html").read_text(encoding="utf-8")
+    shown = page[page.index("<body") :]
+    figures = re.findall(r"(?:feed|s|acceleration|jerk) \((?:deg|mm|°)[^)]*\)", shown)
+    assert "feed (deg/s)" in figures
+    assert not [each for each in figures if "mm" in each]
+    cells = re.findall(r"<t[dh]>([^<]*)</t[dh]>|<dd>([^<]*)<", shown)
+    assert not [each for each in cells if MILLIMETRES.search("".join(each)) and "chord" not in "".join(each)]
+    assert json.loads((folder / "out/run.json").read_text())["length_mm"] == pytest.approx(229.1831, abs=1e-4)
+
+
+def test_figures_are_in_degrees(table):
+    limits = sf.Limits(feed=90, acceleration=500, jerk=20000)
+    law = sf.plan(table, limits, period=1e-3)
+    points = sf.interpolate(table, law)
+    use = limit_use(axis_motion(points, table, law), points, table, law, limits)
+    for figure in (
+        feed_figure(law, limits, "table", "deg"),
+        limits_figure(use, points, "table"),
+        binding_figure(use, table, points),
+        path_figure(table, points),
+    ):
+        texts = [text.get_text() for text in figure.texts] + [figure.get_suptitle()]
+        for ax in figure.axes:
+            texts += [ax.get_xlabel(), ax.get_ylabel(), ax.get_title(), *(text.get_text() for text in ax.texts)]
+        assert not [text for text in texts if MILLIMETRES.search(text)]
