@@ -213,6 +213,12 @@ def test_what_once_failed_of_every_kind(seed):
     assert judge(seed) == "ok"
 
 
+@pytest.mark.xfail(strict=True, reason="a rotary axis turns so much a mm that the rounding of arc length shows in it")
+@pytest.mark.parametrize("seed", [407881, 408148, 410725])
+def test_what_still_fails(seed):
+    assert judge(seed) == "ok"
+
+
 @pytest.mark.parametrize("seed", QUICK)
 def test_next_to_a_cusp_no_time_is_lost(seed):
     motion = random_motions.motion(seed, ("look-ahead",))
