@@ -68,23 +68,24 @@ def chains(seed: int) -> Outcome:
 
     turn = seed % 20
     strategy = "time-optimal" if turn == 0 else "look-ahead" if turn < 8 else "seven-phase"
-    return judged(random_motions.motion(seed, (strategy,)))
+    return judged(lambda: random_motions.motion(seed, (strategy,)))
 
 
 def corners(seed: int) -> Outcome:
     """The same, time-optimal, with corners in passing and ends in motion."""
     import random_motions
 
-    return judged(random_motions.passing(seed))
+    return judged(lambda: random_motions.passing(seed))
 
 
-def judged(motion: Motion) -> Outcome:
+def judged(draw: Callable[[], Motion]) -> Outcome:
     """Plan, interpolate and check a motion."""
     import splinefeed as sf
     from feed.test_torture import REFUSALS
     from splinefeed.errors import CurveError, LimitsError, PlanError
 
     try:
+        motion = draw()
         law = sf.plan(motion.path, motion.limits, motion.strategy, period=motion.period)
     except (CurveError, LimitsError, PlanError) as error:
         assert any(reason in str(error) for reason in REFUSALS), str(error)
