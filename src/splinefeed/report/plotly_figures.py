@@ -160,8 +160,13 @@ def binding(run: Run) -> Figure:
     return {"data": [picture], "layout": layout}
 
 
-def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[str, Any]], bool]:
-    """The path as points with hover, what it may be coloured by, and whether it is drawn in space."""
+def path(
+    run: Run, response: Response | None, colour: str | None = None
+) -> tuple[Figure, dict[str, dict[str, Any]], bool]:
+    """The path as points with hover, what it may be coloured by, and whether it is drawn in space.
+
+    colour  the only one wanted, where there is one of that name
+    """
     points, linear = run.points, run.path.linear
     place = points.position[:, : min(linear, 3)]
     space = place.shape[1] == 3 and bool(np.ptp(place[:, 2]) > 0.0)
@@ -171,6 +176,8 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
     place = place if space else place[:, :2]
     quantities = _quantities(run, response)
     kept = _places(place, quantities)
+    if colour in quantities:
+        quantities = {colour: quantities[colour]}
     colours = {}
     for name, (values, label, top) in quantities.items():
         finite = values[np.isfinite(values)]
@@ -185,8 +192,8 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
     for letter, name in zip(letters, names, strict=False):
         hover += f"<br>{html.escape(name.partition(' ')[0])} = %{{{letter}:.5f}}"
     custom = np.column_stack([points.t, points.s, points.u, points.feed])[kept]
-    first = colours["feed"]
-    colour = {
+    first = next(iter(colours.values()))
+    paint = {
         "color": first["values"],
         "cmin": first["low"],
         "cmax": first["high"],
@@ -202,7 +209,7 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
     }
     data: list[Figure]
     if space:
-        data = [{"type": "scatter3d", "mode": "lines", **coordinates, **shared, "line": {"width": 5, **colour}}]
+        data = [{"type": "scatter3d", "mode": "lines", **coordinates, **shared, "line": {"width": 5, **paint}}]
     else:
         thread = {
             "type": "scatter",
@@ -214,7 +221,7 @@ def path(run: Run, response: Response | None) -> tuple[Figure, dict[str, dict[st
         }
         data = [
             thread,
-            {"type": "scatter", "mode": "markers", **coordinates, **shared, "marker": {"size": 5, **colour}},
+            {"type": "scatter", "mode": "markers", **coordinates, **shared, "marker": {"size": 5, **paint}},
         ]
     data.append(_ends(place, letters))
     layout: Figure = {"height": PATH, "margin": _MARGIN, "font": _FONT, "hovermode": "closest"}

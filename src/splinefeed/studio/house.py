@@ -113,7 +113,7 @@ class House:
                 await self._wake.wait()
                 continue
             name, message = self._waiting.popitem(last=False)
-            request = {"task": "plan", "settings": message["settings"]}
+            request = {"task": "plan", "settings": message["settings"], "look": message.get("look")}
             answer = await self.front.ask(request, lambda head: None, QUICK)
             if answer.late:
                 if name in self.tabs:

@@ -42,12 +42,13 @@ def machine_name(wanted: Wanted) -> str | None:
     return f"{wanted.table.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.table.name
 
 
-def result(wanted: Wanted, run: Run, served: Served | None) -> dict[str, Any]:
-    """All that a page shows of a run."""
+def result(wanted: Wanted, run: Run, served: Served | None, look: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """All that a page shows of a run; look: only what shows now, the `figure` and the `colour` of the path."""
     response = None if served is None else served.response
-    picture, colours, space = plotly_figures.path(run, response)
-    figures = {"motion": plotly_figures.motion(run)}
-    if run.use.names:
+    seen = None if look is None else look.get("figure")
+    picture, colours, space = plotly_figures.path(run, response, None if look is None else str(look.get("colour")))
+    figures = {"motion": plotly_figures.motion(run)} if look is None or seen == "motion" else {}
+    if run.use.names and (look is None or seen == "binding"):
         figures["binding"] = plotly_figures.binding(run)
     if served is not None and len(served.response):
         figures["errors"] = plotly_figures.errors({run.points.method: served.response})

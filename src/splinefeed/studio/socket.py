@@ -87,7 +87,7 @@ class Socket(WebSocketHandler):
     def _plan(self, said: dict[str, Any]) -> None:
         self.house.jobs.replace(self.name)
         plan = {"n": int(said["n"]), "settings": dict(said["settings"]), "rest": bool(said.get("rest"))}
-        self.house.plan(self.name, plan)
+        self.house.plan(self.name, {**plan, "look": said.get("look")})
 
     def _job(self, said: dict[str, Any]) -> None:
         kind = str(said["kind"])

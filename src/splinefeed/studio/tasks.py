@@ -75,7 +75,8 @@ class Bench:
 def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A run at once: by the strategy that is asked, or by `look-ahead` in its place where that takes its time.
 
-    `final` says whether there is nothing to add: another strategy, or a machine to follow.
+    `final` says whether there is nothing to add: another strategy, or a machine to follow. A request that looks at one
+    figure, `look`, gets no other, and the history does not hear of it.
     """
     settings = complete(request.get("settings"))
     final = settings["strategy"] != TIME_OPTIMAL and not settings["machine"]
@@ -84,9 +85,10 @@ def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     if len(wanted.path.curves) > MOST_WHILE_MOVING:
         return {"final": False, "shown": None}
     wanted, made, _ = bench.done(quick, follow=False)
-    found = results.result(wanted, made, None)
+    look = request.get("look")
+    found = results.result(wanted, made, None, look if isinstance(look, Mapping) else None)
     out = {"final": final, "shown": quick["strategy"], "result": found}
-    return {**out, "entry": results.entry(wanted, found["numbers"], made)} if final else out
+    return {**out, "entry": results.entry(wanted, found["numbers"], made)} if final and not look else out
 
 
 def settle(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:

@@ -39,7 +39,9 @@ const planner = {
     this.number += 1;
     this.wanted = false;
     this.asked = { n: this.number, rest, at: performance.now(), settings: structuredClone(settings.value) };
-    link.send({ do: "plan", n: this.number, settings: settings.value, rest });
+    // while something moves, what is looked at is enough
+    const look = rest ? null : { figure: figures.chosen, colour: $("colour").value };
+    link.send({ do: "plan", n: this.number, settings: settings.value, rest, look });
     document.body.dataset.busy = "plan";
   },
   rest() {
@@ -60,7 +62,7 @@ const planner = {
 
 const now = { result: null, shown: null, pinned: null, final: false };
 
-const render = (result, shown, final) => {
+const render = (result, shown, final, whole = true) => {
   Object.assign(now, { result, shown, final });
   const { numbers, words } = result;
   showNumbers(numbers, words, shown, !final);
@@ -68,13 +70,13 @@ const render = (result, shown, final) => {
   editor.set(result.curves);
   play.ready();
   tune.ready();
-  figures.set(result.figures, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
+  figures.set(whole ? result.figures : { ...figures.sets, ...result.figures }, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
   for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? null);
   compare();
   $("pin").disabled = false;
   downloads.offer(result, final);
   settings.problems({});
-  document.body.dataset.shown = final ? "final" : "preview";
+  document.body.dataset.shown = final && whole ? "final" : "preview";
 };
 
 const sideOf = (numbers, words, shown) => {
@@ -121,7 +123,7 @@ link.on("planned", (message) => {
   const asked = planner.answered(message.n);
   if (!asked) return;
   const { final, shown, result } = message.answer;
-  if (result) render(result, shown, final);
+  if (result) render(result, shown, final, asked.rest);
   document.body.dataset.took = String(Math.round(performance.now() - asked.at));
   delete document.body.dataset.busy;
   if (!final && asked.rest && !planner.asked) {

@@ -26,12 +26,13 @@ export class PathPicture {
     this.points = { x: numbersOf(picture.x), y: numbersOf(picture.y), z: picture.z ? numbersOf(picture.z) : null, overTime: false };
     this.ends = ["x", "y", "z"].map((name) => (this.points[name] ? [Math.min(...this.points[name]), Math.max(...this.points[name])] : [0, 0]));
     this.said = picture.customdata;
-    this.colours = path.colours;
+    const parts = Object.keys(path.colours).length === 1; // while something moves; the others follow when it rests
+    this.colours = parts ? { ...this.colours, ...path.colours } : path.colours;
     this.axes = axes;
     const title = (axis) => path.layout[axis]?.title?.text ?? path.layout.scene?.[axis]?.title?.text ?? "";
     this.labels = [title("xaxis"), title("yaxis"), path.space ? title("zaxis") : ""];
     this.points.overTime = this.labels[0].startsWith("time");
-    const names = Object.keys(path.colours);
+    const names = Object.keys(this.colours);
     const chosen = names.includes($("colour").value) ? $("colour").value : names[0];
     if (names.join() !== [...$("colour").options].map((each) => each.value).join()) options($("colour"), names.map((name) => [name, name]), chosen);
     const other = this.view.space !== path.space || !before;
