@@ -10,6 +10,7 @@ import splinefeed as sf
 from splinefeed.formats import json_curve
 from splinefeed.studio import share
 from splinefeed.studio.settings import USUAL, SettingsError, complete, resolve
+from splinefeed.studio.tasks import Bench, plan
 
 
 def test_the_usual_settings_are_the_butterfly(tmp_path):
@@ -112,3 +113,25 @@ def test_settings_come_back_from_toml(asked):
 
 def test_the_usual_settings_are_json_and_toml():
     assert share.from_toml(share.to_toml(USUAL)) == USUAL
+
+
+class NoMail:
+    """A worker's mail that nobody reads."""
+
+    def tell(self, head, body=b""):
+        pass
+
+
+def test_while_a_slider_moves_a_page_gets_what_it_looks_at_and_the_same_numbers(tmp_path):
+    bench = Bench(tmp_path, tmp_path, lambda words: None, NoMail())
+    settings = {"source": {"shape": "circle?radius=10"}, "period": "5 ms"}
+    whole = plan({"settings": settings}, bench)
+    moving = plan({"settings": settings, "look": {"figure": "binding", "colour": "curvature"}}, bench)
+    assert moving["result"]["numbers"] == whole["result"]["numbers"]
+    assert list(moving["result"]["figures"]) == ["binding"]
+    assert moving["result"]["path"]["colours"] == {"curvature": whole["result"]["path"]["colours"]["curvature"]}
+    assert "entry" in whole
+    assert "entry" not in moving
+    odd = plan({"settings": settings, "look": {"figure": ["x"], "colour": {}}}, bench)
+    assert list(odd["result"]["figures"]) == []
+    assert odd["result"]["path"]["colours"] == whole["result"]["path"]["colours"]
