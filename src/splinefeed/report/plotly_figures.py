@@ -328,18 +328,8 @@ def _stacked(panels: Sequence[tuple[str, list[Figure], list[float]]]) -> Figure:
             "nticks": 5,
             "ticklabeloverflow": "allow",  # looking whether labels fit takes as long as drawing them
         }
-        layout["annotations"].append(
-            {
-                "text": label,
-                "xref": "paper",
-                "x": 0,
-                "xanchor": "left",
-                "yref": f"{name} domain",
-                "y": 1,
-                "yanchor": "bottom",
-                "showarrow": False,
-            }
-        )
+        words = {"text": label, "xref": "paper", "x": 0, "xanchor": "left", "yref": f"{name} domain", "y": 1}
+        layout["annotations"].append({**words, "yanchor": "bottom", "showarrow": False})
         peak = max((line["_peak"] for line in lines), default=0.0)
         for line in lines:
             data.append({**{key: value for key, value in line.items() if key != "_peak"}, "xaxis": "x", "yaxis": name})
