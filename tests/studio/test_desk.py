@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -55,6 +56,7 @@ def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warm
         await house.close()
         return told, asked
 
-    told, asked = asyncio.run(scene())
+    with ThreadPoolExecutor(1) as pool:  # the thread of the tests may have the browser's loop
+        told, asked = pool.submit(asyncio.run, scene()).result()
     assert told == ("planned", {"n": 3, "body": rooms.LATER})
     assert asked[:3] == ["warm", "plan", "warm"]
