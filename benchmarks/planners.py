@@ -8,7 +8,7 @@ from functools import partial
 
 import splinefeed as sf
 from benchmarks import cases, peer_casadi, peer_copp, peer_ruckig, peer_toppra
-from benchmarks.plan import BEST, SETTINGS, airfoil12
+from benchmarks.cases import BEST, SETTINGS, airfoil12
 from benchmarks.sampled import Profile, shares_at_setpoints, stretched
 from benchmarks.tables import Column, Headline, Report, Table
 

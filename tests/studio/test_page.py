@@ -10,6 +10,8 @@ from splinefeed.studio import results
 from splinefeed.studio.settings import resolve
 from studio_tools import rest, value
 
+#: Where the picture begins on the page.
+BOX = "(() => { const box = document.getElementById('path').getBoundingClientRect(); return [box.x, box.y]; })()"
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
 
 
@@ -46,6 +48,32 @@ def test_setpoints_are_downloaded_byte_for_byte(opened, tmp_path):
     sf.save(documented(made, said).points, tmp_path / "own.csv")
     assert (tmp_path / "got.csv").read_bytes() == (tmp_path / "own.csv").read_bytes()
     assert got.value.suggested_filename == "setpoints.csv"
+
+
+def test_a_path_in_space_is_drawn_turned_and_told_under_the_mouse(opened, tmp_path):
+    page = opened()
+    file = tmp_path / "helix.nc"
+    file.write_text("G21 G90 G17\nG0 X20 Y0 Z0\nF3600\nG2 X20 Y0 I-20 J0 Z-5\nM2\n", encoding="ascii")
+    rest(page, lambda: page.set_input_files("#file", str(file)))
+    page.wait_for_function(
+        "document.getElementById('path').ariaLabel.startsWith('the path over x (mm), y (mm), z (mm)')"
+    )
+    middle = "(() => { const k = picture.points.x.length >> 1; return [...picture.at(k), picture.points.z[k]]; })()"
+    x, y, z = page.evaluate(middle)
+    inside = page.evaluate(
+        "picture.points.x.every((_, k) => { const [x, y] = picture.at(k);"
+        " return x > 0 && y > 0 && x < picture.width && y < picture.height; })"
+    )
+    assert inside
+    assert -5.0 < z < 0.0
+    page.locator("#path").hover(position={"x": x, "y": y})
+    told = page.inner_text("#hover")
+    assert f"z {z:.4f}" in told
+    assert "mm/s" in told
+    page.mouse.down()
+    page.mouse.move(*[sum(pair) for pair in zip(page.evaluate(BOX), (x + 60, y + 10), strict=True)], steps=4)
+    page.mouse.up()
+    assert page.evaluate(middle)[:2] != [x, y]
 
 
 def test_what_is_wrong_is_said_beside_its_field(opened, tmp_path):
