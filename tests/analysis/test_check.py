@@ -374,6 +374,7 @@ def test_missing_ends(path, foreign):
     end = check(cut(slice(0, -40)), path, sf.Limits(**FAR))
     missing = path.length - points.s[-41]
     only(end, f"tick {len(points) - 41} ", "from the end of the path: it is not reached")
+    assert not end.numbers["end_reached"]
     assert end.numbers["end_error_mm"] == pytest.approx(missing, rel=1e-3)
     start = check(cut(slice(40, None)), path, sf.Limits(**FAR))
     only(start, "tick 0 ", "from the start of the path")

@@ -169,6 +169,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
         "strategy": first.settings.get("strategy") if law is None else law.strategy,
         "start_error_mm": judge.start_error,
         "end_error_mm": judge.end_error,
+        "end_reached": "end" not in judge.faults,
         "off_curve_max_mm": judge.off_path,
         "tolerance_mm": judge.allowed,
         "rounding_scale_mm": float(judge.scale[0]),

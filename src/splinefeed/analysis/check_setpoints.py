@@ -8,6 +8,7 @@ from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
 from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.kernels import check as kernels
+from splinefeed.kernels import check_place as search
 from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw, unit_along
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -80,7 +81,7 @@ class Judge:
         self._check_finite(points)
         t, position = points.t, np.where(np.isfinite(points.position), points.position, np.nan)
         rows, found = self._locate(points)
-        s, u = found[:, kernels.S], found[:, kernels.U]
+        s, u = found[:, search.S], found[:, search.U]
         dt = self._check_times(t, s, last)
         rest = self.bounds.limits.start_feed == 0.0
         if self.ticks == 0:
@@ -120,7 +121,7 @@ class Judge:
                 away = np.abs(position[:, worst.column - 1] - 0.5 * (low + high))
                 worst.see(away, t, s, self.floor(0, worst.column))
         skip = 0 if rest or self.ticks else 1  # before a start in motion nothing is known
-        self._row, self._last = rows[-1:].copy(), np.array([t[-1], s[-1], found[-1, kernels.U]])
+        self._row, self._last = rows[-1:].copy(), np.array([t[-1], s[-1], found[-1, search.U]])
         self.last_position, self.last_s = position[-1].copy(), float(s[-1])
         first = self.ticks + skip
         self.ticks += len(t)
@@ -175,17 +176,17 @@ class Judge:
         return taken
 
     def _locate(self, points: Setpoints) -> tuple[IntArray, Array]:
-        """Rows of the path's table and what `kernels.locate` finds, with what is off the curve or misplaced."""
+        """Rows of the path's table and what `search.locate` finds, with what is off the curve or misplaced."""
         path = self.bounds.path
         rows = np.empty(len(points), dtype=np.int64)
-        found = np.empty((len(points), kernels.FOUND))
+        found = np.empty((len(points), search.FOUND))
         along = np.zeros(1)
-        done = kernels.placed(
+        done = search.placed(
             path.table, path.curve_rows, path.shape, self.allowed, points.curve, points.u, points.position,
             self._state, rows, found, along,
         )  # fmt: skip
         if done < len(points):
-            along[0] = max(along[0], kernels.locate(
+            along[0] = max(along[0], search.locate(
                 path.table, path.curve_rows, path.shape, self._nearest.cells, self._nearest.boxes, self.allowed,
                 points.curve[done:], points.u[done:], points.position[done:], self._state, rows[done:], found[done:],
             ))  # fmt: skip
@@ -193,8 +194,8 @@ class Judge:
         tops = np.fmax.reduce(np.abs(points.position[:, : path.linear]), axis=0)
         of_linear = self.scale[1 : 1 + path.linear]
         of_linear[:] = np.fmax(of_linear, self.scale[0] + np.where(np.isfinite(tops), tops, 0.0))
-        t, s = points.t, found[:, kernels.S]
-        apart, turned, astray = (found[:, k] for k in (kernels.APART, kernels.TURNED, kernels.ASTRAY))
+        t, s = points.t, found[:, search.S]
+        apart, turned, astray = (found[:, k] for k in (search.APART, search.TURNED, search.ASTRAY))
         self.off_path = max(self.off_path, float(np.fmax.reduce(apart, initial=0.0)))
         self.turned_off = max(self.turned_off, float(np.fmax.reduce(turned, initial=0.0)))
         self._fault("off the curve", apart > self.allowed, apart, t, s)
@@ -208,7 +209,7 @@ class Judge:
         path = self.bounds.path
         curve = path.curves[0 if at_start else -1]
         apart = position - curve(curve.domain[0 if at_start else 1])
-        s_missing = abs(found[kernels.S] - (0.0 if at_start else path.length))
+        s_missing = abs(found[search.S] - (0.0 if at_start else path.length))
         missing, tick = max(float(np.linalg.norm(apart[: path.linear])), s_missing), 0 if at_start else self.ticks - 1
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         if at_start:
@@ -218,7 +219,7 @@ class Judge:
         if not (missing <= self.allowed + 16.0 * EPSILON * self.scale[0] and turned <= self.allowed):
             besides = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
             detail = f"{missing:.6g} {unit_along(path.axes)}{besides}"
-            self.faults[kind] = Fault(1, missing, tick, self._last[0], found[kernels.S], detail)
+            self.faults[kind] = Fault(1, missing, tick, self._last[0], found[search.S], detail)
 
     # --- steps -------------------------------------------------------------------------------------------------------
 

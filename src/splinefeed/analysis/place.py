@@ -8,7 +8,7 @@ from splinefeed.analysis.contour import ContourMeter
 from splinefeed.errors import InputError
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import check as search
+from splinefeed.kernels import check_place as search
 from splinefeed.records import Array, Setpoints
 
 #: A closed path's end counts as its start for a first setpoint within this, relative to the length of the path.

@@ -12,7 +12,7 @@ from splinefeed.cli.failures import one_line
 #: How to say what is being done now.
 Say = Callable[[str], None]
 
-COMPILING = "compiling the kernels for this machine, once, about 20 s"
+COMPILING = "compiling the kernels for this machine, once, about half a minute"
 #: Where stderr is no terminal, work that lasts less than this, s, is not spoken of, and longer work not more often.
 PATIENCE = 5.0
 #: Kernels are spoken of sooner, s, but not before a mistake in the input would have ended the program.

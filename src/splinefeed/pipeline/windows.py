@@ -85,7 +85,6 @@ class WindowedRun:
             "strategy": STRATEGY,
             "method": METHOD,
             "feed_max_mm_s": self._top,
-            "end_reached": not any(problem.startswith("tick") and " end " in problem for problem in page["problems"]),
             "notes": [*found, *page["notes"]],
         }
 
