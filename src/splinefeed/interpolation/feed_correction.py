@@ -30,8 +30,8 @@ def step(
     Its error is that of the fit, whatever the period. The published method fits one polynomial a spline segment and
     splits those that are too far off; here it is one a piece of the arc-length table, when a tick first meets it.
     Source: K. Erkorkmaz, Y. Altintas, "Quintic spline interpolation with minimal feed fluctuation", ASME Journal of
-    Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (DOI not
-    verified).
+    Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (the
+    journal's page was seen, the DOI itself was not).
     """
     s = law[NEXT_S]
     row = cursor[0]

@@ -37,8 +37,8 @@ def step(
     chord is shorter than its arc, the tool runs ahead by kappa^2 (V T)^3 / 24 each tick: order 2. This is a reading
     of the published scheme: the paper's own predictor has settings that are not used here.
     Source: M.-C. Tsai, C.-W. Cheng, "A real-time predictor-corrector interpolator for CNC machining", ASME Journal of
-    Manufacturing Science and Engineering 125(3), 2003, p. 449-460, doi 10.1115/1.1578670 (DOI not
-    verified).
+    Manufacturing Science and Engineering 125(3), 2003, p. 449-460, doi 10.1115/1.1578670 (the
+    journal's page was seen, the DOI itself was not).
     """
     wanted = step_length(law, period)
     if wanted <= 0.0:

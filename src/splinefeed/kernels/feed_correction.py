@@ -22,8 +22,8 @@ def fit_feed_correction(table: Array, row: int, out: Array) -> float:
     t_i, x_i = (S(t_i) - START) / L. Where S' = 0 at an end the numbers are not finite.
 
     Source: K. Erkorkmaz, Y. Altintas, "Quintic spline interpolation with minimal feed fluctuation", ASME Journal of
-    Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (DOI not
-    verified).
+    Manufacturing Science and Engineering 127(2), 2005, p. 339-349, doi 10.1115/1.1830493 (the
+    journal's page was seen, the DOI itself was not).
     """
     low = (table[row, LOW] - table[row, MIDDLE]) * table[row, SCALE]
     high = (table[row, HIGH] - table[row, MIDDLE]) * table[row, SCALE]
