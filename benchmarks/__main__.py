@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import datetime
 import platform
+import shutil
+import subprocess
 import sys
 from importlib import import_module, metadata
 from pathlib import Path
+from typing import Any
 
+from benchmarks.peers import below
 from benchmarks.tables import Headline, Report, read_results, summary, write_into, write_results
 
 NAMES = (
@@ -55,7 +59,10 @@ PACKAGES = (
     "copp-py",
     "ruckig",
     "toppra",
+    "distributed",
 )
+#: Programs beside the packages, and the command that prints the version of each.
+PROGRAMS = {"gcc": ("gcc", "-dumpfullversion"), "linuxcnc": ("dpkg-query", "-W", "-f=${Version}", "linuxcnc-uspace")}
 
 
 def main() -> int:
@@ -70,18 +77,25 @@ def main() -> int:
         parser.error(f"no benchmark is called {unknown[0]!r}; there are {', '.join(NAMES)}")
     if arguments.pages:
         for name, entry in read_results(RESULTS).items():
-            _write_pages(name, Report.from_dict(entry).markdown())
+            _write_pages(name, page_text(name, entry))
     else:
         for name in names:
             print(f"measuring {name} ...", file=sys.stderr, flush=True)
             report = import_module(f"benchmarks.{name}").measure()
-            print(f"## {name}\n\n{report.markdown()}\n", flush=True)
-            write_results(RESULTS, name, {**surroundings(), **report.as_dict()})
-            _write_pages(name, report.markdown())
+            entry = {**surroundings(), **report.as_dict()}
+            text = page_text(name, entry)
+            print(f"## {name}\n\n{text}\n", flush=True)
+            write_results(RESULTS, name, entry)
+            _write_pages(name, text)
     found = headlines()
     print(f"## speed\n\n{found}", flush=True)
     _write_pages("speed", found)
     return 0
+
+
+def page_text(name: str, entry: dict[str, Any]) -> str:
+    """What a page shows of one entry of results.json."""
+    return f"{Report.from_dict(entry).markdown()}\n\n{below(name, entry)}"
 
 
 def _write_pages(name: str, text: str) -> None:
@@ -108,6 +122,11 @@ def surroundings() -> dict[str, object]:
             versions[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             continue
+    for program, words in PROGRAMS.items():
+        if shutil.which(words[0]):
+            told = subprocess.run(words, capture_output=True, text=True)
+            if told.returncode == 0 and told.stdout.strip():
+                versions[program] = told.stdout.split()[0]
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     return {"date": now, "processor": _processor(), "system": platform.system(), "versions": versions}
 

@@ -251,9 +251,9 @@ def measure() -> Report:
         (
             Column("rows ahead", "d"),
             Column("begins, median, ms", ".1f"),
-            Column("worst, ms", ".1f"),
+            Column("begins, worst, ms", ".1f"),
             Column("at the new feed, median, ms", ".0f"),
-            Column("worst, ms", ".0f"),
+            Column("at the new feed, worst, ms", ".0f"),
         ),
         tuple(
             (

@@ -12,6 +12,9 @@ from typing import Any
 
 Cell = float | int | str | None
 
+#: A rule of a colon alone, without a dash, makes no table.
+LEAST_WIDTH = 2
+
 
 @dataclass(frozen=True)
 class Column:
@@ -36,12 +39,18 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]
     notes: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse two columns of one title: as_dict would keep the numbers of the second only."""
+        titles = [column.title for column in self.columns]
+        if len(set(titles)) < len(titles):
+            raise ValueError(f"two columns of {self.caption!r} have the same title: {titles}")
+
     def markdown(self) -> str:
         """The table as GitHub shows it: words to the left, numbers to the right, also when read as plain text."""
         blocks = []
         for i, column in enumerate(self.columns):
             cells = [column.title, *(column.text(row[i]) for row in self.rows)]
-            width = max(len(cell) for cell in cells)
+            width = max(LEAST_WIDTH, *(len(cell) for cell in cells))
             padded = [cell.rjust(width) if column.form else cell.ljust(width) for cell in cells]
             rule = "-" * (width - 1) + (":" if column.form else "-")
             blocks.append([padded[0], rule, *padded[1:]])

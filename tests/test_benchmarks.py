@@ -264,6 +264,28 @@ def test_the_command_prints_and_writes_what_it_measured(monkeypatch, tmp_path, c
     assert TABLE.markdown() in readme.read_text()
 
 
+@pytest.mark.parametrize("name", sorted(tables.read_results(command.RESULTS)))
+def test_the_pages_show_what_was_measured_where_and_with_what(name):
+    """No number of a table was typed: each block is what results.json gives, with versions and the machine below."""
+    entry = tables.read_results(command.RESULTS)[name]
+    text = command.page_text(name, entry)
+    assert f"on {entry['processor']}" in text and f"Python {entry['versions']['python']}" in text
+    block = f"<!-- benchmarks:{name} -->\n{text}\n<!-- /benchmarks:{name} -->"
+    shown = [page.read_text(encoding="utf-8") for page in command.PAGES]
+    shown = [page for page in shown if f"<!-- benchmarks:{name} -->" in page]
+    assert shown and all(block in page for page in shown), "write them anew: make bench ARGS=--pages"
+
+
+def test_two_columns_of_one_title_are_refused():
+    with pytest.raises(ValueError, match="same title"):
+        tables.Table("a table.", (tables.Column("worst"), tables.Column("worst")), ((1, 2),))
+
+
+def test_a_rule_is_never_a_colon_alone():
+    lines = tables.Table("a table.", (tables.Column("s", ".0f"),), ((1.0,),)).markdown().splitlines()
+    assert lines[2:4] == ["|  s |", "| -: |"]
+
+
 def test_an_unknown_benchmark_is_refused(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["benchmarks", "tick"])
     with pytest.raises(SystemExit, match="2"):
