@@ -35,8 +35,8 @@ MORE: dict[str, str] = {
     ),
     "points": (
         "What they do that splinefeed does not: SciPy has tensor products in any number of dimensions; geomdl, splipy "
-        "and nurbspy have surfaces (geomdl and splipy volumes too), and geomdl needs no compiled code at all; OCCT is a "
-        "whole CAD kernel, with solids, intersections and offsets. splinefeed has curves only."
+        "and nurbspy have surfaces (geomdl and splipy volumes too), and geomdl needs no compiled code at all; OCCT is "
+        "a whole CAD kernel, with solids, intersections and offsets. splinefeed has curves only."
     ),
     "controller": (
         "What LinuxCNC does that splinefeed does not: it runs whole programs with tool changes, probing, threading and "
