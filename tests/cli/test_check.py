@@ -66,7 +66,7 @@ def test_a_limit_that_does_not_hold_is_exit_1_and_said_to_people(folder):
     assert "jerk" in result.stdout
     assert "OVER" in result.stdout
     assert "problem   jerk: 1" in result.stdout
-    assert "NOT KEPT: 1 problem(s)" in result.stdout
+    assert "NOT KEPT: 1 problem" in result.stdout
 
 
 def test_setpoints_of_another_program(folder):

@@ -38,7 +38,7 @@ def test_what_is_approximated_is_said_with_its_distance(splinefeed, folder):
     finer = answer(splinefeed("convert", "butterfly", "out.svg", "--tolerance", "10nm", "--json"))
     assert finer["largest_distance_mm"] <= 1e-5
     text = splinefeed("convert", "butterfly", "out.dxf").stdout
-    assert text.startswith("butterfly (shape): 1 path(s), 1 curve(s) -> out.dxf (DXF drawing)\nread back: 1 curve(s), ")
+    assert text.startswith("butterfly (shape): 1 path, 1 curve -> out.dxf (DXF drawing)\nread back: 1 curve, ")
 
 
 def test_one_path_can_be_chosen_and_gaps_joined(splinefeed, folder):
@@ -81,4 +81,4 @@ def test_info_says_units_and_layers_of_a_drawing(splinefeed, folder, data_dir):
     assert (page["format"], page["units"], len(page["paths"])) == ("DXF drawing", "in", 9)
     assert sum(path["length_mm"] for path in page["paths"]) > 31.568329751313367 * 25.4
     assert {path["name"].partition("#")[0] for path in page["paths"]} == {"0"}
-    assert splinefeed("info", "inch.dxf").stdout.startswith("DXF drawing, 9 path(s), in in\n0#1: ")
+    assert splinefeed("info", "inch.dxf").stdout.startswith("DXF drawing, 9 paths, units of the file: in\n0#1: ")

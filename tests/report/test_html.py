@@ -145,3 +145,12 @@ def test_a_library_of_another_make_is_taken_as_it_is(monkeypatch, tmp_path):
     (tmp_path / "package_data" / "plotly.min.js").write_text("/* of its own kind */ window.Plotly = {};")
     monkeypatch.setattr(library.resources, "files", lambda name: tmp_path)
     assert library.script() == "/* of its own kind */ window.Plotly = {};"
+
+
+@pytest.mark.parametrize(("turned", "side"), [(0.0, "left"), (0.5 * np.pi, "center"), (np.pi, "right")])
+def test_the_word_at_the_start_stays_inside_the_picture(turned, side):
+    """At 400 pixels a word in the middle above the rightmost point was cut off at the edge."""
+    t = turned + np.linspace(0.0, 2.0 * np.pi, 101)
+    ends = plotly_figures._ends(np.column_stack([np.cos(t), np.sin(t)]), "xy")
+    assert ends["text"] == ["start and end"]
+    assert ends["textposition"] == [f"top {side}"]

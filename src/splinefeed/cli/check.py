@@ -116,8 +116,8 @@ def _law(file: str | None) -> TimeLaw | None:
 
 
 def _print(verdict: Verdict, page: Mapping[str, Any]) -> None:
-    from splinefeed.cli.output import number, print_table, print_text
-    from splinefeed.cli.summary import print_notes
+    from splinefeed.cli.output import counted, number, print_table, print_text
+    from splinefeed.cli.summary import print_notes, unit_of
     from splinefeed.records import unit_along
 
     unit = unit_along(page["axes"])
@@ -131,13 +131,15 @@ def _print(verdict: Verdict, page: Mapping[str, Any]) -> None:
     print_text()
     rows = []
     for name, each in page["limits"].items():
-        values = [number(each["worst"], 6), number(each["limit"], 6), f"{each['share']:.6%}", f"{each['floor']:.1e}"]
+        of = unit_of(name, unit)
+        values = [f"{number(each['worst'], 6)} {of}", f"{number(each['limit'], 6)} {of}"]
+        values += [f"{each['share']:.6%}", f"{each['floor']:.1e}"]
         place = [f"{number(each['at_s'])} {unit}", f"{number(each['at_t_s'])} s", each["by"]]
         rows.append([name, *values, *place, "holds" if each["ok"] else "OVER"])
-    print_table(["limit", "worst", "limit", "share", "floor", "at", "at", "by", ""], rows)
+    print_table(["limit", "worst", "allowed", "share", "floor", "at", "at time", "by", ""], rows)
     print_text()
     for problem in verdict.problems:
         print_text(f"problem   {problem}")
-    print_text("all limits and checks hold" if verdict.ok else f"NOT KEPT: {len(verdict.problems)} problem(s)")
+    print_text("all limits and checks hold" if verdict.ok else f"NOT KEPT: {counted(len(verdict.problems), 'problem')}")
     for name in page["files"]:
         print_text(f"wrote {name}")

@@ -94,14 +94,14 @@ def command(source: str, target: str, as_json: bool, **given: Any) -> None:
 
 
 def _print(page: dict[str, Any]) -> None:
-    from splinefeed.cli.output import number, print_text
+    from splinefeed.cli.output import counted, number, print_text
     from splinefeed.cli.summary import print_notes
 
     print_text(
-        f"{page['source']} ({page['from']}): {page['paths']} path(s), {page['curves']} curve(s) "
+        f"{page['source']} ({page['from']}): {counted(page['paths'], 'path')}, {counted(page['curves'], 'curve')} "
         f"-> {page['file']} ({page['to']})"
     )
     if page["largest_distance_mm"] is not None:
         distance = f"{number(page['largest_distance_mm'], 2)} mm" if page["largest_distance_mm"] else "0 mm"
-        print_text(f"read back: {page['curves_written']} curve(s), at most {distance} from those read")
+        print_text(f"read back: {counted(page['curves_written'], 'curve')}, at most {distance} from those read")
     print_notes(page["notes"] + page["findings"])

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 #: Curves and corners that the text lists; --json lists all.
 MOST_LISTED = 12
+#: Coordinates below this share of the largest, and radii beyond it of the length, are what rounding left of 0.
+ROUNDING = 1e-12
 
 EXAMPLES = """\b
 Examples:
@@ -114,12 +116,12 @@ def _curve(path: Path, i: int, number: int) -> dict[str, Any]:
 
 
 def _print(page: dict[str, Any]) -> None:
+    from splinefeed.cli.output import counted, print_table, print_text
     from splinefeed.cli.output import number as words
-    from splinefeed.cli.output import print_table, print_text
     from splinefeed.cli.summary import print_notes
     from splinefeed.records import unit_along
 
-    print_text(f"{page['format']}, {len(page['paths'])} path(s), in {page['units']}")
+    print_text(f"{page['format']}, {counted(len(page['paths']), 'path')}, units of the file: {page['units']}")
     for path in page["paths"][:MOST_LISTED]:
         shape = "closed" if path["closed"] else "open"
         unit = unit_along(path["axes"])
@@ -127,17 +129,19 @@ def _print(page: dict[str, Any]) -> None:
         for axis, unit, low, high in zip(
             path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True
         ):
-            print_text(f"  {axis:<8}{words(low, 6)} to {words(high, 6)} {unit}")
-        radius = path["min_radius_mm"]
+            noise = ROUNDING * max(abs(low), abs(high))
+            ends = [words(0.0 if abs(end) < noise else end, 6) for end in (low, high)]
+            print_text(f"  {axis:<8}{' to '.join(ends)} {unit}")
         if unit == "mm":
-            print_text(f"  least radius of curvature {f'{words(radius)} mm' if radius else 'none: straight lines'}")
-        print_text(f"  {path['corners']} corners (tangent or curvature jumps), {path['stops']} of them to stop at")
+            print_text(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
+        corners = counted(path["corners"], "corner")
+        print_text(f"  {corners} (tangent or curvature jumps), {path['stops']} of them to stop at")
         for corner in path["corner_places"][:MOST_LISTED]:
             what = f"turns by {words(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
             print_text(f"    at {words(corner['s_mm'], 6)} {unit}: {what}")
         _print_more(len(path["corner_places"]))
         if path["gaps"]:
-            print_text(f"  {path['gaps']} gaps, the largest {words(path['largest_gap_mm'])} {unit}")
+            print_text(f"  {counted(path['gaps'], 'gap')}, the largest {words(path['largest_gap_mm'])} {unit}")
     _print_more(len(page["paths"]), "paths")
     if "program" in page:
         from splinefeed.cli.program import print_program
@@ -161,6 +165,15 @@ def _print(page: dict[str, Any]) -> None:
         print_table(["curve", "kind", "degree", "control points", "spans", length], rows[:MOST_LISTED], texts=2)
         _print_more(len(rows) + page["curves_left_out"], option="--json --all" if page["curves_left_out"] else "--json")
     print_notes(page["findings"])
+
+
+def _radius_words(radius: float | None, length: float) -> str:
+    """The least radius, mm; what rounding makes of a straight line and of a cusp is called by its name."""
+    from splinefeed.cli.output import number
+
+    if radius is None or radius * ROUNDING > length:
+        return "none: straight lines"
+    return "0: a cusp" if radius < ROUNDING * length else f"{number(radius)} mm"
 
 
 def _print_more(count: int, what: str = "", option: str = "--json") -> None:

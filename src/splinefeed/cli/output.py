@@ -49,6 +49,11 @@ def _natural_width(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> int
     return sum(3 + max(len(row[i]) for row in [columns, *rows]) for i in range(len(columns)))
 
 
+def counted(count: int, what: str) -> str:
+    """`count` of `what`, in the plural but for one: 1 path, 2 paths."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def number(value: float, digits: int = 4) -> str:
     """`value` for people: `digits` digits, without a power of ten where it can be read without one."""
     if value == 0.0:

@@ -33,7 +33,7 @@ def command(ctx: click.Context, /, folder: str, output: str | None, as_json: boo
     The setpoints are measured and checked anew, against the path and limits that they name. The exit code is 1 where a
     limit or a check does not hold.
     """
-    from splinefeed.cli.output import print_json, print_text
+    from splinefeed.cli.output import counted, print_json, print_text
     from splinefeed.cli.progress import busy
 
     with busy("report") as say:
@@ -41,7 +41,9 @@ def command(ctx: click.Context, /, folder: str, output: str | None, as_json: boo
     if as_json:
         print_json(page)
     else:
-        print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {len(page['problems'])} problem(s)")
+        print_text(
+            "checked: every limit holds" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}"
+        )
         print_text(f"wrote {page['files'][0]}")
     ctx.exit(DONE if page["ok"] else NOT_KEPT)
 

@@ -13,8 +13,9 @@ from splinefeed.records import ROTARY_AXES, unit_along
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodResult
 
-#: A share of a limit from which on it counts as reached: bringing a law to whole periods takes off less than that.
-REACHED = 0.999
+#: A share of a limit from which on it counts as reached, as it counts as binding (`analysis.binding.BINDS`): bringing a
+#: short motion to whole periods may take off that much.
+REACHED = 0.99
 #: A limit that binds for a smaller part of the time is not listed.
 LEAST_PART = 0.005
 
@@ -98,8 +99,8 @@ def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
     rows = [
         [
             name,
-            f"{number(each['worst'])} {_unit(name, unit)}",
-            f"{number(each['limit'])} {_unit(name, unit)}",
+            f"{number(each['worst'])} {unit_of(name, unit)}",
+            f"{number(each['limit'])} {unit_of(name, unit)}",
             f"{each['share']:.1%}",
             f"{number(each['at_s'])} {unit}",
         ]
@@ -108,7 +109,7 @@ def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
     print_table(["limit", "worst", "allowed", "share", "at"], rows)
 
 
-def _unit(name: str, along: str) -> str:
+def unit_of(name: str, along: str) -> str:
     """Unit of a limit by its name; rotary axes in degrees, as the numbers are, and the path in `along`."""
     kind, _, axis = name.removeprefix("axis_").partition(".")
     unit = _LIMIT_UNITS.get(kind, "")

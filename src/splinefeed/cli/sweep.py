@@ -198,7 +198,7 @@ def _show(folder: str) -> dict[str, Any]:
 
 
 def _print(page: dict[str, Any]) -> None:
-    from splinefeed.cli.output import number, print_table, print_text
+    from splinefeed.cli.output import counted, number, print_table, print_text
 
     print_text(f"{page['name']}: {page['there']} of {page['runs']} runs")
     print_text(
@@ -212,7 +212,7 @@ def _print(page: dict[str, Any]) -> None:
     ]  # fmt: skip
     print_table(["", "least", "", "median", "most", ""], rows)
     for each in page["failures"]:
-        print_text(f"failed    {each['runs']} run(s): {each['error']}")
+        print_text(f"failed    {counted(each['runs'], 'run')}: {each['error']}")
     if page["pareto"]:
         best = ", ".join(f"{each['index']} ({each['source']})" for each in page["pareto"][:8])
         print_text(f"front     cycle time against contour error: runs {best}")

@@ -111,7 +111,7 @@ def choose(paths: Sequence[Path], path: str | int | None, source: str | os.PathL
     if path is None:
         raise FormatError(
             f"{source}: holds {len(paths)} paths that do not meet; choose one with path=1 to path={len(paths)} "
-            f"or its name: {listed}"
+            f"(--path in a command) or its name: {listed}"
         )
     if path in names:
         return paths[names.index(str(path))]

@@ -85,9 +85,9 @@ def _text(value: object) -> str:
 
 def _subtitle(run: Run) -> str:
     period = units.format_quantity(run.points.period, "time")
-    unit = unit_along(run.path.axes)
+    unit, count = unit_along(run.path.axes), len(run.path.curves)
     return (
-        f"{run.path.length:.7g} {unit}, {len(run.path.curves)} curve(s), axes {' '.join(run.path.axes)}; strategy "
+        f"{run.path.length:.7g} {unit}, {count} curve{'s' * (count != 1)}, axes {' '.join(run.path.axes)}; strategy "
         f"{run.law.strategy}, method {run.points.method}, {run.ticks} setpoints, one every {period}"
     )
 

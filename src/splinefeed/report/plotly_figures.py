@@ -31,8 +31,8 @@ PANEL, PATH = 150, 560
 COLOURS = (theme.BLUE, theme.VERMILION, theme.GREEN, "#CC79A7", theme.OCHRE, theme.INK)
 #: From where a path in space is looked at, in sizes of its box: x to the right, y away, z up.
 EYE = {"x": -0.8, "y": -1.85, "z": 1.2}
-#: Ends closer than this share of the picture get one label.
-SAME_PLACE = 0.02
+#: Ends closer than this share of the picture get one label, and one this near its left or right edge has it inside.
+SAME_PLACE, EDGE = 0.02, 0.25
 _MARGIN = {"l": 84, "r": 24, "t": 16, "b": 52}
 #: Room between panels, with the words above the lower one, and of a legend above all of them, pixels.
 _GAP, _LEGEND = 34, 26
@@ -283,11 +283,18 @@ def _ends(place: Array, letters: str) -> Figure:
         "mode": "markers+text",
         **{letter: at[:, k].tolist() for k, letter in enumerate(letters)},
         "text": ["start and end"] if closed else ["start", "end"],
-        "textposition": "top center",
+        "textposition": [f"top {_inward(point[0], place[:, 0])}" for point in at],
         "showlegend": False,
         "marker": {"size": 5 if len(letters) == 3 else 9, "color": theme.FAINT, "symbol": "circle"},
         "hoverinfo": "text",
     }
+
+
+def _inward(x: float, along: Array) -> str:
+    """Where a word goes that must not leave the picture at its left or right edge, which a narrow screen has near."""
+    low, high = float(np.min(along)), float(np.max(along))
+    share = (x - low) / (high - low) if high > low else 0.5
+    return "right" if share < EDGE else "left" if share > 1.0 - EDGE else "center"
 
 
 def _stacked(panels: Sequence[tuple[str, list[Figure], list[float]]]) -> Figure:
