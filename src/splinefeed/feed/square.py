@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +19,8 @@ GAUSS = 4
 END_MARGIN = 0.98
 #: Largest weight of one instant in a third difference over the period: the peak of the quadratic B-spline.
 PEAK_WEIGHT = 0.75
-#: A jump of acceleration at a curvature jump may use this much of the axis jerk; the smooth motion within two periods
-#: of it the rest, and at least LEFT beside several. That time is cheap: against 0.5, shares of 0.85 and 0.95 were
-#: 6 to 11 % faster on two quadratics of 25 and 60 knots, and 0.7, 0.9 and 0.95 alike on 26 random lines and arcs.
-JUMP_SHARE, LEFT = 0.9, 0.1
+#: The smooth motion within so many periods of a curvature jump shares the axis jerk with it.
+REACH = 2.0
 #: A turn too small for a corner may use this much of acceleration and jerk.
 TURN_SHARE = 0.5
 #: A jump that would use less than this share at full feed is rounding.
@@ -129,9 +128,9 @@ class SquareProblem:
             for width, end in zip((h[0], h[-1]), ends, strict=True)
         )
         fractions, derivatives = cells.derivatives()
-        node_top, calm = self._jumps(derivatives)
-        twist = scale**1.5 * calm
-        linear, bound, jerk, root = [], [], [], []
+        node_top, jumped = self._jumps(derivatives)
+        twist = scale**1.5
+        linear, bound, jerk, root, jump = [], [], [], [], []
         second = self._second()
         lowest = np.full(n, np.inf)
         feed = curve_feeds(cells.path, limits)[cells.curve]
@@ -164,6 +163,7 @@ class SquareProblem:
             if np.any(np.isfinite(tangential)) and not relaxed:
                 jerk.append(self._tied(0.5 * second / (tangential * twist)[:, None]))
                 root.append(self._tied(q))
+                jump.append(np.zeros((n, 2)))
             for axis in range(r1.shape[1]):
                 d1, d2, d3 = (r[:, axis, None] for r in (r1, r2, r3))
                 if np.isfinite(axes.acceleration[axis]):
@@ -174,6 +174,7 @@ class SquareProblem:
                     share = (axes.jerk[axis] * twist)[:, None]
                     jerk.append(self._tied((0.5 * d1 * second + 1.5 * d2 * slope + d3 * q) / share))
                     root.append(self._tied(q))
+                    jump.append(jumped[:, axis] / twist[:, None])
         if relaxed:
             for which, at, place in ((0, 0, 0), (1, n - 1, 2)):
                 if ends[which].feed is None and not ends[which].rest:
@@ -192,6 +193,7 @@ class SquareProblem:
         empty = np.zeros((n, 0, 3))
         self._jerk = np.ascontiguousarray(np.stack(jerk, 1)) if jerk else empty
         self._root = np.ascontiguousarray(np.stack(root, 1)) if root else empty
+        self._jump = np.ascontiguousarray(np.stack(jump, 1)) if jump else np.zeros((n, 0, 2))
         #: Least bound of q anywhere, mm^2/s^2.
         self.least_bound = float(np.min(lowest))
         # the time of an end is length / v times 3 at constant jerk, 2 at constant acceleration; the kernel takes 3
@@ -209,17 +211,17 @@ class SquareProblem:
                 self._end_rows[which] = around * end.feed / 3.0, 1.0, outer if tie is None else inner
 
     def _jumps(self, derivatives: Array) -> tuple[Array, Array]:
-        """Bound of q at each node, (n + 1,), and share of the axis jerk left to each cell, (n,), by corners and jumps.
+        """Bound of q at each node, (n + 1,), by corners; and by curvature jumps share of axis jerk a q, (n, axes, 2).
 
         Where r'' jumps by D the acceleration of an axis jumps by D q, and the third difference over the period T sees
-        at most 3/4 D q / T of it at once. That gets a share of the axis jerk, and the smooth motion within the reach
-        of that difference the rest. Where r' itself turns by D, too little to be a corner, differences see D v / T and
-        D v / T^2. At a corner that is passed its own feed counts, and nothing else is looked at.
+        at most 3/4 D q / T of it at once: up or down. Where r' itself turns by D, too little to be a corner,
+        differences see D v / T and D v / T^2. At a corner that is passed its own feed counts, and nothing else is
+        looked at.
         """
         cells, setting = self.cells, self.setting
         axes, period = setting.axes, setting.period
         n = cells.count
-        bound, calm = np.full(n + 1, np.inf), np.ones(n)
+        bound, jumped = np.full(n + 1, np.inf), np.zeros((n, derivatives.shape[3], 2))
         apart = SAME_PLACE * cells.path.length
         passed = np.zeros(n - 1, dtype=bool)
         for s, feed in zip(setting.corner_s, setting.corner_feed, strict=True):
@@ -228,35 +230,35 @@ class SquareProblem:
                 bound[at] = feed**2
                 passed[at - 1] = True
         if period is None:
-            return bound, calm
-        feed = curve_feeds(cells.path, setting.limits)[cells.curve]
+            return bound, jumped
         turn = np.abs(derivatives[0, 1:, 0] - derivatives[2, :-1, 0])
         turn[turn < NO_TURN] = 0.0
-        jump = np.abs(derivatives[0, 1:, 1] - derivatives[2, :-1, 1])
         with np.errstate(divide="ignore", invalid="ignore"):
             slow = np.minimum(
                 np.min(axes.acceleration * period / turn, axis=1), np.min(axes.jerk * period**2 / turn, axis=1)
             )
-            whole = np.fmin.reduce(axes.jerk * period / (PEAK_WEIGHT * jump), axis=1)
         slow = np.where(passed | np.isnan(slow), np.inf, slow)
         bound[1:-1] = np.minimum(bound[1:-1], (TURN_SHARE * slow) ** 2)
         if not np.any(np.isfinite(axes.jerk)):
-            return bound, calm
+            return bound, jumped
+        feed = curve_feeds(cells.path, setting.limits)[cells.curve]
         top = np.minimum(
             feed_squared_bound(
                 derivatives[0, 1:, 0], derivatives[0, 1:, 1], feed[1:], setting.limits, axes, period, cells.path.linear
             ),
             bound[1:-1],
         )
-        share = np.minimum(top / whole, JUMP_SHARE)
-        share = np.where(passed, 0.0, share)
-        left = np.ones(n)
-        for node in np.flatnonzero(share > NO_JUMP):
-            bound[node + 1] = min(bound[node + 1], share[node] * whole[node])
-            reach = 2.0 * period * np.sqrt(min(top[node], bound[node + 1]))
-            near = np.abs(cells.s - cells.s[node + 1]) <= reach
-            left[near[1:] | near[:-1]] -= share[node]
-        return bound, np.maximum(left, LEFT)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            use = PEAK_WEIGHT * (derivatives[0, 1:, 1] - derivatives[2, :-1, 1]) / (axes.jerk * period)
+        use[passed | ~np.all(np.isfinite(use), axis=1)] = 0.0
+        most = np.max(np.abs(use), axis=1, initial=0.0)
+        for node in np.flatnonzero(top * most > NO_JUMP):
+            reach = REACH * period * math.sqrt(min(top[node], 1.0 / most[node]))
+            begin = max(int(np.searchsorted(cells.s, cells.s[node + 1] - reach)) - 1, 0)
+            end = int(np.searchsorted(cells.s, cells.s[node + 1] + reach, side="right"))
+            jumped[begin:end, :, 0] += np.maximum(use[node], 0.0)
+            jumped[begin:end, :, 1] += np.maximum(-use[node], 0.0)
+        return bound, jumped
 
     def _value(self, fraction: Array) -> Array:
         """Rows of q at a fraction of each cell, (n, 3)."""
@@ -344,6 +346,7 @@ class SquareProblem:
                 self._bound,
                 self._jerk,
                 self._root,
+                self._jump,
                 np.empty(shape),
                 np.empty((1, 1, 3)),
                 False,
@@ -361,6 +364,7 @@ class SquareProblem:
             self._bound,
             self._jerk,
             self._root,
+            self._jump,
             self._rows,
             self._weights,
             self._end_rows,

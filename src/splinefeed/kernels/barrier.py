@@ -21,12 +21,21 @@ MAX_HALVINGS = 40
 
 @kernel
 def slacks(
-    c: Array, linear: Array, bound: Array, jerk: Array, root: Array, slack: Array, gradient: Array, want: bool
+    c: Array,
+    linear: Array,
+    bound: Array,
+    jerk: Array,
+    root: Array,
+    jump: Array,
+    slack: Array,
+    gradient: Array,
+    want: bool,
 ) -> float:
     """Room to every limit at c, and its gradient rows; returns the least room.
 
     linear (n, K, 3), bound (n, K):  slack = bound - linear . (c_i, c_i+1, c_i+2)
-    jerk, root (n, M, 3):            slack = 1 -+ sqrt(root . c) (jerk . c), twice M of them
+    jerk, root (n, M, 3):            slack = 1 -+ sqrt(root . c) (jerk . c) - jump (root . c), twice M of them
+    jump (n, M, 2):                  what jumps of the curvature take of that, for either sign
     slack (n, K + 2 M), gradient (n, K + 2 M, 3) of what is subtracted.
     """
     least = math.inf
@@ -48,15 +57,16 @@ def slacks(
             rate = jerk[i, m, 0] * c0 + jerk[i, m, 1] * c1 + jerk[i, m, 2] * c2
             feed = math.sqrt(q)
             at = count + 2 * m
-            slack[i, at] = 1.0 - feed * rate
-            slack[i, at + 1] = 1.0 + feed * rate
+            up, down = jump[i, m, 0], jump[i, m, 1]
+            slack[i, at] = 1.0 - feed * rate - up * q
+            slack[i, at + 1] = 1.0 + feed * rate - down * q
             least = min(least, slack[i, at], slack[i, at + 1])
             if want:
                 half = 0.5 * rate / feed
                 for a in range(3):
                     slope = feed * jerk[i, m, a] + half * root[i, m, a]
-                    gradient[i, at, a] = slope
-                    gradient[i, at + 1, a] = -slope
+                    gradient[i, at, a] = slope + up * root[i, m, a]
+                    gradient[i, at + 1, a] = down * root[i, m, a] - slope
     return least
 
 
@@ -122,6 +132,7 @@ def least_time(
     bound: Array,
     jerk: Array,
     root: Array,
+    jump: Array,
     rows: Array,
     weights: Array,
     ends: Array,
@@ -135,7 +146,7 @@ def least_time(
 ) -> int:
     """Least travel time over the coefficients c (n + 2,) under all limits; c must keep them all with room at the start.
 
-    minimise sum w / sqrt(q)  subject to  linear . c <= bound,  |sqrt(q) (jerk . c)| <= 1
+    minimise sum w / sqrt(q)  subject to  linear . c <= bound,  |sqrt(q) (jerk . c)| + jump q <= 1
 
     A primal-dual interior point (Nocedal & Wright, Numerical Optimization, 2nd ed., chapter 19) whose Newton matrix is
     pentadiagonal, as c_i meets its two neighbours only. The curvature of the jerk limits is left out of that matrix,
@@ -152,7 +163,7 @@ def least_time(
     band = np.empty((n + 2, 3))
     right = np.empty(n + 2)
     after = np.empty(n + 2)
-    if not slacks(c, linear, bound, jerk, root, slack, gradient, True) > 0.0:
+    if not slacks(c, linear, bound, jerk, root, jump, slack, gradient, True) > 0.0:
         return -1
     time = travel_time(c, rows, weights, ends)
     if not warm:
@@ -258,7 +269,7 @@ def least_time(
         for _ in range(MAX_HALVINGS):
             for i in range(n + 2):
                 after[i] = c[i] + primal * right[i]
-            fits = slacks(after, linear, bound, jerk, root, trial, gradient, False) > 0.0
+            fits = slacks(after, linear, bound, jerk, root, jump, trial, gradient, False) > 0.0
             if fits:
                 for i in range(n):
                     for k in range(total):
@@ -271,6 +282,6 @@ def least_time(
             break
         for i in range(n + 2):
             c[i] = after[i]
-        slacks(c, linear, bound, jerk, root, slack, gradient, True)
+        slacks(c, linear, bound, jerk, root, jump, slack, gradient, True)
         time = travel_time(c, rows, weights, ends)
     return steps
