@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 
 import matplotlib.pyplot as plt
 import pytest
+from click.testing import CliRunner
 
 from docs_pages import PAGES, ROOT, blocks, name
+from splinefeed.cli.main import command_line
 
 #: Files that pages take for granted, and which of ours stand for them.
 SAMPLES = {
@@ -50,7 +53,6 @@ def test_blocks_run(page, workplace, capsys):
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_toml_and_json_blocks_can_be_read(page):
-    import json
     import tomllib
 
     for block in blocks(page):
@@ -68,5 +70,16 @@ def test_the_machine_of_the_how_to_is_stable(workplace):
     page = ROOT / "docs/how-to/add-a-machine.md"
     text = next(block.text for block in blocks(page) if block.language == "toml")
     (workplace / "my-mill.toml").write_text(text, encoding="utf-8")
-    axis = sf.Table.load("my-mill.toml").axes["x"]
-    assert margins(axis, period=1e-3).verdict.startswith("stable: ")
+    for axis in sf.Table.load("my-mill.toml").axes.values():
+        assert margins(axis, period=1e-3).verdict.startswith("stable: ")
+
+
+def test_the_machine_of_the_how_to_does_what_the_page_does_with_it(workplace):
+    """Its last commands, on a drawing of x and y: a machine of one axis was refused there."""
+    page = ROOT / "docs/how-to/add-a-machine.md"
+    text = next(block.text for block in blocks(page) if block.language == "toml")
+    (workplace / "my-mill.toml").write_text(text, encoding="utf-8")
+    words = "part.dxf --path 1 --machine my-mill.toml --no-compare --no-figures --json"
+    done = CliRunner().invoke(command_line, ["run", *words.split()])
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["ok"]
