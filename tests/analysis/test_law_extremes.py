@@ -1,0 +1,77 @@
+"""The extremes of a law on a circle and over a corner of speeds: against sine and cosine, sampled densely."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+
+import splinefeed as sf
+from splinefeed.kernels import check as kernels
+
+pytestmark = pytest.mark.nojit
+
+RADIUS = 2.0
+#: A quarter circle as a rational quadratic: its parameter does not go evenly, so that every term of the chain counts.
+ARC = sf.Path([sf.NurbsCurve.bezier([[0, 0], [RADIUS, 0], [RADIUS, RADIUS]], [1.0, math.sqrt(0.5), 1.0])])
+
+
+def extremes(path: sf.Path, breaks: list[float], coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    worst, jumps = np.zeros((kernels.AXES + 3 * len(path.axes), 4)), np.zeros((3, 3))
+    rows = len(path.table)
+    irregular = kernels.law_extremes(
+        np.array(breaks), coefficients, path.table, np.full(rows, 10.0), path.shape, 1e-14, worst, jumps
+    )
+    assert irregular == 0
+    return worst, jumps
+
+
+@pytest.mark.parametrize("law", [[0, 2.0, 0.5, -0.3, 0.1, 0.02], [0, 0, 3.0, -0.8, 0.05, -0.01], [0, 1.5, 0, 0, 0, 0]])
+def test_extremes_on_a_circle_are_those_of_sine_and_cosine(law: list[float]):
+    """x = r sin(s/r), y = r (1 - cos(s/r)): derivatives by t of the composition, by the chain rule of Faa di Bruno."""
+    s = Polynomial(law)
+    end = float(next(x.real for x in sorted((s - ARC.length).roots(), key=lambda x: x.real) if abs(x.imag) < 1e-9 < x))
+    worst, _ = extremes(ARC, [0.0, end], np.array([law], dtype=np.float64))
+    t = np.linspace(0.0, end, 200001)
+    place, v, a, j = (s.deriv(k)(t) if k else s(t) for k in range(4))
+    turn = place / RADIUS
+    # r times the k-th derivative of sin and 1 - cos by the angle, and v, a, j of the angle
+    first = np.array([np.cos(turn), np.sin(turn)])
+    second = np.array([-np.sin(turn), np.cos(turn)]) / RADIUS
+    third = -first / RADIUS**2
+    axes = [first * v, first * a + second * v**2, first * j + 3.0 * second * v * a + third * v**3]
+    for order, motion in enumerate(axes):
+        for k in range(2):
+            found = worst[kernels.AXES + 2 * order + k]
+            at = int(np.argmax(np.abs(motion[k])))
+            assert found[0] == pytest.approx(abs(motion[k, at]), rel=2e-4, abs=1e-9)
+            # and it is so large where it says
+            near = int(np.searchsorted(t, found[1]).clip(0, len(t) - 1))
+            assert abs(motion[k, near]) == pytest.approx(found[0], rel=1e-3, abs=1e-9)
+            assert found[2] == pytest.approx(float(s(found[1])), rel=1e-12, abs=1e-14)
+    assert worst[kernels.FEED, 0] == pytest.approx(np.max(v), rel=1e-6)
+    assert worst[kernels.SHARE, 0] == pytest.approx(np.max(v) / 10.0, rel=1e-6)
+    assert worst[kernels.SPEED_UP, 0] == pytest.approx(max(np.max(a), 0.0), rel=1e-6, abs=1e-12)
+    assert worst[kernels.SLOW_DOWN, 0] == pytest.approx(max(np.max(-a), 0.0), rel=1e-6, abs=1e-12)
+    assert worst[kernels.CENTRIPETAL, 0] == pytest.approx(np.max(v) ** 2 / RADIUS, rel=1e-6)
+    speeding = a > 1e-9
+    for row, chosen in ((kernels.JERK_UP, speeding), (kernels.JERK_DOWN, a < -1e-9)):
+        wanted = float(np.max(np.abs(j[chosen]), initial=0.0))
+        assert worst[row, 0] == pytest.approx(wanted, rel=1e-4, abs=1e-9)
+
+
+def test_jumps_between_pieces_are_told_by_how_much_and_where():
+    line = sf.Path([sf.NurbsCurve.bezier([[0, 0], [4, 3]])])
+    # 1 s at 1 mm/s; then from 2 mm/s at 3 mm/s^2; then from 3 mm, a hundredth of a millimetre on, at a steady feed
+    pieces = np.array([[0, 1, 0, 0, 0, 0], [1, 2, 1.5, 0, 0, 0], [3.010, 5.5, 0, 0, 0, 0]], dtype=np.float64)
+    second = (-2.0 + math.sqrt(4.0 + 4.0 * 1.5 * 2.0)) / 3.0
+    worst, jumps = extremes(line, [0.0, 1.0, 1.0 + second, 1.2 + second], pieces)
+    feed = 2.0 + 3.0 * second
+    assert jumps[0] == pytest.approx([0.01, 1.0 + second, 3.0], rel=1e-9)
+    steps = [(1.0, 1.0, 1.0), (5.5 - feed, 1.0 + second, 3.0)]
+    assert jumps[1] == pytest.approx(max(steps), rel=1e-9)
+    assert jumps[2] == pytest.approx([3.0, 1.0, 1.0], rel=1e-9)
+    assert worst[kernels.AXES : kernels.AXES + 2, 0] == pytest.approx([0.8 * 5.5, 0.6 * 5.5], rel=1e-12)
+    assert worst[kernels.AXES + 2 : kernels.AXES + 4, 0] == pytest.approx([0.8 * 3.0, 0.6 * 3.0], rel=1e-12)

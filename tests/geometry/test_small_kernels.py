@@ -1,0 +1,274 @@
+"""Kernels of arc length, matching, smoothing and the nearest point, one by one: against quadrature and brute force."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.interpolate import BSpline
+from scipy.optimize import minimize_scalar
+
+import reference
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.kernels import arc_fitting, arc_length, matching, nearest, pieces, smoothing
+from splinefeed.kernels import cells as cells_of
+from splinefeed.kernels.span_rows import fill_spans
+
+pytestmark = pytest.mark.nojit
+
+#: A rational cubic without symmetry, one knot span.
+CURVE = NurbsCurve.bezier([[0, 0], [1, 2], [3, 2.5], [4, 0.5]], [1.0, 0.7, 1.3, 0.9])
+
+
+def speed(u: float) -> float:
+    """|C'(u)| of CURVE with 40 digits."""
+    return float(np.linalg.norm(reference.derivatives(CURVE, u, 1)[1]))
+
+
+def flat(curves: list[NurbsCurve]) -> tuple:
+    """Curves as `fill_curves` takes them, two axes, and the knot spans that it asks for."""
+    points = np.concatenate([c.control_points for c in curves])
+    weights = np.concatenate([np.ones(len(c.control_points)) if c.weights is None else c.weights for c in curves])
+    knot_starts = np.cumsum([0, *(len(c.knots) for c in curves)])
+    point_starts = np.cumsum([0, *(len(c.control_points) for c in curves)])
+    degrees = np.array([c.degree for c in curves])
+    rational = np.array([int(c.weights is not None) for c in curves])
+    return degrees, rational, knot_starts, np.concatenate([c.knots for c in curves]), point_starts, points, weights
+
+
+def test_the_speed_of_a_row_is_fitted_and_its_integral_is_the_length():
+    table, shape = CURVE.table
+    one = table[:1].copy()
+    room = [np.empty(64) for _ in range(3)]
+    fine = arc_fitting.fit_speed(one, shape, 5.0, *room)
+    assert not fine  # one row is too long for 14 digits, but not for 4
+    for t in (-1.0, -0.4, 0.3, 1.0):
+        u = 0.5 * (t + 1.0)
+        wanted, _ = quad(speed, 0.0, u, epsabs=1e-10)
+        assert arc_length.arc_length(one, 0, t) == pytest.approx(wanted, abs=1e-3)
+        assert arc_length.fitted_speed(one, 0, t)[0] == pytest.approx(0.5 * speed(u), rel=2e-3)
+    line = NurbsCurve.bezier([[0, 0], [3, 4]])
+    one, shape = line.table[0][:1].copy(), line.table[1]
+    assert arc_fitting.fit_speed(one, shape, 5.0, *room)
+    assert [arc_length.arc_length(one, 0, t) for t in (-1.0, 0.0, 0.5, 1.0)] == pytest.approx([0.0, 2.5, 3.75, 5.0])
+
+
+def test_the_length_at_a_parameter_and_back_is_the_integral_of_the_speed():
+    table = CURVE.arc.table
+    last = len(table) - 1
+    assert last > 0
+    u = np.array([0.0, 0.11, 0.37, 0.5, 0.83, 1.0])
+    wanted = np.array([quad(speed, 0.0, x, epsabs=1e-12, epsrel=1e-12)[0] for x in u])
+    s, each = np.empty(len(u)), np.empty(len(u))
+    arc_length.lengths_at(table, 0, last, u, s)
+    arc_length.lengths_on(table, np.tile([0, last], (len(u), 1)), u, each)
+    assert s == pytest.approx(wanted, abs=1e-12)
+    assert np.array_equal(s, each)
+    back = np.empty(len(u))
+    arc_length.parameters_at(table, 0, last, wanted, back)
+    assert back == pytest.approx(u, abs=1e-12)
+    arc_length.parameters_at(table, 0, last, np.array([-1.0, 99.0]), back[:2])
+    assert back[:2].tolist() == [0.0, 1.0]
+    ranges = np.empty((1, 2))
+    arc_length.speed_ranges(table, np.array([[0, last]]), ranges)
+    sampled = [speed(x) for x in np.linspace(0.0, 1.0, 201)]
+    assert ranges[0] == pytest.approx([min(sampled), max(sampled)], rel=1e-3)
+
+
+def test_curves_are_filled_as_far_as_there_is_room():
+    """A line, a curve and a line: where the table is full the curve that did not fit is named, and may go on there."""
+    curves = [NurbsCurve.bezier([[-3, -4], [0, 0]]), CURVE, NurbsCurve.bezier([[4, 0.5], [4, 2.5]])]
+    given = flat(curves)
+    wide = (3, 2, 2, 1)
+    spans = np.zeros((3, pieces.width(wide)))
+    span_rows = np.empty((3, 2), dtype=np.int64)
+    assert fill_spans(*given, wide, 0, spans, 0, span_rows)[0] == 3
+    length = quad(speed, 0.0, 1.0, epsabs=1e-12, epsrel=1e-12)[0]
+    rows_of_curve = len(CURVE.arc.table)
+
+    def fill(room: int, first: int = 0, filled: int = 0, most: int = 1000) -> tuple[int, int]:
+        table = np.zeros((room, spans.shape[1]))
+        found = arc_fitting.fill_curves(
+            *given, 2, spans, span_rows, wide, first, most, table, filled, rows, starts, np.zeros(2)
+        )
+        if found[0] == 3:
+            assert starts == pytest.approx([0.0, 5.0, 5.0 + length, 7.0 + length], rel=1e-14)
+            assert rows.tolist() == [[0, 0], [1, rows_of_curve], [rows_of_curve + 1, rows_of_curve + 1]]
+            assert table[:, pieces.START][[0, 1, -1]] == pytest.approx([0.0, 5.0, 5.0 + length], rel=1e-14)
+        return found
+
+    rows, starts = np.zeros((3, 2), dtype=np.int64), np.zeros(4)
+    assert fill(rows_of_curve + 2) == (3, rows_of_curve + 2)
+    assert fill(rows_of_curve) == (1, 1)
+    assert fill(rows_of_curve + 1) == (2, rows_of_curve + 1)
+    assert fill(rows_of_curve + 2, most=1) == (1, -2)  # a curve that needs more rows than any may
+    assert fill(0) == (0, 0)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_least_distance_of_two_chords_is_that_of_brute_force(seed: int):
+    random = np.random.default_rng(seed)
+    points = random.normal(size=(4, 2 + seed % 2))
+    if seed % 4 == 3:
+        points[3] = points[2] + 0.7 * (points[1] - points[0])  # parallel ones
+    shares = np.empty(2)
+    found = matching.closest(points, 0, 2, shares)
+    x, y = (points[i] + shares[k] * (points[i + 1] - points[i]) for k, i in enumerate((0, 2)))
+    assert found == pytest.approx(float(np.sum((x - y) ** 2)), rel=1e-12, abs=1e-15)
+
+    def apart(s: float) -> float:
+        """From the place s of the first chord to the nearest of the second one: a convex function."""
+        off, step = points[0] + s * (points[1] - points[0]) - points[2], points[3] - points[2]
+        t = np.clip(np.dot(off, step) / np.dot(step, step), 0.0, 1.0)
+        return float(np.sum((off - t * step) ** 2))
+
+    inner = minimize_scalar(apart, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-12}).fun
+    assert found == pytest.approx(min(inner, apart(0.0), apart(1.0)), rel=1e-9, abs=1e-12)
+    assert np.all((shares >= 0.0) & (shares <= 1.0))
+
+
+def test_a_chord_runs_back_where_it_turns_by_more_than_its_cosine_says():
+    for angle, back in (
+        (0.0, False),
+        (1.5, False),
+        (3.0, False),
+        (math.acos(-0.9959), False),
+        (3.1, True),
+        (-3.1, True),
+    ):
+        end = [1.0 + 3.0 * math.cos(angle), 3.0 * math.sin(angle)]
+        points = np.array([[9.0, 9.0], [0.0, 0.0], [1.0, 0.0], end, [7.0, 7.0]])
+        assert matching.runs_back(points, 1) == back
+
+
+def test_meetings_of_a_line_with_itself_are_where_its_chords_cross():
+    """A figure eight of 40 chords, (cos t, sin 2 t): it meets itself in the middle once, and at its ends."""
+    t = np.linspace(0.2, 0.2 + 2.0 * math.pi, 41)
+    points = np.column_stack([np.cos(t), np.sin(2.0 * t)])
+    boxes = np.empty((16, 4))
+    matching.boxes_of(points, boxes)
+    assert boxes[1] == pytest.approx([*points.min(axis=0), *points.max(axis=0)])
+    out = np.empty((8, 2))
+    count = matching.meetings(points, boxes, 1e-9, out)
+    found = out[:count]
+    assert count == 2
+    chord = t[1] - t[0]
+    at = 0.2 + chord * found
+    middle, ends = sorted(at.tolist(), key=lambda pair: pair[1] - pair[0])
+    # chords cross near t = pi/2 and 3 pi/2, at the crossing of the two chords exactly
+    assert middle == pytest.approx([0.5 * math.pi, 1.5 * math.pi], abs=chord)
+    assert ends == pytest.approx([0.2, 0.2 + 2.0 * math.pi], abs=1e-9)
+    for i, j in found:
+        p, q = (np.array([np.interp(x, np.arange(41), points[:, k]) for k in range(2)]) for x in (i, j))
+        assert p == pytest.approx(q, abs=1e-9)
+    assert matching.meetings(points, boxes, 1e-9, out[:1]) == 2  # more than fit
+
+
+def test_the_nearest_share_is_the_least_of_the_larger_distance():
+    random = np.random.default_rng(3)
+    for _ in range(20):
+        p, q = random.normal(size=(3, 3)), random.normal(size=(4, 3))
+
+        def apart(share: float, p=p, q=q) -> float:
+            off = q[2] + share * (q[3] - q[2]) - p[1]
+            return max(float(np.sum(off[:2] ** 2)), float(off[2] ** 2))
+
+        found = matching.nearest_share(p, 1, q, 2, 2)
+        sampled = min(apart(x) for x in np.linspace(0.0, 1.0, 301))
+        assert apart(found) <= sampled + 1e-12
+        # the distance at shares of both is that of the places, too
+        here = matching.apart(p, 1, 0.0, q, 2, found, 2)
+        assert here == pytest.approx(apart(found), rel=1e-12)
+        x, y = p[1] + 0.3 * (p[2] - p[1]), q[0] + 0.8 * (q[1] - q[0])
+        wanted = max(float(np.sum((x - y)[:2] ** 2)), float((x - y)[2] ** 2))
+        assert matching.apart(p, 1, 0.3, q, 0, 0.8, 2) == pytest.approx(wanted, rel=1e-12)
+
+
+def side_by_side(p: np.ndarray, q: np.ndarray, limit: float, room: int = 2000) -> np.ndarray | None:
+    """The way through both lines, (n, 2), chord and share in one number, from the first point; None without one."""
+    lows, starts = np.zeros(len(p), dtype=np.int64), np.zeros(len(p), dtype=np.int64)
+    places, ways = np.empty((room, 2)), np.empty((room, 2), dtype=np.int64)
+    used = matching.side_by_side(p, q, 2, limit, lows, starts, places, ways)
+    if used < 0:
+        assert used == -room
+        return side_by_side(p, q, limit, 10 * room)
+    if used == 0:
+        return None
+    out = np.empty((len(p) + len(q), 2))
+    return out[: matching.traced(lows, starts, places, ways, out)][::-1]
+
+
+@pytest.mark.parametrize("room", [5, 2000])
+def test_a_line_beside_itself_is_passed_point_by_point(room: int):
+    """The same wave in 13 chords and in 31: the way keeps to equal places, forwards only, and to the offset."""
+    x, y = np.linspace(0.0, 6.0, 14), np.sort(np.append(np.linspace(0.0, 6.0, 30), [1.1, 4.4]))
+    offset = 0.02
+    p = np.column_stack([x, 0.5 * x])
+    q = np.column_stack([y, 0.5 * y + offset])
+    way = side_by_side(p, q, 0.01, room)
+    assert way is not None
+    assert way[-1].tolist() == [13.0, 31.0]
+    assert np.all(np.diff(way, axis=0) >= 0.0)
+    at = [np.column_stack([np.interp(way[:, k], np.arange(len(line)), line[:, a]) for a in (0, 1)]) for k, line in
+          enumerate((p, q))]  # fmt: skip
+    # straight lines side by side: from one to the nearest of the other, but where both begin and end
+    off = np.linalg.norm(at[0] - at[1], axis=1)
+    assert np.max(off) <= offset + 1e-12
+    assert off[:-1] == pytest.approx(np.full(len(off) - 1, offset * 2.0 / math.sqrt(5.0)), rel=0.2)
+    # every point of both lines is passed
+    for k, line in enumerate((p, q)):
+        assert set(range(1, len(line))) <= set(way[:, k].tolist())
+
+
+def test_lines_that_part_have_no_way_side_by_side():
+    x = np.linspace(0.0, 6.0, 14)
+    p = np.column_stack([x, 0.0 * x])
+    away = np.column_stack([x, 0.2 * x])
+    assert side_by_side(p, away, 0.01) is None
+    assert side_by_side(p, p[::-1].copy(), 0.01) is None  # the other way round
+    assert side_by_side(p, away, 1.3**2) is not None
+
+
+@pytest.mark.parametrize("spans", [1, 2, 5])
+def test_a_least_squares_spline_is_that_of_numpy(spans: int):
+    """The inner coefficients by NumPy's least squares over SciPy's basis, with both end points taken off before."""
+    random = np.random.default_rng(spans)
+    s = np.sort(np.append(random.uniform(0.0, 2.0, 60), [0.0, 2.0]))
+    points = np.column_stack([np.sin(3.0 * s), np.cos(s)]) + 1e-3 * random.normal(size=(len(s), 2))
+    weights = random.uniform(0.5, 2.0, len(s))
+    knots = smoothing.clamped_knots(np.linspace(0.0, 2.0, spans + 1), spans)
+    assert knots.tolist() == [0.0] * 5 + np.linspace(0.0, 2.0, spans + 1).tolist() + [2.0] * 5
+    found = np.empty((spans + smoothing.DEGREE, 2))
+    assert smoothing.least_squares(s, points, weights, knots, found)
+    matrix = BSpline.design_matrix(s, knots, smoothing.DEGREE).toarray()
+    rest = points - np.outer(matrix[:, 0], points[0]) - np.outer(matrix[:, -1], points[-1])
+    root = np.sqrt(weights)[:, None]
+    inner = np.linalg.lstsq(root * matrix[:, 1:-1], root * rest, rcond=None)[0]
+    assert found == pytest.approx(np.concatenate([points[:1], inner, points[-1:]]), rel=1e-8, abs=1e-9)
+    few = slice(0, 4)
+    assert not smoothing.least_squares(s[few], points[few], weights[few], knots, found)  # they leave some open
+
+
+@pytest.mark.parametrize("aside", [-0.3, -1e-3, 1e-3, 0.3])
+@pytest.mark.parametrize("start", [-1.0, -0.5, 0.0, 0.5, 1.0])
+def test_a_search_in_one_cell_finds_the_nearer_of_two_valleys(aside: float, start: float):
+    """From (aside, 2) the parabola y = x^2 has a valley on each side; one cell over all of it is more than it turns.
+
+    The distance to (x, x^2) is stationary where 2 x^3 - 3 x - aside = 0.
+    """
+    parabola = NurbsCurve.bezier([[-2, 4], [0, -4], [2, 4]])
+    table, shape = parabola.table
+    cell = np.zeros((1, cells_of.ENDS + 4))
+    cell[0, cells_of.T_LOW], cell[0, cells_of.T_HIGH] = -1.0, 1.0
+    cell[0, cells_of.SPEED], cell[0, cells_of.BEND] = 2.0 * math.sqrt(17.0) * 1.01, 2.02
+    query = np.array([aside, 2.0])
+    square, t = nearest.search_cell(
+        table, shape, cell, 0, -1.0, 1.0, query, start, math.inf, 0.0, nearest.search_room()
+    )
+    valleys = np.roots([2.0, 0.0, -3.0, -aside]).real
+    wanted = min((x - aside) ** 2 + (x * x - 2.0) ** 2 for x in valleys)
+    assert square == pytest.approx(wanted, rel=1e-13)
+    x = 2.0 * t
+    assert (x - aside) ** 2 + (x * x - 2.0) ** 2 == pytest.approx(wanted, rel=1e-12)
