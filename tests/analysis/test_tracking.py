@@ -59,16 +59,14 @@ def test_worst_mean_and_place():
     assert (theta.max, theta.error, theta.unit) == (0.125, -0.125, "rad")
     assert list(found.linear) == ["x", "y"]
     assert list(found.rotary) == ["theta"]
-    assert found.worst_linear is x
-    assert found.worst_rotary is theta
 
 
 def test_without_setpoints_no_arc_length_is_known():
     found = tracking(response(np.ones((3, 2)), axes=("x", "y")))
     assert found.axes["x"].s is None
-    assert found.worst_rotary is None
+    assert not found.rotary
     assert found.of == "position"
-    assert tracking(response(np.ones((3, 1)), axes=("c",))).worst_linear is None
+    assert not tracking(response(np.ones((3, 1)), axes=("c",))).linear
 
 
 def test_behind_the_last_setpoint_the_end_is_commanded():

@@ -52,16 +52,6 @@ class Tracking:
         """The rotary axes, rad."""
         return {name: each for name, each in self.axes.items() if each.unit == "rad"}
 
-    @property
-    def worst_linear(self) -> AxisTracking | None:
-        """The linear axis with the largest error; None if there is no linear axis."""
-        return max(self.linear.values(), key=lambda each: each.max, default=None)
-
-    @property
-    def worst_rotary(self) -> AxisTracking | None:
-        """The rotary axis with the largest error; None if there is no rotary axis."""
-        return max(self.rotary.values(), key=lambda each: each.max, default=None)
-
 
 def tracking(response: Response, points: Setpoints | None = None, *, of: str = "position") -> Tracking:
     """Tracking error command - position of each axis of a response, or command - measured with of="measured".

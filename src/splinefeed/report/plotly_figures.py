@@ -292,8 +292,8 @@ def _ends(place: Array, letters: str) -> Figure:
 
 def _inward(x: float, along: Array) -> str:
     """Where a word goes that must not leave the picture at its left or right edge, which a narrow screen has near."""
-    low, high = float(np.min(along)), float(np.max(along))
-    share = (x - low) / (high - low) if high > low else 0.5
+    width = float(np.ptp(along))
+    share = (x - float(np.min(along))) / width if width > 0.0 else 0.5
     return "right" if share < EDGE else "left" if share > 1.0 - EDGE else "center"
 
 
