@@ -171,8 +171,8 @@ def _joined(path: Path, s: Array) -> Array:
     if len(path.curves) > 1 and max(path.gaps) > 0.0:
         near = np.unique(np.concatenate([[0], curve]))
         index = np.arange(1, int(near[-1]) + 1)
-        starts = path.evaluate(index, np.array([path.curves[int(i)].domain[0] for i in index]), 0)[:, 0]
-        ends = path.evaluate(index - 1, np.array([path.curves[int(i) - 1].domain[1] for i in index]), 0)[:, 0]
+        starts = path.evaluate(index, path.flat.domains[index, 0], 0)[:, 0]
+        ends = path.evaluate(index - 1, path.flat.domains[index - 1, 1], 0)[:, 0]
         gaps = np.concatenate([np.zeros((1, points.shape[1])), np.cumsum(starts - ends, axis=0)])
         points = points - gaps[curve]
     return points

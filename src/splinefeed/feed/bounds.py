@@ -39,7 +39,8 @@ def feed_squared_bound(
     """Largest q by feed, axis velocity, centripetal acceleration and chord error, (n,), mm^2/s^2.
 
     first, second (n, axes): r', r'' by arc length; feed (n,): its limit there. A chord of length v T on radius 1/kappa
-    leaves the curve by delta: v^2 = (4 / T^2) (2 delta / kappa - delta^2).
+    leaves the curve by delta: v^2 = (4 / T^2) (2 delta / kappa - delta^2). On an arc of length 2 delta no point is
+    further than delta from one of the ends, however it bends: v T = 2 delta is always allowed.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         top: Array = feed**2
@@ -48,8 +49,8 @@ def feed_squared_bound(
         if limits.centripetal is not None:
             top = np.minimum(top, limits.centripetal / kappa)
         if limits.chord_error is not None and period is not None:
-            delta = np.minimum(limits.chord_error, 1.0 / kappa)
-            chord = 4.0 / period**2 * (2.0 * delta / kappa - delta * delta)
+            delta = limits.chord_error
+            chord = 4.0 / period**2 * (2.0 * delta * np.maximum(1.0 / kappa, delta) - delta * delta)
             top = np.where(kappa > 0.0, np.minimum(top, chord), top)
     return top
 

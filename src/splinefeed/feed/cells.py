@@ -119,8 +119,7 @@ def _lengths(path: Path, curve: IntArray, u: Array) -> Array:
 def located(path: Path, curve: IntArray, s: Array) -> Array:
     """Parameters (n,) on the curves (n,) at arc lengths s (n,), mm, that lie on them but for rounding."""
     found, u = path.locate(np.clip(s, 0.0, path.length))
-    owners, own = np.unique(curve, return_inverse=True)
-    ends = np.array([path.curves[int(i)].domain for i in owners]).reshape(-1, 2)[own]
+    ends = path.flat.domains[curve]
     inside: Array = np.where(found < curve, ends[:, 0], np.where(found > curve, ends[:, 1], u))
     return inside
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,6 +29,8 @@ FLAT = 1e-6
 NEXT_TO = 1e-9
 #: The linear axes stand still at a speed below this share of the size of their curve; a rotary one turns above that.
 STANDING, TURNING = 1e-6, 1e-6
+#: Arc-length pieces of the path whose bends are looked at together, or all of a curve that has more.
+ROWS_AT_ONCE = 16384
 #: Stops nearer than this share of the path are one place: what lies between is rounding.
 SAME = 1e-12
 
@@ -132,7 +136,6 @@ def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
     At the first the tool may as well rest. Both are where the bound of q is least, or |C'|, which hides what is next to
     a cusp between samples.
     """
-    curve, u, _ = sample(path, 0.0, path.length, 9)
     soon = worth(limits, axes) ** 2
     feeds = curve_feeds(path, limits)
 
@@ -148,22 +151,33 @@ def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
     def speed(curve: IntArray, u: Array) -> Array:
         return speed_by_u(path.evaluate(curve, u, 1)[:, 1], path.linear)
 
-    rests, others = [], []
-    same = (curve[1:-1] == curve[:-2]) & (curve[1:-1] == curve[2:])
-    for function in (top, speed):
-        q = function(curve, u)
-        low = same & (q[1:-1] <= q[:-2]) & (q[1:-1] <= q[2:]) & (q[1:-1] < (1.0 - FLAT) * np.maximum(q[:-2], q[2:]))
-        at = 1 + np.flatnonzero(low)
-        owner, left, right = curve[at], u[at - 1].copy(), u[at + 1].copy()
-        for _ in range(SECTIONS if len(at) else 0):
-            a, b = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
-            lower = function(owner, a) <= function(owner, b)
-            left, right = np.where(lower, left, a), np.where(lower, b, right)
-        best = 0.5 * (left + right)
-        s, slow = path.arc_length(owner, best), top(owner, best)
-        rests.append(s[slow < soon])
-        others.append(s[(slow >= soon) & (slow < SHARP * np.minimum(top(owner, u[at - 1]), top(owner, u[at + 1])))])
+    rests, others = [np.zeros(0)], [np.zeros(0)]
+    for curve, u in _samples(path):
+        same = (curve[1:-1] == curve[:-2]) & (curve[1:-1] == curve[2:])
+        for function in (top, speed):
+            q = function(curve, u)
+            low = same & (q[1:-1] <= q[:-2]) & (q[1:-1] <= q[2:]) & (q[1:-1] < (1.0 - FLAT) * np.maximum(q[:-2], q[2:]))
+            at = 1 + np.flatnonzero(low)
+            owner, left, right = curve[at], u[at - 1].copy(), u[at + 1].copy()
+            for _ in range(SECTIONS if len(at) else 0):
+                a, b = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
+                lower = function(owner, a) <= function(owner, b)
+                left, right = np.where(lower, left, a), np.where(lower, b, right)
+            best = 0.5 * (left + right)
+            s, slow = path.arc_length(owner, best), top(owner, best)
+            rests.append(s[slow < soon])
+            others.append(s[(slow >= soon) & (slow < SHARP * np.minimum(top(owner, u[at - 1]), top(owner, u[at + 1])))])
     return np.concatenate(rests), np.unique(np.concatenate(others))
+
+
+def _samples(path: Path) -> Iterator[tuple[IntArray, Array]]:
+    """Curves and parameters of places along the whole path, so many whole curves at a time that memory stays small."""
+    blocks = path.curve_rows[:, 1] // ROWS_AT_ONCE
+    first = np.append(np.flatnonzero(np.diff(blocks, prepend=-1)), len(path.curves))
+    for begin, end in pairwise(path.curve_starts[first]):
+        curve, u, _ = sample(path, float(begin), float(end), 9)
+        if len(curve):
+            yield curve, u
 
 
 def worth(limits: Limits, axes: AxisLimits) -> float:

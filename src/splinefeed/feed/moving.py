@@ -11,7 +11,7 @@ from splinefeed.feed.audit import LAST_CHECKED, excess, tick_excess
 from splinefeed.feed.bounds import deceleration_jerk
 from splinefeed.feed.law_pieces import Nodes, Pieces, to_pieces
 from splinefeed.feed.square import Setting, SquareProblem
-from splinefeed.feed.window import EAGER, GAP, Solution, fitting, nodes_of, signs_of
+from splinefeed.feed.window import EAGER, GAP, Solution, fitting, nearby, nodes_of, signs_of
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array
 
@@ -37,7 +37,7 @@ def finished(path: Path, found: Solution, setting: Setting) -> tuple[Pieces, boo
     scale = np.ones(problem.cells.count) if problem.scale is None else problem.scale
     rising = np.zeros(problem.cells.count) if problem.rising is None else problem.rising
     uneven_jerk = setting.limits.jerk != deceleration_jerk(setting.limits)
-    for _ in range(ROUNDS):
+    for round_ in range(ROUNDS):
         c, whole = _in_periods(problem, c, found.nodes, setting.period)
         nodes = nodes_of(problem, c, found.nodes.low, found.nodes.high)
         pieces = to_pieces(nodes)
@@ -47,7 +47,7 @@ def finished(path: Path, found: Solution, setting: Setting) -> tuple[Pieces, boo
         if np.max(over) <= 1.0 + OVER:
             return pieces, whole
         # under a lower top feed other cells speed up: they get both limits of jerk, and no tighter ones at first
-        turned = (signs_of(problem, c) != rising) & (rising != 0.0)
+        turned = nearby((signs_of(problem, c) != rising) & (rising != 0.0), 2**round_ - 1) & (rising != 0.0)
         rising = np.where(turned, 0.0, rising)
         scale = np.where(turned & uneven_jerk, scale, scale / np.maximum(over, 1.0) ** EAGER)
         problem = SquareProblem(problem.cells, problem.ends, setting, scale, rising, cap=problem.cap)

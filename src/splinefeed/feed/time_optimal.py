@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.audit import LAST_CHECKED, excess, tick_excess
+from splinefeed.feed.audit import tick_excess
 from splinefeed.feed.bounds import AxisLimits, deceleration, deceleration_jerk
 from splinefeed.feed.cells import sample
 from splinefeed.feed.corners import Corners, check_turns, find_corners, worth
@@ -190,8 +190,7 @@ def _stretch(path: Path, low: float, high: float, feeds: tuple[float, float], se
         found = solve(path, low, high, feeds, setting)
     except PlanError:
         return StretchPlan(steady(path, low, high, setting), 0.0, slow=True)
-    at_last = excess(found.nodes, found.pieces, setting, LAST_CHECKED)
-    factor = math.sqrt(max(float(np.max(found.over)), float(np.max(at_last)), 1.0)) * (1.0 + 1e-12)
+    factor = math.sqrt(max(float(np.max(found.over)), 1.0)) * (1.0 + 1e-12)
     plan = StretchPlan(found.pieces.stretched(factor), found.lower_bound)
     if factor > POOR or np.any(found.pieces.coarse):
         slow = steady(path, low, high, setting)
@@ -207,11 +206,17 @@ def _straight(path: Path, low: float, high: float, feeds: tuple[float, float], s
     if len(curve) == 0:
         return None
     d = by_arc_length(path.evaluate(curve, u, 2 + 1), path.linear)
+    # a rotary axis without limits may turn as it likes
+    counts = np.isfinite(axes.velocity) | np.isfinite(axes.acceleration) | np.isfinite(axes.jerk)
+    counts[: path.linear] = True
+    d = np.where(counts, d, 0.0)
     length = high - low
     tops = curve_feeds(path, limits)[curve]
     if np.ptp(tops) > 0.0 or not np.all(np.isfinite(d)):
         return None
-    if np.max(np.abs(d[:, 2])) * length > STRAIGHT or np.max(np.ptp(d[:, 1], axis=0)) > STRAIGHT:
+    # one axis alone goes straight, whatever rounding makes of its r'' where it hardly moves on
+    alone = np.count_nonzero(np.any(d[:, 1] != 0.0, axis=0)) == 1
+    if (not alone and np.max(np.abs(d[:, 2])) * length > STRAIGHT) or np.max(np.ptp(d[:, 1], axis=0)) > STRAIGHT:
         return None
     with np.errstate(divide="ignore"):
         steepest = 1.0 / np.max(np.abs(d[:, 1]), axis=0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.audit import excess, tick_excess
+from splinefeed.feed.audit import CHECKED, LAST_CHECKED, excess, tick_excess
 from splinefeed.feed.bounds import deceleration_jerk
 from splinefeed.feed.cells import Cells
 from splinefeed.feed.grid import first_cells
@@ -75,10 +75,12 @@ def solve(
     feeds: tuple[float | None, float | None],
     setting: Setting,
     given: Cells | None = None,
+    places: Array = LAST_CHECKED,
 ) -> Solution:
     """Least time over a stretch; feeds at its ends, mm/s, 0 for rest, None for any.
 
-    given: cells from `low` on, fine enough already, whose nodes stay nodes.
+    given: cells from `low` on, fine enough already, whose nodes stay nodes; places: of every piece of the law, where it
+    is held to the limits once it keeps them at CHECKED; `finished` looks closer at one with moving ends.
     Raises PlanError where the limits allow no motion, or where the path is too short for the feeds at its ends.
     """
     moving = any(feed is not None and feed > 0.0 for feed in feeds)
@@ -118,10 +120,13 @@ def solve(
             for phase in PHASES if pieces.duration < MOST_LOOKS * setting.period else PHASES[:1]:
                 seen = tick_excess(path, pieces, setting, phase * setting.period, rest)
                 over = np.maximum(over, seen[pieces.offset : pieces.offset + cells.count])
+        if np.max(over) <= hair and not moving and places is not CHECKED:
+            over = np.maximum(over, excess(nodes, pieces, setting, places))
         if np.max(over) <= hair or repair == REPAIRS - 1:
             break
-        # a cell in which the feed does not grow, or fall, as was thought gets both limits of jerk, no tighter ones
-        turned = (signs_of(problem, c) != rising) & (rising != 0.0)
+        # a cell in which the feed does not grow, or fall, as was thought gets both limits of jerk, no tighter ones; so
+        # do more and more of those around it, as the place where the feed turns moves on into them
+        turned = nearby((signs_of(problem, c) != rising) & (rising != 0.0), 2**repair - 1) & (rising != 0.0)
         rising = np.where(turned, 0.0, rising)
         spared = turned if uneven_jerk else np.zeros(cells.count, dtype=bool)
         scale = np.where(spared, scale, scale / np.maximum(over, 1.0) ** EAGER)
@@ -215,6 +220,14 @@ def _uneven(problem: SquareProblem, c: Array) -> BoolArray:
     weight *= cells.length / np.maximum(feed, np.finfo(float).tiny)
     marked: BoolArray = weight >= np.quantile(weight, 1.0 - REFINED_SHARE)
     return marked
+
+
+def nearby(marked: BoolArray, reach: int) -> BoolArray:
+    """The marked cells (n,) and so many on both sides of each."""
+    sums = np.concatenate([[0], np.cumsum(marked)])
+    cell = np.arange(len(marked))
+    found: BoolArray = sums[np.minimum(cell + reach + 1, len(marked))] > sums[np.maximum(cell - reach, 0)]
+    return found
 
 
 def _halved(problem: SquareProblem, c: Array, marked: BoolArray) -> tuple[Cells, Array, IntArray]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinefeed.feed.audit import LAST_CHECKED, excess
+from splinefeed.feed.audit import CHECKED, LAST_CHECKED, excess
 from splinefeed.feed.bounds import deceleration, deceleration_jerk
 from splinefeed.feed.cells import Cells, rows_between
 from splinefeed.feed.law_pieces import Nodes, Pieces, to_pieces
@@ -117,7 +117,7 @@ def _chunks(
         feeds = (0.0 if k == 0 else None, 0.0 if k == len(at) else None)
         inside = (setting.corner_s > start) & (setting.corner_s < end)
         near = replace(setting, corner_s=setting.corner_s[inside], corner_feed=setting.corner_feed[inside])
-        found = solve(path, start, end, feeds, near, first)
+        found = solve(path, start, end, feeds, near, first, CHECKED)
         nodes = found.nodes
         if kept is not None and before is not None:
             middle, reach = float(at[k - 1]), FADE * half
