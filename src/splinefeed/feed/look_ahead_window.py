@@ -207,6 +207,16 @@ def _check_standing(path: Path, axes: AxisLimits) -> None:
             )
 
 
+def _slow_turns(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> Array:
+    """Arc lengths (k,), mm, of turns of the tangent, no stops, that a chord error leaves next to no feed at."""
+    if limits.chord_error is None or period is None:
+        return np.zeros(0)
+    corners = path.corners
+    # a step d across a turn leaves it by at most d angle/4
+    slow = 4.0 * limits.chord_error < worth(limits, axes) * period * corners.angle
+    return np.asarray(corners.s[slow & ~corners.stop])
+
+
 def asked_for(path: Path, marks: Array) -> BoolArray:
     """Whether the path says that the tool rests at marks (m,), mm, as `row_feeds` has them: at an end or a stop.
 
@@ -263,7 +273,8 @@ def row_feeds(path: Path, limits: Limits, limit: Array) -> tuple[Array, Array]:
     count = samples.sharp_bends(path.table, path.shape, worth(limits, axes) ** 2, limit, bends)
     in_motion = set(passed.tolist())
     asked = np.array([0.0, *(s for s in path.stops if s not in in_motion), path.length])
-    marks = apart(path.length, asked, bends[np.argsort(bends[:count, 1], kind="stable"), 0])
+    bent = bends[np.argsort(bends[:count, 1], kind="stable"), 0]
+    marks = apart(path.length, asked, np.concatenate([bent, _slow_turns(path, limits, axes, period)]))
     check_turns(path, marks, axes)
     _check_standing(path, axes)
     return feeds, _snapped(marks, path.table[:, START], path.length)

@@ -125,6 +125,12 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
     along = _kernel_limits(limits)
     feeds = least_feeds(path, limits, marks) if isinstance(path, Path) else np.full(len(rows), along[0])
     failed = kernels.prepare(marks, feeds, *along[1:], rows)
+    if failed < 0:
+        rounding = float(np.spacing(rows[:, kernels.DURATION].sum()))
+        _, up, down, jerk, deceleration_jerk, start_feed, end_feed = along
+        calm = kernels.lasting_jerk(up, jerk, rounding), kernels.lasting_jerk(down, deceleration_jerk, rounding)
+        if calm != (jerk, deceleration_jerk):
+            failed = kernels.prepare(marks, feeds, up, down, *calm, start_feed, end_feed, rows)
     if failed >= 0:
         last = len(rows) - 1
         length = float(marks[failed + 1] - marks[failed])

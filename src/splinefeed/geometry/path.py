@@ -17,6 +17,7 @@ from splinefeed.geometry.corners import Corners, find_corners
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
+from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
 from splinefeed.geometry.markers import Marker as Marker
 from splinefeed.geometry.path_checks import check_joints, check_still, checked_axes, of_curves
 from splinefeed.geometry.tables import arc_rows, read_only, span_rows
@@ -39,7 +40,7 @@ class Path:
     curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Lines or Packed
     axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
     name        what files and figures call it; findings  what a reader had to say of it, one sentence each
-    tolerance   the gap that is still no gap, mm (rotary axes rad)
+    tolerance   the gap that is still no gap, mm (rotary axes rad): it is closed, see `geometry.joints.closed`
     feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
     markers     what is no motion, at its place; kept in the order of the places
@@ -86,6 +87,7 @@ class Path:
         count = len(self.curves)
         if count > 1:
             check_joints(self._ends, self.tolerance)
+            self._close_gaps()
         self.feeds = of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
         self.tolerances = of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
@@ -93,6 +95,15 @@ class Path:
             if not 0 <= marker.before <= len(self.curves):
                 raise InputError(f"marker {marker.text!r} stands before curve {marker.before} of {len(self.curves)}")
         self._made = True
+
+    def _close_gaps(self) -> None:
+        """Have each curve begin where the last one ends."""
+        if isinstance(self.curves, Lines) or not np.any(open_joints(self._ends)):
+            return
+        self.findings += said_of(self.gaps, JOIN_TOLERANCE)
+        self.curves = closed(self.curves, self._ends, self.linear)
+        for name in ("flat", "_ends"):
+            self.__dict__.pop(name, None)
 
     def __setattr__(self, name: str, value: object) -> None:
         if "_made" in self.__dict__:
@@ -171,7 +182,7 @@ class Path:
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:
-        """How far the end of each curve is from the start of the next one, mm (rotary axes rad)."""
+        """How far the end of each curve was given from the start of the next one, mm (rotary axes rad)."""
         return tuple(np.linalg.norm(self._ends[1:, 0] - self._ends[:-1, 1], axis=1).tolist())
 
     # --- its length -------------------------------------------------------------------------------------------------
@@ -378,6 +389,11 @@ class Path:
         if isinstance(self.curves, Lines):
             curves = Lines(self.curves.points[::-1])
         return Path(curves, self.axes, **{**self._said(), **turned}, tolerance=self.tolerance)
+
+    def beginning_at(self, point: ArrayLike) -> Path:
+        """The same path with its start moved to a point (axes,) next to it, as gaps are; see `geometry.joints`."""
+        curves = begun_at(self.curves, np.asarray(point, dtype=np.float64), self.linear)
+        return Path(curves, self.axes, **self._said(), tolerance=self.tolerance)
 
     def with_findings(self, *findings: str) -> Path:
         """The same path with other findings."""

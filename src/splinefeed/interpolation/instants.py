@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.geometry.path import Path
-from splinefeed.interpolation.stepping import placed
+from splinefeed.interpolation.stepping import AT_END, placed
 from splinefeed.kernels.arc_length import arc_length
 from splinefeed.kernels.jit import kernel
 from splinefeed.kernels.law import law_at
@@ -37,9 +37,12 @@ def _fill(
     current = state[1]
     piece = state[2]
     last_curve = curve_rows.shape[0] - 1
+    end = breaks[breaks.shape[0] - 1]
     for i in range(tau.shape[0]):
         piece, s, feed, _ = law_at(breaks, coefficients, piece, tau[i])
         s = min(max(s, 0.0), length)
+        if tau[i] >= end * (1.0 - AT_END) and length - s <= AT_END * length:
+            s = length
         while current < last_curve and s >= table[curve_rows[current + 1, 0], START]:
             current += 1
         while current > 0 and s < table[curve_rows[current, 0], START]:

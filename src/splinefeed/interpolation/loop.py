@@ -12,6 +12,7 @@ import numpy as np
 
 from splinefeed.interpolation.stepping import (
     ACCELERATION,
+    AT_END,
     FEED,
     HALF_FEED,
     NEXT_FEED,
@@ -106,6 +107,8 @@ def _loop(
             piece, _, law[HALF_FEED], _ = law_at(breaks, coefficients, piece, before + 0.5 * passed)
         piece, s, feed, acceleration = law_at(breaks, coefficients, piece, time)
         s = min(max(s, 0.0), length)
+        if time >= end * (1.0 - AT_END) and length - s <= AT_END * length:
+            s = length  # where a law ends is the end, not a rounding before it: a rotary axis may turn far in that
         feed = max(feed, 0.0)
         law[NEXT_S] = s
         law[NEXT_FEED] = feed

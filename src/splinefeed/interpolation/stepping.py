@@ -23,6 +23,8 @@ from splinefeed.records import Array, IntArray
 
 #: Places in `law`: s at tick k+1, mm; feed at tick k, half-way and at k+1, mm/s; acceleration at tick k, mm/s^2.
 NEXT_S, FEED, HALF_FEED, NEXT_FEED, ACCELERATION = 0, 1, 2, 3, 4
+#: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
+AT_END = 64.0 * 2.0**-52
 
 
 @hot_kernel

@@ -7,11 +7,12 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.look_ahead_path import CHORD, OF_AXES, PERIOD, chord_top
+from splinefeed.kernels.look_ahead_path import CHORD, FEED, OF_AXES, PERIOD, chord_top
 from splinefeed.records import Array
 
-#: Columns of jumps behind the arc length: largest q at a corner that is passed; jumps of r' of each axis, then of r''.
-CAP, JUMPS = 1, 2
+#: Columns of jumps behind the arc length: largest q at a corner that is passed; by what angle the tangent turns at
+#: another, rad, and the greatest curvature beside it, 1/mm; jumps of r' of each axis, then of r''.
+CAP, TURNED, BESIDE, JUMPS = 1, 2, 3, 4
 #: A jump of velocity or acceleration may use this much of the limits that a drive sees; the smooth motion the rest.
 JUMP_SHARE = 0.5
 #: Part of the limits that is always left to the smooth motion.
@@ -67,6 +68,61 @@ def hold_chords(m: int, edges: Array, bend: Array, behind: float, limit: Array, 
                 right += 1
             q = min(q, max(there, reached * reached))
         bound[i] = q
+
+
+@kernel
+def turn_cap(angle: float, kappa: float, limit: Array) -> float:
+    """Largest q at which a step of the period across a turn of the tangent, rad, stays within the chord error delta.
+
+    A step of length d leaves its chord by at most d angle/4 + kappa d^2/8, kappa being the curvature beside, 1/mm.
+    """
+    if not (limit[CHORD] < math.inf and limit[PERIOD] > 0.0) or angle <= 0.0:
+        return math.inf
+    quarter = 0.25 * angle
+    step = 2.0 * limit[CHORD] / (quarter + math.sqrt(quarter * quarter + 0.5 * CHORD_MARGIN * kappa * limit[CHORD]))
+    return (step / limit[PERIOD]) ** 2 / CHORD_MARGIN
+
+
+@kernel
+def hold_turns(m: int, edges: Array, found: int, jumps: Array, limit: Array, bound: Array) -> None:
+    """Lower bounds of q (m,) in intervals between edges (m + 1,), mm, to the chord error where the tangent turns.
+
+    jumps (found,): see `sample_rows`. All that one step may come to count together; a feed is well where a step does
+    not reach them, as in `hold_chords`.
+    """
+    if not (limit[CHORD] < math.inf and limit[PERIOD] > 0.0):
+        return
+    for g in range(found):
+        if not jumps[g, TURNED] > 0.0:
+            continue
+        s = jumps[g, 0]
+        q = min(limit[FEED] * limit[FEED], turn_cap(jumps[g, TURNED], jumps[g, BESIDE], limit))
+        for _ in range(3):
+            reach = limit[PERIOD] * math.sqrt(q)
+            angle = 0.0
+            kappa = 0.0
+            k = g
+            while k >= 0 and jumps[k, 0] >= s - reach:
+                angle += jumps[k, TURNED]
+                kappa = max(kappa, jumps[k, BESIDE])
+                k -= 1
+            k = g + 1
+            while k < found and jumps[k, 0] <= s + reach:
+                angle += jumps[k, TURNED]
+                kappa = max(kappa, jumps[k, BESIDE])
+                k += 1
+            q = min(q, turn_cap(angle, kappa, limit))
+        left = min(max(int(np.searchsorted(edges[: m + 1], s)) - 1, 0), m - 1)
+        for way in range(2):
+            i = left if way == 0 else left + 1
+            while 0 <= i < m:
+                apart = max(edges[i] - s, s - edges[i + 1], 0.0) / limit[PERIOD]
+                if apart * apart >= bound[i]:
+                    if apart * apart >= limit[FEED] * limit[FEED]:
+                        break
+                else:
+                    bound[i] = min(bound[i], max(q, apart * apart))
+                i += -1 if way == 0 else 1
 
 
 @kernel

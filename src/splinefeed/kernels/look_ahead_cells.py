@@ -8,7 +8,19 @@ import numpy as np
 
 from splinefeed.kernels.arc_length import fitted_speed
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.look_ahead_path import ON_ROW, PERIOD, ROUNDING, along, doubt, in_row, place
+from splinefeed.kernels.look_ahead_path import (
+    CENTRIPETAL,
+    CHORD,
+    OF_AXES,
+    ON_ROW,
+    PERIOD,
+    ROUNDING,
+    along,
+    doubt,
+    in_row,
+    place,
+    still_top,
+)
 from splinefeed.kernels.look_ahead_samples import BEGIN, BEND, CHANGE, JUMPED, PUSH, SLOW, TOP, TWIST, TWISTED
 from splinefeed.kernels.pieces import START, Shape, find_row
 from splinefeed.records import Array, IntArray
@@ -37,6 +49,11 @@ GRADES, GRADE, FINEST_GRADE = 24, 0.2, 1e-15
 #: Where a law is looked at, |C'| changes over an interval by this factor at most; a change beyond MOST_UNEVEN is within
 #: the rounding of arc length. So many cuts are made for it at most.
 EVEN, MOST_UNEVEN, MOST_SPLITS = 1.3, 64.0, 4096
+#: An interval is halved where r''' in its middle is off what the other places let expect by more than this share of the
+#: largest in it, and of what a limit allows; so many times, and so many of them, at most.
+UNEXPECTED, MOST_HALVINGS, MOST_HALVED = 0.05, 5, 4096
+#: No interval is halved that is shorter than this share of the arc length: its places are within its rounding.
+HALVED_FROM = 1e-9
 
 
 @kernel
@@ -175,17 +192,17 @@ def _ramp(count: int, samples: Array, low: float, high: float, end: int) -> floa
 
 @kernel
 def at_places(
-    table: Array, feeds: Array, shape: Shape, m: int, edges: Array, d: Array, bend: Array, unsure: Array, most: Array
-) -> None:
+    table: Array, feeds: Array, shape: Shape, m: int, edges: Array, rounding: float, d: Array, bend: Array,
+    unsure: Array, most: Array,
+) -> None:  # fmt: skip
     """Derivatives d (m, places, 3, axes) and curvature bend (m, places) at PLACES of intervals, one-sided at ends.
 
-    unsure (m, places): see `doubt`; edges (m + 1,) mm; most (m,) gets the bound of q by the feed of the row in the
-    middle of each interval.
+    unsure (m, places): see `doubt`; edges (m + 1,) mm, with this rounding; most (m,) gets the bound of q by the feed of
+    the row in the middle of each interval.
     """
     last_row = table.shape[0] - 1
     row = find_row(table, 0, last_row, START, edges[0])
     work = np.empty((4, shape[1]))
-    rounding = ROUNDING * edges[m]
     for i in range(m):
         low = edges[i]
         high = edges[i + 1]
@@ -203,9 +220,97 @@ def at_places(
 
 
 @kernel
+def _unexpected(d: Array, h: float, top: float, bend: float, limit: Array) -> bool:
+    """Whether places of an interval, d (places, 3, axes), h mm long, do not tell what r''' is between them.
+
+    What counts is what limits can feel of it up to a q of `top`; bend: the greatest curvature there, 1/mm.
+    """
+    axes = d.shape[2]
+    for k in range(axes):
+        largest = 0.0
+        for j in range(PLACES.shape[0]):
+            largest = max(largest, abs(d[j, 2, k]))
+        # the cubic through the other four, in the middle
+        off = abs(d[2, 2, k] + 0.25 * (d[0, 2, k] + d[4, 2, k]) - 0.75 * (d[1, 2, k] + d[3, 2, k]))
+        if not off > UNEXPECTED * largest:
+            continue
+        felt = off * top * math.sqrt(top) / limit[OF_AXES + 2 * axes + k]
+        felt = max(felt, off * h * top / limit[OF_AXES + axes + k])
+        if min(limit[CENTRIPETAL], limit[CHORD]) < math.inf:
+            felt = max(felt, off * h / bend if bend > 0.0 else 0.0)
+        if felt > UNEXPECTED:
+            return True
+    return False
+
+
+@kernel
+def look_at(
+    table: Array, feeds: Array, shape: Shape, m: int, fine: Array, owner: IntArray, limit: Array
+) -> tuple[int, Array, Array, Array, Array]:
+    """`at_places` of the intervals (m,) of `refine`, which are halved until it tells what they are like.
+
+    Returns how many intervals there are then, d, bend, unsure and the bound of q; `fine` and `owner` become theirs.
+    """
+    places = PLACES.shape[0]
+    rounding = ROUNDING * fine[m]
+    d, bend, unsure, bound = _room(m, shape[1])
+    at_places(table, feeds, shape, m, fine, rounding, d, bend, unsure, bound)
+    most = min(m + MOST_HALVED, owner.shape[0] - 1)
+    seen = np.zeros(m, dtype=np.bool_)
+    for _ in range(MOST_HALVINGS):
+        halved = np.zeros(m, dtype=np.bool_)
+        count = m
+        for i in range(m):
+            h = fine[i + 1] - fine[i]
+            if seen[i] or count >= most or not h > HALVED_FROM * fine[m]:
+                continue
+            top = bound[i]
+            for j in range(places):
+                top = min(top, still_top(d[i, j], bend[i, j], limit))
+            if top < math.inf and _unexpected(d[i], h, top, np.max(bend[i]), limit):
+                halved[i] = True
+                count += 1
+        if count == m:
+            break
+        d2, bend2, unsure2, bound2 = _room(count, shape[1])
+        seen = np.ones(count, dtype=np.bool_)
+        k = count
+        fine[k] = fine[m]
+        for i in range(m - 1, -1, -1):
+            begin, whose = fine[i], owner[i]
+            if halved[i]:
+                k -= 2
+                fine[k + 1] = begin + 0.5 * (fine[k + 2] - begin)
+                fine[k] = begin
+                owner[k] = whose
+                owner[k + 1] = whose
+                seen[k] = False
+                seen[k + 1] = False
+                at_places(
+                    table, feeds, shape, 2, fine[k : k + 3], rounding, d2[k : k + 2], bend2[k : k + 2],
+                    unsure2[k : k + 2], bound2[k : k + 2],
+                )  # fmt: skip
+            else:
+                k -= 1
+                fine[k] = begin
+                owner[k] = whose
+                d2[k], bend2[k], unsure2[k], bound2[k] = d[i], bend[i], unsure[i], bound[i]
+        d, bend, unsure, bound = d2, bend2, unsure2, bound2
+        m = count
+    return m, d, bend, unsure, bound
+
+
+@kernel
+def _room(m: int, axes: int) -> tuple[Array, Array, Array, Array]:
+    """Arrays for `at_places` of m intervals."""
+    places = PLACES.shape[0]
+    return np.empty((m, places, 3, axes)), np.empty((m, places)), np.empty((m, places)), np.empty(m)
+
+
+@kernel
 def refined_room(m: int, count: int) -> int:
-    """How many edges `refine` may make of m pieces and `count` parts."""
-    return m + count + 2 * GRADES + MOST_SPLITS + 1
+    """How many edges `refine` and `look_at` may make of m pieces and `count` parts."""
+    return m + count + 2 * GRADES + MOST_SPLITS + MOST_HALVED + 1
 
 
 @kernel

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.look_ahead_bounds import JUMPS, hold_chords, hold_jumps
-from splinefeed.kernels.look_ahead_cells import PLACES, at_places, refine, refined_room
+from splinefeed.kernels.look_ahead_bounds import JUMPS, hold_chords, hold_jumps, hold_turns
+from splinefeed.kernels.look_ahead_cells import look_at, refine, refined_room
 from splinefeed.kernels.look_ahead_law import hold_law
 from splinefeed.kernels.look_ahead_path import (
     AT_CORNER,
@@ -24,15 +24,15 @@ from splinefeed.kernels.look_ahead_path import (
 )
 from splinefeed.kernels.look_ahead_samples import COLUMNS, PUSH, SLOW, TOP, TWIST, sample_room, sample_rows
 from splinefeed.kernels.pieces import START, Shape, find_row
-from splinefeed.kernels.profile import ROW, SOLVED, seven_phase
+from splinefeed.kernels.profile import ROW, SOLVED, lasting_jerk, seven_phase
 from splinefeed.records import Array
 
 #: Phases, and pieces of a profile, at most.
 PHASES = 7
 #: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line.
 STRAIGHT = 1e-12
-#: Rounding of late instants, s, and what it may change an acceleration by, relative.
-LATE, NO_ROUNDING = 2e-12, 5e-10
+#: Rounding of late instants, s.
+LATE = 2e-12
 #: Where nothing limits acceleration or jerk along the path, these many ramps of it fit into the window.
 RAMPS = 10.0
 #: Feeds of the slow profile that are tried, from the fastest that is possible anywhere, q each this share of the last.
@@ -86,19 +86,12 @@ def straight(
             down = min(down, limit[OF_AXES + axes + k] / slope)
             jerk_up = min(jerk_up, limit[OF_AXES + 2 * axes + k] / slope)
             jerk_down = min(jerk_down, limit[OF_AXES + 2 * axes + k] / slope)
-    up, down = _sure(up, jerk_up), _sure(down, jerk_down)
+    jerk_up, jerk_down = lasting_jerk(up, jerk_up, LATE), lasting_jerk(down, jerk_down, LATE)
     if not up + down + jerk_up + jerk_down < math.inf or max(state[0, 0], state[1, 0]) > feed:
         return 0
     profile = np.zeros(ROW)
     done = seven_phase(high - low, feed, up, down, jerk_up, jerk_down, state[0, 0], state[1, 0], profile)
     return _pieces(profile, low, high, jerk_up, jerk_down, state[0, 0], nodes, spans, law) if done == SOLVED else 0
-
-
-@kernel
-def _sure(push: float, twist: float) -> float:
-    """An acceleration for profiles: if it builds up in next to no time it comes out larger, as instants are rounded."""
-    share = LATE * twist / push
-    return push / (1.0 + share) if NO_ROUNDING < share < math.inf else push
 
 
 @kernel
@@ -216,14 +209,11 @@ def _held(
     fine = np.empty(refined_room(pieces, count))
     owner = np.empty(fine.shape[0], dtype=np.int64)
     m = refine(table, pieces, nodes[: pieces + 1], count, samples, fine, owner)
-    d = np.empty((m, PLACES.shape[0], 3, shape[1]))
-    bend = np.empty((m, PLACES.shape[0]))
-    bound = np.empty(m)
+    m, d, bend, unsure, bound = look_at(table, feeds, shape, m, fine, owner, limit)
     edge_top = np.full(m + 1, math.inf)
     calm = np.empty((m, 2))
-    unsure = np.empty((m, PLACES.shape[0]))
-    at_places(table, feeds, shape, m, fine, d, bend, unsure, bound)
     hold_chords(m, fine, bend, 0.0, limit, bound)
+    hold_turns(m, fine, found, jumps, limit, bound)
     tops = np.empty((m, 2))
     for i in range(m):
         for p in range(2):

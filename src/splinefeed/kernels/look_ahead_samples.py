@@ -8,10 +8,11 @@ import numpy as np
 
 from splinefeed.kernels.arc_length import SLOW_PLACES, arc_length, fitted_speed, slow_places
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.look_ahead_bounds import CAP, JUMPS, jump_top
+from splinefeed.kernels.look_ahead_bounds import BESIDE, CAP, JUMPS, TURNED, jump_top, turn_cap
 from splinefeed.kernels.look_ahead_path import (
     AT_CORNER,
     CHORD,
+    FEED,
     ON_ROW,
     PERIOD,
     ROUNDING,
@@ -64,9 +65,16 @@ def _note(sample: Array, d: Array, kappa: float, linear: int, limit: Array) -> N
 
 
 @kernel
-def _jumps(before: Array, d: Array, begin: float, jump: Array) -> int:
-    """What jumps between derivatives (3, axes): 0 nothing, 1 r''' only, 2 more, and then by how much, into `jump`."""
+def _jumps(before: Array, d: Array, begin: float, linear: int, kappa: float, limit: Array, jump: Array) -> int:
+    """What jumps between derivatives (3, axes): 0 nothing, 1 r''' only, 2 more, and then by how much, into `jump`.
+
+    kappa: the greatest curvature beside it, 1/mm. A turn of the tangent that a chord error may feel counts as more.
+    """
     axes = d.shape[1]
+    turned = 0.0
+    for k in range(linear):
+        turned += (d[0, k] - before[0, k]) ** 2
+    turned = math.sqrt(turned)
     size1 = 0.0
     size2 = 0.0
     size3 = 0.0
@@ -84,10 +92,13 @@ def _jumps(before: Array, d: Array, begin: float, jump: Array) -> int:
             gap2 = max(gap2, abs(d[1, k] - before[1, k]) / size2)
         if size3 > 0.0 and abs(d[2, k] - before[2, k]) > 1e-3 * size3:
             found = 1
-    if not (gap1 > NO_JUMP or gap2 > 10.0 * NO_JUMP):
+    felt = turn_cap(turned, kappa, limit) < 4.0 * limit[FEED] * limit[FEED]
+    if not (felt or gap1 > NO_JUMP or gap2 > 10.0 * NO_JUMP):
         return found
     jump[0] = begin
     jump[CAP] = math.inf
+    jump[TURNED] = turned if felt else 0.0
+    jump[BESIDE] = kappa
     for k in range(axes):
         jump[JUMPS + k] = abs(d[0, k] - before[0, k]) if gap1 > NO_JUMP else 0.0
         jump[JUMPS + axes + k] = abs(d[1, k] - before[1, k]) if gap2 > 10.0 * NO_JUMP else 0.0
@@ -117,6 +128,7 @@ def sample_rows(
     work = np.empty((4, axes))
     d = np.empty((3, axes))
     before = np.zeros((3, axes))
+    behind = 0.0
     third = np.empty(axes)
     ends = np.empty(MOST_PARTS + 1)
     count = 0
@@ -130,21 +142,21 @@ def sample_rows(
         jumped = 1.0 if shape[0] >= 4 or (row > first and feeds[row, ON_ROW] != feeds[row - 1, ON_ROW]) else 0.0
         slow = math.inf
         if row > back:
-            kind = _jumps(before, d, begin, jumps[found])
+            kind = _jumps(before, d, begin, linear, max(behind, kappa, 0.0), limit, jumps[found])
             if feeds[row, AT_CORNER] < math.inf:
                 jumps[found, 0] = begin
                 jumps[found, CAP] = feeds[row, AT_CORNER] * feeds[row, AT_CORNER]
-                jumps[found, JUMPS:] = 0.0
+                jumps[found, TURNED:] = 0.0
                 kind = 2
             if kind > 0:
                 jumped = 1.0
             if kind > 1:
-                slow = jumps[found, CAP]
+                slow = min(jumps[found, CAP], turn_cap(jumps[found, TURNED], jumps[found, BESIDE], limit))
                 for k in range(axes):
                     slow = min(slow, jump_top(jumps[found, JUMPS + k], jumps[found, JUMPS + axes + k], k, axes, limit))
                 found += 1
         if row < first:
-            along(table, row, shape, 1.0, rounding, work, before)
+            behind = along(table, row, shape, 1.0, rounding, work, before)
             continue
         finish = 1.0
         if begin < low:
@@ -198,6 +210,7 @@ def sample_rows(
             t0 = t1
             s0 = s1
         before[:] = d
+        behind = kappa
     return count, found
 
 

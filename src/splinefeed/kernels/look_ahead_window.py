@@ -7,14 +7,15 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.look_ahead_bounds import JUMPS, hold_chords, hold_jumps
-from splinefeed.kernels.look_ahead_cells import PLACES, at_places, lay_cells, refine, refined_room
+from splinefeed.kernels.look_ahead_bounds import JUMPS, hold_chords, hold_jumps, hold_turns
+from splinefeed.kernels.look_ahead_cells import PLACES, at_places, lay_cells, look_at, refine, refined_room
 from splinefeed.kernels.look_ahead_law import hold_law, lay_law
 from splinefeed.kernels.look_ahead_path import (
     JERK_DOWN,
     JERK_UP,
     OF_AXES,
     PERIOD,
+    ROUNDING,
     SLOW_DOWN,
     SPEED_UP,
     push_twist,
@@ -105,17 +106,14 @@ def plan_window(
     bend = np.empty((n + 2, PLACES.shape[0]))
     bound = np.empty(n + 2)
     unsure = np.empty((n + 2, PLACES.shape[0]))
-    at_places(table, feeds, shape, n + 2, edges, d, bend, unsure, bound)
+    at_places(table, feeds, shape, n + 2, edges, ROUNDING * high, d, bend, unsure, bound)
     # the law is held against all at places of cells and ramps first, and then of every part of a row in them
     fine = np.empty(refined_room(n + 2, count))
     owners = np.empty(fine.shape[0], dtype=np.int64)
     m = refine(table, n + 2, edges, count, samples, fine, owners)
-    fine_d = np.empty((m, PLACES.shape[0], 3, axes))
-    fine_bend = np.empty((m, PLACES.shape[0]))
-    fine_bound = np.empty(m)
-    fine_unsure = np.empty((m, PLACES.shape[0]))
-    at_places(table, feeds, shape, m, fine, fine_d, fine_bend, fine_unsure, fine_bound)
+    m, fine_d, fine_bend, fine_unsure, fine_bound = look_at(table, feeds, shape, m, fine, owners, limit)
     hold_chords(m, fine, fine_bend, bend_behind(table, shape, low, state[0, 0], limit), limit, fine_bound)
+    hold_turns(m, fine, found, jumps, limit, fine_bound)
     node_top = np.full(n + 1, math.inf)
     for e in range(2):
         if ends[e] > 0.0:

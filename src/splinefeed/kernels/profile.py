@@ -39,8 +39,23 @@ ROUNDING = 16.0 * 2.0**-52
 HAIR = 1e-9
 #: Bisection alone, on a logarithmic scale, narrows any bracket of floats to neighbours in fewer steps than this.
 STEPS = 200
+#: A share of a phase below this is not seen, as limits hold to 1e-9.
+UNSEEN = 1e-10
 #: Keeps brackets (mm/s), whose middle is taken between logarithms, and divisors away from zero.
 SMALLEST = 1e-200
+
+
+@kernel
+def lasting_jerk(acceleration: float, jerk: float, rounding: float) -> float:
+    """The jerk J' to plan with where acceleration A builds up so fast that the rounding of instants, s, shows.
+
+    J' + J' (J' rounding / A) = J: what a phase of A/J' s, rounding shorter, takes to reach A. It lasts 4 roundings at
+    least. Where the rounding does not show, J itself.
+    """
+    share = rounding * jerk / acceleration
+    if not UNSEEN < share < math.inf:
+        return jerk
+    return min(2.0 * jerk / (1.0 + math.sqrt(1.0 + 4.0 * share)), 0.25 * acceleration / rounding)
 
 
 @kernel

@@ -14,6 +14,7 @@ from splinefeed.errors import InputError
 from splinefeed.feed.look_ahead_stream import ON_TICK, Block, LookAhead
 from splinefeed.feed.look_ahead_window import STRATEGY, WINDOW
 from splinefeed.geometry.curves import Lines
+from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.long_run import MOST_IN_COLUMN, joined
 from splinefeed.records import Array, Limits, Setpoints
@@ -71,6 +72,15 @@ def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
         )
 
 
+def continuing(path: Path, last: Path) -> Path:
+    """A part that begins exactly where the last one ends, moved there if its tolerance allows that."""
+    ends = np.array([last.ends[-1], path.ends[0]])
+    gap = float(np.linalg.norm(ends[1, 0] - ends[0, 1]))
+    if not open_joints(ends)[0] or gap > max(path.tolerance, last.tolerance):
+        return path
+    return path.beginning_at(ends[0, 1])
+
+
 class _Walk:
     """Plans parts as they come, and makes the setpoints of each block of motion."""
 
@@ -95,6 +105,8 @@ class _Walk:
                     "method": METHOD,
                 }
             last = self.parts[-1] if self.parts else None
+            if last is not None:
+                path = continuing(path, last.path)
             self.parts.append(_Part(path, 0 if last is None else last.curve + len(last.path.curves), end))
             end += path.length
             for block in planner.push(path):

@@ -13,7 +13,7 @@ from splinefeed.feed.look_ahead_window import STRATEGY
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing_stream import PROGRAM, Smoother
-from splinefeed.pipeline.long_path import METHOD, stream_setpoints
+from splinefeed.pipeline.long_path import METHOD, continuing, stream_setpoints
 from splinefeed.records import Limits, Setpoints, Verdict
 
 #: Is told how many moves of the file are read by now, and how many setpoints are made.
@@ -94,12 +94,17 @@ class WindowedRun:
 
     def _paths(self) -> Iterator[Path]:
         """Parts of the path to drive along, each of which the check is told of first."""
+        last: Path | None = None
+        for path in self._parts():
+            last = path if last is None else continuing(path, last)
+            self._check.part(last)
+            yield last
+
+    def _parts(self) -> Iterator[Path]:
+        """Parts of the path as they are read, or smoothed."""
         for part in self.source:
             self._read += len(part.curves)
             self._say()
-            for path in [part] if self._smoother is None else self._smoother.push(part):
-                self._check.part(path)
-                yield path
-        for path in [] if self._smoother is None else self._smoother.finish():
-            self._check.part(path)
-            yield path
+            yield from [part] if self._smoother is None else self._smoother.push(part)
+        if self._smoother is not None:
+            yield from self._smoother.finish()
