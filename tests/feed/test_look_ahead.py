@@ -185,6 +185,7 @@ KEPT = {
     401871: "rests nearer than a period's step",
     402223: "an acceleration within the rounding of s next to a cusp",
     406675: "stops nearer to each other than setpoints are placed to",
+    920076: "a jerk that is low enough while the feed grows, just behind where it does no more",
     407881: "a rotary axis that turns far within the rounding of the path's end",
     408148: "a peak of r''' between the places of a row, where |C'| hardly changes",
     410725: "a rotary axis that turns far within the rounding of the path's end",

@@ -161,13 +161,20 @@ def hold_law(
                 motion[j] = motion[far]
         for j in range(count):
             v, a, b = motion[j, 0], motion[j, 1], motion[j, 2]
-            grows = a if abs(a) > NO_SIGN * fastest else motion[count // 2, 1]
             q = v * v
             x = unsure[i, j]
             use[j, 0] = q / (limit[FEED] * limit[FEED])
             use[j, 1] = a / limit[SPEED_UP]
             use[j, 2] = -a / limit[SLOW_DOWN]
-            use[j, 3] = (abs(b) / (limit[JERK_UP] if grows >= 0.0 else limit[JERK_DOWN])) ** (2.0 / 3.0)
+            # between a place where the feed grows and one where it falls both limits hold
+            rising, falling = False, False
+            for near in range(max(j - 1, 0), min(j + 2, count)):
+                rising = rising or motion[near, 1] > NO_SIGN * fastest
+                falling = falling or motion[near, 1] < -NO_SIGN * fastest
+            twist = min(
+                limit[JERK_UP] if rising or not falling else math.inf, limit[JERK_DOWN] if falling else math.inf
+            )
+            use[j, 3] = (abs(b) / twist) ** (2.0 / 3.0)
             use[j, 4] = q * bend[i, j] / limit[CENTRIPETAL]
             use[j, 5] = q / bound[i]
             for k in range(axes):

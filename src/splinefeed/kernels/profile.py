@@ -40,7 +40,7 @@ HAIR = 1e-9
 #: Bisection alone, on a logarithmic scale, narrows any bracket of floats to neighbours in fewer steps than this.
 STEPS = 200
 #: A share of a phase below this is not seen, as limits hold to 1e-9.
-UNSEEN = 1e-10
+UNSEEN = 5e-10
 #: Keeps brackets (mm/s), whose middle is taken between logarithms, and divisors away from zero.
 SMALLEST = 1e-200
 
