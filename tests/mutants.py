@@ -263,7 +263,7 @@ def _run(copy: Path, tests: list[str]) -> int:
         os.dup2(output.fileno(), 1)
         os.dup2(output.fileno(), 2)
         try:
-            return int(pytest.main(["-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]))
+            return int(pytest.main(["-x", "-q", "-n", "0", "--timeout", "0", "-p", "no:cacheprovider", *tests]))
         except BaseException:
             traceback.print_exc()
             return _BROKEN
