@@ -27,6 +27,8 @@ NAMES = (
     "methods",
     "plan",
     "planners",
+    "curves",
+    "rows",
     "smooth",
     "paths",
     "cad",
