@@ -209,6 +209,7 @@ def _straight(path: Path, low: float, high: float, feeds: tuple[float, float], s
     # a rotary axis without limits may turn as it likes
     counts = np.isfinite(axes.velocity) | np.isfinite(axes.acceleration) | np.isfinite(axes.jerk)
     counts[: path.linear] = True
+    moves = np.any(d[:, 1] != 0.0, axis=0)
     d = np.where(counts, d, 0.0)
     length = high - low
     tops = curve_feeds(path, limits)[curve]
@@ -224,7 +225,7 @@ def _straight(path: Path, low: float, high: float, feeds: tuple[float, float], s
     up, down = min(limits.acceleration, push), min(deceleration(limits), push)
     jerk, falling = min(limits.jerk, twist), min(deceleration_jerk(limits), twist)
     if not np.any(np.isfinite([up, down, jerk, falling])):
-        turning = [axis for axis, most in zip(path.axes, np.max(np.abs(d[:, 1]), axis=0), strict=True) if most > 0.0]
+        turning = [axis for axis, turns in zip(path.axes, moves, strict=True) if turns]
         raise LimitsError(
             f"from {low:.6g} to {high:.6g} mm only {' '.join(turning)} moves, and nothing limits its acceleration or "
             f"jerk: give axis_acceleration.{turning[0]}, or an acceleration of the path"

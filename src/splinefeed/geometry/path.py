@@ -40,7 +40,8 @@ class Path:
     curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Lines or Packed
     axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
     name        what files and figures call it; findings  what a reader had to say of it, one sentence each
-    tolerance   the gap that is still no gap, mm (rotary axes rad): it is closed, see `geometry.joints.closed`
+    tolerance   the gap that is still no gap, mm (rotary axes rad): what is moved along is closed there, see
+                `geometry.joints.closed`; `curves` stay as they are given
     feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
     markers     what is no motion, at its place; kept in the order of the places
@@ -68,6 +69,7 @@ class Path:
             self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, _STORED) else tuple(curves)
         except TypeError:
             raise CurveError(f"curves are a {type(curves).__name__}; a list of NurbsCurve is needed") from None
+        self._joined = self.curves
         self.name = name
         self.findings = tuple(findings)
         self.tolerance = float(tolerance)
@@ -97,11 +99,11 @@ class Path:
         self._made = True
 
     def _close_gaps(self) -> None:
-        """Have each curve begin where the last one ends."""
+        """Have each curve that is moved along begin where the last one ends; `curves` stay as they were given."""
         if isinstance(self.curves, Lines) or not np.any(open_joints(self._ends)):
             return
-        self.findings += said_of(self.gaps, JOIN_TOLERANCE)
-        self.curves = closed(self.curves, self._ends, self.linear)
+        self.findings += tuple(each for each in said_of(self.gaps, JOIN_TOLERANCE) if each not in self.findings)
+        self._joined = closed(self.curves, self._ends, self.linear)
         for name in ("flat", "_ends"):
             self.__dict__.pop(name, None)
 
@@ -165,13 +167,13 @@ class Path:
     @cached_property
     def flat(self) -> Flat:
         """All curves as arrays."""
-        return self.curves.flat if isinstance(self.curves, _STORED) else Flat.of(self.curves)
+        return self._joined.flat if isinstance(self._joined, _STORED) else Flat.of(self._joined)
 
     @cached_property
     def _ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes)."""
-        few = not isinstance(self.curves, _STORED) and len(self.curves) <= _FEW
-        ends = np.array([curve.ends for curve in self.curves]) if few else self.flat.ends(self.curves)
+        few = not isinstance(self._joined, _STORED) and len(self._joined) <= _FEW
+        ends = np.array([curve.ends for curve in self._joined]) if few else self.flat.ends(self._joined)
         ends.setflags(write=False)
         return ends
 
@@ -214,7 +216,7 @@ class Path:
             arc = self.curves[0].arc
             return arc.table, read_only(np.array([[0, len(arc.table) - 1]])), read_only(np.array([0.0, arc.length]))
         spans = None if self.shape[0] == 1 and not self.shape[3] else self.spans
-        return arc_rows(self.flat, self.shape, spans, self.curves)
+        return arc_rows(self.flat, self.shape, spans, self._joined)
 
     @property
     def table(self) -> Array:
@@ -375,7 +377,7 @@ class Path:
         """The affine image of every curve; see `NurbsCurve.transformed`."""
         if isinstance(self.curves, Lines):
             return Path(Lines(moved_points(self.curves.points, matrix, offset)), self.axes, **self._said())
-        return Path([c.transformed(matrix, offset) for c in self.curves], self.axes, **self._said())
+        return Path([c.transformed(matrix, offset) for c in self._joined], self.axes, **self._said())
 
     def reversed(self) -> Path:
         """The same path run through from its end to its start, feeds and markers turned with it."""
@@ -392,7 +394,7 @@ class Path:
 
     def beginning_at(self, point: ArrayLike) -> Path:
         """The same path with its start moved to a point (axes,) next to it, as gaps are; see `geometry.joints`."""
-        curves = begun_at(self.curves, np.asarray(point, dtype=np.float64), self.linear)
+        curves = begun_at(self._joined, np.asarray(point, dtype=np.float64), self.linear)
         return Path(curves, self.axes, **self._said(), tolerance=self.tolerance)
 
     def with_findings(self, *findings: str) -> Path:
