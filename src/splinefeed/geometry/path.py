@@ -69,7 +69,7 @@ class Path:
             self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, _STORED) else tuple(curves)
         except TypeError:
             raise CurveError(f"curves are a {type(curves).__name__}; a list of NurbsCurve is needed") from None
-        self._joined = self.curves
+        self._joined: Sequence[NurbsCurve] = self.curves
         self.name = name
         self.findings = tuple(findings)
         self.tolerance = float(tolerance)
