@@ -198,7 +198,13 @@ def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_moves_the_kno
             over.set()
             for thread in threads:
                 thread.join(10.0)
-        assert ask(control, b'{"token": "%s", "status": true}' % control.token.encode())[0]["ok"]
+        # on a busy machine the last of the flood may still be there
+        for _ in range(400):
+            found = ask(control, b'{"token": "%s", "status": true}' % control.token.encode())
+            if found and found[0].get("error") != "too many clients":
+                break
+            time.sleep(0.05)
+        assert found[0]["ok"], found
     assert state.done
     assert state.underruns == 0
     assert knob.wanted == 1.0
