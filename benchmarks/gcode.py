@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import tempfile
 import time
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import child
+from benchmarks.stream import peak_memory
 from benchmarks.tables import Column, Headline, Report, Table
 from benchmarks.timing import interleaved
 
@@ -100,5 +100,4 @@ def info(name: str) -> dict[str, Any]:
 
     start = time.perf_counter()
     summary(name).page(name)
-    peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return {"seconds": time.perf_counter() - start, "peak": peak}
+    return {"seconds": time.perf_counter() - start, "peak": peak_memory()}
