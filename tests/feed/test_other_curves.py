@@ -41,6 +41,13 @@ def test_cusps_tight_loops_and_uneven_jerk_do_not_force_a_crawl(seed: int) -> No
     assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law).ok
 
 
+def test_an_axis_that_turns_back_where_it_is_looked_at_is_not_still() -> None:
+    made = random_motions.motion(5006840, ("time-optimal",))
+    law = sf.plan(made.path, made.limits, "time-optimal", made.period)
+    verdict = sf.check(sf.interpolate(made.path, law), made.path, made.limits, law)
+    assert verdict.ok, verdict.problems
+
+
 @pytest.mark.parametrize("bend", [0.0, 1e-3, 1.0, 99.0, 100.0, 101.0, 1e9, np.inf])
 def test_a_step_of_twice_the_chord_error_is_allowed_however_the_path_bends(bend: float) -> None:
     limits = sf.Limits(feed=1e6, acceleration=1.0, jerk=1.0, chord_error=0.01)

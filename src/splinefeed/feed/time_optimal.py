@@ -216,7 +216,7 @@ def _straight(path: Path, low: float, high: float, feeds: tuple[float, float], s
     if np.ptp(tops) > 0.0 or not np.all(np.isfinite(d)):
         return None
     # one axis alone goes straight, whatever rounding makes of its r'' where it hardly moves on
-    alone = np.count_nonzero(np.any(d[:, 1] != 0.0, axis=0)) == 1
+    alone = np.count_nonzero(np.any(d[:, 1:] != 0.0, axis=(0, 1))) == 1
     if (not alone and np.max(np.abs(d[:, 2])) * length > STRAIGHT) or np.max(np.ptp(d[:, 1], axis=0)) > STRAIGHT:
         return None
     with np.errstate(divide="ignore"):
