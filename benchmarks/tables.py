@@ -117,18 +117,21 @@ def summary(headlines: Iterable[Headline]) -> Table:
     return Table("What was promised, and what came out.", tuple(map(Column, ("what", "measured", "target", ""))), rows)
 
 
-def between_markers(text: str, name: str, replacement: str) -> str | None:
-    """`text` with what stands between the markers of `name` replaced, every other character kept; None without both."""
-    opening, closing = f"<!-- benchmarks:{name} -->", f"<!-- /benchmarks:{name} -->"
+def between_markers(text: str, name: str, replacement: str, maker: str = "benchmarks") -> str | None:
+    """`text` with what stands between the markers of `name` replaced, every other character kept; None without both.
+
+    maker  the script, or the lot of them, that the markers name as the one that makes what stands between
+    """
+    opening, closing = f"<!-- {maker}:{name} -->", f"<!-- /{maker}:{name} -->"
     before, first, rest = text.partition(opening)
     _, second, after = rest.partition(closing)
     return f"{before}{opening}\n{replacement}\n{closing}{after}" if first and second else None
 
 
-def write_into(file: Path, name: str, replacement: str) -> bool:
+def write_into(file: Path, name: str, replacement: str, maker: str = "benchmarks") -> bool:
     """Put `replacement` between the markers of `name` in `file`; False, and nothing done, without file or markers."""
     text = file.read_bytes().decode() if file.exists() else ""
-    after = between_markers(text, name, replacement)
+    after = between_markers(text, name, replacement, maker)
     if after is None:
         return False
     if after != text:

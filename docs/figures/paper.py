@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from marked import rows, write
 from scipy.optimize import brentq
 
 import splinefeed as sf
@@ -19,7 +20,7 @@ from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins
 
 HERE = Path(__file__).parent
-PAGE = HERE.parent / "paper.md"
+put = partial(write, "paper.md", "paper")
 #: Plants that are tried: speed per volt, mm/s/V, and lag, s, of velocity drives; N*m/V of torque drives.
 GAINS = (12.5, 25.0, 50.0, 100.0, 200.0, 400.0)
 LAGS = (0.003, 0.01, 0.03, 0.1)
@@ -41,22 +42,6 @@ def main() -> None:
     put("errors", errors(flat, solid))
     put("margins", loops(table))
     put("plants", plants(table, run.points))
-
-
-def put(name: str, text: str) -> None:
-    """Put `text` between the markers of that name in the page, and print it."""
-    print(f"## {name}\n\n{text}\n", flush=True)
-    page = PAGE.read_text(encoding="utf-8")
-    marked = re.compile(rf"(<!-- paper:{name} -->\n).*?(<!-- /paper:{name} -->)", re.DOTALL)
-    assert marked.search(page), f"{PAGE} has no markers for {name}"
-    PAGE.write_text(marked.sub(lambda found: f"{found[1]}{text}\n{found[2]}", page), encoding="utf-8")
-
-
-def rows(*lines: tuple[str, ...]) -> str:
-    """A Markdown table, its first line the heading; numbers to the right."""
-    head, *rest = lines
-    bars = ["---"] + ["---:"] * (len(head) - 1)
-    return "\n".join(f"| {' | '.join(line)} |" for line in (head, tuple(bars), *rest))
 
 
 def run_words(run: sf.pipeline.run.Run) -> str:

@@ -1,41 +1,167 @@
-"""Draw docs/figures/tune-bode.svg and tune-step.svg, and print the numbers of docs/tune.md."""
+"""Make the numbers of docs/tune.md anew, between their markers, and draw tune-bode.svg and tune-step.svg."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+import numpy as np
+from marked import rows, words, write
+
 import splinefeed as sf
-from splinefeed.pipeline.tuning import tune_on_path
+from splinefeed.kernels import mechanics, servo
+from splinefeed.machine.parts import Axis
+from splinefeed.pipeline.tuning import PathTuning, tune_on_path
 from splinefeed.report.bode import bode_figure, step_figure
 from splinefeed.report.files import save_figure
-from splinefeed.simulation.curves import tuned_axis
-from splinefeed.simulation.linear import margins
+from splinefeed.simulation.curves import hunts, rest_swing, tuned_axis
+from splinefeed.simulation.experiments import swept_sine
+from splinefeed.simulation.linear import Margins, margins
+from splinefeed.simulation.plant import parameters, plant, step_table
+from splinefeed.simulation.tuning import VOLTS, Tuning, model_response
 
+HERE = Path(__file__).parent
 PERIOD = 1e-3
+put = partial(write, "tune.md", "tune")
+#: Lags of the drive that the paper may have had, s.
+LAGS = (1e-3, 3e-3, 5e-3, 10e-3, 20e-3)
+#: A sine that turns the axis round, Hz.
+TURNING = 70.0
+#: Ticks of a bare relay experiment, and the rises of its output at the end between which the swing is read.
+RELAY, SWINGS = 4000, 41
 
 
 def main() -> None:
-    """Tune the paper's table by every rule and on the paper's path, and draw X before and after."""
+    """Tune the paper's table by every rule and on the paper's path, fill docs/tune.md, and draw X before and after."""
     table = sf.Table.load("xytheta")
-    for rule in ("ziegler-nichols", "tyreus-luyben"):
-        print(sf.tune(table.axes["x"], rule).describe())
-    for how in ("sine", "relay"):
-        point = sf.tune(table.axes["x"], experiment=how).ultimate
-        print(f"{how}: K_u {point.gain:.4g} V/mm, P_u {1e3 * point.period:.4g} ms")
-    for lag in (1e-3, 3e-3, 5e-3, 10e-3, 20e-3):
-        x = table.axes["x"]
-        for delay in (0, 1):
-            other = replace(x, drive=replace(x.drive, lag=lag), controller=replace(x.controller, delay=delay))
-            print(f"X, lag {1e3 * lag:g} ms, delay {delay}: {margins(other, PERIOD).verdict}")
+    x = table.axes["x"]
+    old, calm = sf.tune(x, "ziegler-nichols"), sf.tune(x, "tyreus-luyben")
+    put("stable", stable(old))
+    put("drives", drives(x))
+    put("experiments", experiments(old.ultimate, x))
+    put("traps", traps(x, old.ultimate))
     run = sf.run(sf.shapes.naca("0025", perimeter=33))
     plain = tune_on_path(table, run.points, run.path)
-    print(plain.describe())
-    print(tune_on_path(table, run.points, run.path, feed_forward=True).describe())
+    forward = tune_on_path(table, run.points, run.path, feed_forward=True)
+    put("gains", gains(x, old, calm, plain))
+    put("path", on_path(plain, forward))
     tuned = [tuned_axis(a.old, a.axis, "rule path, NACA 0025", PERIOD) for a in plain.axes.values()]
-    folder = Path(__file__).parent
-    save_figure(bode_figure(tuned[0], table.name), folder / "tune-bode.svg")
-    save_figure(step_figure(tuned, table.name), folder / "tune-step.svg")
+    save_figure(bode_figure(tuned[0], table.name), HERE / "tune-bode.svg")
+    save_figure(step_figure(tuned, table.name), HERE / "tune-step.svg")
+
+
+def gains(x: Axis, old: Tuning, calm: Tuning, path: PathTuning) -> str:
+    """Gains and margins of X: the paper's, those of two rules, and those of rule path."""
+    named = (
+        ("the paper's", x),
+        ("Ziegler-Nichols", old.axis),
+        ("Tyreus-Luyben", calm.axis),
+        ("path: NACA 0025", path.axes["x"].axis),
+    )
+    head = ("gains of X", "kp", "ki", "kd", "gain margin", "phase margin", "delay margin", "bandwidth")
+    return rows(head, *((name, *gains_of(axis), *margins_of(margins(axis, PERIOD))) for name, axis in named))
+
+
+def gains_of(axis: Axis) -> tuple[str, ...]:
+    """The three gains as a table has them."""
+    control = axis.controller
+    return f"{control.kp:.2f}", f"{control.ki:.0f}", f"{control.kd:.4f}"
+
+
+def margins_of(found: Margins) -> tuple[str, ...]:
+    """Margins of a stable loop as a table has them."""
+    assert found.stable
+    return (
+        f"{found.gain_margin_db:.1f} dB at {found.gain_frequency:.0f} Hz",
+        f"{found.phase_margin:.1f}° at {found.phase_frequency:.1f} Hz",
+        f"{1e3 * found.delay_margin:.2f} ms",
+        f"{found.bandwidth:.0f} Hz",
+    )
+
+
+def stable(old: Tuning) -> str:
+    """What Ziegler and Nichols' gains do: close to unstable, and an axis that never rests."""
+    swing = rest_swing(old.axis, PERIOD)
+    assert old.margins.close
+    assert hunts(old.axis, swing)
+    gain, phase = old.margins.gain_margin, old.margins.phase_margin
+    return words(
+        f"""Ziegler and Nichols' gains are close to unstable here, by a gain margin of {gain:.3g} and a phase margin of
+        {phase:.3g}°: the rule dates from 1942 and was made for processes, not for machines that cut corners. Where a
+        stable axis does not come to rest on the full model, that is said too: with their `ki` of
+        {old.controller.ki:.0f}, X swings by {1e3 * swing:.0f} µm for ever, because the integral pushes, friction
+        sticks, and it all turns round."""
+    )
+
+
+def drives(x: Axis) -> str:
+    """Whether the paper's gains are stable, by the lag of the drive, with and without a period of delay."""
+    lines = [("lag of the drive", "no computing delay", "one period of delay")]
+    for lag in LAGS:
+        name = f"{1e3 * lag:g} ms" + (" (`xytheta`)" if lag == x.drive.lag else "")
+        lines.append((name, *(short(with_drive(x, lag, delay)) for delay in (0, 1))))
+    return rows(*lines).replace("---:", "---")
+
+
+def with_drive(x: Axis, lag: float, delay: int) -> Margins:
+    """The margins with that lag, s, and that delay, periods."""
+    return margins(replace(x, drive=replace(x.drive, lag=lag), controller=replace(x.controller, delay=delay)), PERIOD)
+
+
+def short(found: Margins) -> str:
+    """A verdict for a cell."""
+    return found.verdict.replace(" deg", "°").split(": a closed-loop")[0] + (
+        f"; stable only below {found.stable_below:.3f} of these gains" if found.stable_below is not None else ""
+    )
+
+
+def experiments(model: sf.simulation.experiments.UltimatePoint, x: Axis) -> str:
+    """The ultimate point of X by the model and by both experiments."""
+    sine, relay = (sf.tune(x, experiment=how).ultimate for how in ("sine", "relay"))
+    told = [f"{each.gain:.2f} V/mm and {1e3 * each.period:.2f} ms" for each in (model, sine, relay)]
+    return words(f"On X: {told[0]} by the model, {told[1]} by sines, {told[2]} by relay.")
+
+
+def traps(x: Axis, model: sf.simulation.experiments.UltimatePoint) -> str:
+    """How far off a bare relay is that switches at ticks, and a sine that turns the axis round."""
+    swing, gain = bare_relay(x)
+    sine = swept_sine(x, PERIOD, np.array([TURNING]), VOLTS)
+    off = abs(sine.value[0] / model_response(x, PERIOD, sine.frequency).value[0] - 1.0)
+    return words(
+        f"""If you do this on a real axis, mind two traps that the simulation shows. A relay in a 1 ms servo switches at
+        ticks only: with {VOLTS:g} V, X swings with {1e3 * swing:.4g} ms in place of {1e3 * model.period:.3g}, and the
+        textbook formula, 4 d / (π a) with d of the relay and a of the swing's first harmonic, reads a gain
+        {100.0 * (gain / model.gain - 1.0):.0f} % too high. And friction takes its share of a swing that turns the axis
+        round: at {VOLTS:g} V and {TURNING:g} Hz the response is {100.0 * off:.0f} % off. So the sines ride on a steady
+        motion, in which friction is a constant."""
+    )
+
+
+def bare_relay(x: Axis) -> tuple[float, float]:
+    """Period, s, of the swing that a relay of VOLTS keeps up, and the gain, V/mm, that the textbook reads from it."""
+    memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
+    measured, output = np.empty(RELAY), np.empty(RELAY)
+    servo.run_relay(VOLTS, 0.0, step_table(plant(x), PERIOD), parameters(x, PERIOD), memory, scratch, measured, output)
+    rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0))[-SWINGS:]
+    swings = len(rises) - 1
+    measured = measured[rises[0] : rises[-1]]
+    turns = np.exp(-2j * np.pi * swings * np.arange(len(measured)) / len(measured))
+    harmonic = 2.0 * float(np.abs(np.mean(measured * turns)))
+    return len(measured) / swings * PERIOD, 4.0 * VOLTS / (math.pi * harmonic)
+
+
+def on_path(plain: PathTuning, forward: PathTuning) -> str:
+    """What rule path makes of the contour error, with and without feed-forward."""
+    assert plain.before is not None
+    before, after, least = (1e3 * each.max for each in (plain.before, plain.contour, forward.contour))
+    ki = forward.axes["x"].axis.controller.ki
+    return words(
+        f"""On the paper's airfoil the largest contour error falls from {before:.1f} to {after:.1f} µm. With
+        `--feed-forward`, which adds volts for the speed and acceleration of the reference and costs no margin, it falls
+        to {least:.1f} µm, with a `ki` of {ki:.0f} on X."""
+    )
 
 
 if __name__ == "__main__":
