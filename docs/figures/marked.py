@@ -20,10 +20,10 @@ def write(page: str, maker: str, name: str, text: str) -> None:
     assert write_into(DOCS / page, name, text, maker), f"{page} has no markers for {maker}:{name}"
 
 
-def rows(*lines: tuple[str, ...]) -> str:
-    """A Markdown table, its first line the heading; numbers to the right."""
+def rows(*lines: tuple[str, ...], left: int = 1) -> str:
+    """A Markdown table, its first line the heading; words in so many columns at its left, numbers in the others."""
     head, *rest = lines
-    bars = ["---"] + ["---:"] * (len(head) - 1)
+    bars = ["---"] * left + ["---:"] * (len(head) - left)
     return "\n".join(f"| {' | '.join(line)} |" for line in (head, tuple(bars), *rest))
 
 

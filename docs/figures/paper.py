@@ -102,7 +102,7 @@ def loops(table: sf.Table) -> str:
     for name, axis in table.axes.items():
         fast = replace(axis, drive=replace(axis.drive, lag=1e-3))
         lines.append((name, margins(axis, PAPER_PERIOD).verdict, margins(fast, PAPER_PERIOD).verdict))
-    return rows(*lines).replace("---:", "---")
+    return rows(*lines, left=3)
 
 
 def plants(table: sf.Table, points: sf.Setpoints) -> str:

@@ -102,7 +102,7 @@ def drives(x: Axis) -> str:
     for lag in LAGS:
         name = f"{1e3 * lag:g} ms" + (" (`xytheta`)" if lag == x.drive.lag else "")
         lines.append((name, *(short(with_drive(x, lag, delay)) for delay in (0, 1))))
-    return rows(*lines).replace("---:", "---")
+    return rows(*lines, left=3)
 
 
 def with_drive(x: Axis, lag: float, delay: int) -> Margins:
