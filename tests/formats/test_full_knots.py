@@ -10,8 +10,10 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import FormatError
+from splinefeed.formats import part21, part21_splines
 from splinefeed.formats.cad_curves import curves_of
 from splinefeed.formats.registry import read_all
+from splinefeed.geometry.editing import unbroken
 
 LEFT, RIGHT = [(0, 0), (1, 2), (3, 2), (4, 0)], [(4, 0), (5, -2), (7, -2), (8, 0)]
 KNOTS = [0] * 4 + [1] * 4 + [2] * 4
@@ -77,21 +79,107 @@ def test_what_rhino_describes_is_split_and_trimmed(first: float, last: float, x:
         assert (curves[0].ends[0][0] < curves[-1].ends[1][0]) != backwards
 
 
-def test_step_says_which_spline_occt_would_leave_out(tmp_path: Path) -> None:
-    file = tmp_path / "part.step"
-    whole = sf.NurbsCurve(3, [0] * 4 + [1] * 3 + [2] * 4, [*LEFT, *RIGHT[1:]])
-    for weights in (None, [1, 2, 1, 1, 1, 2, 1]):
-        sf.write(sf.Path([sf.NurbsCurve(3, whole.knots, whole.control_points, weights)]), file)
-        text = file.read_text()
-        assert "(4,3,4)" in text and sf.read(file).length > 8.0
-        file.write_text(text.replace("(4,3,4)", "(4,4,4)"))
-        with pytest.raises(FormatError, match=r"line 33: #25: an inner knot stands 4 times, more than the degree"):
-            sf.read(file)
+RATIONAL = [1.0, 2.0, 1.0, 0.5, 0.5, 1.0, 3.0, 2.0]
+FIVE, SIX = [0] * 4 + [1] * 5 + [2] * 4, [0] * 4 + [1] * 6 + [2] * 4
+AGAIN = [*RIGHT, (9, 9), (9, 10), (9, 12), (9, 12), (5, 5), (6, 6), (7, 8)]
 
 
-def iges(file: Path, knots: list[int], points: list[tuple[float, float]]) -> Path:
+def step(file: Path, knots: list[int], points: list[tuple[float, float]], weights: list[float] | None) -> Path:
+    """One B-spline curve of degree 3 as STEP, with comments, line breaks and strings wherever they may stand."""
+    sf.write(sf.Path([sf.NurbsCurve.bezier([(0, 0), (1, 1)])]), file)
+    frame = file.read_text().replace("(#20)", "(#50)").partition("#18=")[0]
+    listed = ", ".join(f"#{i} /* (#1, {i}) */\n" for i in range(100, 100 + len(points)))
+    shape = f"3, ({listed}), .UNSPECIFIED., .{'T' if points[0] == points[-1] else 'F'}., .F."
+    values = sorted(set(knots))
+    counts, places = " , ".join(str(knots.count(value)) for value in values), ",".join(f"{value}." for value in values)
+    if weights is None:
+        text = f"B_SPLINE_CURVE_WITH_KNOTS('it''s; (4,4,4),(' , {shape}, /* ; */ ({counts}),\n({places}),.UNSPECIFIED.)"
+    else:
+        text = (
+            f"(BOUNDED_CURVE() /* it's */ B_SPLINE_CURVE({shape})\n"
+            f"B_SPLINE_CURVE_WITH_KNOTS ( ( {counts} ),({places}),.UNSPECIFIED.)CURVE()\n"
+            f"GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_CURVE((/*)*/{','.join(map(str, weights))}))\n"
+            f"REPRESENTATION_ITEM('RATIONAL_B_SPLINE_CURVE((1.,2.))'))"
+        )
+    rows = [f"#{i} = CARTESIAN_POINT('a;b', ({x}.0,{y}.0E0,0.));\n" for i, (x, y) in enumerate(points, 100)]
+    file.write_text(f"{frame}/* #50=A(); */\n#50 = {text};\n{''.join(rows)}ENDSEC;\nEND-ISO-10303-21;\n")
+    return file
+
+
+def far(path: sf.Path, knots: list[int], points: list[tuple[float, float]], weights: list[float] | None) -> float:
+    """The largest distance of `path` from the exact pieces of the B-spline of degree 3, at 48 places of each."""
+    worst = 0.0
+    given = None if weights is None else np.array(weights)
+    for part in unbroken(3, np.array(knots, dtype=float), np.array(points, dtype=float), given):
+        exact = sf.NurbsCurve(3, *part)
+        u = np.linspace(*exact.domain, 50)[1:-1]
+        (curve,) = [each for each in path.curves if each.domain[0] <= u[0] and u[-1] <= each.domain[1]]
+        worst = max(worst, float(np.max(np.linalg.norm(curve(u) - exact(u), axis=1))))
+    return worst
+
+
+@pytest.mark.parametrize(
+    ("knots", "points", "weights"),
+    [
+        (KNOTS, LEFT + RIGHT, None),
+        (KNOTS, LEFT + RIGHT, RATIONAL),
+        (SIX, [*LEFT, (7, 7), (-5, 3), *RIGHT], [*RATIONAL[:4], 9.0, 7.0, *RATIONAL[4:]]),
+        (KNOTS, [*LEFT, *RIGHT[:-1], LEFT[0]], RATIONAL),
+        (KNOTS, [*LEFT, *RIGHT[:-1], LEFT[0]], [*RATIONAL[:-1], 1.0]),
+        ([0] * 4 + [1] * 4 + [2] * 3 + [3] * 4 + [4] * 4, LEFT + AGAIN, None),
+    ],
+    ids=["plain", "rational", "points without a part", "closed", "closed with one weight", "two such knots"],
+)
+def test_step_may_hold_a_full_knot_but_no_jump(
+    tmp_path: Path, knots: list[int], points: list[tuple[float, float]], weights: list[float] | None
+) -> None:
+    path = sf.read(step(tmp_path / "part.step", knots, points, weights))
+    assert len(path.curves) == 1
+    assert far(path, knots, points, weights) <= 1e-14
+
+
+@pytest.mark.parametrize(
+    ("knots", "points", "weights", "why"),
+    [
+        (KNOTS, [*LEFT, (5, 0), *RIGHT[1:]], None, "the curve jumps there from #103 to #104"),
+        (FIVE, [*LEFT, *RIGHT[:1], (5, 0), *RIGHT[1:]], None, "the curve jumps there from #103 to #105"),
+        (KNOTS, LEFT + RIGHT, [1, 1, 1, 1, 2, 1, 1, 1], "the weights of #103 and #104 are not the same there"),
+        (KNOTS, [*LEFT, *RIGHT, (9, 9)], None, "its control points or weights are not as many as its knots want"),
+        (KNOTS, LEFT + RIGHT, RATIONAL[1:], "its control points or weights are not as many as its knots want"),
+    ],
+)
+def test_step_with_a_jump_is_refused_by_name(
+    tmp_path: Path, knots: list[int], points: list[tuple[float, float]], weights: list[float] | None, why: str
+) -> None:
+    file = step(tmp_path / "part.step", knots, points, weights)
+    times = knots.count(1)
+    with pytest.raises(FormatError) as caught:
+        sf.read(file)
+    assert str(caught.value) == (
+        f"{file}: line 27: #50: an inner knot stands {times} times, more than the degree, and {why}, which OCCT cannot "
+        f"hold; let the CAD system split it there"
+    )
+
+
+def test_a_point_of_step_given_twice_is_the_same_as_none(tmp_path: Path) -> None:
+    text = step(tmp_path / "part.step", KNOTS, LEFT + RIGHT, None).read_bytes()
+    assert b"4,\n3,\n4" in part21_splines.mended(text, part21.plain(text))[0]
+    twice = text.replace(b"#105 =", b"#104 = CARTESIAN_POINT('',(4.,0.,0.));\n#105 =")
+    assert part21_splines.mended(twice, part21.plain(twice))[0] == twice
+
+
+@pytest.mark.parametrize(
+    "text", [b"#1=B_SPLINE_CURVE(" * 50_000, b"#1=B_SPLINE_CURVE(1,(" + b"#1," * 300_000, b"'" * 99_999]
+)
+def test_long_nonsense_is_looked_at_once(text: bytes) -> None:
+    for content in (text, text + b";", text.replace(b"(", b"(\n")):
+        assert part21_splines.mended(content, part21.plain(content)) == (content, [])
+
+
+def iges(file: Path, knots: list[int], points: list[tuple[float, float]], weights: list[float] | None = None) -> Path:
     """One B-spline curve of degree 3 as IGES."""
-    words = [126, len(points) - 1, 3, 0, 0, 1, 0, *map(float, knots), *[1.0] * len(points)]
+    weights = weights or [1.0] * len(points)
+    words = [126, len(points) - 1, 3, 0, 0, int(len(set(weights)) == 1), 0, *map(float, knots), *map(float, weights)]
     words += [float(value) for x, y in points for value in (x, y, 0)] + [
         float(knots[0]),
         float(knots[-1]),
@@ -118,8 +206,27 @@ def test_iges_may_hold_a_full_knot_but_no_jump(tmp_path: Path) -> None:
     file = tmp_path / "part.igs"
     whole = sf.read(iges(file, [0] * 4 + [1] * 3 + [2] * 4, [*LEFT, *RIGHT[1:]]))
     assert sf.read(iges(file, KNOTS, [*LEFT, *RIGHT])).length == pytest.approx(whole.length, rel=1e-14)
-    iges(file, KNOTS, [*LEFT, (5, 0), *RIGHT[1:]])
-    with pytest.raises(
-        FormatError, match="entity D1: a B-spline of degree 3 has the inner knot 1 4 times and jumps there"
-    ):
+    assert far(sf.read(iges(file, KNOTS, LEFT + RIGHT, RATIONAL)), KNOTS, LEFT + RIGHT, RATIONAL) <= 1e-14
+    points = [*LEFT, LEFT[-1], *RIGHT]
+    assert far(sf.read(iges(file, FIVE, points)), FIVE, points, None) <= 1e-14
+
+
+@pytest.mark.parametrize(
+    ("knots", "points", "weights", "why"),
+    [
+        (KNOTS, [*LEFT, (5, 0), *RIGHT[1:]], None, "4 times and jumps there by 1"),
+        (FIVE, [*LEFT, (5, 0), *RIGHT], None, "5 times and jumps there by 1"),
+        (FIVE, [*LEFT, RIGHT[0], (5, 0), *RIGHT[1:]], None, "5 times and jumps there by 1"),
+        (KNOTS, LEFT + RIGHT, [1, 1, 1, 1, 2, 1, 1, 1], "4 times and changes its weight there"),
+    ],
+)
+def test_iges_with_a_jump_is_refused_by_name(
+    tmp_path: Path, knots: list[int], points: list[tuple[float, float]], weights: list[float] | None, why: str
+) -> None:
+    file = iges(tmp_path / "part.igs", knots, points, weights)
+    with pytest.raises(FormatError) as caught:
         sf.read(file)
+    assert str(caught.value) == (
+        f"{file}: entity D1: a B-spline of degree 3 has the inner knot 1 {why}, which OCCT cannot hold; let the CAD "
+        f"system split it there"
+    )

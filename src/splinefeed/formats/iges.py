@@ -129,7 +129,7 @@ def _check_curves(sections: dict[int, list[bytes]], fault: Callable[[str], None]
 
 
 def _check_spline(entry: int, words: list[bytes], allowed: float, fault: Callable[[str], None]) -> None:
-    """Say whether a spline has an inner knot of multiplicity degree + 1 at which its control points are apart."""
+    """Say whether a spline has an inner knot above the degree in multiplicity where it jumps or its weights do."""
     try:
         last, degree = int(words[1]), int(words[2])
         count = last + 1
@@ -138,22 +138,25 @@ def _check_spline(entry: int, words: list[bytes], allowed: float, fault: Callabl
         knots = [_number(word) for word in words[7 : 7 + count + degree + 1]]
     except (IndexError, ValueError):
         return
-    run = 1
-    for k in range(degree + 2, count):  # knots strictly inside: one that stands more often ends at number k
-        run = run + 1 if knots[k] == knots[k - 1] else 1
-        if run == degree + 1 and knots[degree] < knots[k] < knots[count]:
-            places = 7 + 2 * count + degree + 1
-            before, after = (
-                [_number(word) for word in words[places + 3 * i : places + 3 * i + 3]]
-                for i in (k - degree - 1, k - degree)
+    weights, places = 7 + count + degree + 1, 7 + 2 * count + degree + 1
+    first = 0
+    for k in range(1, count + 1):
+        if knots[k] == knots[k - 1]:
+            continue
+        times, begin, first = k - first, first - 1, k
+        if times <= degree or not knots[degree] < knots[k - 1] < knots[count]:
+            continue
+        # a piece ends on the point before the first of the equal knots, the next begins on that before the last p + 1
+        met = [[_number(word) for word in words[places + 3 * i : places + 3 * i + 3]] for i in range(begin, k - degree)]
+        gaps = [math.dist(met[0], point) for point in met[1:]]
+        same = len({_number(word) for word in words[weights + begin : weights + k - degree]}) == 1
+        if not same or not all(gap <= allowed for gap in gaps):
+            why = f"jumps there by {max(gaps):.3g}" if same else "changes its weight there"
+            fault(
+                f"entity D{entry}: a B-spline of degree {degree} has the inner knot {knots[k - 1]:g} {times} times and "
+                f"{why}, which OCCT cannot hold; let the CAD system split it there"
             )
-            gap = math.dist(before, after)
-            if not gap <= allowed:
-                fault(
-                    f"entity D{entry}: a B-spline of degree {degree} has the inner knot {knots[k]:g} {run} times and "
-                    f"jumps there by {gap:.3g}, which OCCT cannot hold; let the CAD system split it there"
-                )
-                return
+            return
 
 
 def _words(text: bytes, separator: bytes, end: bytes) -> list[bytes]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import part21
+from splinefeed.formats import part21, part21_splines
 
 #: Ends of a line farther out than this, mm, are OCCT's sign for infinite.
 INFINITE = 1e50
@@ -51,7 +51,7 @@ def _step(file: str) -> tuple[Any, list[str], str]:
     reader = STEPControl_Reader()
     with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
         content = pathlib.Path(file).read_bytes()
-        mended = part21.not_periodic(content)
+        mended, _ = part21_splines.mended(content, part21.plain(content))
         if mended != content:
             file = os.path.join(folder, "mended.stp")
             pathlib.Path(file).write_bytes(mended)

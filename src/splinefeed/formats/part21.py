@@ -6,11 +6,13 @@ import pathlib
 import re
 
 from splinefeed.errors import FormatError
+from splinefeed.formats import part21_splines
 
 START = b"ISO-10303-21"
 END = b"END-ISO-10303-21"
 #: Strings and comments: in them nothing has a meaning. A quote stands twice inside of a string.
 _SILENT = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/", re.DOTALL)
+_BLANKS = bytes(letter if letter in b"\r\n" else 32 for letter in range(256))
 _INSTANCE = re.compile(rb"\s*#\s*([0-9]{1,18})\s*=\s*([A-Z_a-z!]\w*)?\s*\(")
 _REFERENCE = re.compile(rb"#\s*([0-9]{1,18})")
 #: Parentheses in parentheses; a real file has five or so.
@@ -21,6 +23,16 @@ _DEEP = re.compile(rb"\((?:[^()]*\(){%d}" % MAX_DEPTH)
 def holds(head: bytes) -> bool:
     """Whether `head` looks like STEP."""
     return _SILENT.sub(b"", head[:4096]).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(START)
+
+
+def plain(content: bytes) -> bytes:
+    """`content` with blank strings and comments; every byte that is left stands where it stood."""
+
+    def blank(match: re.Match[bytes]) -> bytes:
+        said = match[0]
+        return b"'" + said[1:-1].translate(_BLANKS) + b"'" if said.startswith(b"'") else said.translate(_BLANKS)
+
+    return _SILENT.sub(blank, content)
 
 
 def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
@@ -37,11 +49,11 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
 
     if not holds(content):
         raise FormatError(f"{file}: does not begin with {START.decode()}; is it STEP?")
-    text = _SILENT.sub(lambda match: b"\n" * match[0].count(b"\n") + b"''", content)
+    text = plain(content)
     sections = END in text, b"DATA" in text, b"ENDSEC" in text
     if not all(sections):
         fault(f"{END.decode()} does not end it, at byte {len(content)}; is the file cut off?")
-    if b"'" in text.replace(b"''", b""):
+    if text.count(b"'") % 2:
         fault("a quote is opened and never closed")
     defined: set[int] = set()
     used: dict[int, int] = {}
@@ -59,16 +71,15 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
         if _DEEP.search(statement):
             raise FormatError(f"{file}: line {begin}: parentheses lie more than {MAX_DEPTH} deep")
         number = int(match[1])
-        if b"_CURVE_WITH_KNOTS" in statement and (times := _too_often(statement)):
-            fault(
-                f"line {begin}: #{number}: an inner knot stands {times} times, more than the degree, and OCCT leaves "
-                f"such curves out; let the CAD system split it there"
-            )
         if number in defined:
             fault(f"line {begin}: #{number} stands there for the second time")
         defined.add(number)
         for reference in _REFERENCE.findall(statement, match.end()):
             used.setdefault(int(reference), begin)
+    line, at = 1, 0
+    for place, why in part21_splines.mended(content, text)[1]:
+        line, at = line + text.count(b"\n", at, place), place
+        fault(f"line {line}: {why}")
     missing = sorted(set(used) - defined, key=lambda number: used[number])
     if missing:
         more = f", and {len(missing) - 1} more" if len(missing) > 1 else ""
@@ -76,36 +87,3 @@ def check(content: bytes, file: pathlib.Path, *, repair: bool) -> list[str]:
     if not defined:
         raise FormatError(f"{file}: has no instances in its DATA section; there is nothing to read")
     return findings
-
-
-def _too_often(statement: bytes) -> int:
-    """How often an inner knot of a B-spline curve stands, if that is more than its degree; else 0."""
-    degree, times = _DEGREE.search(statement), _TIMES.search(statement)
-    if degree is None or times is None:
-        return 0
-    most = max(map(int, times[1].split(b",")[1:-1]), default=0)
-    return most if most > int(degree[1]) else 0
-
-
-_DEGREE = re.compile(rb"B_SPLINE_CURVE(?:_WITH_KNOTS)?\s*\(\s*(?:''\s*,\s*)?([0-9]{1,4})\s*,")
-_TIMES = re.compile(rb"\(\s*([0-9]{1,6}(?:\s*,\s*[0-9]{1,6})+)\s*\)\s*,\s*\(")
-_RATIONAL = re.compile(rb"#[0-9]+\s*=\s*\([^;']*RATIONAL_B_SPLINE_CURVE\s*\(\s*\(([^()]*)\)[^;]*;")
-_CLOSED = re.compile(rb"(B_SPLINE_CURVE\s*\(\s*[0-9]+\s*,\s*\([^()]*\)\s*,\s*\.[A-Z_]+\.\s*,\s*\.)[TU](?=\.)")
-
-
-def not_periodic(content: bytes) -> bytes:
-    """`content` with rational curves called open that are closed with different weights at their ends.
-
-    OCCT makes every curve that is called closed periodic, where first and last weight must be the same, and drops the
-    last one: the curve would be another. To be called closed changes no point of it.
-    """
-
-    def opened(match: re.Match[bytes]) -> bytes:
-        weights = match[1].split(b",")
-        try:
-            same = float(weights[0]) == float(weights[-1])
-        except ValueError:  # OCCT will say what is wrong with them
-            same = True
-        return match[0] if same else _CLOSED.sub(rb"\1F", match[0])
-
-    return _RATIONAL.sub(opened, content)
