@@ -1,15 +1,18 @@
-"""Draw docs/figures/milne_simpson.svg: the ripple of Milne-Simpson after one kick, and its |C'|^(1/3) law."""
+"""Draw milne_simpson.svg: the ripple of Milne-Simpson after one kick, and its |C'|^(1/3) law; and tell how it holds."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from marked import words, write
 from matplotlib.figure import Figure
 
 import splinefeed as sf
 from splinefeed.analysis.ripple import feed_ripple
 
+put = partial(write, "math/milne-simpson.md", "milne_simpson")
 FEED, PERIOD = 60.0, 1e-3
 #: A planar cubic with one double knot, where the curvature jumps: the only kick on the way.
 KNOTS = [0, 0, 0, 0, 0.2, 0.2, 1, 1, 1, 1]
@@ -17,7 +20,7 @@ POINTS = [[0, 0], [6, 12], [14, 4], [22, 14], [30, -30], [60, 20]]
 
 
 def main() -> None:
-    """Run the methods, print the fit, and write the figure beside this script."""
+    """Run the methods, tell the fit, and write the figure beside this script."""
     curve = sf.NurbsCurve(3, KNOTS, POINTS)
     path = sf.Path([curve])
     duration = path.length / FEED
@@ -38,9 +41,7 @@ def main() -> None:
         speed = np.linalg.norm(curve.derivatives(points.u[1:-1], 1)[:, 1], axis=1)
         after = slice(kick + 30, len(alternating) - 5)
         ratio = alternating[after] / speed[after] ** (1 / 3)
-        low, high = ratio.min() / ratio.mean(), ratio.max() / ratio.mean()
-        print(f"size / |C'|^(1/3) after the kick: {low:.3f} to {high:.3f} of its mean")
-        print(f"while |C'| itself varies by a factor of {speed[after].max() / speed[after].min():.1f}")
+        put("law", law_words(ratio, speed[after]))
         time = 1e3 * points.t[1:-1]
         below.plot(time[after], 1e6 * alternating[after], lw=2.4, alpha=0.5, label="alternating part of u, measured")
         below.plot(
@@ -52,6 +53,15 @@ def main() -> None:
         axes.legend(frameon=False, fontsize=8)
         axes.grid(alpha=0.3)
     figure.savefig(Path(__file__).with_suffix(".svg"), metadata={"Date": None})
+
+
+def law_words(ratio: np.ndarray, speed: np.ndarray) -> str:
+    """How far size / |C'|^(1/3), (n,), is from its mean after the kick, while |C'|, (n,), varies."""
+    off = np.max(np.abs(ratio / ratio.mean() - 1.0))
+    return words(
+        f"""After the knot the measured alternating part stays within {100.0 * off:.1f} % of constant times |C'|^(1/3),
+        while |C'| itself varies by a factor of {speed.max() / speed.min():.1f}."""
+    )
 
 
 if __name__ == "__main__":

@@ -43,9 +43,10 @@ def main() -> None:
 def asked() -> str:
     """What the table of holds shows."""
     return words(
-        f"""Measured, time-optimal, {LIMITS.feed:g} mm/s, axes {LIMITS.axis_acceleration:g} mm/s^2 and
-        {LIMITS.axis_jerk:g} mm/s^3, 1 ms; {HOLDS} holds of one second at random places; in ms from the tick at which
-        the hold is asked for until the axes stand, and from the resume until the full rate:"""
+        f"""Measured by `docs/figures/override.py`, time-optimal, {LIMITS.feed:g} mm/s, axes
+        {LIMITS.axis_acceleration:g} mm/s^2 and {LIMITS.axis_jerk:g} mm/s^3, 1 ms; {HOLDS} holds of one second at random
+        places; in ms from the tick at which the hold is asked for until the axes stand, and from the resume
+        until the full rate:"""
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 
 import pytest
 from benchmarks import __main__ as benchmarks
@@ -47,3 +48,11 @@ def test_each_part_that_a_script_fills_stands_on_one_page(script):
 def test_each_benchmark_has_its_place():
     placed = {part for page in PAGES for _, maker, part in marked(page) if maker == "benchmarks"}
     assert placed == parts("benchmarks")
+
+
+@pytest.mark.parametrize("part", ["pieces", "nose", "pulses", "slow-clock", "velocities"])
+def test_sentences_are_those_that_their_script_makes(part, monkeypatch):
+    monkeypatch.syspath_prepend(FIGURES)
+    made, page = runpy.run_path(str(FIGURES / "sentences.py"))["SENTENCES"][part]
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    assert f"<!-- sentences:{part} -->\n{made()}\n<!-- /sentences:{part} -->" in text
