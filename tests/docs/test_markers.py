@@ -50,9 +50,22 @@ def test_each_benchmark_has_its_place():
     assert placed == parts("benchmarks")
 
 
+def run(script, monkeypatch) -> dict:
+    monkeypatch.syspath_prepend(FIGURES)
+    return runpy.run_path(str(FIGURES / script))
+
+
+def assert_stands(page, maker: str, part: str, made: str) -> None:
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    assert f"<!-- {maker}:{part} -->\n{made}\n<!-- /{maker}:{part} -->" in text
+
+
 @pytest.mark.parametrize("part", ["pieces", "nose", "pulses", "slow-clock", "velocities"])
 def test_sentences_are_those_that_their_script_makes(part, monkeypatch):
-    monkeypatch.syspath_prepend(FIGURES)
-    made, page = runpy.run_path(str(FIGURES / "sentences.py"))["SENTENCES"][part]
-    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    assert f"<!-- sentences:{part} -->\n{made()}\n<!-- /sentences:{part} -->" in text
+    made, page = run("sentences.py", monkeypatch)["SENTENCES"][part]
+    assert_stands(page, "sentences", part, made())
+
+
+def test_the_numbers_of_the_interpolators_page_are_those_of_its_script(monkeypatch):
+    for part, made in run("interpolators.py", monkeypatch)["told"]().items():
+        assert_stands("math/interpolators.md", "interpolators", part, made)
