@@ -13,7 +13,7 @@ from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.smoothing_assembly import at_knot
-from splinefeed.geometry.smoothing_joints import transitions
+from splinefeed.geometry.smoothing_joints import BEND, RATE, TANGENT, transitions
 from splinefeed.geometry.smoothing_proof import deviation
 from splinefeed.geometry.smoothing_proven import proven
 
@@ -266,3 +266,27 @@ def test_two_points_spikes_and_very_many_points_on_a_spot():
     result = sf.Path.polyline(spot).smoothed(0.01)
     assert len(result.curves) <= 4
     assert result.stops == ()
+
+
+def quintic_errors(at, power: int):
+    """Errors over [-1, 1], (s, t), of quintics that meet max(s - t, 0)^power / power twice at both ends, t in `at`."""
+    s, up, nothing = np.linspace(-1.0, 1.0, 2001), 1.0 - at, np.zeros(len(at))
+    ends, k = np.array([[-1.0], [1.0]]), np.arange(6)
+    rows = [ends**k, k * ends ** np.maximum(k - 1, 0), k * (k - 1) * ends ** np.maximum(k - 2, 0)]
+    bends = (power - 1.0) * np.ones(len(at))
+    wanted = [nothing, up**power / power, nothing, up ** (power - 1), nothing, bends]
+    quintics = np.vander(s, 6, increasing=True) @ np.linalg.solve(np.vstack(rows), wanted)
+    return np.abs(quintics - np.maximum(s[:, None] - at, 0.0) ** power / power)
+
+
+def test_the_constants_of_a_transition_are_the_largest_errors_rounded_up():
+    """docs/math/smoothing.md: of a jump of slope, of one of curvature, and of a third derivative of 1 all over."""
+    middle, width = np.zeros(1), 2.0 / 2000
+    throughout = np.linspace(-1.0 + width / 2, 1.0 - width / 2, 2000)
+    found = [
+        quintic_errors(middle, 1).max(),
+        quintic_errors(middle, 2).max(),
+        quintic_errors(throughout, 2).sum(axis=1).max() * width,
+    ]
+    for constant, each in zip((TANGENT, BEND, RATE), found, strict=True):
+        assert each * (1.0 - 1e-12) <= constant <= 1.001 * each
