@@ -10,7 +10,8 @@ from benchmarks import __main__ as benchmarks
 
 from docs_pages import PAGES, ROOT, name
 
-MARKER = re.compile(r"<!-- (/?)(\w+):([\w-]+) -->")
+#: A line of its own: on pages that tell of markers they stand within one.
+MARKER = re.compile(r"^<!-- (/?)(\w+):([\w-]+) -->$", re.MULTILINE)
 #: The names of the parts that a script fills, as the calls that fill them have them.
 FILLED = re.compile(r"""(?:\bput\(|@tells\(|write_into\(PAGE, )"([\w-]+)\"""")
 FIGURES = ROOT / "docs" / "figures"
