@@ -17,7 +17,6 @@ from splinefeed.analysis.contour import (
     ContourMeter,
     commanded_s,
     contour_error,
-    response_contour,
 )
 from splinefeed.errors import InputError, LimitsError
 from splinefeed.records import Response, Setpoints
@@ -333,13 +332,12 @@ def test_of_a_response_with_a_tail_behind_the_setpoints():
     n = len(points) + 3
     position = np.vstack([points.position + [0, 0.25], np.tile([10.0, 0.0], (3, 1))])
     response = response_of(position)
-    found = response_contour(response, path, points, signed=True)
+    found = ContourMeter(path).measure(position, s_hint=commanded_s(points, response.t), signed=True)
     assert found.error == pytest.approx([0.25] * len(points) + [0.0] * 3, abs=1e-13)
     assert found.notion == NEAR_COMMAND
     assert found.max == pytest.approx(0.25)
     assert found.worst < len(points)
     assert found.rms == pytest.approx(0.25 * np.sqrt(len(points) / n))
-    assert response_contour(response, path).notion == WHOLE_PATH
 
 
 def test_no_samples():
@@ -387,11 +385,6 @@ def test_refused_windows_axes_and_signs():
     with pytest.raises(InputError) as caught:
         contour_error(np.zeros((1, 2)), path)
     assert str(caught.value) == "position has shape (1, 2); expected (n, 4) or, without rotary axes, (n, 3)"
-    with pytest.raises(InputError) as caught:
-        response_contour(response_of(np.zeros((1, 2))), path)
-    assert str(caught.value) == (
-        "the response has axes ('x', 'y'), the path ('x', 'y', 'z', 'c'); they must be the same"
-    )
     none = Setpoints(
         t=[], curve=[], u=[], s=[], feed=[], position=np.empty((0, 2)), axes=("x", "y"), period=1e-3, method="none"
     )

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis.contour import response_contour
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
 from splinefeed.machine import Table
@@ -41,8 +40,8 @@ def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], nam
     assert (
         found.contour.max < (0.5 if name == "xytheta" else 1.01) * found.before.max
     )  # lintable's own gains are out of the bound
-    again = response_contour(sf.follow(points, found.table), path, points)
-    assert again.max == found.contour.max
+    again = sf.follow(points, found.table, path=path).contour_error
+    assert np.max(np.abs(again)) == found.contour.max
     for axis in ("x", "y"):
         seen = margins(found.table.axes[axis], 1e-3)
         assert seen.stable

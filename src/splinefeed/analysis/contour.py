@@ -12,7 +12,7 @@ from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import contour as kernels
 from splinefeed.kernels import pieces
-from splinefeed.records import Array, Response, Setpoints, check_finite, number
+from splinefeed.records import Array, Setpoints, check_finite, number
 
 #: The two notions of the nearest point, as `Contour.notion` names them.
 NEAR_COMMAND = "near the commanded point"
@@ -136,16 +136,6 @@ def contour_error(
     `signed` do, and where the two notions differ: `ContourMeter.measure`.
     """
     return ContourMeter(path).measure(position, s_hint=s_hint, window=window, signed=signed).error
-
-
-def response_contour(
-    response: Response, path: Path, points: Setpoints | None = None, *, window: float = 0.0, signed: bool = False
-) -> Contour:
-    """Contour error of where the axes of a response were; near the commanded points if `points` are given."""
-    if response.axes != path.axes:
-        raise InputError(f"the response has axes {response.axes}, the path {path.axes}; they must be the same")
-    s_hint = None if points is None else np.clip(commanded_s(points, response.t), 0.0, path.length)
-    return ContourMeter(path).measure(response.position, s_hint=s_hint, window=window, signed=signed)
 
 
 def commanded_s(points: Setpoints, t: ArrayLike) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.spectrum import spectrum
+from splinefeed.analysis.spectrum import tracking_spectra
 from splinefeed.analysis.thinning import cells, extremes
 from splinefeed.geometry.differential import curvatures
 from splinefeed.pipeline.run import Run
@@ -109,8 +109,7 @@ def errors(responses: Mapping[str, Response]) -> Figure:
 def spectra(response: Response) -> Figure:
     """Amplitude spectra of the tracking errors, both scales logarithmic."""
     lines = []
-    for k, axis in enumerate(response.axes):
-        found = spectrum(response.tracking_error[:, k], response.period)
+    for k, (axis, found) in enumerate(tracking_spectra(response).items()):
         kept = extremes(found.amplitude[1:], LINES // 2) + 1
         factor = 180.0 / np.pi if axis in ROTARY_AXES else 1e3
         unit = "°" if axis in ROTARY_AXES else "µm"
