@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 #: Steps of the keys + and -.
 KEY_STEP = 0.1
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextlib.contextmanager
 def ended_by_signals() -> Iterator[None]:
     """Before anything moves SIGINT and SIGTERM end the program at once, also within a compiler, which catches them."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
     def end(number: int, frame: object) -> None:
         os.write(2, b"splinefeed: interrupted before anything moved\n")
@@ -29,32 +29,35 @@ def ended_by_signals() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    for number in before:
-        signal.signal(number, end)
-    try:
+    with _on_signals(end):
         yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 @contextlib.contextmanager
 def signals(knob: Knob) -> Iterator[None]:
     """The first SIGINT or SIGTERM stops on the path; the next one is what it always is."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
 
     def stop(number: int, frame: object) -> None:
         knob.stop()
         print("stopping on the path; once more to end at once", file=sys.stderr, flush=True)
         signal.signal(number, before[signal.Signals(number)])
 
+    with _on_signals(stop):
+        yield
+
+
+@contextlib.contextmanager
+def _on_signals(handler: Callable[[int, object], None]) -> Iterator[None]:
+    """Within this `handler` answers SIGINT and SIGTERM; then what did before."""
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
     for number in before:
-        signal.signal(number, stop)
+        signal.signal(number, handler)
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, own in before.items():
+            signal.signal(number, own)
 
 
 @contextlib.contextmanager

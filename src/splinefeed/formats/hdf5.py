@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from io import FileIO, RawIOBase
 from pathlib import Path
@@ -97,6 +97,30 @@ def create(path: str | os.PathLike[str], record: str) -> Iterator[tuple[Any, Cal
             file.attrs["program"] = f"splinefeed {splinefeed.__version__}"
             yield file, output.check
         output.check()
+
+
+def growing(file: Any, first: Any, units: Mapping[str, Any]) -> dict[str, Any]:
+    """Empty datasets for the columns of records such as `first`, by name, with their units; see `append`."""
+    datasets = {}
+    for name, unit in units.items():
+        values = getattr(first, name)
+        datasets[name] = file.create_dataset(
+            name,
+            shape=(0, *values.shape[1:]),
+            maxshape=(None, *values.shape[1:]),
+            chunks=(CHUNK_ROWS, *values.shape[1:]),
+            dtype=np.uint8 if values.dtype == np.bool_ else values.dtype,
+            **PACKING,
+        )
+        datasets[name].attrs["units"] = unit
+    return datasets
+
+
+def append(datasets: Mapping[str, Any], part: Any, rows: int) -> None:
+    """Write the columns of `part` behind the `rows` that the datasets hold."""
+    for name, dataset in datasets.items():
+        dataset.resize(rows + len(part), axis=0)
+        dataset[rows:] = getattr(part, name)
 
 
 @contextmanager

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import hdf5
 from splinefeed.formats.metadata import axis_units, settings_from_json, settings_to_json
@@ -35,9 +33,7 @@ def save(record: Response | Iterable[Response], path: str | os.PathLike[str]) ->
                 (getattr(part, name) is None) == (name in file) for name in _MAYBE
             ):
                 raise InputError(f"{path}: the piece at tick {ticks} has other columns than the first one")
-            for name, dataset in datasets.items():
-                dataset.resize(ticks + len(part), axis=0)
-                dataset[ticks:] = getattr(part, name)
+            hdf5.append(datasets, part, ticks)
             ticks += len(part)
             stopped = part.stopped
             check()
@@ -75,16 +71,4 @@ def _create(file: Any, first: Response) -> dict[str, Any]:
     units: dict[str, Any] = {"t": "s"}
     units |= {name: axis_units(first.axes, rotary="rad") if unit is None else unit for name, unit in _BY_AXIS.items()}
     units |= {name: unit for name, unit in _MAYBE.items() if getattr(first, name) is not None}
-    datasets = {}
-    for name, unit in units.items():
-        values = getattr(first, name)
-        datasets[name] = file.create_dataset(
-            name,
-            shape=(0, *values.shape[1:]),
-            maxshape=(None, *values.shape[1:]),
-            chunks=(hdf5.CHUNK_ROWS, *values.shape[1:]),
-            dtype=np.uint8 if values.dtype == np.bool_ else values.dtype,
-            **hdf5.PACKING,
-        )
-        datasets[name].attrs["units"] = unit
-    return datasets
+    return hdf5.growing(file, first, units)

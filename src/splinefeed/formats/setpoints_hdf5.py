@@ -30,9 +30,7 @@ def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) 
         ticks = 0
         for chunk in checked_chunks(record, path, MAX_TICKS_IN_CHUNKS):
             datasets = datasets or _create_datasets(file, chunk)
-            for name, dataset in datasets.items():
-                dataset.resize(ticks + len(chunk), axis=0)
-                dataset[ticks:] = getattr(chunk, name)
+            hdf5.append(datasets, chunk, ticks)
             ticks += len(chunk)
             check()
 
@@ -79,16 +77,4 @@ def _create_datasets(file: Any, first: Setpoints) -> dict[str, Any]:
     file.attrs["period_units"] = "s"
     file.attrs["method"] = first.method
     file.attrs["settings"] = settings_to_json(first.settings)
-    datasets = {}
-    for name, unit in (*COLUMNS.items(), ("position", axis_units(first.axes, rotary="rad"))):
-        values = getattr(first, name)
-        datasets[name] = file.create_dataset(
-            name,
-            shape=(0, *values.shape[1:]),
-            maxshape=(None, *values.shape[1:]),
-            chunks=(hdf5.CHUNK_ROWS, *values.shape[1:]),
-            dtype=values.dtype,
-            **hdf5.PACKING,
-        )
-        datasets[name].attrs["units"] = unit
-    return datasets
+    return hdf5.growing(file, first, {**COLUMNS, "position": axis_units(first.axes, rotary="rad")})
