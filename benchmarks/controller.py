@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import splinefeed as sf
+from benchmarks.hal_session import hal_session
 from benchmarks.linuxcnc_planner import PERIOD, recorded
 from benchmarks.tables import Cell, Column, Headline, Report, Table
 from splinefeed.analysis.contour import ContourMeter
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import HalAxis, hal_text
-from splinefeed.live.hal_session import hal_session
 from splinefeed.live.knob import Knob
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import along

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from splinefeed.live.hal_session import alone
+from benchmarks.hal_session import alone
 from splinefeed.live.linuxcnc_sink import LinuxcncError, as_nobody, installed
 
 #: Servo period, s; how far the axes may travel to either side, mm; what LinuxCNC may take to start and end, s.

@@ -17,11 +17,11 @@ import numpy as np
 
 import splinefeed as sf
 from benchmarks import cases, child
+from benchmarks.hal_session import hal_session
 from benchmarks.tables import Column, Headline, Report, Table
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.control import Control
 from splinefeed.live.hal_files import HalAxis, hal_text
-from splinefeed.live.hal_session import hal_session
 from splinefeed.live.knob import Knob
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import Motion, along

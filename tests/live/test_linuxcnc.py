@@ -11,6 +11,7 @@ from pathlib import Path as File
 
 import numpy as np
 import pytest
+from benchmarks.hal_session import hal_session, run_in_hal
 from click.testing import CliRunner
 
 import splinefeed as sf
@@ -18,7 +19,6 @@ from live_rows import assert_limits
 from splinefeed.cli.main import command_line
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import GAIN, LAG, VELOCITY, HalAxis, hal_text
-from splinefeed.live.hal_session import hal_session, run_in_hal
 from splinefeed.live.knob import Knob
 from splinefeed.live.linuxcnc_sink import LinuxcncError, LinuxcncSink, installed
 from splinefeed.live.motion import along
