@@ -1,7 +1,6 @@
 """Make single sentences with numbers anew, each between its markers on its page: all, or those whose names are given.
 
-A sentence is a function under `tells`, with its name and its page. Those that take no time are held to what the pages
-say by `tests/docs/test_markers.py`.
+A sentence is a function under `tells`, with its name and its page; all of them together take a few seconds.
 """
 
 from __future__ import annotations
