@@ -14,7 +14,7 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.report import library, plotly_figures
+from splinefeed.report import library, plotly_figures, plotly_path
 from splinefeed.report.html import page
 from splinefeed.report.record import record
 
@@ -113,7 +113,7 @@ def test_in_space_on_one_axis_and_with_a_rotary_one():
     ]
     for path in paths:
         run = sf.run(path)
-        figure, colours, space = plotly_figures.path(run, None)
+        figure, colours, space = plotly_path.path(run, None)
         assert space == (path.linear == 3)
         assert len(figure["data"][0 if space else 1]["customdata"]) == len(colours["feed"]["values"])
         json.dumps(plotly_figures.motion(run), allow_nan=False)
@@ -151,6 +151,6 @@ def test_a_library_of_another_make_is_taken_as_it_is(monkeypatch, tmp_path):
 def test_the_word_at_the_start_stays_inside_the_picture(turned, side):
     """At 400 pixels a word in the middle above the rightmost point was cut off at the edge."""
     t = turned + np.linspace(0.0, 2.0 * np.pi, 101)
-    ends = plotly_figures._ends(np.column_stack([np.cos(t), np.sin(t)]), "xy")
+    ends = plotly_path._ends(np.column_stack([np.cos(t), np.sin(t)]), "xy")
     assert ends["text"] == ["start and end"]
     assert ends["textposition"] == [f"top {side}"]

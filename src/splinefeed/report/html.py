@@ -14,7 +14,7 @@ from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Response, unit_along
-from splinefeed.report import library, plotly_figures
+from splinefeed.report import library, plotly_figures, plotly_path
 from splinefeed.report.drawing import short
 from splinefeed.report.limits_figure import words_of
 
@@ -39,7 +39,7 @@ def page(
     """
     followed = dict(responses or {})
     own = next(iter(followed.values()), None)
-    path, colours, space = plotly_figures.path(run, own)
+    path, colours, space = plotly_path.path(run, own)
     figures = {"path": path, "motion": plotly_figures.motion(run)}
     sections = []
     if followed and own is not None:

@@ -1,4 +1,4 @@
-"""The figures of the report as Plotly's plain data: no more points than a screen has pixels, and every peak kept."""
+"""Figures of the report over time and frequency as Plotly's plain data: few points, and every peak kept."""
 
 from __future__ import annotations
 
@@ -10,33 +10,28 @@ from typing import Any
 import numpy as np
 
 from splinefeed.analysis.spectrum import tracking_spectra
-from splinefeed.analysis.thinning import cells, extremes
-from splinefeed.geometry.differential import curvatures
+from splinefeed.analysis.thinning import extremes
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, Array, IntArray, Response, unit_along
+from splinefeed.records import ROTARY_AXES, Array, Response, unit_along
 from splinefeed.report import theme
-from splinefeed.report.drawing import first_axis, unit_of
+from splinefeed.report.drawing import unit_of
 from splinefeed.report.limits_figure import words_of
 
 Figure = dict[str, Any]
 #: Columns of pixels of a panel over time; two points are kept in each.
 COLUMNS = 1200
-#: Points of the path at most, and columns of the strip of shares.
-POINTS, STRIP = 4000, 800
+#: Columns of the strip of shares.
+STRIP = 800
 #: Lines of a spectrum at most.
 LINES = 2000
-#: Height of one panel, and of the picture of the path, pixels.
-PANEL, PATH = 150, 560
+#: Height of one panel, pixels.
+PANEL = 150
 #: Colours of axes and of methods, in turn: Okabe and Ito's as far as white paper shows them; dress.js has the night's.
 COLOURS = (theme.BLUE, theme.VERMILION, theme.GREEN, "#CC79A7", theme.OCHRE, theme.INK)
-#: From where a path in space is looked at, in sizes of its box: x to the right, y away, z up.
-EYE = {"x": -0.8, "y": -1.85, "z": 1.2}
-#: Ends closer than this share of the picture get one label, and one this near its left or right edge has it inside.
-SAME_PLACE, EDGE = 0.02, 0.25
-_MARGIN = {"l": 84, "r": 24, "t": 16, "b": 52}
+MARGIN = {"l": 84, "r": 24, "t": 16, "b": 52}
 #: Room between panels, with the words above the lower one, and of a legend above all of them, pixels.
 _GAP, _LEGEND = 34, 26
-_FONT = {"size": 12.5}
+FONT = {"size": 12.5}
 
 
 def motion(run: Run) -> Figure:
@@ -119,8 +114,8 @@ def spectra(response: Response) -> Figure:
         )
     layout = {
         "height": 340,
-        "margin": _MARGIN,
-        "font": _FONT,
+        "margin": MARGIN,
+        "font": FONT,
         "hovermode": "closest",
         "xaxis": {"title": {"text": "frequency (Hz)"}, "type": "log"},
         "yaxis": {"title": {"text": "amplitude"}, "type": "log", "exponentformat": "power"},
@@ -140,7 +135,7 @@ def binding(run: Run) -> Figure:
     at = use.t[np.minimum((np.arange(len(peaks)) + 0.5) * size, count - 1).astype(np.int64)]
     picture = {
         "type": "heatmap",
-        "x": _array(at),
+        "x": array(at),
         "y": [words_of(name) for name in use.names],
         "z": np.round(100.0 * peaks.T, 1).tolist(),
         "zmin": 0,
@@ -151,156 +146,19 @@ def binding(run: Run) -> Figure:
     }
     layout = {
         "height": 90 + 34 * len(use.names),
-        "margin": {**_MARGIN, "l": 160},
-        "font": _FONT,
+        "margin": {**MARGIN, "l": 160},
+        "font": FONT,
         "xaxis": {"title": {"text": "time (s)"}},
         "yaxis": {"autorange": "reversed"},
     }
     return {"data": [picture], "layout": layout}
 
 
-def path(
-    run: Run, response: Response | None, colour: str | None = None
-) -> tuple[Figure, dict[str, dict[str, Any]], bool]:
-    """The path as points with hover, what it may be coloured by, and whether it is drawn in space.
-
-    colour  the only one wanted, where there is one of that name
-    """
-    points, linear = run.points, run.path.linear
-    place = points.position[:, : min(linear, 3)]
-    space = place.shape[1] == 3 and bool(np.ptp(place[:, 2]) > 0.0)
-    values, label = first_axis(run.path, points)
-    if place.shape[1] <= 1:
-        place = np.column_stack([points.t, values])
-    place = place if space else place[:, :2]
-    quantities = _quantities(run, response)
-    kept = _places(place, quantities)
-    if colour in quantities:
-        quantities = {colour: quantities[colour]}
-    colours = {}
-    for name, (values, label, top) in quantities.items():
-        finite = values[np.isfinite(values)]
-        high = top if top is not None else float(np.max(finite, initial=0.0)) or 1.0
-        low = min(0.0, float(np.min(finite, initial=0.0)))
-        colours[name] = {"values": _short(values[kept], max(high, -low)), "label": label, "low": low, "high": high}
-    along = unit_along(run.path.axes)
-    hover = "t = %{customdata[0]:.4f} s<br>s = %{customdata[1]:.4f} " + along + "<br>u = %{customdata[2]:.6g}"
-    hover += "<br>feed = %{customdata[3]:.4f} " + along + "/s"
-    names = [f"{axis} (mm)" for axis in run.path.axes[:3]] if linear > 1 else ["time (s)", label]
-    letters = "xyz" if space else "xy"
-    for letter, name in zip(letters, names, strict=False):
-        hover += f"<br>{html.escape(name.partition(' ')[0])} = %{{{letter}:.5f}}"
-    custom = np.column_stack([points.t, points.s, points.u, points.feed])[kept]
-    first = next(iter(colours.values()))
-    paint = {
-        "color": first["values"],
-        "cmin": first["low"],
-        "cmax": first["high"],
-        "colorscale": "Viridis",
-        "colorbar": {"title": {"text": first["label"], "side": "right"}, "thickness": 14},
-    }
-    thin = run.thread[:, : len(letters)] if linear > 1 else place[kept]
-    coordinates = {letter: _array(place[kept, k]) for k, letter in enumerate(letters)}
-    shared = {
-        "customdata": np.round(custom, 7).tolist(),
-        "hovertemplate": f"{hover}<extra></extra>",
-        "showlegend": False,
-    }
-    data: list[Figure]
-    if space:
-        data = [{"type": "scatter3d", "mode": "lines", **coordinates, **shared, "line": {"width": 5, **paint}}]
-    else:
-        thread = {
-            "type": "scatter",
-            "mode": "lines",
-            **{letter: _array(thin[:, k], "f4") for k, letter in enumerate(letters)},
-            "line": {"color": theme.FAINT, "width": 1},
-            "hoverinfo": "skip",
-            "showlegend": False,
-        }
-        data = [
-            thread,
-            {"type": "scatter", "mode": "markers", **coordinates, **shared, "marker": {"size": 5, **paint}},
-        ]
-    data.append(_ends(place, letters))
-    layout: Figure = {"height": PATH, "margin": _MARGIN, "font": _FONT, "hovermode": "closest"}
-    if space:
-        layout["margin"] = dict.fromkeys("lrtb", 8)
-        size = np.ptp(place, axis=0) / np.max(np.ptp(place, axis=0))  # Plotly's own sizes would let flat parts overflow
-        layout["scene"] = {
-            "aspectmode": "manual",
-            "aspectratio": dict(zip("xyz", size.tolist(), strict=True)),
-            "camera": {"eye": EYE, "center": {"x": 0, "y": 0, "z": -0.12}},
-            **{
-                f"{letter}axis": {"title": {"text": name}, "nticks": 2 + round(7 * float(part))}
-                for letter, name, part in zip("xyz", names, size, strict=True)
-            },
-        }
-    else:
-        layout["xaxis"] = {"title": {"text": names[0]}, "zeroline": False}
-        layout["yaxis"] = {"title": {"text": names[1]}, "zeroline": False}
-        if linear > 1:
-            layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
-    return {"data": data, "layout": layout}, colours, space
-
-
-def _quantities(run: Run, response: Response | None) -> dict[str, tuple[Array, str, float | None]]:
-    """What the path may be coloured by: values at each tick, label, and the top of the scale if it is fixed."""
-    points = run.points
-    out: dict[str, tuple[Array, str, float | None]] = {
-        "feed": (points.feed, f"feed ({unit_along(run.path.axes)}/s)", None),
-    }
-    if run.path.linear:
-        kappa = curvatures(run.path.evaluate(points.curve, points.u, 2), run.path.linear)
-        kappa = np.where(run.path.turning(points.curve, points.u), 0.0, kappa)
-        kappa = np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995))
-        out["curvature"] = (kappa, "curvature (1/mm)", None)
-    if response is not None and response.contour_error is not None:
-        error = np.full(len(points), np.nan)
-        error[: len(response)] = 1e3 * response.contour_error
-        out["contour error"] = (error, "contour error (µm)", None)
-    out["nearest limit"] = (100.0 * run.use.share.max(axis=1, initial=0.0), "largest share (%)", 100.0)
-    for k, name in enumerate(run.use.names):
-        out[f"share of {words_of(name)}"] = (100.0 * run.use.share[:, k], f"{words_of(name)} (%)", 100.0)
-    return out
-
-
-def _places(place: Array, quantities: Mapping[str, tuple[Array, str, float | None]]) -> IntArray:
-    """Ticks that the picture of the path shows: those that are a pixel apart, and the peaks of what colours it."""
-    kept = cells(place / max(float(np.max(np.ptp(place, axis=0))), 1e-300))
-    kept = kept[:: -(-len(kept) // POINTS)]
-    peaks = [int(np.nanargmax(values)) for values, _, _ in quantities.values() if np.isfinite(values).any()]
-    return np.unique(np.concatenate([kept, peaks, [0, len(place) - 1]])).astype(np.int64)
-
-
-def _ends(place: Array, letters: str) -> Figure:
-    """Start and end as marks with words."""
-    closed = bool(np.linalg.norm(place[-1] - place[0]) <= SAME_PLACE * float(np.max(np.ptp(place, axis=0))))
-    at = place[[0]] if closed else place[[0, -1]]
-    return {
-        "type": "scatter3d" if len(letters) == 3 else "scatter",
-        "mode": "markers+text",
-        **{letter: at[:, k].tolist() for k, letter in enumerate(letters)},
-        "text": ["start and end"] if closed else ["start", "end"],
-        "textposition": [f"top {_inward(point[0], place[:, 0])}" for point in at],
-        "showlegend": False,
-        "marker": {"size": 5 if len(letters) == 3 else 9, "color": theme.FAINT, "symbol": "circle"},
-        "hoverinfo": "text",
-    }
-
-
-def _inward(x: float, along: Array) -> str:
-    """Where a word goes that must not leave the picture at its left or right edge, which a narrow screen has near."""
-    width = float(np.ptp(along))
-    share = (x - float(np.min(along))) / width if width > 0.0 else 0.5
-    return "right" if share < EDGE else "left" if share > 1.0 - EDGE else "center"
-
-
 def _stacked(panels: Sequence[tuple[str, list[Figure], list[float]]]) -> Figure:
     """Panels one above the other over one axis of time with one cursor; limits as dashed lines where they are near."""
     count = len(panels)
     named = any(line["showlegend"] for _, lines, _ in panels for line in lines)
-    margin = {**_MARGIN, "l": 66, "t": 30 + (_LEGEND if named else 0)}
+    margin = {**MARGIN, "l": 66, "t": 30 + (_LEGEND if named else 0)}
     height = PANEL * count + 70
     inside = height - margin["t"] - margin["b"]
     gap = _GAP / inside
@@ -308,7 +166,7 @@ def _stacked(panels: Sequence[tuple[str, list[Figure], list[float]]]) -> Figure:
     layout: Figure = {
         "height": height,
         "margin": margin,
-        "font": _FONT,
+        "font": FONT,
         "hovermode": "x unified",
         "hoversubplots": "axis",
         "shapes": [],
@@ -374,8 +232,8 @@ def _line(t: Array, values: Array, name: str, number: int | None) -> Figure:
     return {
         "type": "scatter",
         "mode": "lines",
-        "x": _array(t),
-        "y": _array(values),
+        "x": array(t),
+        "y": array(values),
         "name": name,
         "line": {"color": colour, "width": 1.0 if number is None else 1.5},
         "showlegend": False,
@@ -383,17 +241,9 @@ def _line(t: Array, values: Array, name: str, number: int | None) -> Figure:
     }
 
 
-def _array(values: Array, kind: str = "f8") -> dict[str, str]:
+def array(values: Array, kind: str = "f8") -> dict[str, str]:
     """An array as Plotly reads it from base64."""
     return {"dtype": kind, "bdata": base64.b64encode(np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()).decode()}
-
-
-def _short(values: Array, top: float) -> list[float | None]:
-    """Values for a colour to six digits of `top`, the greatest; None for what is not finite."""
-    digits = 5 - int(np.floor(np.log10(top)))
-    finite = np.isfinite(values)
-    rounded: list[float | None] = np.round(np.where(finite, values, 0.0), digits).tolist()
-    return rounded if finite.all() else [each if is_one else None for each, is_one in zip(rounded, finite, strict=True)]
 
 
 def _finite(value: float | None) -> float:

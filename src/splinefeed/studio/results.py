@@ -12,7 +12,7 @@ from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
 from splinefeed.pipeline.experiment import Served, servo_numbers
 from splinefeed.pipeline.run import Run
-from splinefeed.report import plotly_figures
+from splinefeed.report import plotly_figures, plotly_path
 from splinefeed.report.limits_figure import words_of
 from splinefeed.report.record import record
 from splinefeed.studio.settings import Wanted
@@ -46,7 +46,7 @@ def result(wanted: Wanted, run: Run, served: Served | None, look: Mapping[str, A
     """All that a page shows of a run; look: only what shows now, the `figure` and the `colour` of the path."""
     response = None if served is None else served.response
     seen = None if look is None else look.get("figure")
-    picture, colours, space = plotly_figures.path(run, response, None if look is None else str(look.get("colour")))
+    picture, colours, space = plotly_path.path(run, response, None if look is None else str(look.get("colour")))
     figures = {"motion": plotly_figures.motion(run)} if look is None or seen == "motion" else {}
     if run.use.names and (look is None or seen == "binding"):
         figures["binding"] = plotly_figures.binding(run)
