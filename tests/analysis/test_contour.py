@@ -15,11 +15,9 @@ from splinefeed.analysis.contour import (
     NEAR_COMMAND,
     WHOLE_PATH,
     ContourMeter,
-    commanded_s,
     contour_error,
 )
 from splinefeed.errors import InputError, LimitsError
-from splinefeed.records import Response, Setpoints
 
 FRACTIONS = np.linspace(0.0, 1.0, 33)
 
@@ -319,20 +317,12 @@ def test_moves_with_the_path_and_never_exceeds_the_tracking_error(s, away, angle
 # --- records ---
 
 
-def response_of(position, period=1e-2):
-    same = dict.fromkeys(("command", "position", "measured", "output"), position)
-    none = np.zeros(position.shape, dtype=bool)
-    return Response(t=np.arange(len(position)) * period, saturated=none, axes=("x", "y"), period=period, **same)
-
-
-def test_of_a_response_with_a_tail_behind_the_setpoints():
+def test_of_positions_with_a_tail_behind_the_setpoints():
     path = polygon((0, 0), (10, 0))
     points = sf.interpolate(path, motions.constant(path, 100.0), period=1e-2)
-    assert commanded_s(points, [-1.0, 0.05, 0.055, 9.0]) == pytest.approx([0.0, 5.0, 5.5, 10.0])
     n = len(points) + 3
     position = np.vstack([points.position + [0, 0.25], np.tile([10.0, 0.0], (3, 1))])
-    response = response_of(position)
-    found = ContourMeter(path).measure(position, s_hint=commanded_s(points, response.t), signed=True)
+    found = ContourMeter(path).measure(position, s_hint=np.append(points.s, [points.s[-1]] * 3), signed=True)
     assert found.error == pytest.approx([0.25] * len(points) + [0.0] * 3, abs=1e-13)
     assert found.notion == NEAR_COMMAND
     assert found.max == pytest.approx(0.25)
@@ -385,8 +375,3 @@ def test_refused_windows_axes_and_signs():
     with pytest.raises(InputError) as caught:
         contour_error(np.zeros((1, 2)), path)
     assert str(caught.value) == "position has shape (1, 2); expected (n, 4) or, without rotary axes, (n, 3)"
-    none = Setpoints(
-        t=[], curve=[], u=[], s=[], feed=[], position=np.empty((0, 2)), axes=("x", "y"), period=1e-3, method="none"
-    )
-    with pytest.raises(InputError, match=r"^there are no setpoints, so nothing is commanded$"):
-        commanded_s(none, [0.0])

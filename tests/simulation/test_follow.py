@@ -17,7 +17,7 @@ from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics, servo
 from splinefeed.machine import Friction, Table
 from splinefeed.records import Response, Setpoints
-from splinefeed.simulation.follow import CHUNK, Follower, follow, follow_chunks
+from splinefeed.simulation.follow import CHUNK, Follower, follow
 from splinefeed.simulation.plant import parameters
 
 TIME = np.arange(600) * PERIOD
@@ -164,7 +164,8 @@ def test_chunks_give_the_same_bits(sizes: list[int]) -> None:
             part = setpoints(points.position[start:stop], points.axes)
             yield replace(part, t=points.t[start:stop])
 
-    parts = list(follow_chunks(chunks(), machine))
+    follower = Follower(machine, points.axes, PERIOD)
+    parts = [follower.follow(chunk) for chunk in chunks()]
     assert [len(part) for part in parts] == sizes
     for name in ("t", "command", "position", "measured", "output", "saturated"):
         joined = np.concatenate([getattr(part, name) for part in parts])
@@ -174,7 +175,9 @@ def test_chunks_give_the_same_bits(sizes: list[int]) -> None:
 def test_chunks_end_with_the_run_away() -> None:
     machine = table(velocity_axis(lag=1e-3, error_limit=0.05))
     whole = follow(setpoints(WAVE), machine)
-    parts = list(follow_chunks((setpoints(WAVE[i : i + 5]) for i in range(0, 600, 5)), machine))
+    follower = Follower(machine, ("x",), PERIOD)
+    every = [follower.follow(setpoints(WAVE[i : i + 5])) for i in range(0, 600, 5)]
+    parts = [part for part in every if len(part)]
     assert sum(len(part) for part in parts) == len(whole)
     assert [part.stopped is not None for part in parts] == [False] * (len(parts) - 1) + [True]
     follower = Follower(machine, ("x",), PERIOD)

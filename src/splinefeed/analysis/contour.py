@@ -12,7 +12,7 @@ from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import contour as kernels
 from splinefeed.kernels import pieces
-from splinefeed.records import Array, Setpoints, check_finite, number
+from splinefeed.records import Array, check_finite, number
 
 #: The two notions of the nearest point, as `Contour.notion` names them.
 NEAR_COMMAND = "near the commanded point"
@@ -136,13 +136,6 @@ def contour_error(
     `signed` do, and where the two notions differ: `ContourMeter.measure`.
     """
     return ContourMeter(path).measure(position, s_hint=s_hint, window=window, signed=signed).error
-
-
-def commanded_s(points: Setpoints, t: ArrayLike) -> Array:
-    """Commanded arc length (n,), mm, at times t (n,), s: straight between setpoints, held before and behind them."""
-    if not len(points):
-        raise InputError("there are no setpoints, so nothing is commanded")
-    return np.asarray(np.interp(np.asarray(t, dtype=np.float64), points.t, points.s), dtype=np.float64)
 
 
 def _linear_positions(position: ArrayLike, path: Path) -> Array:

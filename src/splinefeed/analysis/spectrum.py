@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.analysis.tracking import axis_unit
 from splinefeed.errors import InputError
-from splinefeed.records import Array, Response, check_finite, positive
+from splinefeed.records import ROTARY_AXES, Array, Response, check_finite, positive
 
 #: Fewer samples than this have no spectrum worth the name.
 LEAST_SAMPLES = 8
@@ -118,6 +117,6 @@ def tracking_spectra(response: Response, *, window: str = "hann") -> Mapping[str
     """Spectrum of the tracking error of each axis, in mm, rotary axes rad; see `spectrum`."""
     error = response.tracking_error
     return {
-        axis: spectrum(error[:, column], response.period, unit=axis_unit(axis), window=window)
+        axis: spectrum(error[:, column], response.period, unit="rad" if axis in ROTARY_AXES else "mm", window=window)
         for column, axis in enumerate(response.axes)
     }

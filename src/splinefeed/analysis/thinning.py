@@ -19,7 +19,7 @@ _SHIFTS, _MASK = (0, 20, 40), (1 << 20) - 1
 def extremes(values: Array, columns: int = COLUMNS) -> IntArray:
     """Indices of the least and the greatest of `values` (n,) in each of `columns` equal stretches, and of both ends.
 
-    All indices where there are few; values that are not finite count as the least.
+    All indices where there are few; values that are not finite are neither, where a stretch has others.
     """
     count = len(values)
     if count <= 4 * columns:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from splinefeed.errors import FormatError
@@ -207,8 +206,3 @@ def sections(tags: Tags) -> Sections:
 def fields(tags: Tags, entity: Entity) -> dict[int, str | float]:
     """Value by group code; of a code that stands twice the last one."""
     return dict(zip(tags.codes[entity.low : entity.high], tags.values[entity.low : entity.high], strict=True))
-
-
-def pairs(tags: Tags, entity: Entity) -> Iterator[tuple[int, int]]:
-    """Index and group code of each tag of an entity."""
-    return zip(range(entity.low, entity.high), tags.codes[entity.low : entity.high], strict=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -168,23 +168,6 @@ def follow(
         if follower.stopped is not None:
             break
     return join(parts)
-
-
-def follow_chunks(
-    chunks: Iterable[Setpoints],
-    table: Table,
-    *,
-    sub_steps: int = plants.SUB_STEPS,
-    linear: bool = False,
-) -> Iterator[Response]:
-    """The response chunk by chunk, for jobs that do not fit in memory; ends at a run-away, in the chunk that has it."""
-    follower: Follower | None = None
-    for points in chunks:
-        if follower is None:
-            follower = Follower(table, points.axes, points.period, sub_steps=sub_steps, linear=linear)
-        yield follower.follow(points)
-        if follower.stopped is not None:
-            return
 
 
 def slices(points: Setpoints, size: int) -> Iterator[Setpoints]:

@@ -22,7 +22,6 @@ LARGEST_RADIUS = 1e5
 MAX_ARCS = 200_000
 #: A curve this near a circle, relative to its radius, is one.
 EXACT = 1e-9
-_SAMPLES = 33
 #: First and second axis of each plane, counterclockwise from the one to the other, as letters.
 PLANES = {"G17": ("X", "Y"), "G18": ("Z", "X"), "G19": ("Y", "Z")}
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.dialects import Dialect, detect, named
+from splinefeed.formats.gcode.dialects import Dialect, detect
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.heidenhain import Heidenhain
 from splinefeed.formats.gcode.interpreter import Interpreter
@@ -101,12 +101,6 @@ class Reading:
             at = end + 1
             if state.full:
                 yield state.take()
-
-
-def read(file: str | os.PathLike[str], *, dialect: str | None = None, repair: bool = False) -> tuple[Moves, Reading]:
-    """All moves of a program in one record, and what was said of it."""
-    reading = Reading(dialect=None if dialect is None else named(dialect), repair=repair)
-    return joined(list(reading.moves(file))), reading
 
 
 def joined(parts: list[Moves]) -> Moves:
