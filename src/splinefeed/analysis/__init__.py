@@ -1,1 +1,1 @@
-"""Numbers from records and paths: feed ripple, drift, chord error, the motion of each axis."""
+"""Numbers from records and paths: the verdict on every limit, ripple, drift, chord and contour error, spectra."""

@@ -1,1 +1,1 @@
-"""One file a format, in and out: curves as JSON, airfoils as .dat, records as HDF5, CSV and MATLAB files."""
+"""One file a format, in and out: drawings, CAD, G-code, curves and tables of points; records as HDF5 and others."""
