@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import struct
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from splinefeed.errors import FormatError, InputError, SplinefeedError
-from splinefeed.formats import setpoints_mat
+from splinefeed.formats import bit_pattern, setpoints_mat
 from splinefeed.formats.setpoints import load, save
 from splinefeed.records import Limits, Setpoints, TimeLaw
 
@@ -371,6 +372,30 @@ def test_hostile_hdf5_files_are_refused(tmp_path: Path) -> None:
             load(path)
         assert str(caught.value).startswith(f"{path}: {reason}")
         assert "\n" not in str(caught.value)
+
+
+def test_a_heap_of_texts_that_hdf5_would_read_for_ever_is_refused(tmp_path: Path) -> None:
+    """Found by `make torture`, seed 7000014: an object of no size, at which the library stays."""
+    file = tmp_path / "wing.h5"
+    save(some_points(10), file)
+    whole = file.read_bytes()
+    begin = at = whole.index(b"GCOL")
+    at += 16
+    objects = []
+    while at < begin + int.from_bytes(whole[begin + 8 : begin + 16], "little"):
+        objects.append(at)
+        index, size = struct.unpack_from("<H6xQ", whole, at)
+        at += size if index == 0 else 16 + -(-size // 8) * 8
+    assert len(objects) > 5
+    for index, size in ((0, 0), (0, 2**64 - 32), (1, 2**64 - 16), (1, 2**64 - 40), (1, 4097)):
+        for at in (objects[0], objects[3], objects[-1]):
+            file.write_bytes(whole[:at] + struct.pack("<HHIQ", index, 0, 0, size) + whole[at + 16 :])
+            with pytest.raises(
+                FormatError, match=rf"wing\.h5: the heap of texts at byte {begin} is damaged at byte {at}"
+            ):
+                load(file)
+            with pytest.raises(FormatError, match=r"wing\.h5: the heap of texts"):
+                next(bit_pattern.read_chunks(file))
 
 
 def test_a_limit_that_is_not_known_is_not_passed_over(tmp_path: Path) -> None:

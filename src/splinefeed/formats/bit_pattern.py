@@ -239,13 +239,11 @@ def read(path: str | os.PathLike[str]) -> BitPattern:
 
 def read_chunks(path: str | os.PathLike[str], periods: int = CHUNK_PERIODS) -> Iterator[BitPattern]:
     """The pulse words of a file, `periods` at once, at least one pattern; see `read`."""
-    import h5py
-
     if isinstance(periods, bool) or not isinstance(periods, int) or periods < 1:
         raise InputError(f"periods is {periods!r}; a whole number from 1 on is needed")
     checked = check_file(path)
     try:
-        with h5py.File(checked, "r") as file:
+        with hdf5.sound(checked) as file:
             dataset, pattern = _open(file, checked)
             start = pattern.start
             for first in range(0, max(len(dataset), 1), periods):
