@@ -398,6 +398,19 @@ def test_a_heap_of_texts_that_hdf5_would_read_for_ever_is_refused(tmp_path: Path
                 next(bit_pattern.read_chunks(file))
 
 
+@pytest.mark.parametrize("where", ["", "t"])
+def test_an_attribute_that_hdf5_would_crash_on_is_refused(tmp_path: Path, where: str) -> None:
+    """A text that one changed byte makes a list of variable length is a segmentation fault in the library."""
+    file = tmp_path / "wing.h5"
+    save(some_points(10), file)
+    with h5py.File(file, "a") as opened:
+        values = np.empty(1, dtype=object)
+        values[0] = np.array([1, 2], dtype=np.int32)
+        opened[where or "/"].attrs.create("method", values, dtype=h5py.vlen_dtype(np.int32))
+    with pytest.raises(FormatError, match=r"wing\.h5: attribute 'method': is neither text nor a number"):
+        load(file)
+
+
 def test_a_limit_that_is_not_known_is_not_passed_over(tmp_path: Path) -> None:
     path = tmp_path / "limits.h5"
     save(Limits(feed=60, acceleration=50, jerk=2000), path)

@@ -128,10 +128,11 @@ def append(datasets: Mapping[str, Any], part: Any, rows: int) -> None:
 
 
 def sound(path: Path) -> Any:
-    """The HDF5 file at `path`, open for reading; FormatError for one at which the library would go round for ever.
+    """The HDF5 file at `path`, open for reading; FormatError for one that the library would read for ever or crash on.
 
     Texts of attributes lie in global heaps, one object behind the other. The library (seen with 2.0) steps from each to
-    the next by its size alone, also if that is 0 (HDF5 File Format Specification 3.0, III.E).
+    the next by its size alone, also if that is 0 (HDF5 File Format Specification 3.0, III.E); and an attribute that is
+    a list of variable length, as one changed byte makes of a text, ends it by a segmentation fault.
     """
     import h5py
 
@@ -140,7 +141,24 @@ def sound(path: Path) -> Any:
         if os.fstat(stream.fileno()).st_size > len(_HEAP):
             with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
                 _walk_heaps(content, path)
-    return h5py.File(path, "r")
+    file = h5py.File(path, "r")
+    try:
+        _check_attributes(file, path)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _check_attributes(node: Any, path: Path) -> None:
+    """Raise FormatError for an attribute of a file or dataset that is neither text nor a number."""
+    from h5py import h5a, h5t
+
+    for index in range(h5a.get_num_attrs(node.id)):
+        attribute = h5a.open(node.id, index=index)
+        if attribute.get_type().get_class() not in (h5t.STRING, h5t.INTEGER, h5t.FLOAT, h5t.ENUM):
+            name = attribute.get_name().decode(errors="replace")[:40]
+            raise FormatError(f"{path}: attribute {name!r}: is neither text nor a number; the file is damaged")
 
 
 def _walk_heaps(content: mmap.mmap, path: Path) -> None:
@@ -206,6 +224,7 @@ def dataset(file: Any, name: str, path: Path, ndim: int, most: int = MAX_TICKS) 
     found = file[name]
     if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
         raise FormatError(f"{path}: dataset {name}: is no dataset of this file")
+    _check_attributes(found, path)
     words = f"{path}: dataset {name}: has shape {found.shape} of {found.dtype}"
     if found.ndim != ndim or found.dtype.kind not in "fiu" or found.dtype.itemsize > 8:
         raise FormatError(f"{words}; expected numbers in {ndim} dimension(s)")
