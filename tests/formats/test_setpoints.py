@@ -398,6 +398,20 @@ def test_a_heap_of_texts_that_hdf5_would_read_for_ever_is_refused(tmp_path: Path
                 next(bit_pattern.read_chunks(file))
 
 
+def test_a_heap_of_names_whose_free_blocks_go_in_a_circle_is_refused(tmp_path: Path) -> None:
+    """HDF5 follows them for ever and takes memory for each."""
+    file = tmp_path / "wing.h5"
+    save(some_points(10), file)
+    whole = bytearray(file.read_bytes())
+    begin = whole.index(b"HEAP") + 8
+    size, free, address = struct.unpack_from("<QQQ", whole, begin)
+    assert 16 <= free + 16 <= size
+    struct.pack_into("<Q", whole, address + free, free)
+    file.write_bytes(whole)
+    with pytest.raises(FormatError, match=r"wing\.h5: the free blocks of the heap of names at byte \d+ go in a circ"):
+        load(file)
+
+
 @pytest.mark.parametrize("where", ["", "t"])
 def test_an_attribute_that_hdf5_would_crash_on_is_refused(tmp_path: Path, where: str) -> None:
     """A text that one changed byte makes a list of variable length is a segmentation fault in the library."""

@@ -31,7 +31,9 @@ PACKING: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffl
 MOST_PACKED = 1100
 _NO_HARM_BYTES = 2**20
 #: How a collection of the global heap begins, and the header of an object in it: index, uses, nothing, size.
-_HEAP, _HEAP_OBJECT = b"GCOL\1\0\0\0", struct.Struct("<HHIQ")
+_TEXTS, _TEXT = b"GCOL\1\0\0\0", struct.Struct("<HHIQ")
+#: How a local heap, of names, begins; behind it size, first free block, address. A free block: the next, 1 for none.
+_NAMES, _NAMES_HEAD, _LAST_FREE = b"HEAP\0\0\0\0", struct.Struct("<QQQ"), 1
 
 
 class _Output(RawIOBase):
@@ -131,16 +133,18 @@ def sound(path: Path) -> Any:
     """The HDF5 file at `path`, open for reading; FormatError for one that the library would read for ever or crash on.
 
     Texts of attributes lie in global heaps, one object behind the other. The library (seen with 2.0) steps from each to
-    the next by its size alone, also if that is 0 (HDF5 File Format Specification 3.0, III.E); and an attribute that is
-    a list of variable length, as one changed byte makes of a text, ends it by a segmentation fault.
+    the next by its size alone, also if that is 0; and it follows the free blocks of a heap of names also in a circle
+    (HDF5 File Format Specification 3.0, III.D, III.E). An attribute that is a list of variable length, as one changed
+    byte makes of a text, ends it by a segmentation fault.
     """
     import h5py
 
     with path.open("rb") as stream:
         # an empty file cannot be mapped, and is none of HDF5's
-        if os.fstat(stream.fileno()).st_size > len(_HEAP):
+        if os.fstat(stream.fileno()).st_size > len(_TEXTS):
             with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-                _walk_heaps(content, path)
+                _check_texts(content, path)
+                _check_names(content, path)
     file = h5py.File(path, "r")
     try:
         _check_attributes(file, path)
@@ -161,20 +165,40 @@ def _check_attributes(node: Any, path: Path) -> None:
             raise FormatError(f"{path}: attribute {name!r}: is neither text nor a number; the file is damaged")
 
 
-def _walk_heaps(content: mmap.mmap, path: Path) -> None:
-    begin = content.find(_HEAP)
+def _places(content: mmap.mmap, signature: bytes) -> Iterator[int]:
+    """Where the signature stands, and what is behind it begins."""
+    begin = content.find(signature)
     while begin >= 0:
-        at = begin + len(_HEAP)
-        size = int.from_bytes(content[at : at + 8], "little")
-        end = min(begin + size, len(content))
-        at += 8
-        while at + _HEAP_OBJECT.size <= end:
-            index, _, _, size = _HEAP_OBJECT.unpack_from(content, at)
-            step = size if index == 0 else _HEAP_OBJECT.size + (size + 7) // 8 * 8
+        yield begin + len(signature)
+        begin = content.find(signature, begin + len(signature))
+
+
+def _check_texts(content: mmap.mmap, path: Path) -> None:
+    """Raise FormatError for a global heap in which an object does not end behind its beginning, within the heap."""
+    for begin in _places(content, _TEXTS):
+        at, size = begin + 8, int.from_bytes(content[begin : begin + 8], "little")
+        end = min(begin - len(_TEXTS) + size, len(content))
+        while at + _TEXT.size <= end:
+            index, _, _, size = _TEXT.unpack_from(content, at)
+            step = size if index == 0 else _TEXT.size + (size + 7) // 8 * 8
             if not 0 < step <= end - at:
-                raise FormatError(f"{path}: the heap of texts at byte {begin} is damaged at byte {at}")
+                raise FormatError(f"{path}: the heap of texts at byte {begin - len(_TEXTS)} is damaged at byte {at}")
             at += step
-        begin = content.find(_HEAP, begin + len(_HEAP))
+
+
+def _check_names(content: mmap.mmap, path: Path) -> None:
+    """Raise FormatError for a local heap with more free blocks than it has room for: they go in a circle."""
+    for begin in _places(content, _NAMES):
+        if begin + _NAMES_HEAD.size > len(content):
+            return
+        size, free, address = _NAMES_HEAD.unpack_from(content, begin)
+        size = min(size, len(content) - address)
+        left = size // 16
+        while free != _LAST_FREE and free + 16 <= size:
+            if left == 0:
+                raise FormatError(f"{path}: the free blocks of the heap of names at byte {begin} go in a circle")
+            left -= 1
+            free = int.from_bytes(content[address + free : address + free + 8], "little")
 
 
 @contextmanager
