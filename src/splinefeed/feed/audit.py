@@ -7,11 +7,10 @@ import bisect
 import numpy as np
 
 from splinefeed.feed.bounds import shares
-from splinefeed.feed.cells import ROUNDINGS_OF_S, distinct, located, rows_between
+from splinefeed.feed.cells import ROUNDINGS_OF_S, by_length, located, rows_between
 from splinefeed.feed.law_pieces import Nodes, Pieces, polynomial
 from splinefeed.feed.square import Setting
 from splinefeed.feed.stretches import curve_feeds
-from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import pieces as rows
 from splinefeed.records import Array, BoolArray, IntArray
@@ -56,8 +55,7 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
         inner = slice(first, len(s) - last)
         if place in (0.0, 1.0):
             u[inner] = (left if place == 0.0 else right)[inner]
-        d = by_arc_length(path.evaluate(curve, u, 3, side="left" if place == 1.0 else "right"), path.linear)
-        d = np.where(np.isfinite(d), d, 0.0)
+        d = by_length(path, curve, u, "left" if place == 1.0 else "right")
         ratios[row] = shares(
             d, v, a, j, feeds[curve], setting.limits, setting.axes, setting.period, path.linear, signs[row]
         )
@@ -112,9 +110,7 @@ def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: S
         if place in (0.0, 1.0):
             u[1:] = inside[0][1:] if place == 0.0 else u[1:]
             u[:-1] = inside[1][:-1] if place == 1.0 else u[:-1]
-        by_u = path.evaluate(owner, u, 3, side="left" if place == 1.0 else "right")
-        d = by_arc_length(by_u, path.linear)
-        d = np.where(np.isfinite(d) & distinct(by_u, path)[:, None, None], d, 0.0)
+        d = by_length(path, owner, u, "left" if place == 1.0 else "right")
         sign = np.full(len(table), -1.0 if last else 1.0)
         ratios[k] = shares(d, v, a, j, feeds, setting.limits, setting.axes, setting.period, path.linear, sign)
     return float(np.max(_peaks(ratios)))

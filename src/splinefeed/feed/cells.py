@@ -132,13 +132,17 @@ def speed_by_u(first: Array, linear: int) -> Array:
     return found
 
 
-def distinct(by_u: Array, path: Path) -> BoolArray:
-    """Whether places (n,) can be told from one with C' = 0, where all derivatives by arc length are 0/0.
+def by_length(path: Path, curve: IntArray, u: Array, side: str = "right") -> Array:
+    """The first three derivatives by arc length at places of the path, (n, 3, axes).
 
-    by_u (n, 3 or more, axes): C, C', C''; C' = 0 is about |C'|^2 / (2 |C''|) away.
+    0 where they are 0/0 but for rounding: within the rounding of arc length from C' = 0.
     """
+    by_u = path.evaluate(curve, u, 3, side=side)
     slack = ROUNDINGS_OF_S * float(np.finfo(np.float64).eps) * path.length
-    found: BoolArray = np.sum(by_u[:, 1] ** 2, axis=1) > INDISTINCT * slack * np.linalg.norm(by_u[:, 2], axis=1)
+    # C' = 0 is about |C'|^2 / (2 |C''|) away
+    told = np.sum(by_u[:, 1] ** 2, axis=1) > INDISTINCT * slack * np.linalg.norm(by_u[:, 2], axis=1)
+    d = by_arc_length(by_u, path.linear)
+    found: Array = np.where(np.isfinite(d) & told[:, None, None], d, 0.0)
     return found
 
 

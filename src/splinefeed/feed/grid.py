@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from splinefeed.feed.bounds import deceleration, deceleration_jerk, feed_squared_bound
-from splinefeed.feed.cells import Cells, cells_between, distinct, located, sample
+from splinefeed.feed.cells import Cells, by_length, cells_between, located, sample
 from splinefeed.feed.square import End, Setting
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.geometry.differential import by_arc_length
@@ -147,9 +147,7 @@ def _ramp(path: Path, curve: int, at: float, other: float, size: float, setting:
     away = RAMP_PLACES * size
     curves: IntArray = np.full(len(away), curve)
     places = at + np.sign(other - at) * away
-    by_u = path.evaluate(curves, located(path, curves, places), 3)
-    d = by_arc_length(by_u, path.linear)
-    d = np.where(np.isfinite(d) & distinct(by_u, path)[:, None, None], d, 0.0)
+    d = by_length(path, curves, located(path, curves, places))
     # towards the stretch: run backwards, odd derivatives change their sign, and so does nothing that counts here
     sign = np.sign(other - at)
     r1, r2, r3 = d[:, 1], sign * d[:, 2], d[:, 3]

@@ -14,6 +14,7 @@ from splinefeed.feed.bounds import AxisLimits, deceleration, deceleration_jerk
 from splinefeed.feed.cells import sample
 from splinefeed.feed.corners import Corners, check_turns, find_corners, worth
 from splinefeed.feed.law_pieces import Pieces
+from splinefeed.feed.look_ahead import plan_look_ahead
 from splinefeed.feed.moving import finished
 from splinefeed.feed.seven_phase import SevenPhase, plan_seven_phase
 from splinefeed.feed.square import Setting
@@ -28,7 +29,8 @@ from splinefeed.records import Array, Limits, TimeLaw
 STRATEGY = "time-optimal"
 #: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line.
 STRAIGHT = 1e-12
-#: A solution that must be made this many times longer at last is held against the slow plan that always goes.
+#: A solution that must be made this many times longer at last is held against the slow plan that always goes; a plan
+#: that lasts this many times its lower bound, against that of `look-ahead`.
 POOR = 1.2
 #: A stretch below this share of the path has no room for cells above the rounding of s.
 UNRESOLVED = 1e-11
@@ -59,7 +61,8 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
     The path begins at start_feed and ends at end_feed, without acceleration along the path where that is not 0. Each
     stretch between stops is solved on its own, stretched in time to a whole number of periods; one with an end in
     motion gets a lower top feed instead, and where that cannot be its last period is a short one. settings of the
-    law hold `lower_bound_s`: the time of the relaxation without jerk limits, which no plan can be faster than.
+    law hold `lower_bound_s`: the time of the relaxation without jerk limits, which no plan can be faster than. Where
+    the optimiser finds nothing for a stretch, and `look-ahead` does, the motion is that one's; notes say so.
     Raises LimitsError for limits that leave acceleration and jerk free, and for curvature jumps under an axis jerk
     without a period; PlanError for end feeds that the path is too short for.
     """
@@ -74,6 +77,12 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
         for k in range(len(spans))
     ]
     plans = [_stretch(path, low, high, ends, setting) for (low, high), ends in zip(spans, feeds, strict=True)]
+    bound = _bound(plans, corners, limits, axes)
+    seconds = sum(plan.pieces.duration for plan in plans)
+    if any(plan.slow for plan in plans) or seconds > POOR * bound > 0.0:
+        swifter = _looked_ahead(path, limits, period, seconds, bound)
+        if swifter is not None:
+            return swifter
     _check_durations(plans, corners.marks, period)
     breaks, coefficients = [np.zeros(1)], []
     tick = 0
@@ -99,7 +108,7 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
         coefficients=np.concatenate(coefficients),
         strategy=STRATEGY,
         period=period,
-        settings={"lower_bound_s": _bound(plans, corners, limits, axes)},
+        settings={"lower_bound_s": bound},
         notes=_notes(plans, corners.marks, period),
     )
 
@@ -109,6 +118,17 @@ def _bound(plans: list[StretchPlan], corners: Corners, limits: Limits, axes: Axi
     push = min(limits.acceleration, float(np.min(axes.acceleration)))
     saved = 2.0 * corners.rests * worth(limits, axes) / push
     return max(float(sum(plan.lower_bound for plan in plans)) - saved, 0.0)
+
+
+def _looked_ahead(path: Path, limits: Limits, period: float | None, seconds: float, bound: float) -> TimeLaw | None:
+    """The whole motion by `look-ahead`, if it takes less than so many seconds: where the optimiser found no better."""
+    try:
+        law = plan_look_ahead(path, limits, period)
+    except (LimitsError, PlanError):
+        return None
+    note = "planned by look-ahead, as the optimiser found no better; the lower bound is the optimiser's"
+    law = replace(law, strategy=STRATEGY, settings={"lower_bound_s": bound}, notes=(*law.notes, note))
+    return law if law.duration < seconds else None
 
 
 def _notes(plans: list[StretchPlan], marks: Array, period: float | None) -> tuple[str, ...]:

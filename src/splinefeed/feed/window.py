@@ -14,6 +14,7 @@ from splinefeed.feed.cells import Cells
 from splinefeed.feed.grid import first_cells
 from splinefeed.feed.law_pieces import Nodes, Pieces, to_pieces
 from splinefeed.feed.square import End, Setting, SquareProblem
+from splinefeed.feed.stretches import check_duration
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -38,8 +39,9 @@ EAGER = 1.02
 LEVEL = 1e-6
 #: Phases of the ticks, in periods, at which the law is looked at.
 PHASES = (0.0, 0.25, 0.5, 0.75)
-#: A motion of more periods than this is looked at in one phase only.
-MOST_LOOKS = 20_000
+#: A motion of more periods than this is looked at in one phase only; one of more than MOST_TICKS that also lasts more
+#: than MOST_BOUNDS times the lower bound is given up, as looking at its ticks would take for ever.
+MOST_LOOKS, MOST_TICKS, MOST_BOUNDS = 20_000, 1e6, 100.0
 #: An end in motion may fall short of its feed by this share of q; it is then put right.
 SHORT = 1e-4
 #: Limits are tightened by this where the last hair cannot be a stretch in time: at moving ends, from nothing there to
@@ -111,10 +113,13 @@ def solve(
         last = refinement >= REFINEMENTS - 1
         c, _, _ = problem.solve(fitting(problem, c), tolerance=GAP if last else COARSE_GAP)
     rest = (ends[0].rest, ends[1].rest)
+    bound = relaxed_time - gap if math.isfinite(relaxed_time - gap) else 0.0
+    longest = math.inf if setting.period is None else max(MOST_TICKS * setting.period, MOST_BOUNDS * bound)
     hair = 1.0 if moving else 1.0 + HAIR
     for repair in range(REPAIRS):
         nodes = nodes_of(problem, c, low, high)
         pieces = to_pieces(nodes)
+        check_duration(pieces.duration, low, high, longest)
         over = np.maximum(excess(nodes, pieces, setting), np.where(pieces.coarse, 4.0, 0.0))
         if setting.period is not None:
             for phase in PHASES if pieces.duration < MOST_LOOKS * setting.period else PHASES[:1]:
@@ -136,8 +141,7 @@ def solve(
             scale, rising = scale[owner], rising[owner]
         problem = SquareProblem(cells, ends, setting, scale, rising)
         c, _, _ = problem.solve(fitting(problem, c), tolerance=GAP)
-    bound = relaxed_time - gap
-    return Solution(nodes, pieces, over, bound if math.isfinite(bound) else 0.0, problem, c)
+    return Solution(nodes, pieces, over, bound, problem, c)
 
 
 def _margins(cells: Cells, ends: tuple[End, End]) -> Array:
