@@ -374,6 +374,21 @@ def test_hostile_hdf5_files_are_refused(tmp_path: Path) -> None:
         assert "\n" not in str(caught.value)
 
 
+def test_a_library_that_quotes_the_file_is_cut_short(tmp_path: Path) -> None:
+    """Found by `make torture`, seed 7000002: zipfile puts the names it finds into its message, kilobytes of them."""
+    file = tmp_path / "wing.npz"
+    save(some_points(10), file)
+    content = bytearray(file.read_bytes())
+    header = content.index(b"PK\x03\x04")
+    struct.pack_into("<H", content, header + 26, 3000)  # the length of the first name
+    file.write_bytes(content)
+    with pytest.raises(FormatError) as caught:
+        load(file)
+    message = str(caught.value)
+    assert message.startswith(f"{file}: is no sound NumPy archive: ") and message.endswith("...")
+    assert "\n" not in message and len(message) < 300 + len(str(file))
+
+
 def test_a_heap_of_texts_that_hdf5_would_read_for_ever_is_refused(tmp_path: Path) -> None:
     """Found by `make torture`, seed 7000014: an object of no size, at which the library stays."""
     file = tmp_path / "wing.h5"

@@ -35,7 +35,7 @@ from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats import hdf5
 from splinefeed.formats.metadata import check_schema
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file
+from splinefeed.formats.source import check_file, in_brief
 from splinefeed.kernels import bit_pattern as kernels
 from splinefeed.kernels.bit_pattern import SLOTS, Words
 from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints, check_finite, number, positive
@@ -262,8 +262,7 @@ def read_chunks(path: str | os.PathLike[str], periods: int = CHUNK_PERIODS) -> I
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except (OSError, ValueError, KeyError, TypeError, RuntimeError, OverflowError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise FormatError(f"{path}: is no sound HDF5 file: {reason}") from None
+        raise FormatError(f"{path}: is no sound HDF5 file: {in_brief(error)}") from None
 
 
 def _checked_slots(slots_per_period: object) -> int:

@@ -16,6 +16,7 @@ from importlib import import_module
 from typing import Any
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.source import in_brief
 
 #: What a library may take of the memory, bytes of address space; OCCT itself is half a gigabyte of it.
 MAX_ADDRESS_SPACE = 6 * 2**30
@@ -48,8 +49,8 @@ def answer(task: dict[str, Any]) -> dict[str, Any]:
     except MemoryError:
         return {"refused": "needs more memory than a CAD file may take"}
     except Exception as error:  # the libraries' own exceptions are of many kinds
-        said = " ".join(str(error).split())[:200] or type(error).__name__
-        return {"refused": f"the CAD library cannot read it: {said}"}
+        words = in_brief(error)
+        return {"refused": f"the CAD library cannot read it: {words}"}
     return found
 
 

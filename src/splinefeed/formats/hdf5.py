@@ -18,7 +18,7 @@ from splinefeed.errors import FormatError, SplinefeedError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import SCHEMA, check_schema
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file
+from splinefeed.formats.source import check_file, in_brief
 
 T = TypeVar("T")
 
@@ -220,8 +220,7 @@ def opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tuple
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged file can make HDF5 and h5py raise nearly anything
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise FormatError(f"{path}: is no sound HDF5 file: {reason}") from None
+        raise FormatError(f"{path}: is no sound HDF5 file: {in_brief(error)}") from None
 
 
 def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], T]]) -> T:

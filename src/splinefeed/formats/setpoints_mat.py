@@ -24,7 +24,7 @@ from splinefeed.formats.metadata import (
     to_radians,
 )
 from splinefeed.formats.sizes import MAX_MATLAB_TICKS
-from splinefeed.formats.source import check_file
+from splinefeed.formats.source import check_file, in_brief
 from splinefeed.records import Setpoints, positive
 
 _NAME = "setpoints"
@@ -80,6 +80,5 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged file can make scipy.io raise nearly anything
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise FormatError(f"{path}: is no sound MATLAB file: {reason}") from None
+        raise FormatError(f"{path}: is no sound MATLAB file: {in_brief(error)}") from None
     return points

@@ -24,7 +24,7 @@ from splinefeed.errors import FormatError, SplinefeedError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import COLUMNS, check_all_finite, checked_chunks, description, read_description
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file
+from splinefeed.formats.source import check_file, in_brief
 from splinefeed.records import Setpoints
 
 _NAMES = (*COLUMNS, "position")
@@ -81,8 +81,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged archive can make zipfile and zlib raise nearly anything
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise FormatError(f"{path}: is no sound NumPy archive: {reason}") from None
+        raise FormatError(f"{path}: is no sound NumPy archive: {in_brief(error)}") from None
     return points
 
 

@@ -26,7 +26,7 @@ from splinefeed.formats.metadata import (
     read_description,
 )
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file
+from splinefeed.formats.source import check_file, in_brief
 from splinefeed.records import Setpoints
 
 _KEY = b"splinefeed"
@@ -87,8 +87,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged file can make pyarrow raise nearly anything
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise FormatError(f"{path}: is no sound Parquet file: {reason}") from None
+        raise FormatError(f"{path}: is no sound Parquet file: {in_brief(error)}") from None
     return points
 
 

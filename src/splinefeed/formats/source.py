@@ -9,6 +9,8 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.sizes import MAX_FILE_BYTES
 
 _LFS_POINTER = b"version https://git-lfs"
+#: Longest words of a library that are passed on, characters.
+MOST_SAID = 200
 _UTF_16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -29,6 +31,12 @@ def check_file(path: str | os.PathLike[str]) -> Path:
     if status.st_size == 0:
         raise FormatError(f"{path}: is empty; was its writing interrupted?")
     return file
+
+
+def in_brief(error: BaseException) -> str:
+    """What a library said of a file, as one line of bounded length: some quote the file."""
+    words = " ".join(str(error).split()) or type(error).__name__
+    return words if len(words) <= MOST_SAID else f"{words[:MOST_SAID]}..."
 
 
 def check_size(path: str | os.PathLike[str], max_bytes: int | None = None) -> None:
