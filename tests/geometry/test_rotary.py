@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import numba
 import numpy as np
 import pytest
 
@@ -138,7 +139,10 @@ def test_derivatives_by_arc_length_have_unit_length(name):
 
 
 @pytest.mark.parametrize("name", PATHS)
-@pytest.mark.parametrize("strategy", [pytest.param("seven-phase", marks=pytest.mark.nojit), "time-optimal"])
+@pytest.mark.parametrize(
+    "strategy",
+    [pytest.param("seven-phase", marks=pytest.mark.nojit), *([] if numba.config.DISABLE_JIT else ["time-optimal"])],
+)
 def test_a_plan_on_it_holds_every_limit(name, strategy):
     path = PATHS[name]
     along = sf.Limits(feed=60, acceleration=500, jerk=20000)
