@@ -28,7 +28,7 @@ KEPT = {
     1077: "a ramp that runs over a span of 1e-6",
     30065: "another, which ends behind it",
     209: "a cusp next to the start, where r''' is 0/0 for most of the ramp",
-    30013: "a rotary axis that turns while the other all but stands still: refused at once",
+    30013: "a rotary axis that turns while the other all but stands still: look-ahead passes",
     30015: "a rotary axis that turns over 5e-17 mm: refused",
     501060: "a rotary axis that turns over the rounding of far coordinates: refused",
 }
