@@ -84,7 +84,7 @@ def test_what_once_failed(seed):
     assert (found != "ok") == KEPT[seed].rsplit(": ", 1)[-1].startswith("refused")
 
 
-@pytest.mark.xfail(reason="found by the torture, not mended yet; a hair on another machine may hide it")
+@pytest.mark.xfail(strict=False, reason="found by the torture, not mended yet; another machine may hide it")
 @pytest.mark.parametrize(("seed", "strategy"), OPEN)
 def test_what_fails_still(seed, strategy):
     judge(seed, (strategy,))
