@@ -133,9 +133,10 @@ def speed_by_u(first: Array, linear: int) -> Array:
 
 
 def by_length(path: Path, curve: IntArray, u: Array, side: str = "right") -> Array:
-    """The first three derivatives by arc length at places of the path, (n, 3, axes).
+    """Position and its first three derivatives by arc length at parameters u (n,) of curves (n,): (n, 4, axes).
 
-    0 where they are 0/0 but for rounding: within the rounding of arc length from C' = 0.
+    In mm, 1, 1/mm, 1/mm^2, rotary axes with rad for the first mm. 0 where they are 0/0 but for rounding: nearer to
+    C' = 0 than arc length is known. `side`: which one-sided derivatives are taken at a knot.
     """
     by_u = path.evaluate(curve, u, 3, side=side)
     slack = ROUNDINGS_OF_S * float(np.finfo(np.float64).eps) * path.length

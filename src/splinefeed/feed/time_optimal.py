@@ -20,7 +20,7 @@ from splinefeed.feed.seven_phase import SevenPhase, plan_seven_phase
 from splinefeed.feed.square import Setting
 from splinefeed.feed.steady import steady
 from splinefeed.feed.stretches import check_duration, curve_feeds
-from splinefeed.feed.window import solve
+from splinefeed.feed.window import MOST_BOUNDS, solve
 from splinefeed.feed.windows import joints, solve_long
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
@@ -34,9 +34,9 @@ STRAIGHT = 1e-12
 POOR = 1.2
 #: A stretch below this share of the path has no room for cells above the rounding of s.
 UNRESOLVED = 1e-11
-#: Where the optimiser found nothing, no stretch may last longer than so many periods and so many times the lower bound:
-#: looking at every tick would take minutes.
-MOST_TICKS, MOST_BOUNDS = 1e7, 100.0
+#: Where the optimiser found nothing, no stretch may last longer than so many periods and MOST_BOUNDS times the lower
+#: bound: looking at every tick, once, would take minutes.
+MOST_TICKS = 1e7
 #: Rounds of slowing a stretch down until the differences of its setpoints keep their limits.
 SLOWINGS = 20
 
@@ -62,7 +62,8 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
     stretch between stops is solved on its own, stretched in time to a whole number of periods; one with an end in
     motion gets a lower top feed instead, and where that cannot be its last period is a short one. settings of the
     law hold `lower_bound_s`: the time of the relaxation without jerk limits, which no plan can be faster than. Where
-    the optimiser finds nothing for a stretch, and `look-ahead` does, the motion is that one's; notes say so.
+    the optimiser finds nothing for a stretch, or a whole that lasts more than POOR times the bound, and `look-ahead` is
+    faster, the motion is that one's; notes say so.
     Raises LimitsError for limits that leave acceleration and jerk free, and for curvature jumps under an axis jerk
     without a period; PlanError for end feeds that the path is too short for.
     """

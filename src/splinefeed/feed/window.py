@@ -39,9 +39,11 @@ EAGER = 1.02
 LEVEL = 1e-6
 #: Phases of the ticks, in periods, at which the law is looked at.
 PHASES = (0.0, 0.25, 0.5, 0.75)
-#: A motion of more periods than this is looked at in one phase only; one of more than MOST_TICKS that also lasts more
-#: than MOST_BOUNDS times the lower bound is given up, as looking at its ticks would take for ever.
-MOST_LOOKS, MOST_TICKS, MOST_BOUNDS = 20_000, 1e6, 100.0
+#: A motion of more periods than this is looked at in one phase only.
+MOST_LOOKS = 20_000
+#: One of more periods than this that also lasts more than MOST_BOUNDS times its lower bound is given up: looking at its
+#: ticks, again after each repair, would take minutes.
+GIVEN_UP, MOST_BOUNDS = 1e6, 100.0
 #: An end in motion may fall short of its feed by this share of q; it is then put right.
 SHORT = 1e-4
 #: Limits are tightened by this where the last hair cannot be a stretch in time: at moving ends, from nothing there to
@@ -114,7 +116,7 @@ def solve(
         c, _, _ = problem.solve(fitting(problem, c), tolerance=GAP if last else COARSE_GAP)
     rest = (ends[0].rest, ends[1].rest)
     bound = relaxed_time - gap if math.isfinite(relaxed_time - gap) else 0.0
-    longest = math.inf if setting.period is None else max(MOST_TICKS * setting.period, MOST_BOUNDS * bound)
+    longest = math.inf if setting.period is None else max(GIVEN_UP * setting.period, MOST_BOUNDS * bound)
     hair = 1.0 if moving else 1.0 + HAIR
     for repair in range(REPAIRS):
         nodes = nodes_of(problem, c, low, high)
