@@ -194,7 +194,7 @@ KEPT = {
 #: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.
 QUICK = {30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0}
 #: And those that are refused, as an axis turns on while the linear ones stand still.
-REFUSED = (30054, 30060, 30117, 30120, 30164, 405169)
+REFUSED = (30054, 30060, 30117, 30120, 30164, 405169, 9001126)
 
 
 def judge(seed: int) -> str:

@@ -72,6 +72,26 @@ def test_where_curvature_jumps_a_drive_sees_the_difference_of_its_setpoints():
     assert over == pytest.approx([2.0], rel=2e-2)  # near the jump the circle's own acceleration is all there is
 
 
+def turned(points: np.ndarray) -> list[list[sf.NurbsCurve]]:
+    """The polyline through three points as two lines, and as one curve whose middle knot is no smoother than them."""
+    return [
+        [sf.NurbsCurve.bezier(points[:2]), sf.NurbsCurve.bezier(points[1:])],
+        [sf.NurbsCurve(1, [0, 0, 1, 2, 2], points)],
+    ]
+
+
+def test_a_turn_too_small_for_a_corner_is_seen_by_ticks():
+    """A turn of 5e-7 is none of the path's corners; with a tick on it the difference is turn v / T^2."""
+    turn = 5e-7
+    for curves in turned(np.array([[0.0, 0.0], [1.0, 0.0], [2.0, turn]])):
+        path = sf.Path(curves)
+        assert len(path.corners) == 0
+        assert path.joints.tolist() == [1.0]
+        limits = sf.Limits(feed=10.0, axis_acceleration=1e9, axis_jerk=0.8 * turn * 10.0 / PERIOD**2)
+        over = audit.tick_excess(path, steady(path.length, 10.0), setting(path, limits), 0.0, (False, False))
+        assert over == pytest.approx([0.8 ** (-2.0 / 3.0)], rel=1e-6)
+
+
 def test_what_starts_at_full_feed_from_rest_is_seen_as_a_jump():
     """At rest before the first tick the difference is that of a step of velocity: v / T."""
     path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [1, 0], [2, 1]])])

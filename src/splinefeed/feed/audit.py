@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import bisect
-
 import numpy as np
 
 from splinefeed.feed.bounds import shares
@@ -234,12 +232,10 @@ def _straddles(begin: Array, end: Array, corner_times: Array) -> BoolArray:
 
 
 def _jump_times(path: Path, pieces: Pieces, setting: Setting) -> Array:
-    """When direction or curvature jumps without a corner that is passed, s."""
+    """When direction or curvature may jump without a corner that is passed, s; turns too small for a corner count."""
     if not np.any(np.isfinite([setting.axes.acceleration, setting.axes.jerk])):
         return np.zeros(0)
     low, high = pieces.coefficients[0, 0], float(pieces.at(pieces.times[-1:])[0])
-    first = bisect.bisect_right(path.corners, low, key=lambda corner: corner.s)
-    last = bisect.bisect_left(path.corners, high, key=lambda corner: corner.s)
-    passed = set(setting.corner_s.tolist())
-    s = np.array([c.s for c in path.corners[first:last] if not (c.stop and c.s in passed)])
-    return _times_at(pieces, s)
+    first, last = np.searchsorted(path.joints, low, side="right"), np.searchsorted(path.joints, high)
+    s = path.joints[first:last]
+    return _times_at(pieces, s[~np.isin(s, setting.corner_s)])

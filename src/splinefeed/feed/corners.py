@@ -14,6 +14,7 @@ from splinefeed.feed.cells import sample, speed_by_u
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
+from splinefeed.kernels.pieces import START, point, turns
 from splinefeed.records import Array, IntArray, Limits
 
 #: A corner that turns back by less than this, rad, is no corner to pass but a cusp.
@@ -111,7 +112,10 @@ def apart(length: float, marks: Array, more: Array) -> Array:
 
 
 def check_turns(path: Path, marks: Array, axes: AxisLimits) -> None:
-    """Raise PlanError where the linear axes stand still while a limited rotary axis turns on: no law s(t) can do it."""
+    """Raise PlanError where the linear axes stand still while a limited rotary axis turns on: no law s(t) can do it.
+
+    They stand at a mark (m,), mm, where C' = 0, and on a row of the path that is not told from a place on it.
+    """
     rotary = np.isfinite(axes.velocity + 0.0) | np.isfinite(axes.acceleration) | np.isfinite(axes.jerk)
     rotary[: path.linear] = False
     if not np.any(rotary):
@@ -127,6 +131,19 @@ def check_turns(path: Path, marks: Array, axes: AxisLimits) -> None:
             raise PlanError(
                 f"at s = {s:.6g} mm the linear axes stand still while {axis} turns on; its limits cannot be held by a "
                 "motion along the path: smooth or split it there, or leave the limits of that axis out"
+            )
+    ends = np.empty((2, len(path.axes)))
+    for row in np.flatnonzero(np.diff(np.append(path.table[:, START], path.length)) <= SAME * path.length).tolist():
+        if turns(path.table, row, path.shape):
+            continue
+        point(path.table, row, path.shape, -1.0, ends[0])
+        point(path.table, row, path.shape, 1.0, ends[1])
+        turned = np.where(rotary, np.abs(ends[1] - ends[0]), 0.0)
+        if np.max(turned) > TURNING:
+            raise PlanError(
+                f"at s = {path.table[row, START]:.6g} mm the linear axes stand still while "
+                f"{path.axes[int(np.argmax(turned))]} turns on; its limits cannot be held by a motion along the path: "
+                "split it there, let the linear axes stand exactly, or leave the limits of that axis out"
             )
 
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.bounds import AxisLimits, deceleration, deceleration_jerk
-from splinefeed.feed.corners import SAME, TURNING, apart, check_turns, passed_corners, worth
+from splinefeed.feed.corners import SAME, apart, check_turns, passed_corners, worth
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import look_ahead_samples as samples
 from splinefeed.kernels import look_ahead_window as kernels
 from splinefeed.kernels.look_ahead_path import AT_CORNER, ON_ROW, PERIOD
-from splinefeed.kernels.pieces import START, Shape, point, turns
+from splinefeed.kernels.pieces import START, Shape
 from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, Array, BoolArray, Limits
 
 STRATEGY = "look-ahead"
@@ -23,8 +23,6 @@ STRATEGY = "look-ahead"
 LEAST_TICKS = 3
 #: Setpoints are placed to about a tenth of this, mm.
 TOLD_APART = 1e-8
-#: A row shorter than this share of the path is within the rounding of arc length.
-UNSURE = 64.0 * 2.0**-52
 #: Cells of a window, if nobody says else.
 WINDOW = 600
 #: Fewest cells of a window: with fewer, motion stops and goes.
@@ -187,26 +185,6 @@ def row_at(table: Array, s: float) -> int:
     return max(int(np.searchsorted(table[:, START], s, side="right")) - 1, 0)
 
 
-def _check_standing(path: Path, axes: AxisLimits) -> None:
-    """Raise PlanError where a limited rotary axis turns on a row that is shorter than the rounding of arc length."""
-    limited = np.isfinite(axes.velocity + 0.0) | np.isfinite(axes.acceleration) | np.isfinite(axes.jerk)
-    limited[: path.linear] = False
-    short = np.diff(np.append(path.table[:, START], path.length)) <= UNSURE * path.length
-    ends = np.empty((2, len(path.axes)))
-    for row in np.flatnonzero(short).tolist() if np.any(limited) else ():
-        if turns(path.table, row, path.shape):
-            continue
-        point(path.table, row, path.shape, -1.0, ends[0])
-        point(path.table, row, path.shape, 1.0, ends[1])
-        turned = np.where(limited, np.abs(ends[1] - ends[0]), 0.0)
-        if np.max(turned) > TURNING:
-            raise PlanError(
-                f"at s = {path.table[row, START]:.6g} mm the linear axes stand still while "
-                f"{path.axes[int(np.argmax(turned))]} turns on; its limits cannot be held by a motion along the path: "
-                "split it there, let the linear axes stand exactly, or leave the limits of that axis out"
-            )
-
-
 def _slow_turns(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> Array:
     """Arc lengths (k,), mm, of turns of the tangent, no stops, that a chord error leaves next to no feed at."""
     if limits.chord_error is None or period is None:
@@ -276,5 +254,4 @@ def row_feeds(path: Path, limits: Limits, limit: Array) -> tuple[Array, Array]:
     bent = bends[np.argsort(bends[:count, 1], kind="stable"), 0]
     marks = apart(path.length, asked, np.concatenate([bent, _slow_turns(path, limits, axes, period)]))
     check_turns(path, marks, axes)
-    _check_standing(path, axes)
     return feeds, _snapped(marks, path.table[:, START], path.length)

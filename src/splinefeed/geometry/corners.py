@@ -103,12 +103,7 @@ class Corners(Sequence[Corner]):
 def find_corners(path: Path) -> Corners:
     """Points inside the path where the tangent of all axes or the curvature jumps; a cusp is a corner of pi."""
     flat = path.flat
-    owner, inner, times = flat.inner_knots()
-    last = np.arange(len(flat) - 1)
-    # knots inside a curve, then joints
-    before = np.concatenate([owner, last]), np.concatenate([inner, flat.domains[:-1, 1]])
-    after = np.concatenate([owner, last + 1]), np.concatenate([inner, flat.domains[1:, 0]])
-    rough = np.concatenate([times >= flat.degrees[owner] - 1, np.ones(len(last), dtype=bool)])
+    before, after, rough = _knots_and_joints(path)
     sizes = flat.sizes() / np.diff(flat.domains)[:, 0]
     parts = [(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0), np.empty(0))]
     for first in range(0, len(rough), BLOCK):
@@ -128,6 +123,28 @@ def find_corners(path: Path) -> Corners:
     keep[1:] = np.diff(s) > SAME_PLACE * path.length
     chosen = order[keep]
     return Corners(s[keep], curve[chosen], u[chosen], angle[chosen], jump[chosen])
+
+
+def joints(path: Path) -> Array:
+    """Arc lengths (k,), mm, in order, where tangent or curvature can jump, if by less than a corner does.
+
+    Joints of curves, knots as many times as make a curve no smoother than that, and all corners.
+    """
+    (curve, u), after, rough = _knots_and_joints(path)
+    inside = rough & (after[0] == curve)
+    s = path.arc_length(curve[inside], u[inside])
+    return np.unique(np.concatenate([s, path.curve_starts[1:-1], path.corners.s]))
+
+
+def _knots_and_joints(path: Path) -> tuple[tuple[IntArray, Array], tuple[IntArray, Array], BoolArray]:
+    """Knots inside curves, then joints: curve and parameter (n,) before and after, and whether anything can jump."""
+    flat = path.flat
+    owner, inner, times = flat.inner_knots()
+    last = np.arange(len(flat) - 1)
+    before = np.concatenate([owner, last]), np.concatenate([inner, flat.domains[:-1, 1]])
+    after = np.concatenate([owner, last + 1]), np.concatenate([inner, flat.domains[1:, 0]])
+    rough = np.concatenate([times >= flat.degrees[owner] - 1, np.ones(len(last), dtype=bool)])
+    return before, after, rough
 
 
 def _jumps(
