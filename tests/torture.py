@@ -228,6 +228,8 @@ def run(family: Family, first: int, count: int, until: float, workers: int, say:
     try:
         for done in _flowing(pool, family, tasks, until, workers, waiting):
             tally.add(done)
+            for seed, why in done.failed:
+                say(f"failed: {family.name}, seed {seed}: {why}")
             if time.monotonic() > told + 10.0:
                 told = time.monotonic()
                 say(f"{family.title}: {tally.done * family.each:,} done, {len(tally.failed)} failed")
