@@ -14,6 +14,7 @@ REFUSALS = (
     "would take",  # the same but for rounding: longer than thirty years
     "too short to",
     "which is rounding; give its linear axes one position",
+    "the rounding of arc length shows",  # in a rotary axis, more than its limits leave
     "the path and its limits allow at most",  # feeds at the ends that are too high
 )
 #: Seeds that once failed, and what they were.

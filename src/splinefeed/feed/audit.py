@@ -142,7 +142,7 @@ def tick_excess(path: Path, pieces: Pieces, setting: Setting, start: float, rest
         if len(k) < 2:
             continue
         s = pieces.at(np.clip(t, 0.0, pieces.duration))
-        points = _joined(path, s)
+        points = joined(path, s)
         if wanted_chord:
             _chords(path, setting, k, s, t, points, pieces, over)
         eps = np.finfo(np.float64).eps
@@ -158,7 +158,7 @@ def tick_excess(path: Path, pieces: Pieces, setting: Setting, start: float, rest
     return over
 
 
-def _joined(path: Path, s: Array) -> Array:
+def joined(path: Path, s: Array) -> Array:
     """Points (n, axes) at arc lengths s (n,) without the gaps that a tolerance leaves: no feed closes them."""
     curve, u = path.locate(np.clip(s, 0.0, path.length))
     points: Array = path.evaluate(curve, u, 0)[:, 0]
@@ -188,7 +188,7 @@ def _chords(
         first = np.minimum(np.searchsorted(setting.corner_s, s[:-1], side="right"), len(setting.corner_s) - 1)
         places.append(np.clip(setting.corner_s[first], s[:-1], s[1:]))
     for each in places:
-        at = _joined(path, each)[:, :linear] - start
+        at = joined(path, each)[:, :linear] - start
         beside = at - np.sum(at * along, axis=1, keepdims=True) * along
         furthest = np.maximum(furthest, np.linalg.norm(beside, axis=1))
     share = np.where(np.diff(k) == 1, CHORD_MARGIN * furthest / float(setting.limits.chord_error or np.inf), 0.0)

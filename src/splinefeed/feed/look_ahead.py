@@ -11,6 +11,7 @@ from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.look_ahead_periods import in_periods
 from splinefeed.feed.look_ahead_window import LEAST_TICKS, STRATEGY, Part, Window, asked_for, limit_row, row_feeds
 from splinefeed.feed.stretches import check_duration
+from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.geometry.path import Path
 from splinefeed.kernels.look_ahead_path import FEED, OF_AXES, PERIOD
 from splinefeed.kernels.look_ahead_profiles import held
@@ -69,7 +70,8 @@ def plan_look_ahead(path: Path, limits: Limits, period: float | None) -> TimeLaw
     instants, pieces = np.concatenate(breaks), np.concatenate(coefficients)
     lasting = np.append(np.diff(instants) > 0.0, True)  # a piece may last less than the rounding of its instant
     instants, pieces = instants[lasting], pieces[lasting[:-1]]
-    return TimeLaw(breaks=instants, coefficients=pieces, strategy=STRATEGY, period=period, notes=tuple(notes))
+    law = TimeLaw(breaks=instants, coefficients=pieces, strategy=STRATEGY, period=period, notes=tuple(notes))
+    return held_at_ticks(law, path, limits)
 
 
 def _stretch(

@@ -83,6 +83,13 @@ def close_gaps(law: TimeLaw) -> TimeLaw:
     return replace(law, coefficients=coefficients)
 
 
+def on_tick(time: float, period: float | None) -> float:
+    """An instant, s, put on a tick where it is on one but for rounding."""
+    if period is None or abs(time / period - round(time / period)) > ON_TICK:
+        return time
+    return round(time / period) * period
+
+
 def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: float) -> TimeLaw:
     """The law with a piece of constant s wherever the path waits: dwells are (mm, s), made whole periods.
 
@@ -96,11 +103,6 @@ def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: flo
     pieces: list[Array] = []
     done = 0
     shift = 0.0
-
-    def tick(time: float) -> float:
-        if law.period is None or abs(time / law.period - round(time / law.period)) > ON_TICK:
-            return time
-        return round(time / law.period) * law.period
 
     for s, seconds in dwells:
         if s >= length * (1.0 - SAME_PLACE):
@@ -116,14 +118,14 @@ def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: flo
             raise PlanError(f"the law does not rest at s = {s:.9g} mm, where the path waits {seconds:g} s")
         breaks.append(law.breaks[done:k] + shift)
         pieces.append(law.coefficients[done:k])
-        begin = tick(float(law.breaks[k]) + shift)
+        begin = on_tick(float(law.breaks[k]) + shift, law.period)
         wait = seconds if law.period is None else math.ceil(seconds / law.period - ON_TICK) * law.period
         still = np.zeros((1, LAW_COEFFICIENTS))
         still[0, 0] = starts[k] if k < len(starts) else law.length
         breaks.append(np.array([begin]))
         pieces.append(still)
-        shift = tick(begin + wait) - float(law.breaks[k])
+        shift = on_tick(begin + wait, law.period) - float(law.breaks[k])
         done = k
-    breaks += [law.breaks[done:-1] + shift, np.array([tick(float(law.breaks[-1]) + shift)])]
+    breaks += [law.breaks[done:-1] + shift, np.array([on_tick(float(law.breaks[-1]) + shift, law.period)])]
     pieces.append(law.coefficients[done:])
     return replace(law, breaks=np.concatenate(breaks), coefficients=np.concatenate(pieces))

@@ -20,6 +20,7 @@ from splinefeed.feed.seven_phase import SevenPhase, plan_seven_phase
 from splinefeed.feed.square import Setting
 from splinefeed.feed.steady import steady
 from splinefeed.feed.stretches import check_duration, curve_feeds
+from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.window import MOST_BOUNDS, solve
 from splinefeed.feed.windows import joints, solve_long
 from splinefeed.geometry.differential import by_arc_length
@@ -104,7 +105,7 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
         breaks.append(times)
         coefficients.append(pieces.coefficients)
         start = float(times[-1])
-    return TimeLaw(
+    law = TimeLaw(
         breaks=np.concatenate(breaks),
         coefficients=np.concatenate(coefficients),
         strategy=STRATEGY,
@@ -112,6 +113,7 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
         settings={"lower_bound_s": bound},
         notes=_notes(plans, corners.marks, period),
     )
+    return held_at_ticks(law, path, limits)
 
 
 def _bound(plans: list[StretchPlan], corners: Corners, limits: Limits, axes: AxisLimits) -> float:
