@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import runpy
+import shutil
 import subprocess
 import sys
 
@@ -24,6 +25,40 @@ def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_
     for line in page.split("<"):
         if line.startswith(("script", "link", "img")):
             assert "http" not in line.split(">")[0].replace('rel="canonical"', ""), line
+
+
+#: Widths of the page and of its text, and what sticks out of the text without a scroller of its own.
+WIDTHS = """() => {
+    const text = document.querySelector(".content"), edge = text.getBoundingClientRect().right + 0.5;
+    const scrolls = (e) => e !== text && (getComputedStyle(e).overflowX !== "visible" || scrolls(e.parentElement));
+    const out = [...text.querySelectorAll("*")].filter((e) => {
+        const box = e.getBoundingClientRect();
+        return box.width > 0 && box.right > edge && !scrolls(e.parentElement);
+    });
+    const root = document.documentElement;
+    return [root.scrollWidth - root.clientWidth, text.scrollWidth - text.clientWidth, out.map((e) => e.outerHTML)];
+}"""
+
+
+@pytest.mark.browser
+def test_pages_fit_windows_of_every_width(chromium, tmp_path):
+    """Long code, wide tables and formulas scroll inside themselves: a page that is wider is cut at its right."""
+    docs = tmp_path / "docs"
+    shutil.copytree(ROOT / "docs/_static", docs / "_static")
+    pages = ("math/override.md", "tests.md", "benchmarks.md")
+    for page in ("conf.py", *pages):
+        (docs / page).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / "docs" / page, docs / page)
+    contents = "\n".join(page.removesuffix(".md") for page in pages)
+    (docs / "index.md").write_text(f"# Pages\n\n```{{toctree}}\n{contents}\n```\n", encoding="utf-8")
+    words = [sys.executable, "-m", "sphinx", "-Q", "-b", "html", docs, tmp_path / "site"]
+    subprocess.run(words, check=True, timeout=240)
+    for width in (1400, 1312, 1100, 1008, 800, 400):
+        page = chromium.new_page(viewport={"width": width, "height": 900})
+        for name in pages:
+            page.goto((tmp_path / "site" / name).with_suffix(".html").as_uri())
+            assert page.evaluate(WIDTHS) == [0, 0, []], (width, name)
+        page.close()
 
 
 @pytest.mark.parametrize("name", ["override", "short_lines"])
