@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.feed import window, windows
+from splinefeed.feed import time_optimal, window, windows
 from splinefeed.feed.bounds import AxisLimits
 from splinefeed.feed.square import Setting
 from splinefeed.feed.steady import steady
@@ -125,3 +127,35 @@ def test_windows_that_overlap_give_the_motion_of_the_whole(monkeypatch: pytest.M
     whole = window.solve(path, 0.0, path.length, (0.0, 0.0), setting)
     assert long.pieces.duration == pytest.approx(whole.pieces.duration, rel=2e-3)
     assert long.lower_bound < whole.pieces.duration
+
+
+@pytest.mark.parametrize(("factor", "taken"), [(1.0, False), (1.08, False), (1.6, True)])
+def test_where_the_optimiser_finds_little_the_motion_of_look_ahead_is_taken(monkeypatch, factor, taken):
+    """A solution made slower by a factor stands for a poor one; below POOR times the bound it is kept as it is."""
+    path, limits = sf.Path([ARC]), sf.Limits(**AXES)
+    best, other = held(path, limits), sf.plan(path, limits, "look-ahead", PERIOD)
+    assert best.duration * 1.08 < time_optimal.POOR * best.settings["lower_bound_s"] < other.duration * 1.6
+    solved = time_optimal.solve
+
+    def poor(*given):
+        found = solved(*given)
+        return replace(found, pieces=found.pieces.stretched(factor))
+
+    monkeypatch.setattr(time_optimal, "solve", poor)
+    law = held(path, limits)
+    wanted = other.duration if taken else factor * best.duration
+    assert law.duration == pytest.approx(wanted, abs=1.01 * PERIOD)
+    assert any("planned by look-ahead" in note for note in law.notes) == taken
+    assert law.settings["lower_bound_s"] == best.settings["lower_bound_s"]
+    assert law.strategy == "time-optimal"
+
+
+def test_where_the_optimiser_finds_nothing_the_motion_of_look_ahead_is_taken(monkeypatch):
+    def nothing(*given):
+        raise sf.errors.PlanError("no feed was found")
+
+    monkeypatch.setattr(time_optimal, "solve", nothing)
+    path, limits = sf.Path([ARC]), sf.Limits(**AXES)
+    law = held(path, limits)
+    assert law.duration == sf.plan(path, limits, "look-ahead", PERIOD).duration
+    assert law.settings["lower_bound_s"] == 0.0
