@@ -190,6 +190,8 @@ KEPT = {
     408148: "a peak of r''' between the places of a row, where |C'| hardly changes",
     410725: "a rotary axis that turns far within the rounding of the path's end",
     10041087: "a rotary axis whose limit of jerk the rounding of arc length takes most of",
+    20017781: "a feed that is all but the highest, and was brought up to it again and again",
+    20030584: "an acceleration between two places, where the feed falls to nothing",
     402711: "an acceleration that builds up in less than the rounding of its instant allows",
 }
 #: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.

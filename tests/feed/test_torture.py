@@ -33,6 +33,7 @@ KEPT = {
     30015: "a rotary axis that turns over 5e-17 mm: refused",
     501060: "a rotary axis that turns over the rounding of far coordinates: refused",
     9001126: "a rotary axis that turns over 1e-16 mm at the end: refused",
+    20022620: "a velocity of an axis that peaks between places while jerk along the path is level",
     9009840: "a turn of 1e-7, which is no corner, that ticks see",
 }
 KEPT_SEVEN_PHASE = {

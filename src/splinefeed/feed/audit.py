@@ -38,7 +38,7 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
     cells = nodes.cells
     path = cells.path
     first, last = pieces.offset, int(nodes.ends[1].rest)
-    ratios = np.zeros((len(places), len(pieces.coefficients)))
+    ratios: list[Array] = []
     durations = np.diff(pieces.times)
     feeds = curve_feeds(path, setting.limits)
     curve = np.concatenate([cells.curve[:1]] * first + [cells.curve] + [cells.curve[-1:]] * last)
@@ -47,17 +47,15 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
     accelerations = np.array([polynomial(pieces.coefficients, place * durations, 2) for place in places])
     none = np.abs(accelerations) <= NO_SIGN * np.max(np.abs(accelerations), axis=0)
     signs = np.where(none, np.sign(accelerations[len(places) // 2]), np.sign(accelerations))
-    for row, place in enumerate(places):
+    for place, sign in zip(places, signs, strict=True):
         s, v, a, j = (polynomial(pieces.coefficients, place * durations, k) for k in range(4))
         u = located(path, curve, s)
         inner = slice(first, len(s) - last)
         if place in (0.0, 1.0):
             u[inner] = (left if place == 0.0 else right)[inner]
         d = by_length(path, curve, u, "left" if place == 1.0 else "right")
-        ratios[row] = shares(
-            d, v, a, j, feeds[curve], setting.limits, setting.axes, setting.period, path.linear, signs[row]
-        )
-    worst = _peaks(ratios)
+        ratios.append(shares(d, v, a, j, feeds[curve], setting.limits, setting.axes, setting.period, path.linear, sign))
+    worst = _peaks(np.array(ratios))
     over: Array = worst[inner]
     if first:
         over[0] = max(over[0], worst[0], _ramp_excess(path, pieces, 0, nodes.high, setting))
@@ -67,12 +65,15 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
 
 
 def _peaks(ratios: Array) -> Array:
-    """The largest of shares (places, n) in every column, (n,), and what lies between two places: a parabola tells."""
+    """The largest of shares (places, limits, n), (n,), and what lies between places, as a parabola of each limit tells.
+
+    Of the largest one of all limits it would not: one that is level beside hides how another one peaks.
+    """
     below, here, above = ratios[:-2], ratios[1:-1], ratios[2:]
     bend = 2.0 * here - below - above
     peaked = (here >= below) & (here >= above) & (bend > 0.0)
     rise = np.where(peaked, (above - below) ** 2 / (8.0 * np.where(peaked, bend, 1.0)), 0.0)
-    worst: Array = np.maximum(np.max(ratios, axis=0), np.max(here + PEAK_MARGIN * rise, axis=0))
+    worst: Array = np.maximum(np.max(ratios, axis=(0, 1)), np.max(here + PEAK_MARGIN * rise, axis=(0, 1)))
     return worst
 
 
@@ -98,10 +99,10 @@ def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: S
         behind = polynomial(law, middle, 0) < table[:, rows.START]
         low, up = np.where(behind, middle, low), np.where(behind, up, middle)
     edges = np.append(np.where(table[:, rows.START] <= begin, 0.0, up), duration[0])
-    ratios = np.zeros((len(LAST_CHECKED), len(table)))
+    ratios: list[Array] = []
     feeds = curve_feeds(path, setting.limits)[owner]
     inside = (table[:, rows.LOW], table[:, rows.HIGH])
-    for k, place in enumerate(LAST_CHECKED):
+    for place in LAST_CHECKED:
         t = edges[:-1] + place * np.diff(edges)
         s, v, a, j = (polynomial(law, t, order) for order in range(4))
         u = np.clip(located(path, owner, s), *inside)
@@ -110,8 +111,8 @@ def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: S
             u[:-1] = inside[1][:-1] if place == 1.0 else u[:-1]
         d = by_length(path, owner, u, "left" if place == 1.0 else "right")
         sign = np.full(len(table), -1.0 if last else 1.0)
-        ratios[k] = shares(d, v, a, j, feeds, setting.limits, setting.axes, setting.period, path.linear, sign)
-    return float(np.max(_peaks(ratios)))
+        ratios.append(shares(d, v, a, j, feeds, setting.limits, setting.axes, setting.period, path.linear, sign))
+    return float(np.max(_peaks(np.array(ratios))))
 
 
 def tick_excess(path: Path, pieces: Pieces, setting: Setting, start: float, rest: tuple[bool, bool]) -> Array:

@@ -33,8 +33,8 @@ ROWS_PER_CELL = 2
 FEWEST_AHEAD = 8
 #: A new plan may take this much longer than the last one to where that would rest, as cells are not the same.
 SLOWER = 1.02
-#: Part of the planned pieces that becomes final when more of the path is to come.
-FINAL = 0.5
+#: Part of the planned pieces that becomes final when more of the path is to come, and of their way at least.
+FINAL, LEAST_WAY = 0.5, 1e-3
 #: A plan from rest that had to be stretched by more than this is held against those over shorter windows, ...
 POOR = 1.05
 #: ... of this share of the cells, one after the other.
@@ -133,7 +133,9 @@ class Window:
         if end >= stop:
             self.begin(stop)
             return part
-        final = max(int(FINAL * len(part)), 1)
+        # a plan may begin with pieces that last no time, as the feed is all but the highest: they are no way ahead
+        final = max(int(FINAL * len(part)), int(np.searchsorted(part.starts, self.low + LEAST_WAY * (end - self.low))))
+        final = min(max(final, 1), len(part) - 1)
         self._move_on(part, final, end)
         return part.cut(0, final)
 

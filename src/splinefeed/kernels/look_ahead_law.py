@@ -21,6 +21,8 @@ STEPS, SMALL_STEP = 60, 1e-7
 PEAK_MARGIN = 2.0
 #: Intervals of ramps below this share of the arc length are at one place, but for rounding.
 UNSURE = 1e-12
+#: Between two places whose feeds differ by more than this factor, the motion is looked at INNER times more.
+UNLIKE, INNER = 2.0, 3
 #: An acceleration along the path below this share of the largest nearby has no sign of its own.
 NO_SIGN = 1e-9
 
@@ -107,6 +109,47 @@ def instant(law: Array, span: float, s: float, guess: float) -> float:
 
 
 @kernel
+def state_at(p: Array, tau: float, motion: Array) -> None:
+    """Feed, acceleration and jerk (3,) of a piece (6,) at an instant of it, s."""
+    v = ((5.0 * p[5] * tau + 4.0 * p[4]) * tau + 3.0 * p[3]) * tau + 2.0 * p[2]
+    motion[0] = v * tau + p[1]
+    motion[1] = ((20.0 * p[5] * tau + 12.0 * p[4]) * tau + 6.0 * p[3]) * tau + 2.0 * p[2]
+    motion[2] = (60.0 * p[5] * tau + 24.0 * p[4]) * tau + 6.0 * p[3]
+
+
+@kernel
+def share_of(
+    motion: Array, d: Array, bend: float, x: float, bound: float, calm: Array, rising: bool, falling: bool,
+    limit: Array, use: Array,
+) -> None:  # fmt: skip
+    """Shares of the limits that a motion (3,) uses at a place, use (6 + 3 axes,), put as factors on q: see `hold_law`.
+
+    d (3, axes): derivatives of r by arc length; x: how wrong they may be; rising, falling: which limits of jerk hold.
+    """
+    axes = d.shape[1]
+    v, a, b = motion[0], motion[1], motion[2]
+    q = v * v
+    use[0] = q / (limit[FEED] * limit[FEED])
+    use[1] = a / limit[SPEED_UP]
+    use[2] = -a / limit[SLOW_DOWN]
+    twist = min(limit[JERK_UP] if rising or not falling else math.inf, limit[JERK_DOWN] if falling else math.inf)
+    use[3] = (abs(b) / twist) ** (2.0 / 3.0)
+    use[4] = q * bend / limit[CENTRIPETAL]
+    use[5] = q / bound
+    for k in range(axes):
+        at = OF_AXES + k
+        velocity = abs(d[0, k]) * v * (1.0 + 0.5 * x)
+        part1, part2 = d[0, k] * a, d[1, k] * q
+        push = abs(part1 + part2) + x * (0.5 * abs(part1) + 1.5 * abs(part2))
+        part1, part2, part3 = d[0, k] * b, 3.0 * d[1, k] * v * a, d[2, k] * q * v
+        jerk = abs(part1 + part2 + part3)
+        jerk += x * (0.5 * abs(part1) + 1.5 * abs(part2) + 2.5 * abs(part3))
+        use[6 + 3 * k] = (velocity / limit[at]) ** 2
+        use[7 + 3 * k] = push / (limit[at + axes] * calm[0])
+        use[8 + 3 * k] = (jerk / (limit[at + 2 * axes] * calm[1])) ** (2.0 / 3.0)
+
+
+@kernel
 def hold_law(
     m: int, edges: Array, owner: IntArray, starts: Array, spans: Array, law: Array, d: Array, bend: Array,
     unsure: Array, bound: Array, edge_top: Array, calm: Array, limit: Array, over: Array,
@@ -125,6 +168,9 @@ def hold_law(
     count = PLACES.shape[0]
     use = np.empty((count, kinds))
     motion = np.empty((count, 3))
+    instants = np.empty(count)
+    inner = np.empty(3)
+    between = np.empty(kinds)
     for i in range(spans.shape[0]):
         over[i] = 0.0
     worst = 0.0
@@ -147,10 +193,8 @@ def hold_law(
                 tau = span
             else:
                 tau = instant(p, span, s, min(max(s / whole * span, tau), span))
-            v = ((5.0 * p[5] * tau + 4.0 * p[4]) * tau + 3.0 * p[3]) * tau + 2.0 * p[2]
-            motion[j, 0] = v * tau + p[1]
-            motion[j, 1] = ((20.0 * p[5] * tau + 12.0 * p[4]) * tau + 6.0 * p[3]) * tau + 2.0 * p[2]
-            motion[j, 2] = (60.0 * p[5] * tau + 24.0 * p[4]) * tau + 6.0 * p[3]
+            instants[j] = tau
+            state_at(p, tau, motion[j])
             fastest = max(fastest, abs(motion[j, 1]))
             if not motion[j, 0] > 0.0 and 0.0 < tau < span:
                 over[piece] = math.inf
@@ -160,34 +204,12 @@ def hold_law(
             for j in range(count):
                 motion[j] = motion[far]
         for j in range(count):
-            v, a, b = motion[j, 0], motion[j, 1], motion[j, 2]
-            q = v * v
-            x = unsure[i, j]
-            use[j, 0] = q / (limit[FEED] * limit[FEED])
-            use[j, 1] = a / limit[SPEED_UP]
-            use[j, 2] = -a / limit[SLOW_DOWN]
             # between a place where the feed grows and one where it falls both limits hold
             rising, falling = False, False
             for near in range(max(j - 1, 0), min(j + 2, count)):
                 rising = rising or motion[near, 1] > NO_SIGN * fastest
                 falling = falling or motion[near, 1] < -NO_SIGN * fastest
-            twist = min(
-                limit[JERK_UP] if rising or not falling else math.inf, limit[JERK_DOWN] if falling else math.inf
-            )
-            use[j, 3] = (abs(b) / twist) ** (2.0 / 3.0)
-            use[j, 4] = q * bend[i, j] / limit[CENTRIPETAL]
-            use[j, 5] = q / bound[i]
-            for k in range(axes):
-                at = OF_AXES + k
-                velocity = abs(d[i, j, 0, k]) * v * (1.0 + 0.5 * x)
-                part1, part2 = d[i, j, 0, k] * a, d[i, j, 1, k] * q
-                push = abs(part1 + part2) + x * (0.5 * abs(part1) + 1.5 * abs(part2))
-                part1, part2, part3 = d[i, j, 0, k] * b, 3.0 * d[i, j, 1, k] * v * a, d[i, j, 2, k] * q * v
-                jerk = abs(part1 + part2 + part3)
-                jerk += x * (0.5 * abs(part1) + 1.5 * abs(part2) + 2.5 * abs(part3))
-                use[j, 6 + 3 * k] = (velocity / limit[at]) ** 2
-                use[j, 7 + 3 * k] = push / (limit[at + axes] * calm[i, 0])
-                use[j, 8 + 3 * k] = (jerk / (limit[at + 2 * axes] * calm[i, 1])) ** (2.0 / 3.0)
+            share_of(motion[j], d[i, j], bend[i, j], unsure[i, j], bound[i], calm[i], rising, falling, limit, use[j])
         most = motion[0, 0] * motion[0, 0] / edge_top[i]
         for k in range(kinds):
             for j in range(count):
@@ -207,6 +229,20 @@ def hold_law(
                         if -left < top < right:
                             here -= PEAK_MARGIN * slope * slope / (4.0 * curve)
                 most = max(most, here)
+        for j in range(count - 1):
+            # where the feed changes much, most of the time is spent next to one of the places, and the rest is unseen
+            if max(motion[j, 0], motion[j + 1, 0]) <= UNLIKE * min(motion[j, 0], motion[j + 1, 0]):
+                continue
+            for n in range(INNER):
+                tau = instants[j] + (n + 1.0) / (INNER + 1.0) * (instants[j + 1] - instants[j])
+                state_at(p, tau, inner)
+                for e in range(j, j + 2):
+                    share_of(
+                        inner, d[i, e], bend[i, e], unsure[i, e], bound[i], calm[i], inner[1] > 0.0, inner[1] < 0.0,
+                        limit, between,
+                    )  # fmt: skip
+                    for k in range(kinds):
+                        most = max(most, between[k])
         over[piece] = max(over[piece], most)
         worst = max(worst, over[piece])
     return worst
