@@ -16,10 +16,12 @@ import argparse
 import math
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass, field
@@ -33,12 +35,15 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT)]
 
-from benchmarks.tables import Column, Table  # noqa: E402 - found from here only
+from benchmarks.tables import Column, Table, write_into  # noqa: E402 - found from here only
 
 #: Processor time that one case may take, s, and how long nothing at all may be heard of any.
 MOST_SECONDS, MOST_SILENCE = 60.0, 900.0
+#: Memory that a worker may have, bytes: a case that asks for more fails, and the others go on.
+MOST_MEMORY = 6 << 30
 #: Longer motions are planned, and not interpolated.
 MOST_TICKS = 1e6
+PAGE = ROOT / "docs" / "tests.md"
 #: Failures that are told in words.
 MOST_TOLD = 20
 PROFILES_A_CASE, INPUTS_A_CASE, KILLS_A_CASE = 1000, 2000, 20
@@ -206,7 +211,8 @@ def batch(case: Callable[[int], Outcome], first: int, count: int) -> Tally:
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a failure in pytest's own words is no Exception
-            tally.failed.append((seed, f"{type(error).__name__}: {error}"[:300].replace("\n", " ")))
+            where = " < ".join(f"{f.name}:{f.lineno}" for f in traceback.extract_tb(error.__traceback__)[:-9:-1])
+            tally.failed.append((seed, f"{type(error).__name__}: {error}"[:300].replace("\n", " ") + f" in {where}"))
         else:
             word = "ok" if came.word == "ok" else "else"
             tally.add(Tally(words={word: 1}, share=came.share, ripple=came.ripple))
@@ -223,7 +229,9 @@ def run(family: Family, first: int, count: int, until: float, workers: int, say:
     """As many cases as the time allows, from seed `first`."""
     tally, told = Tally(), 0.0
     tasks = ((seed, min(family.batch, first + count - seed)) for seed in range(first, first + count, family.batch))
-    pool = ProcessPoolExecutor(workers, get_context("spawn"))
+    pool = ProcessPoolExecutor(
+        workers, get_context("spawn"), resource.setrlimit, (resource.RLIMIT_AS, [MOST_MEMORY] * 2)
+    )
     waiting: dict[Future[Tally], int] = {}
     try:
         for done in _flowing(pool, family, tasks, until, workers, waiting):
@@ -281,6 +289,16 @@ def table(rows: list[tuple[Family, int, Tally]], seed: int) -> Table:
     return Table(f"Random cases from seed {seed}.", columns, lines)
 
 
+def written(text: str, failed: list[tuple[str, int, str]], seconds: float) -> None:
+    """Put a table, which code it is of, and the seeds that failed into PAGE."""
+    commit = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.strip()
+    seeds = ", ".join(f"{name} {seed}" for name, seed, _ in failed)
+    text += f"\n\n{seconds / 60.0:.0f} min on {os.cpu_count()} cores, at {commit}; failed: {seeds or 'none'}."
+    assert write_into(PAGE, "torture", text), f"{PAGE} has no place for it"
+
+
 def main(words: list[str] | None = None) -> int:
     """Run as a program: see above."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -288,10 +306,12 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1_000_000, help="the first of each kind (1000000)")
     parser.add_argument("--count", type=int, help="of each kind, instead of those that are asked for")
     parser.add_argument("--only", choices=[family.name for family in FAMILIES], action="append", help="these kinds")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/tests.md, too")
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)), help="processes (all cores)")
     given = parser.parse_args(words)
     chosen = [family for family in FAMILIES if not given.only or family.name in given.only]
-    end = time.monotonic() + 60.0 * given.minutes
+    begin = time.monotonic()
+    end = begin + 60.0 * given.minutes
     rows: list[tuple[Family, int, Tally]] = []
 
     def say(text: str) -> None:
@@ -305,8 +325,11 @@ def main(words: list[str] | None = None) -> int:
             until = time.monotonic() + part * max(end - time.monotonic(), 0.0)
             count = given.count or family.count
             rows.append((family, count, run(family, given.seed, count, until, given.workers, say)))
-    print(table(rows, given.seed).markdown())
     failed = [(family.name, *each) for family, _, tally in rows for each in tally.failed]
+    text = table(rows, given.seed).markdown()
+    print(text)
+    if given.write:
+        written(text, failed, time.monotonic() - begin)
     for name, seed, why in failed[:MOST_TOLD]:
         print(f"failed: {name}, seed {seed}: {why}")
     return 1 if failed or any(tally.done == 0 for _, _, tally in rows) else 0

@@ -16,13 +16,15 @@ from docs_pages import PAGES, ROOT, name
 MARKER = re.compile(r"^<!-- (/?)(\w+):([\w-]+) -->$", re.MULTILINE)
 #: The names of the parts that a script fills, as the calls that fill them have them.
 FILLED = re.compile(r"""(?:\bput\(|@tells\(|write_into\(PAGE, )"([\w-]+)\"""")
+#: Programs of the tests that fill parts as the benchmarks do.
+MAKERS = ("lines.py", "mutants.py", "torture.py")
 FIGURES = ROOT / "docs" / "figures"
 
 
 def parts(maker: str) -> set[str]:
     """Names of the parts that a maker fills."""
     if maker == "benchmarks":
-        others = [(ROOT / "tests" / file).read_text(encoding="utf-8") for file in ("lines.py", "mutants.py")]
+        others = [(ROOT / "tests" / file).read_text(encoding="utf-8") for file in MAKERS]
         return {*benchmarks.NAMES, "speed", *(found for text in others for found in FILLED.findall(text))}
     script = FIGURES / f"{maker}.py"
     return set(FILLED.findall(script.read_text(encoding="utf-8"))) if script.exists() else set()

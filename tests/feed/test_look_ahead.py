@@ -191,6 +191,7 @@ KEPT = {
     410725: "a rotary axis that turns far within the rounding of the path's end",
     10041087: "a rotary axis whose limit of jerk the rounding of arc length takes most of",
     20017781: "a feed that is all but the highest, and was brought up to it again and again",
+    20066002: "an acceleration of a rotary axis at a rest next to two cusps 1e-10 mm apart",
     20030584: "an acceleration between two places, where the feed falls to nothing",
     402711: "an acceleration that builds up in less than the rounding of its instant allows",
 }
