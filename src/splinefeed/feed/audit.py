@@ -67,9 +67,11 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
 def _peaks(ratios: Array) -> Array:
     """The largest of shares (places, limits, n), (n,), and what lies between places, as a parabola of each limit tells.
 
-    Of the largest one of all limits it would not: one that is level beside hides how another one peaks.
+    Of the largest one of all limits it would not: one that is level beside hides how another one peaks. The last one,
+    of jerk along the path, has no peak within a quartic, but jumps where the feed begins to fall.
     """
-    below, here, above = ratios[:-2], ratios[1:-1], ratios[2:]
+    bent = ratios[:, :-1]
+    below, here, above = bent[:-2], bent[1:-1], bent[2:]
     bend = 2.0 * here - below - above
     peaked = (here >= below) & (here >= above) & (bend > 0.0)
     rise = np.where(peaked, (above - below) ** 2 / (8.0 * np.where(peaked, bend, 1.0)), 0.0)

@@ -79,7 +79,7 @@ def shares(
 
     d (n, 4, axes): r and its derivatives by arc length; v, a, j (n,): of the law; feed (n,): its limit there;
     rising (n,): the sign of the acceleration along the path, 0 where both limits of jerk hold. One row a limit, and one
-    for both directions along the path; what is no number, as next to C' = 0, counts as no share.
+    for both directions along the path, that of jerk last; what is no number, as next to C' = 0, counts as no share.
     """
     r1, r2, r3 = d[:, 1], d[:, 2], d[:, 3]
     q = v * v

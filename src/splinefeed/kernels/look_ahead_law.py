@@ -171,6 +171,7 @@ def hold_law(
     instants = np.empty(count)
     inner = np.empty(3)
     between = np.empty(kinds)
+    here_d = np.empty((3, axes))
     for i in range(spans.shape[0]):
         over[i] = 0.0
     worst = 0.0
@@ -236,13 +237,17 @@ def hold_law(
             for n in range(INNER):
                 tau = instants[j] + (n + 1.0) / (INNER + 1.0) * (instants[j + 1] - instants[j])
                 state_at(p, tau, inner)
-                for e in range(j, j + 2):
-                    share_of(
-                        inner, d[i, e], bend[i, e], unsure[i, e], bound[i], calm[i], inner[1] > 0.0, inner[1] < 0.0,
-                        limit, between,
-                    )  # fmt: skip
-                    for k in range(kinds):
-                        most = max(most, between[k])
+                way = ((((p[5] * tau + p[4]) * tau + p[3]) * tau + p[2]) * tau + p[1]) * tau - first - PLACES[j] * h
+                f = min(max(way / ((PLACES[j + 1] - PLACES[j]) * h), 0.0), 1.0)
+                for row in range(3):
+                    for k in range(axes):
+                        here_d[row, k] = (1.0 - f) * d[i, j, row, k] + f * d[i, j + 1, row, k]
+                share_of(
+                    inner, here_d, (1.0 - f) * bend[i, j] + f * bend[i, j + 1], max(unsure[i, j], unsure[i, j + 1]),
+                    bound[i], calm[i], inner[1] > 0.0, inner[1] < 0.0, limit, between,
+                )  # fmt: skip
+                for k in range(kinds):
+                    most = max(most, between[k])
         over[piece] = max(over[piece], most)
         worst = max(worst, over[piece])
     return worst
