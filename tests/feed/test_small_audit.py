@@ -86,7 +86,7 @@ def test_a_turn_too_small_for_a_corner_is_seen_by_ticks():
     for curves in turned(np.array([[0.0, 0.0], [1.0, 0.0], [2.0, turn]])):
         path = sf.Path(curves)
         assert len(path.corners) == 0
-        assert path.joints.tolist() == [1.0]
+        assert path.jump_places.tolist() == [1.0]
         limits = sf.Limits(feed=10.0, axis_acceleration=1e9, axis_jerk=0.8 * turn * 10.0 / PERIOD**2)
         over = audit.tick_excess(path, steady(path.length, 10.0), setting(path, limits), 0.0, (False, False))
         assert over == pytest.approx([0.8 ** (-2.0 / 3.0)], rel=1e-6)

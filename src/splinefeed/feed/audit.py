@@ -239,6 +239,6 @@ def _jump_times(path: Path, pieces: Pieces, setting: Setting) -> Array:
     if not np.any(np.isfinite([setting.axes.acceleration, setting.axes.jerk])):
         return np.zeros(0)
     low, high = pieces.coefficients[0, 0], float(pieces.at(pieces.times[-1:])[0])
-    first, last = np.searchsorted(path.joints, low, side="right"), np.searchsorted(path.joints, high)
-    s = path.joints[first:last]
+    first, last = np.searchsorted(path.jump_places, low, side="right"), np.searchsorted(path.jump_places, high)
+    s = path.jump_places[first:last]
     return _times_at(pieces, s[~np.isin(s, setting.corner_s)])

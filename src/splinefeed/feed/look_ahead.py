@@ -28,7 +28,7 @@ def plan_look_ahead(path: Path, limits: Limits, period: float | None) -> TimeLaw
     Each stretch between stops lasts whole periods: it is stretched in time, or slowed down between ends in motion.
     Raises LimitsError for limits that leave acceleration and jerk free, and for curvature jumps under an axis jerk
     without a period; PlanError for feeds at the ends that the path is too short for, and where the linear axes stand
-    still while a limited rotary one turns on.
+    still while a limited rotary one turns on, or nearly, so that the rounding of arc length is over its limits.
     """
     limit = limit_row(limits, path.axes, period)
     if period is None and np.any(np.isfinite(limit[OF_AXES + 2 * len(path.axes) :])):

@@ -66,7 +66,8 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
     the optimiser finds nothing for a stretch, or a whole that lasts more than POOR times the bound, and `look-ahead` is
     faster, the motion is that one's; notes say so.
     Raises LimitsError for limits that leave acceleration and jerk free, and for curvature jumps under an axis jerk
-    without a period; PlanError for end feeds that the path is too short for.
+    without a period; PlanError for end feeds that the path is too short for, and where the linear axes stand
+    still while a limited rotary one turns on, or nearly, so that the rounding of arc length is over its limits.
     """
     axes = AxisLimits.of(limits, path.axes)
     _check(path, limits, axes, period)

@@ -125,7 +125,7 @@ def find_corners(path: Path) -> Corners:
     return Corners(s[keep], curve[chosen], u[chosen], angle[chosen], jump[chosen])
 
 
-def joints(path: Path) -> Array:
+def jump_places(path: Path) -> Array:
     """Arc lengths (k,), mm, in order, where tangent or curvature can jump, if by less than a corner does.
 
     Joints of curves, knots as many times as make a curve no smoother than that, and all corners.

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
-from splinefeed.geometry.corners import Corners, find_corners, joints
+from splinefeed.geometry.corners import Corners, find_corners, jump_places
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
@@ -348,9 +348,9 @@ class Path:
         return find_corners(self)
 
     @cached_property
-    def joints(self) -> Array:
+    def jump_places(self) -> Array:
         """Arc lengths (k,), mm, in order, where the tangent or the curvature can jump: joints, knots and corners."""
-        return read_only(joints(self))
+        return read_only(jump_places(self))
 
     @cached_property
     def stops(self) -> tuple[float, ...]:

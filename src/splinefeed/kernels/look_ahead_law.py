@@ -159,6 +159,7 @@ def hold_law(
     Velocity counts squared, jerk to the power 2/3: what a factor on q makes of them. Looked at are PLACES of every
     interval between edges (m + 1,), mm, each of which lies in the piece owner (m,) of the law, where d (m, 5, 3, axes)
     and bend (m, 5) say what the path is like; and peaks between them as a parabola through three of them estimates.
+    Between two places with unlike feeds INNER instants are looked at, too. A motion that turns back is infinitely over.
     Derivatives are taken as wrong as `unsure` (m, 5) says, see `doubt`: next to C' = 0 large ones cancel.
     starts, spans (pieces,): where pieces begin, mm, and how long they last, s; bound, edge_top (m,): bounds of q in
     intervals and at their starts; calm (m, 2): shares of acceleration and jerk that jumps leave.
@@ -237,6 +238,8 @@ def hold_law(
             for n in range(INNER):
                 tau = instants[j] + (n + 1.0) / (INNER + 1.0) * (instants[j + 1] - instants[j])
                 state_at(p, tau, inner)
+                if inner[0] < -SMALL_STEP * max(motion[j, 0], motion[j + 1, 0]):
+                    most = math.inf
                 way = ((((p[5] * tau + p[4]) * tau + p[3]) * tau + p[2]) * tau + p[1]) * tau - first - PLACES[j] * h
                 f = min(max(way / ((PLACES[j + 1] - PLACES[j]) * h), 0.0), 1.0)
                 for row in range(3):
@@ -247,6 +250,8 @@ def hold_law(
                     bound[i], calm[i], inner[1] > 0.0, inner[1] < 0.0, limit, between,
                 )  # fmt: skip
                 for k in range(kinds):
+                    if not between[k] <= math.inf:
+                        most = math.inf
                     most = max(most, between[k])
         over[piece] = max(over[piece], most)
         worst = max(worst, over[piece])
