@@ -75,3 +75,30 @@ def test_jumps_between_pieces_are_told_by_how_much_and_where():
     assert jumps[2] == pytest.approx([3.0, 1.0, 1.0], rel=1e-9)
     assert worst[kernels.AXES : kernels.AXES + 2, 0] == pytest.approx([0.8 * 5.5, 0.6 * 5.5], rel=1e-12)
     assert worst[kernels.AXES + 2 : kernels.AXES + 4, 0] == pytest.approx([0.8 * 3.0, 0.6 * 3.0], rel=1e-12)
+
+
+def test_jerk_at_a_rest_on_a_knot_is_that_of_slowing_down():
+    """v = (1 - t)^2 rests 1/3 mm on, where a row ends a rounding before; the last acceleration, 1e-11, is rounding."""
+    knot = 1.0 / 3.0 - 1e-13
+    points = [[0.0], [knot / 2.0], [knot], [0.9], [1.0]]
+    line = sf.Path([sf.NurbsCurve(2, [0, 0, 0, knot, knot, 1, 1, 1], points)], ("x",))
+    law = np.array([[0.0, 1.0, -1.0 + 0.5e-11, 1.0 / 3.0, 0.0, 0.0]])
+    worst, _ = extremes(line, [0.0, 1.0], law)
+    assert worst[kernels.SPEED_UP, 0] == pytest.approx(1e-11, rel=1e-3)
+    assert worst[kernels.JERK_UP, 0] == 0.0
+    assert worst[kernels.JERK_DOWN, 0] == pytest.approx(2.0, rel=1e-12)
+
+
+def test_between_two_cusps_the_way_to_them_is_told_by_the_third_derivative():
+    """x' = d (u^2 - g^2) / 2 has its zeros 2 d g^3 / 3 mm apart: from the middle, where x'' = 0, half of that."""
+    g, d = 1e-3, 4.0
+    half = d * g**3 / 3.0
+    assert kernels._way_to_rest(d * g * g / 2.0, 0.0, d) == pytest.approx(half, rel=1e-12)
+    for u in (0.3e-3, 0.9e-3):
+        c, b = d * (g * g - u * u) / 2.0, d * u
+        left = half - d * (g * g * u - u**3 / 3.0) / 2.0
+        assert kernels._way_to_rest(c, b, d) == pytest.approx(left, rel=1e-12)
+    # a parabola's cusp, c^2 / (2 b) away; a straight line has none
+    assert kernels._way_to_rest(3.0, 2.0, 0.0) == pytest.approx(9.0 / 4.0, rel=1e-12)
+    assert kernels._way_to_rest(1.0, 0.0, 0.0) == math.inf
+    assert kernels._way_to_rest(0.0, 0.0, 0.0) == 0.0

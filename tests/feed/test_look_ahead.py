@@ -193,6 +193,9 @@ KEPT = {
     20017781: "a feed that is all but the highest, and was brought up to it again and again",
     20066002: "an acceleration of a rotary axis at a rest next to two cusps 1e-10 mm apart",
     20030584: "an acceleration between two places, where the feed falls to nothing",
+    30010643: "a rotary axis between two cusps that the rounding of s all but hides",
+    30030923: "a rotary axis between two cusps that the rounding of s all but hides",
+    30039325: "a rotary axis between two cusps that the rounding of s all but hides",
     402711: "an acceleration that builds up in less than the rounding of its instant allows",
 }
 #: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.

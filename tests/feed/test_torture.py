@@ -42,6 +42,7 @@ KEPT_SEVEN_PHASE = {
     30448: "two dwells with one period of motion between them",
     32846: "Newton on S(u) that went to and fro between the ends of a row",
     33792: "two stops a rounding apart",
+    30022475: "a rest at a knot, a rounding of time behind which nobody can tell how the feed goes",
 }
 KEPT_PASSING = {
     31: "a corner in the middle of speeding up",

@@ -38,7 +38,7 @@ INDISTINCT = 32.0
 INSTANTS = 17
 #: Bisections that find when a law reaches the end of a row: 2^-60 of a piece.
 BISECTIONS = 60
-#: An acceleration below this share of the largest one in its stretch has no sign of its own.
+#: An acceleration below this share of the largest one of its piece has no sign of its own.
 NO_SIGN = 1e-9
 
 
@@ -160,13 +160,14 @@ def _motion(
     v: float,
     a: float,
     j: float,
-    growing: bool,
+    way: int,
     work: Array,
     out: Array,
 ) -> bool:
     """Every value that `law_extremes` keeps, at arc length s of one row, into out; False where the curve has C' = 0.
 
-    That is so where C' = 0 lies within the rounding of s, mm: about |C'|^2 / (2 |C''|) away.
+    That is so where C' = 0 can lie within the rounding of s, mm: see `_way_to_rest`. way: 1 where the feed grows, -1
+    where it falls, 0 where nobody can tell.
 
     q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j,  with r_s, r_ss, r_sss by the chain
     rule: u_s = 1/c, u_ss = -(C'.C'')/c^4, u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5, c = |C'|.
@@ -181,16 +182,18 @@ def _motion(
     out[FEED] = v
     out[SPEED_UP] = a
     out[SLOW_DOWN] = -a
-    out[JERK_UP] = abs(j) if growing else 0.0
-    out[JERK_DOWN] = 0.0 if growing else abs(j)
+    out[JERK_UP] = abs(j) if way > 0 else 0.0
+    out[JERK_DOWN] = abs(j) if way < 0 else 0.0
     out[BACKWARDS] = -v
     out[SHARE] = v / feeds[row]
     square = 0.0
     product = 0.0
     third = 0.0
     bends = 0.0
+    twists = 0.0
     for k in range(begin, end):
         bends += work[2, k] * work[2, k]
+        twists += work[3, k] * work[3, k]
         square += work[1, k] * work[1, k]
         product += work[1, k] * work[2, k]
         third += work[2, k] * work[2, k] + work[1, k] * work[3, k]
@@ -199,12 +202,14 @@ def _motion(
         square *= DEGREES * DEGREES
         product *= DEGREES * DEGREES
         third *= DEGREES * DEGREES
+        bends *= DEGREES * DEGREES
+        twists *= DEGREES * DEGREES
     c = math.sqrt(square)
     us = 1.0 / c
     uss = -product / (square * square)
     usss = 4.0 * product * product / (square * square * square * c) - third / (square * square * c)
     bend = 0.0
-    regular = square > INDISTINCT * rounding * math.sqrt(bends)
+    regular = _way_to_rest(c, math.sqrt(bends), math.sqrt(twists)) > 0.5 * INDISTINCT * rounding
     for k in range(axes):
         r1 = work[1, k] * us
         r2 = work[2, k] * us * us + work[1, k] * uss
@@ -219,6 +224,20 @@ def _motion(
     for k in range(0 if regular else out.shape[0]):
         out[k] = out[k] if k < CENTRIPETAL or k in (BACKWARDS, SHARE) else 0.0
     return regular
+
+
+@kernel
+def _way_to_rest(c: float, b: float, d: float) -> float:
+    """Arc length, mm, behind which C' = 0 can be where |C'|, |C''|, |C'''| are c, b, d: if both others go against C'.
+
+    c = b x + d x^2 / 2  at the parameter x away, and  c x - b x^2 / 2 - d x^3 / 6  on the way. Two cusps next to each
+    other are why the third derivative counts: between them C'' = 0.
+    """
+    steep = b + math.hypot(b, math.sqrt(2.0 * c * d))
+    if steep == 0.0:
+        return math.inf if c > 0.0 else 0.0
+    x = 2.0 * c / steep
+    return x * (c - x * (b / 2.0 + x * d / 6.0))
 
 
 @kernel
@@ -267,6 +286,10 @@ def law_extremes(
     for i in range(coefficients.shape[0]):
         span = breaks[i + 1] - breaks[i]
         end = law_in_piece(coefficients, i, span)
+        steepest = 0.0
+        for k in range(INSTANTS):
+            steepest = max(steepest, abs(law_in_piece(coefficients, i, _place(0.0, span, k))[2]))
+        no_sign = NO_SIGN * steepest
         while row < last_row and coefficients[i, 0] >= table[row + 1, START] - rounding:
             row += 1
         low = 0.0
@@ -275,12 +298,13 @@ def law_extremes(
             high = _time_at(coefficients, i, table[row + 1, START], low, span) if cut else span
             for k in range(INSTANTS):
                 accelerations[k] = law_in_piece(coefficients, i, _place(low, high, k))[2]
-            no_sign = NO_SIGN * np.max(np.abs(accelerations))
-            middle_grows = accelerations[INSTANTS // 2] >= 0.0
+            # in the last rounding of a piece, behind a knot, accelerations can all be rounding: nobody's jerk
+            told = np.max(np.abs(accelerations)) > no_sign
+            in_middle = 0 if not told else 1 if accelerations[INSTANTS // 2] >= 0.0 else -1
             for k in range(INSTANTS):
                 s, v, a, j = law_in_piece(coefficients, i, _place(low, high, k))
-                grows = a > 0.0 if abs(a) > no_sign else middle_grows
-                irregular += not _motion(table, feeds, row, shape, rounding, s, v, a, j, grows, work, values[k])
+                way = in_middle if abs(a) <= no_sign else 1 if a > 0.0 else -1
+                irregular += not _motion(table, feeds, row, shape, rounding, s, v, a, j, way, work, values[k])
             for q in range(worst.shape[0]):
                 best = int(np.argmax(values[:INSTANTS, q]))
                 top = values[best, q]
@@ -293,8 +317,8 @@ def law_extremes(
                     if bend < 0.0:
                         between = _place(low, high, best + 0.5 * (before - after) / bend)
                         s, v, a, j = law_in_piece(coefficients, i, between)
-                        grows = a > 0.0 if abs(a) > no_sign else middle_grows
-                        regular = _motion(table, feeds, row, shape, rounding, s, v, a, j, grows, work, values[INSTANTS])
+                        way = in_middle if abs(a) <= no_sign else 1 if a > 0.0 else -1
+                        regular = _motion(table, feeds, row, shape, rounding, s, v, a, j, way, work, values[INSTANTS])
                         if regular and values[INSTANTS, q] > top:
                             top = values[INSTANTS, q]
                             tau = between
