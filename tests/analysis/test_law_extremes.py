@@ -102,3 +102,22 @@ def test_between_two_cusps_the_way_to_them_is_told_by_the_third_derivative():
     assert kernels._way_to_rest(3.0, 2.0, 0.0) == pytest.approx(9.0 / 4.0, rel=1e-12)
     assert kernels._way_to_rest(1.0, 0.0, 0.0) == math.inf
     assert kernels._way_to_rest(0.0, 0.0, 0.0) == 0.0
+
+
+def test_next_to_a_cusp_the_least_within_two_roundings_counts():
+    """x = (1 + w^2) / 2, a = (1 - w) / 2, w = 1 - 2 u: at d = w^2 / 2 in front of the cusp a_sss = 3 / (8 sqrt(2 d^5)).
+
+    From 40 to 25 roundings of 1e-6 in front of it, at 1 mm/s.
+    """
+    path = sf.Path([sf.NurbsCurve.bezier([[1.0, 0.0], [0.0, 0.5], [1.0, 1.0]])], ("x", "a"))
+    worst, jumps = np.zeros((kernels.AXES + 6, 4)), np.zeros((3, 3))
+    law, feeds = np.array([[0.5 - 40e-6, 1.0, 0, 0, 0, 0]]), np.full(len(path.table), 10.0)
+    breaks = np.array([0.0, 15e-6])
+    assert kernels.law_extremes(breaks, law, path.table, feeds, path.shape, 1e-6, worst, jumps) == 0
+    assert worst[kernels.AXES + 5, 0] == pytest.approx(0.375 / math.sqrt(2.0 * 27e-6**5), rel=1e-6)
+    assert worst[kernels.AXES + 1, 0] == pytest.approx(0.5 / math.sqrt(2.0 * 27e-6), rel=1e-6)
+    assert worst[kernels.AXES, 0] == pytest.approx(1.0, rel=1e-9)
+    # exactly known, it is what it is there; and where a cusp can be within the rounding, nothing
+    assert kernels.law_extremes(breaks, law, path.table, feeds, path.shape, 0.0, worst, jumps) == 0
+    assert worst[kernels.AXES + 5, 0] == pytest.approx(0.375 / math.sqrt(2.0 * 25e-6**5), rel=1e-6)
+    assert kernels.law_extremes(breaks, law, path.table, feeds, path.shape, 2e-6, worst, jumps) > 0

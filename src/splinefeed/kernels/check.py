@@ -34,6 +34,8 @@ WORTH_A_LOOK = 0.9
 FEED, SPEED_UP, SLOW_DOWN, JERK_UP, JERK_DOWN, CENTRIPETAL, BACKWARDS, SHARE, AXES = 0, 1, 2, 3, 4, 5, 6, 7, 8
 #: A place is told from one with C' = 0 by half this many roundings of arc length.
 INDISTINCT = 32.0
+#: Nearer to C' = 0 than this many roundings, what a rounding of s can change is looked at: 5e-8 of the jerk and more.
+NEAR = 1e8
 #: Instants looked at in every stretch of a law that lies on one piece of the path, at Chebyshev-Lobatto places.
 INSTANTS = 17
 #: Bisections that find when a law reaches the end of a row: 2^-60 of a piece.
@@ -163,11 +165,11 @@ def _motion(
     way: int,
     work: Array,
     out: Array,
-) -> bool:
-    """Every value that `law_extremes` keeps, at arc length s of one row, into out; False where the curve has C' = 0.
+) -> float:
+    """Every value that `law_extremes` keeps, at arc length s of one row, into out; returns how far C' = 0 can be, mm.
 
-    That is so where C' = 0 can lie within the rounding of s, mm: see `_way_to_rest`. way: 1 where the feed grows, -1
-    where it falls, 0 where nobody can tell.
+    0 where that is within the rounding of s, and what depends on it is left out: see `_way_to_rest`. way: 1 where the
+    feed grows, -1 where it falls, 0 where nobody can tell.
 
     q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j,  with r_s, r_ss, r_sss by the chain
     rule: u_s = 1/c, u_ss = -(C'.C'')/c^4, u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5, c = |C'|.
@@ -209,7 +211,8 @@ def _motion(
     uss = -product / (square * square)
     usss = 4.0 * product * product / (square * square * square * c) - third / (square * square * c)
     bend = 0.0
-    regular = _way_to_rest(c, math.sqrt(bends), math.sqrt(twists)) > 0.5 * INDISTINCT * rounding
+    away = _way_to_rest(c, math.sqrt(bends), math.sqrt(twists))
+    regular = away > 0.5 * INDISTINCT * rounding
     for k in range(axes):
         r1 = work[1, k] * us
         r2 = work[2, k] * us * us + work[1, k] * uss
@@ -223,7 +226,39 @@ def _motion(
     out[CENTRIPETAL] = math.sqrt(bend) * v * v
     for k in range(0 if regular else out.shape[0]):
         out[k] = out[k] if k < CENTRIPETAL or k in (BACKWARDS, SHARE) else 0.0
-    return regular
+    return away if regular else 0.0
+
+
+@kernel
+def _least_motion(
+    table: Array,
+    feeds: Array,
+    row: int,
+    shape: Shape,
+    rounding: float,
+    s: float,
+    v: float,
+    a: float,
+    j: float,
+    way: int,
+    work: Array,
+    other: Array,
+    out: Array,
+) -> bool:
+    """The same, each value the least there is within two roundings of s: of the law's, and of the curve's own.
+
+    Next to C' = 0 derivatives by arc length grow without bound, and a rounding of s changes the jerk by a part of it:
+    r_sss goes with c^-5 and c with the square root of the way x to C' = 0, so that 2 roundings in x change it by 5 / x.
+    """
+    away = _motion(table, feeds, row, shape, rounding, s, v, a, j, way, work, out)
+    if 0.0 < away < NEAR * rounding:
+        for side in range(2):
+            shifted = s + (4.0 * side - 2.0) * rounding
+            away = min(away, _motion(table, feeds, row, shape, rounding, shifted, v, a, j, way, work, other))
+            for k in range(CENTRIPETAL, out.shape[0]):
+                if k not in (BACKWARDS, SHARE):
+                    out[k] = min(out[k], other[k])
+    return away > 0.0
 
 
 @kernel
@@ -280,6 +315,7 @@ def law_extremes(
     last_row = table.shape[0] - 1
     values = np.empty((INSTANTS + 1, worst.shape[0]))
     work = np.empty((4, shape[1]))
+    other = np.empty(worst.shape[0])
     accelerations = np.empty(INSTANTS)
     row = 0
     irregular = 0
@@ -304,7 +340,9 @@ def law_extremes(
             for k in range(INSTANTS):
                 s, v, a, j = law_in_piece(coefficients, i, _place(low, high, k))
                 way = in_middle if abs(a) <= no_sign else 1 if a > 0.0 else -1
-                irregular += not _motion(table, feeds, row, shape, rounding, s, v, a, j, way, work, values[k])
+                irregular += not _least_motion(
+                    table, feeds, row, shape, rounding, s, v, a, j, way, work, other, values[k]
+                )
             for q in range(worst.shape[0]):
                 best = int(np.argmax(values[:INSTANTS, q]))
                 top = values[best, q]
@@ -318,7 +356,9 @@ def law_extremes(
                         between = _place(low, high, best + 0.5 * (before - after) / bend)
                         s, v, a, j = law_in_piece(coefficients, i, between)
                         way = in_middle if abs(a) <= no_sign else 1 if a > 0.0 else -1
-                        regular = _motion(table, feeds, row, shape, rounding, s, v, a, j, way, work, values[INSTANTS])
+                        regular = _least_motion(
+                            table, feeds, row, shape, rounding, s, v, a, j, way, work, other, values[INSTANTS]
+                        )
                         if regular and values[INSTANTS, q] > top:
                             top = values[INSTANTS, q]
                             tau = between
