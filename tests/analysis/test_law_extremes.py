@@ -10,6 +10,7 @@ from numpy.polynomial import Polynomial
 
 import splinefeed as sf
 from splinefeed.kernels import check as kernels
+from splinefeed.kernels.pieces import way_to_rest
 
 pytestmark = pytest.mark.nojit
 
@@ -93,15 +94,15 @@ def test_between_two_cusps_the_way_to_them_is_told_by_the_third_derivative():
     """x' = d (u^2 - g^2) / 2 has its zeros 2 d g^3 / 3 mm apart: from the middle, where x'' = 0, half of that."""
     g, d = 1e-3, 4.0
     half = d * g**3 / 3.0
-    assert kernels._way_to_rest(d * g * g / 2.0, 0.0, d) == pytest.approx(half, rel=1e-12)
+    assert way_to_rest(d * g * g / 2.0, 0.0, d) == pytest.approx(half, rel=1e-12)
     for u in (0.3e-3, 0.9e-3):
         c, b = d * (g * g - u * u) / 2.0, d * u
         left = half - d * (g * g * u - u**3 / 3.0) / 2.0
-        assert kernels._way_to_rest(c, b, d) == pytest.approx(left, rel=1e-12)
+        assert way_to_rest(c, b, d) == pytest.approx(left, rel=1e-12)
     # a parabola's cusp, c^2 / (2 b) away; a straight line has none
-    assert kernels._way_to_rest(3.0, 2.0, 0.0) == pytest.approx(9.0 / 4.0, rel=1e-12)
-    assert kernels._way_to_rest(1.0, 0.0, 0.0) == math.inf
-    assert kernels._way_to_rest(0.0, 0.0, 0.0) == 0.0
+    assert way_to_rest(3.0, 2.0, 0.0) == pytest.approx(9.0 / 4.0, rel=1e-12)
+    assert way_to_rest(1.0, 0.0, 0.0) == math.inf
+    assert way_to_rest(0.0, 0.0, 0.0) == 0.0
 
 
 def test_next_to_a_cusp_the_least_within_two_roundings_counts():

@@ -18,6 +18,7 @@ from splinefeed.kernels.pieces import (
     Shape,
     derivatives,
     measured,
+    way_to_rest,
 )
 from splinefeed.records import Array, IntArray
 
@@ -168,7 +169,7 @@ def _motion(
 ) -> float:
     """Every value that `law_extremes` keeps, at arc length s of one row, into out; returns how far C' = 0 can be, mm.
 
-    0 where that is within the rounding of s, and what depends on it is left out: see `_way_to_rest`. way: 1 where the
+    0 where that is within the rounding of s, and what depends on it is left out: see `way_to_rest`. way: 1 where the
     feed grows, -1 where it falls, 0 where nobody can tell.
 
     q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j,  with r_s, r_ss, r_sss by the chain
@@ -211,7 +212,7 @@ def _motion(
     uss = -product / (square * square)
     usss = 4.0 * product * product / (square * square * square * c) - third / (square * square * c)
     bend = 0.0
-    away = _way_to_rest(c, math.sqrt(bends), math.sqrt(twists))
+    away = way_to_rest(c, math.sqrt(bends), math.sqrt(twists))
     regular = away > 0.5 * INDISTINCT * rounding
     for k in range(axes):
         r1 = work[1, k] * us
@@ -259,20 +260,6 @@ def _least_motion(
                 if k not in (BACKWARDS, SHARE):
                     out[k] = min(out[k], other[k])
     return away > 0.0
-
-
-@kernel
-def _way_to_rest(c: float, b: float, d: float) -> float:
-    """Arc length, mm, behind which C' = 0 can be where |C'|, |C''|, |C'''| are c, b, d: if both others go against C'.
-
-    c = b x + d x^2 / 2  at the parameter x away, and  c x - b x^2 / 2 - d x^3 / 6  on the way. Two cusps next to each
-    other are why the third derivative counts: between them C'' = 0.
-    """
-    steep = b + math.hypot(b, math.sqrt(2.0 * c * d))
-    if steep == 0.0:
-        return math.inf if c > 0.0 else 0.0
-    x = 2.0 * c / steep
-    return x * (c - x * (b / 2.0 + x * d / 6.0))
 
 
 @kernel

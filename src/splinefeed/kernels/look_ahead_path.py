@@ -6,7 +6,7 @@ import math
 
 from splinefeed.kernels.arc_length import arc_length, parameter_in_row
 from splinefeed.kernels.jit import kernel
-from splinefeed.kernels.pieces import DEGREES, START, Shape, derivatives, measured
+from splinefeed.kernels.pieces import DEGREES, START, Shape, derivatives, measured, way_to_rest
 from splinefeed.records import Array
 
 #: Places of `limit`: feed, acceleration and deceleration along the path, jerk while speeding up and while slowing down,
@@ -34,8 +34,10 @@ def along(table: Array, row: int, shape: Shape, t: float, rounding: float, work:
     product = 0.0
     second = 0.0
     third = 0.0
+    twist = 0.0
     for k in range(begin, end):
         square += work[1, k] * work[1, k]
+        twist += work[3, k] * work[3, k]
         product += work[1, k] * work[2, k]
         second += work[2, k] * work[2, k]
         third += work[1, k] * work[3, k]
@@ -44,11 +46,12 @@ def along(table: Array, row: int, shape: Shape, t: float, rounding: float, work:
         product *= DEGREES * DEGREES
         second *= DEGREES * DEGREES
         third *= DEGREES * DEGREES
-    if not square > INDISTINCT * rounding * math.sqrt(second):
+        twist *= DEGREES * DEGREES
+    c = math.sqrt(square)
+    if not way_to_rest(c, math.sqrt(second), math.sqrt(twist)) > 0.5 * INDISTINCT * rounding:
         out[:] = 0.0
         return -1.0
     third += second
-    c = math.sqrt(square)
     us = 1.0 / c
     uss = -product / (square * square)
     usss = 4.0 * product * product / (square * square * square * c) - third / (square * square * c)
@@ -66,16 +69,18 @@ def along(table: Array, row: int, shape: Shape, t: float, rounding: float, work:
 def doubt(table: Array, row: int, shape: Shape, rounding: float, work: Array) -> float:
     """The rounding of arc length, mm, relative to how far away C' = 0 is, at the place whose derivatives work has.
 
-    That is |C'|^2 / (2 |C''|) away, and r', r'', r''' go with its powers -1/2, -3/2, -5/2.
+    Twice that way is |C'|^2 / |C''| for a cusp, where r', r'', r''' go with its powers -1/2, -3/2, -5/2.
     """
     square = 0.0
     second = 0.0
+    third = 0.0
     begin, end = measured(table, row, shape)
     for k in range(begin, end):
         square += work[1, k] * work[1, k]
         second += work[2, k] * work[2, k]
-    bend = math.sqrt(second) / (DEGREES if begin > 0 else 1.0)
-    return rounding * bend / square if square > INDISTINCT * rounding * bend else 0.0
+        third += work[3, k] * work[3, k]
+    way = way_to_rest(math.sqrt(square), math.sqrt(second), math.sqrt(third)) * (DEGREES if begin > 0 else 1.0)
+    return 0.5 * rounding / way if way > 0.5 * INDISTINCT * rounding else 0.0
 
 
 @kernel

@@ -260,23 +260,25 @@ def plan_window(
                 m, fine, owners, starts, spans[: n + 2], law, fine_d, fine_bend, fine_unsure, fine_bound,
                 fine_top, fine_calm, limit, over,
             ) / KEEP  # fmt: skip
-        if not math.sqrt(worst) <= POOR:
-            time = math.sqrt(worst) * np.sum(spans[: n + 2]) if worst < math.inf else math.inf
-            slow_law = np.empty((PHASES, law.shape[1]))
-            slow_spans = np.empty(PHASES)
-            slow_nodes = np.empty(PHASES + 1)
-            pieces, slow_time = crawl(
-                table, feeds, shape, low, high, count, samples, found, jumps, limit, KEEP, slow_nodes, slow_spans,
-                slow_law,
-            )  # fmt: skip
-            if pieces > 0 and slow_time < time:
-                nodes[: pieces + 1] = slow_nodes[: pieces + 1]
-                spans[:pieces] = slow_spans[:pieces]
-                law[:pieces] = slow_law[:pieces]
-                report[0] = math.inf
-                report[1] = slow_time
-                return pieces
-    report[0] = worst
+    # an optimiser that got nowhere, as where numbers overflow, may leave a motion next to rest for ever
+    lost = free and not solved[1] <= POOR_GAP
+    if lost or (free and not math.sqrt(worst) <= POOR):
+        time = math.sqrt(max(worst, 1.0)) * np.sum(spans[: n + 2]) if worst < math.inf else math.inf
+        slow_law = np.empty((PHASES, law.shape[1]))
+        slow_spans = np.empty(PHASES)
+        slow_nodes = np.empty(PHASES + 1)
+        pieces, slow_time = crawl(
+            table, feeds, shape, low, high, count, samples, found, jumps, limit, KEEP, slow_nodes, slow_spans,
+            slow_law,
+        )  # fmt: skip
+        if pieces > 0 and slow_time < time:
+            nodes[: pieces + 1] = slow_nodes[: pieces + 1]
+            spans[:pieces] = slow_spans[:pieces]
+            law[:pieces] = slow_law[:pieces]
+            report[0] = math.inf
+            report[1] = slow_time
+            return pieces
+    report[0] = math.inf if lost else worst
     if not worst < math.inf or (not free and worst > 1.0):
         return 0
     stretch(n + 2, math.sqrt(max(worst, 1.0)), spans, law)

@@ -238,6 +238,20 @@ def derivatives(table: Array, row: int, shape: Shape, t: float, order: int, out:
 
 
 @kernel
+def way_to_rest(c: float, b: float, d: float) -> float:
+    """Arc length, mm, behind which C' = 0 can be where |C'|, |C''|, |C'''| are c, b, d: if both others go against C'.
+
+    c = b x + d x^2 / 2  at the parameter x away, and  c x - b x^2 / 2 - d x^3 / 6  on the way. Two cusps next to each
+    other are why the third derivative counts: between them C'' = 0.
+    """
+    steep = b + math.hypot(b, math.sqrt(2.0 * c * d))
+    if steep == 0.0:
+        return math.inf if c > 0.0 else 0.0
+    x = 2.0 * c / steep
+    return x * (c - x * (b / 2.0 + x * d / 6.0))
+
+
+@kernel
 def evaluate(table: Array, first: int, last: int, shape: Shape, u: Array, order: int, left: bool, out: Array) -> None:
     """Points and derivatives to `order` at every u (n,), rows [first, last], into out (n, order + 1, axes).
 
