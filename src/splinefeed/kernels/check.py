@@ -246,10 +246,11 @@ def _least_motion(
     other: Array,
     out: Array,
 ) -> bool:
-    """The same, each value the least there is within two roundings of s: of the law's, and of the curve's own.
+    """What `_motion` does, each value the least within two roundings of s: of the law's, and of the curve's own.
 
     Next to C' = 0 derivatives by arc length grow without bound, and a rounding of s changes the jerk by a part of it:
-    r_sss goes with c^-5 and c with the square root of the way x to C' = 0, so that 2 roundings in x change it by 5 / x.
+    r_sss goes with c^-5 and c with the square root of the way to C' = 0, so that 2 roundings change it by the share 5 / x
+    where that way is x roundings. False where it can be none but for rounding. other (8 + 3 axes,): room for work.
     """
     away = _motion(table, feeds, row, shape, rounding, s, v, a, j, way, work, out)
     if 0.0 < away < NEAR * rounding:
