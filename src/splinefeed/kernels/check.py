@@ -249,7 +249,7 @@ def _least_motion(
     """What `_motion` does, each value the least within two roundings of s: of the law's, and of the curve's own.
 
     Next to C' = 0 derivatives by arc length grow without bound, and a rounding of s changes the jerk by a part of it:
-    r_sss goes with c^-5 and c with the square root of the way to C' = 0: where that is x roundings, two change it by 5 / x.
+    r_sss goes with c^-5, c with the square root of the way to C' = 0: at x roundings from it, two are a share 5 / x.
     False where it can be none but for rounding. other (8 + 3 axes,): room for work.
     """
     away = _motion(table, feeds, row, shape, rounding, s, v, a, j, way, work, out)
