@@ -198,6 +198,7 @@ KEPT = {
     30039325: "a rotary axis between two cusps that the rounding of s all but hides",
     30088883: "a rotary axis between two cusps that the rounding of s all but hides",
     30073763: "a rotary axis next to a cusp, where a rounding of s is a seventh of its jerk",
+    30055167: "a rotary axis between two cusps, nearer to the end of a row than 1e-13 of the path",
     402711: "an acceleration that builds up in less than the rounding of its instant allows",
 }
 #: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.

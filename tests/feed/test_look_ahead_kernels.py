@@ -145,6 +145,26 @@ def test_a_peak_between_places_is_found_with_twice_its_rise(top: float):
     assert found == pytest.approx(2.0 - min(beside), rel=1e-12)
 
 
+@pytest.mark.parametrize("v", [(1.0, -4.2, 4.2), (0.038, -0.4, 1.0)], ids=["at a place", "between two"])
+def test_a_law_that_turns_back_is_over_without_any_limit(v: tuple[float, float, float]):
+    """v(t) = v0 + v1 t + v2 t^2 falls below 0 on [0, 1]: in the middle of the way, or long before its second place."""
+    still = np.zeros((1, len(PLACES), 3, 1))
+    law = np.array([0.0, v[0], v[1] / 2.0, v[2] / 3.0, 0.0, 0.0])
+    assert over(law, 1.0, still, np.zeros((1, len(PLACES))), 0.0, no_limit(1)) == math.inf
+    law[2] *= 0.7  # so that it does not
+    assert over(law, 1.0, still, np.zeros((1, len(PLACES))), 0.0, no_limit(1)) == 0.0
+
+
+@pytest.mark.parametrize("feeds", [(2.0, 0.0), (0.5, 3.0)], ids=["alike", "unlike"])
+def test_what_is_no_number_is_over(feeds: tuple[float, float]):
+    d = np.zeros((1, len(PLACES), 3, 1))
+    d[0, 3, 0] = math.nan
+    limit = no_limit(1)
+    limit[OF_AXES] = 1.0
+    law = np.array([0.0, *feeds, 0.0, 0.0, 0.0])
+    assert over(law, 1.0, d, np.zeros((1, len(PLACES))), 0.0, limit) == math.inf
+
+
 def test_a_guess_from_rest_builds_up_a_quarter_of_the_jerk():
     """Beside a cell that nearly stands: x = J/4 t^3 / 6 and v = J/4 t^2 / 2, so v^3 = 9/8 x^2 J; then acceleration."""
     nodes = np.linspace(0.0, 0.4, 41)

@@ -42,8 +42,8 @@ GROWTH = 0.6
 RAMP_SHARE = 0.3
 #: A short part, of this share of its neighbours, over which r''' changes by that share, has nodes at its ends.
 SHORT, ABRUPT = 0.3, 0.1
-#: What is nearer to an edge than this share of the arc length is at it.
-AT_EDGE = 1e-13
+#: No cell is shorter than this share of the arc length.
+SHORTEST = 1e-13
 #: The intervals of a ramp at rest that its law is looked at in: each this share of the next, down to this share of s.
 GRADES, GRADE, FINEST_GRADE = 24, 0.2, 1e-15
 #: Where a law is looked at, |C'| changes over an interval by this factor at most; a change beyond MOST_UNEVEN is within
@@ -145,7 +145,7 @@ def lay_cells(
             finish = samples[at + 1, BEGIN] if at + 1 < count else high
             step = min(size[at], edge[at] + GROWTH * max(s - samples[at, BEGIN], 0.0))
             step = min(step, edge[at + 1] + GROWTH * max(finish - s, 0.0)) / (1.0 + 0.5 * GROWTH)
-            step = max(step, AT_EDGE * high)
+            step = max(step, SHORTEST * high)
             if until - s <= 1.4 * step:
                 s = until
             elif until - s <= 2.0 * step:  # the last two are alike
@@ -321,7 +321,7 @@ def refine(table: Array, m: int, edges: Array, count: int, samples: Array, fine:
     and the last one, which may be ramps at rest, are cut ever finer towards it; and what |C'| changes over by more than
     EVEN is cut until it does not, as derivatives by arc length go with powers of it.
     """
-    near = AT_EDGE * edges[m]
+    near = ROUNDING * edges[m]  # what is nearer to an edge is at it
     cuts = np.empty(m + count + 2 * GRADES + 1)
     k = 0
     at = 0
