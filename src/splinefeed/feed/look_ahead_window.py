@@ -213,10 +213,14 @@ def asked_for(path: Path, marks: Array) -> BoolArray:
 
 
 def _snapped(marks: Array, starts: Array, length: float) -> Array:
-    """Marks (m,) that lie where a row starts, but for rounding, put there exactly: no sliver of a row is left."""
+    """Marks (m,) that lie where a row starts, but for rounding, put there exactly: no sliver of a row is left.
+
+    The last one stays at the end of the path, however little of it the last row is.
+    """
     after = np.minimum(np.searchsorted(starts, marks), len(starts) - 1)
     for row in (after, np.maximum(after - 1, 0)):
-        marks = np.where(np.abs(starts[row] - marks) <= SAME * length, starts[row], marks)
+        near = (np.abs(starts[row] - marks) <= SAME * length) & (marks < length)
+        marks = np.where(near, starts[row], marks)
     return marks
 
 
