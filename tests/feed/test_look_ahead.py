@@ -203,7 +203,7 @@ KEPT = {
     402711: "an acceleration that builds up in less than the rounding of its instant allows",
 }
 #: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.
-QUICK = {30095864: 2.6, 30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0}
+QUICK = {30095864: 2.6, 40093986: 4.0, 30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0}
 #: And those that are refused, as an axis turns on while the linear ones stand still.
 REFUSED = (30054, 30060, 30117, 30120, 30164, 405169, 9001126, 10008665, 10024904)
 REASONS = ("stand still while", "would take", "the rounding of arc length shows")

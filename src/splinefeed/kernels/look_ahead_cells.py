@@ -166,11 +166,14 @@ def lay_cells(
 def _ramp(count: int, samples: Array, low: float, high: float, end: int) -> float:
     """Length of the ramp of constant jerk at rest, mm: short beside what building up a and v, and turning, take.
 
-    It may run over parts that are shorter, as next to C' = 0, as long as it is short enough for each of them.
+    It may run over parts that are shorter, as next to C' = 0, as long as it is short enough for each of them, and
+    over no jump.
     """
     found = 0.0
     for k in range(count):
         i = k if end == 0 else count - 1 - k
+        if k > 0 and samples[i if end == 0 else i + 1, JUMPED] > 0.0:
+            break
         outer = high - samples[i, BEGIN]
         if end == 0:
             outer = (samples[i + 1, BEGIN] if i + 1 < count else high) - low
