@@ -199,6 +199,8 @@ KEPT = {
     30088883: "a rotary axis between two cusps that the rounding of s all but hides",
     30073763: "a rotary axis next to a cusp, where a rounding of s is a seventh of its jerk",
     30055167: "a rotary axis between two cusps, nearer to the end of a row than 1e-13 of the path",
+    50000461: "a sharp bend in the middle of a row, under limits of velocity alone",
+    50001567: "a rest next to a cusp, with slivers of rows beside it",
     40003326: "a rotary axis that turns in the last 33 roundings of s",
     402711: "an acceleration that builds up in less than the rounding of its instant allows",
 }

@@ -166,13 +166,14 @@ def lay_cells(
 def _ramp(count: int, samples: Array, low: float, high: float, end: int) -> float:
     """Length of the ramp of constant jerk at rest, mm: short beside what building up a and v, and turning, take.
 
-    It may run over parts that are shorter, as next to C' = 0, as long as it is short enough for each of them, and
-    over no jump.
+    It may run over parts that are shorter, as next to C' = 0, as long as it is short enough for each of them. Without
+    a limit of jerk nothing says how short that is, and it runs over no jump that is to be slow.
     """
     found = 0.0
+    twist = 0.0
     for k in range(count):
         i = k if end == 0 else count - 1 - k
-        if k > 0 and samples[i if end == 0 else i + 1, JUMPED] > 0.0:
+        if twist == math.inf and samples[i if end == 0 else i + 1, SLOW] < math.inf and found >= SHORTEST * high:
             break
         outer = high - samples[i, BEGIN]
         if end == 0:
@@ -239,6 +240,7 @@ def _unexpected(d: Array, h: float, top: float, bend: float, limit: Array) -> bo
             continue
         felt = off * top * math.sqrt(top) / limit[OF_AXES + 2 * axes + k]
         felt = max(felt, off * h * top / limit[OF_AXES + axes + k])
+        felt = max(felt, off * h * h * math.sqrt(top) / limit[OF_AXES + k])
         if min(limit[CENTRIPETAL], limit[CHORD]) < math.inf:
             felt = max(felt, off * h / bend if bend > 0.0 else 0.0)
         if felt > UNEXPECTED:
