@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,6 +78,15 @@ def test_what_the_rounding_of_arc_length_takes_is_refused():
     """1 rad in 1e-9 mm behind 100 mm: s is told apart by 1.4e-14 mm, a by 1.4e-5 rad, 6e4 rad/s^3 at 1 ms."""
     with pytest.raises(PlanError, match="rounding of arc length shows"):
         ticks.held_at_ticks(law_of(20.0, 100.0 + 1e-9), turning(1e-9), LIMITS)
+
+
+def test_a_motion_of_months_is_refused_and_not_looked_at_for_hours():
+    path = sf.Path([sf.NurbsCurve.bezier([[0.0, 0.0], [10.0, 2.0]])], ("x", "a"))
+    with pytest.raises(PlanError, match=r"would take 1e\+07 s, which is more than the 1e\+09 setpoints"):
+        ticks.held_at_ticks(law_of(1e7, 10.0), path, LIMITS)
+    slow = replace(LIMITS, feed=1e-6)
+    with pytest.raises(PlanError, match="longer period"):
+        sf.plan(path, slow, "look-ahead", period=PERIOD)
 
 
 @pytest.mark.parametrize("strategy", ["look-ahead", "time-optimal"])

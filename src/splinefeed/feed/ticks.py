@@ -17,6 +17,8 @@ from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLa
 
 #: Rounds of slowing down; what is over a limit still, or over it by this factor on q, is no matter of feed.
 ROUNDS, FAR = 4, 2.0
+#: So many setpoints are looked at, at most: eleven days at 1 ms, in minutes.
+MOST_TICKS = 1e9
 EPSILON = float(np.finfo(np.float64).eps)
 
 
@@ -26,12 +28,17 @@ def held_at_ticks(law: TimeLaw, path: Path, limits: Limits) -> TimeLaw:
     |D^k r| / T^k <= limit + 2^k eps max |r| / T^k  for k = 1, 2, 3 and the setpoints r at every tick. Arc length is
     rounded to eps times the length of the path; a rotary axis that turns far within little of the path shows that, and
     where it has limits all ticks are looked at. What is next to an end in motion is left as it is.
-    Raises PlanError where it is the rounding that is over the limit: no feed changes that.
+    Raises PlanError where it is the rounding that is over the limit, which no feed changes, and over MOST_TICKS.
     """
     axes = AxisLimits.of(limits, path.axes)
     bounds = (axes.velocity + 0.0, axes.acceleration, axes.jerk)
     if law.period is None or not any(np.any(np.isfinite(bound[path.linear :])) for bound in bounds):
         return law
+    if law.duration > MOST_TICKS * law.period:
+        raise PlanError(
+            f"the motion would take {law.duration:.3g} s, which is more than the {MOST_TICKS:.0e} setpoints that are "
+            "held to the limits of rotary axes; ask for more feed or a longer period, or leave those limits out"
+        )
     passed = passed_corners(path, limits, axes, law.period)[0]
     for _ in range(ROUNDS):
         rests = np.flatnonzero(law.coefficients[:, 1] == 0.0)
