@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import torture
-from torture import FAMILIES, Family, Outcome, batch, table
+from torture import FAMILIES, Family, Outcome, Tally, batch, table
 
 COUNTS = {
     "profiles": 1,
@@ -46,10 +46,24 @@ def test_what_fails_is_told_with_its_seed(monkeypatch: pytest.MonkeyPatch) -> No
     assert tally.failed[1][1].startswith("Failed: in the words of a test in ")
     assert tally.share == pytest.approx(0.3)
     family = Family(sometimes, "some", 5, 1.0)
-    text = table([(family, 5, tally)], 1).markdown()
+    text = table([(family, 5, tally)], 1, "abc").markdown()
     assert "| some  |     5 |    5 |                  1 |      2 |             0.3000000000 |" in text
+    assert text.endswith("\n\nFailed of some: 4, 5.")
     monkeypatch.setattr(torture, "MOST_SECONDS", -1.0)
     assert "more than" in batch(sometimes, 1, 1).failed[0][1]
+
+
+def test_kinds_that_did_not_run_keep_their_rows() -> None:
+    first = [(family, 10, Tally(done=8, failed=[(k, "")], share=0.25)) for k, family in enumerate(FAMILIES[:3])]
+    before = table(first, 100, "abc").markdown()
+    after = table([(FAMILIES[1], 20, Tally(done=20))], 900, "def", before).markdown()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in after.splitlines() if line[:1] == "|"]
+    assert [row[0] for row in rows[2:]] == [family.title for family in FAMILIES[:3]]
+    assert rows[2][1:] == ["10,000", "8,000", "0", "1", "0.2500000000", "-", "0.0", "100", "abc"]
+    assert rows[3][1:] == ["20", "20", "0", "0", "-", "-", "0.0", "900", "def"]
+    failed = [line for line in after.splitlines() if line.startswith("Failed of")]
+    assert failed == [f"Failed of {FAMILIES[0].title}: 0.", f"Failed of {FAMILIES[2].title}: 2."]
+    assert table([], 0, "", after).markdown() == after
 
 
 def test_the_program_runs_and_says_how_it_went(capsys: pytest.CaptureFixture[str]) -> None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT)]
 
-from benchmarks.tables import Column, Table, write_into  # noqa: E402 - found from here only
+from benchmarks.tables import Cell, Column, Table, write_into  # noqa: E402 - found from here only
 
 #: Processor time that one case may take, s, and how long nothing at all may be heard of any.
 MOST_SECONDS, MOST_SILENCE = 60.0, 900.0
@@ -271,32 +271,49 @@ def _flowing(
             yield each.result()
 
 
-def table(rows: list[tuple[Family, int, Tally]], seed: int) -> Table:
-    """What is printed."""
-    columns = (
-        Column("cases"), Column("asked", ",d"), Column("done", ",d"), Column("refused or stopped", ",d"),
-        Column("failed", ",d"), Column("largest share of a limit", ".10f"), Column("largest ripple", ".1e"),
-        Column("slowest, s", ".1f"),
-    )  # fmt: skip
-    lines = tuple(
-        (
-            family.title, asked * family.each, tally.done * family.each, tally.words.get("else", 0), len(tally.failed),
-            None if math.isnan(tally.share) else tally.share, None if math.isnan(tally.ripple) else tally.ripple,
-            tally.slowest,
-        )
-        for family, asked, tally in rows
-    )  # fmt: skip
-    return Table(f"Random cases from seed {seed}.", columns, lines)
+COLUMNS = (
+    Column("cases"), Column("asked", ",d"), Column("done", ",d"), Column("refused or stopped", ",d"),
+    Column("failed", ",d"), Column("largest share of a limit", ".10f"), Column("largest ripple", ".1e"),
+    Column("slowest, s", ".1f"), Column("from seed", "d"), Column("at"),
+)  # fmt: skip
 
 
-def written(text: str, failed: list[tuple[str, int, str]], seconds: float) -> None:
-    """Put a table, which code it is of, and the seeds that failed into PAGE."""
-    commit = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout.strip()
-    seeds = ", ".join(f"{name} {seed}" for name, seed, _ in failed)
-    text += f"\n\n{seconds / 60.0:.0f} min on {os.cpu_count()} cores, at {commit}; failed: {seeds or 'none'}."
-    assert write_into(PAGE, "torture", text), f"{PAGE} has no place for it"
+def table(rows: list[tuple[Family, int, Tally]], seed: int, code: str, before: str = "") -> Table:
+    """What is printed, and below it the seeds that failed; kinds that did not run keep the row they have in `before`.
+
+    code  what was tried, a commit
+    """
+    old = dict(re.findall(r"^\| (.+?) +\| (.+) \|$", before, re.MULTILINE))
+    told = dict(re.findall(r"^Failed of (.+?): (.+)\.$", before, re.MULTILINE))
+    new = {family: (asked, tally) for family, asked, tally in rows}
+    lines: list[tuple[Cell, ...]] = []
+    notes: list[str] = []
+    for family in FAMILIES if before else new:
+        if family in new:
+            asked, tally = new[family]
+            lines.append(
+                (
+                    family.title, asked * family.each, tally.done * family.each, tally.words.get("else", 0),
+                    len(tally.failed), None if math.isnan(tally.share) else tally.share,
+                    None if math.isnan(tally.ripple) else tally.ripple, tally.slowest, seed, code,
+                )
+            )  # fmt: skip
+            seeds = ", ".join(str(each) for each, _ in tally.failed)
+        elif family.title in old:
+            lines.append((family.title, *(cell.strip() for cell in old[family.title].split("|"))))
+            seeds = told.get(family.title, "")
+        else:
+            continue
+        if seeds:
+            notes.append(f"Failed of {family.title}: {seeds}.")
+    caption = "Random cases; each row says from which seed and at which commit. What failed is told below."
+    return Table(caption, COLUMNS, tuple(lines), tuple(notes))
+
+
+def tried() -> str:
+    """The commit that is tried, "-dirty" if files are not as they are there; a dash where there is no repository."""
+    words = ["git", "describe", "--always", "--dirty"]
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip() or "-"
 
 
 def main(words: list[str] | None = None) -> int:
@@ -306,10 +323,11 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1_000_000, help="the first of each kind (1000000)")
     parser.add_argument("--count", type=int, help="of each kind, instead of those that are asked for")
     parser.add_argument("--only", choices=[family.name for family in FAMILIES], action="append", help="these kinds")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/tests.md, too")
+    parser.add_argument("--write", action="store_true", help="put these rows into docs/tests.md, too")
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)), help="processes (all cores)")
     given = parser.parse_args(words)
     chosen = [family for family in FAMILIES if not given.only or family.name in given.only]
+    code = tried()
     begin = time.monotonic()
     end = begin + 60.0 * given.minutes
     rows: list[tuple[Family, int, Tally]] = []
@@ -326,10 +344,11 @@ def main(words: list[str] | None = None) -> int:
             count = given.count or family.count
             rows.append((family, count, run(family, given.seed, count, until, given.workers, say)))
     failed = [(family.name, *each) for family, _, tally in rows for each in tally.failed]
-    text = table(rows, given.seed).markdown()
-    print(text)
+    print(table(rows, given.seed, code).markdown())
+    print(f"{(time.monotonic() - begin) / 60.0:.0f} min")
     if given.write:
-        written(text, failed, time.monotonic() - begin)
+        whole = table(rows, given.seed, code, PAGE.read_text(encoding="utf-8"))
+        assert write_into(PAGE, "torture", whole.markdown()), f"{PAGE} has no place for it"
     for name, seed, why in failed[:MOST_TOLD]:
         print(f"failed: {name}, seed {seed}: {why}")
     return 1 if failed or any(tally.done == 0 for _, _, tally in rows) else 0
