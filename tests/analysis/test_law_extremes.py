@@ -122,3 +122,17 @@ def test_next_to_a_cusp_the_least_within_two_roundings_counts():
     assert kernels.law_extremes(breaks, law, path.table, feeds, path.shape, 0.0, worst, jumps) == 0
     assert worst[kernels.AXES + 5, 0] == pytest.approx(0.375 / math.sqrt(2.0 * 25e-6**5), rel=1e-6)
     assert kernels.law_extremes(breaks, law, path.table, feeds, path.shape, 2e-6, worst, jumps) > 0
+
+
+@pytest.mark.parametrize(("roundings", "counted"), [(0.4, False), (4.0, True)])
+def test_an_acceleration_within_the_rounding_of_its_instant_is_nobody_s(roundings: float, counted: bool):
+    """Slowing down ends in 4e-9 s after 2.5 s: by a rounding of that instant acceleration comes out above 0."""
+    line = sf.Path([sf.NurbsCurve.bezier([[0, 0], [4, 3]])])
+    jerk, begin = 2.6e9, 2.5
+    end = begin + 4.3e-9
+    above = roundings * np.finfo(float).eps * end * jerk
+    a = above - jerk * (end - begin)
+    worst, _ = extremes(line, [begin, end], np.array([[1.0, 1.0, a / 2.0, jerk / 6.0, 0.0, 0.0]]))
+    assert worst[kernels.JERK_DOWN, 0] == pytest.approx(jerk, rel=1e-12)
+    assert worst[kernels.JERK_UP, 0] == (pytest.approx(jerk, rel=1e-12) if counted else 0.0)
+    assert worst[kernels.SPEED_UP, 0] == pytest.approx(above, rel=1e-6)

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from benchmarks import cases
 from benchmarks.curves import ALLOWED, CURVES, REFERENCE
+from scipy.optimize import brentq
 
 import random_motions
 import splinefeed as sf
 from splinefeed.feed import corners
 from splinefeed.feed.bounds import AxisLimits, feed_squared_bound
+from splinefeed.feed.cells import Cells
 from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.feed.square import Setting
 from splinefeed.feed.window import nearby, solve
@@ -102,3 +104,29 @@ def test_bends_are_found_the_same_in_blocks(monkeypatch: pytest.MonkeyPatch) -> 
     assert whole.rests >= 4
     np.testing.assert_array_equal(parts.sharp, whole.sharp)
     np.testing.assert_array_equal(parts.marks, whole.marks)
+
+
+@pytest.mark.parametrize("off", [1e-3, 1e-4, 1e-5])
+def test_a_bend_between_all_places_of_a_cell_has_its_bound_of_the_feed(off: float) -> None:
+    """All but a cusp: only within a millionth of a millimetre the tangent is along x, whose velocity is limited."""
+    path = sf.Path([sf.NurbsCurve.bezier(10.0 * np.array([[0.0, 0.0], [1.0 + off, 1.0], [0.0, 1.0], [1.0, 0.0]]))])
+    limits = sf.Limits(feed=60.0, acceleration=500.0, jerk=20000.0, axis_velocity={"x": 15.0})
+    found = corners.find_corners(path, limits, AxisLimits.of(limits, path.axes), PERIOD)
+    assert found.rests == len(found.sharp) == 0
+    tip, q = found.narrow[np.argmin(found.narrow[:, 1])]
+    assert q == pytest.approx(15.0**2, rel=1e-6)
+    u = brentq(lambda u: float(path.evaluate([0], [u], 1)[0, 1, 1]), 0.1, 0.9, xtol=1e-15)  # y' = 0
+    assert tip == pytest.approx(float(path.arc_length([0], [u])[0]), abs=1e-9)
+    law = sf.plan(path, limits, "time-optimal", period=PERIOD)
+    assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
+    assert law.feed(float(brentq(lambda t: float(law(t)) - tip, 0.0, law.duration))) <= 15.0 * (1.0 + 1e-9)
+
+
+def test_narrow_bends_count_in_the_cells_that_they_lie_in() -> None:
+    limits, none = sf.Limits(feed=60.0, acceleration=500.0), np.zeros(0)
+    path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [1, 0]])])
+    narrow = np.array([[0.25, 9.0], [0.3, 4.0], [1.0, 7.0], [1.5, 1.0]])
+    setting = Setting(limits, AxisLimits.of(limits, path.axes), PERIOD, none, none, none, narrow)
+    edges = np.linspace(0.0, 1.0, 5)
+    cells = Cells(path, np.zeros(4, dtype=np.int64), edges[:-1], edges[1:], edges)
+    assert setting.narrow_tops(cells).tolist() == [np.inf, 4.0, np.inf, 7.0]

@@ -163,3 +163,22 @@ def test_limits_that_leave_an_axis_free_are_refused_by_its_name():
     jumps = sf.Path([along_x.curves[0], bend])
     with pytest.raises(sf.errors.LimitsError, match=r"the curvature jumps at s = 2 mm, .* give the servo period"):
         sf.plan(jumps, sf.Limits(feed=20.0, axis_acceleration=500.0, axis_jerk=1e4), "time-optimal", None)
+
+
+@pytest.mark.parametrize("jerk", [(20.0, 50.0), (50.0, 20.0), (30.0, 30.0)])
+def test_where_speeding_up_turns_into_slowing_down_both_limits_of_jerk_hold(jerk: tuple[float, float]):
+    """v = 3 + 2 t - 25 t^2 + b t^3 on [0, 0.1] s: a = 0 near t = 0.04 s, where j = -50 + 6 b t."""
+    path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [9, 0]])])
+    limits = sf.Limits(feed=20.0, acceleration=1e6, jerk=jerk[0], deceleration_jerk=jerk[1])
+    bends = (0.0, 10.0, -40.0)
+    coefficients = np.array([[0.0, 3.0, 1.0, -25.0 / 3.0, b / 4.0, 0.0] for b in bends])
+    pieces = Pieces(0.1 * np.arange(4), coefficients, np.zeros(3, dtype=bool), 0)
+    found = audit._turn_excess(pieces, setting(path, limits))
+    if jerk[0] == jerk[1]:
+        assert found.tolist() == [0.0, 0.0, 0.0]
+        return
+    for b, over in zip(bends, found, strict=True):
+        (t,) = (t for t in np.roots([3.0 * b, -50.0, 2.0]) if 0.0 < t < 0.1)
+        assert over == pytest.approx((abs(-50.0 + 6.0 * b * t) / 20.0) ** (2.0 / 3.0), rel=1e-12)
+    level = Pieces(pieces.times, coefficients * [1, 1, -1, 0, 0, 0], pieces.coarse, 0)  # it does not turn
+    assert audit._turn_excess(level, setting(path, limits)).tolist() == [0.0, 0.0, 0.0]

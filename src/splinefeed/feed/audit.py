@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinefeed.feed.bounds import shares
+from splinefeed.feed.bounds import deceleration_jerk, shares
 from splinefeed.feed.cells import ROUNDINGS_OF_S, by_length, located, rows_between
 from splinefeed.feed.law_pieces import Nodes, Pieces, polynomial
 from splinefeed.feed.square import Setting
@@ -39,6 +39,7 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
     path = cells.path
     first, last = pieces.offset, int(nodes.ends[1].rest)
     ratios: list[Array] = []
+    narrow = setting.narrow_tops(cells)
     durations = np.diff(pieces.times)
     feeds = curve_feeds(path, setting.limits)
     curve = np.concatenate([cells.curve[:1]] * first + [cells.curve] + [cells.curve[-1:]] * last)
@@ -47,6 +48,7 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
     accelerations = np.array([polynomial(pieces.coefficients, place * durations, 2) for place in places])
     none = np.abs(accelerations) <= NO_SIGN * np.max(np.abs(accelerations), axis=0)
     signs = np.where(none, np.sign(accelerations[len(places) // 2]), np.sign(accelerations))
+    fastest = np.zeros(len(durations))
     for place, sign in zip(places, signs, strict=True):
         s, v, a, j = (polynomial(pieces.coefficients, place * durations, k) for k in range(4))
         u = located(path, curve, s)
@@ -55,8 +57,10 @@ def excess(nodes: Nodes, pieces: Pieces, setting: Setting, places: Array = CHECK
             u[inner] = (left if place == 0.0 else right)[inner]
         d = by_length(path, curve, u, "left" if place == 1.0 else "right")
         ratios.append(shares(d, v, a, j, feeds[curve], setting.limits, setting.axes, setting.period, path.linear, sign))
+        fastest = np.maximum(fastest, v)
     worst = _peaks(np.array(ratios))
-    over: Array = worst[inner]
+    worst = np.maximum(worst, _turn_excess(pieces, setting))
+    over: Array = np.maximum(worst[inner], fastest[inner] ** 2 / narrow)
     if first:
         over[0] = max(over[0], worst[0], _ramp_excess(path, pieces, 0, nodes.high, setting))
     if last:
@@ -77,6 +81,26 @@ def _peaks(ratios: Array) -> Array:
     rise = np.where(peaked, (above - below) ** 2 / (8.0 * np.where(peaked, bend, 1.0)), 0.0)
     worst: Array = np.maximum(np.max(ratios, axis=(0, 1)), np.max(here + PEAK_MARGIN * rise, axis=(0, 1)))
     return worst
+
+
+def _turn_excess(pieces: Pieces, setting: Setting) -> Array:
+    """The same for jerk along the path where speeding up turns into slowing down within a piece, (m,).
+
+    Both limits of jerk hold at that instant; s is a quartic of time, so its acceleration turns twice at most.
+    """
+    up, down = setting.limits.jerk, deceleration_jerk(setting.limits)
+    over = np.zeros(len(pieces.coefficients))
+    if up == down:  # that of all places is that of all instants then
+        return over
+    c, b, a = (factor * pieces.coefficients[:, k] for k, factor in ((2, 2.0), (3, 6.0), (4, 12.0)))
+    inside = b * b - 4.0 * a * c
+    half = -0.5 * (b + np.copysign(np.sqrt(np.maximum(inside, 0.0)), b))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for t in (half / a, c / half):
+            turns = (inside >= 0.0) & (t > 0.0) & (t < np.diff(pieces.times))
+            jerk = np.where(turns, np.abs(b + 2.0 * a * t), 0.0)
+            over = np.maximum(over, (jerk / min(up, down)) ** (2.0 / 3.0))
+    return over
 
 
 def _ramp_excess(path: Path, pieces: Pieces, index: int, high: float, setting: Setting) -> float:

@@ -24,12 +24,16 @@ SHARPEST = np.pi - 1e-3
 WORTH_PASSING = 0.02
 #: Golden section for the sharpest place of a bend; one is sharp where q is below this share of that at samples beside.
 SECTIONS, GOLDEN, SHARP = 60, 0.5 * (5.0**0.5 - 1.0), 0.5
+#: A bend between samples nearer to each other than this share of what they are on the average is hidden from a grid.
+NARROW = 1e-2
 #: A low point below both its neighbours by less than this share is rounding: on a circle, all places are alike.
 FLAT = 1e-6
 #: Rests nearer to each other than this share of the path are one.
 NEXT_TO = 1e-9
 #: The linear axes stand still at a speed below this share of the size of their curve; a rotary one turns above that.
 STANDING, TURNING = 1e-6, 1e-6
+#: Places on each arc-length piece of the path where bends are looked for.
+SAMPLES = 9
 #: Arc-length pieces of the path whose bends are looked at together, or all of a curve that has more.
 ROWS_AT_ONCE = 16384
 #: Stops nearer than this share of the path are one place: what lies between is rounding.
@@ -44,6 +48,7 @@ class Corners:
     marks   (m,)  arc lengths of the ends of all stretches from rest to rest, mm, 0 and the length of the path included
     passed  (k,)  arc lengths of the corners that are passed in motion, mm
     sharp   (j,)  arc lengths of other sharp bends, mm, for a grid to see
+    narrow  (i, 2)  and of some so narrow that it does not see them at all, with the bound of q there, mm^2/s^2
     feed    (k,)  largest feed there, mm/s: |feed (t_after - t_before)| <= axis_velocity_step for every axis
     """
 
@@ -52,6 +57,7 @@ class Corners:
     feed: Array
     rests: int = 0
     sharp: Array = field(default_factory=lambda: np.zeros(0))
+    narrow: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 def find_corners(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> Corners:
@@ -59,9 +65,9 @@ def find_corners(path: Path, limits: Limits, axes: AxisLimits, period: float | N
     passed, feeds = passed_corners(path, limits, axes, period)
     in_motion = set(passed.tolist())
     asked_for = np.array([0.0, *(s for s in path.stops if s not in in_motion), path.length])
-    standing, sharp = _bends(path, limits, axes, period)
+    standing, sharp, narrow = _bends(path, limits, axes, period)
     marks = apart(path.length, asked_for, standing)
-    return Corners(marks, passed, feeds, max(len(marks) - len(asked_for), 0), sharp)
+    return Corners(marks, passed, feeds, max(len(marks) - len(asked_for), 0), sharp, narrow)
 
 
 def passed_corners(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> tuple[Array, Array]:
@@ -147,11 +153,12 @@ def check_turns(path: Path, marks: Array, axes: AxisLimits) -> None:
             )
 
 
-def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> tuple[Array, Array]:
+def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -> tuple[Array, Array, Array]:
     """Arc lengths (k,) of bends so sharp that the feed there is next to nothing, mm, and of others, (j,).
 
     At the first the tool may as well rest. Both are where the bound of q is least, or |C'|, which hides what is next to
-    a cusp between samples.
+    a cusp between samples. Besides, (i, 2), narrow ones and the bound of q there, which is hardly less than beside: as
+    where a cusp is rounded off, and only there the tangent is along an axis, whose velocity is limited.
     """
     soon = worth(limits, axes) ** 2
     feeds = curve_feeds(path, limits)
@@ -168,7 +175,8 @@ def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
     def speed(curve: IntArray, u: Array) -> Array:
         return speed_by_u(path.evaluate(curve, u, 1)[:, 1], path.linear)
 
-    rests, others = [np.zeros(0)], [np.zeros(0)]
+    rests, others, narrow = [np.zeros(0)], [np.zeros(0)], [np.zeros((0, 2))]
+    near = NARROW * path.length / (SAMPLES * len(path.table))
     for curve, u in _samples(path):
         same = (curve[1:-1] == curve[:-2]) & (curve[1:-1] == curve[2:])
         for function in (top, speed):
@@ -183,8 +191,11 @@ def _bends(path: Path, limits: Limits, axes: AxisLimits, period: float | None) -
             best = 0.5 * (left + right)
             s, slow = path.arc_length(owner, best), top(owner, best)
             rests.append(s[slow < soon])
-            others.append(s[(slow >= soon) & (slow < SHARP * np.minimum(top(owner, u[at - 1]), top(owner, u[at + 1])))])
-    return np.concatenate(rests), np.unique(np.concatenate(others))
+            deep = slow < SHARP * np.minimum(top(owner, u[at - 1]), top(owner, u[at + 1]))
+            others.append(s[(slow >= soon) & deep])
+            wide = path.arc_length(owner, u[at + 1]) - path.arc_length(owner, u[at - 1])
+            narrow.append(np.column_stack([s, slow])[(slow >= soon) & ~deep & (wide < near)])
+    return np.concatenate(rests), np.unique(np.concatenate(others)), np.concatenate(narrow)
 
 
 def _samples(path: Path) -> Iterator[tuple[IntArray, Array]]:
@@ -192,7 +203,7 @@ def _samples(path: Path) -> Iterator[tuple[IntArray, Array]]:
     blocks = path.curve_rows[:, 1] // ROWS_AT_ONCE
     first = np.append(np.flatnonzero(np.diff(blocks, prepend=-1)), len(path.curves))
     for begin, end in pairwise(path.curve_starts[first]):
-        curve, u, _ = sample(path, float(begin), float(end), 9)
+        curve, u, _ = sample(path, float(begin), float(end), SAMPLES)
         if len(curve):
             yield curve, u
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -59,6 +59,7 @@ class Setting:
 
     corner_s, corner_feed  (k,)  arc lengths and largest feeds of corners that are passed in motion, mm and mm/s
     sharp  (j,)  arc lengths of sharp bends that samples might miss, mm
+    narrow  (i, 2)  and of bends that lie between all places of a cell, with the bound of q there, mm and mm^2/s^2
     """
 
     limits: Limits
@@ -67,6 +68,15 @@ class Setting:
     corner_s: Array
     corner_feed: Array
     sharp: Array
+    narrow: Array = field(default_factory=lambda: np.zeros((0, 2)))
+
+    def narrow_tops(self, cells: Cells) -> Array:
+        """Bound of q in each cell by the narrow bends in it, (n,), mm^2/s^2; infinite where there is none."""
+        found = np.full(cells.count, np.inf)
+        inside = (self.narrow[:, 0] >= cells.s[0]) & (self.narrow[:, 0] <= cells.s[-1])
+        owner = np.searchsorted(cells.s, self.narrow[inside, 0], side="right") - 1
+        np.minimum.at(found, np.minimum(owner, cells.count - 1), self.narrow[inside, 1])
+        return found
 
 
 class SquareProblem:
@@ -135,6 +145,9 @@ class SquareProblem:
         lowest = np.full(n, np.inf)
         feed = curve_feeds(cells.path, limits)[cells.curve]
         up, down = limits.jerk, deceleration_jerk(limits)
+        widest = np.full(n, cap * cap)
+        if not relaxed:  # a bound of the time must not take a whole cell for slow
+            widest = np.minimum(widest, setting.narrow_tops(cells))
         sign_of = np.zeros(n) if rising is None else rising
         tangential = np.where(sign_of > 0.0, up, np.where(sign_of < 0.0, down, min(up, down)))
         for place, fraction in enumerate(fractions):
@@ -144,9 +157,8 @@ class SquareProblem:
                 continue
             r1, r2, r3 = (derivatives[place, :, k] for k in range(3))
             q, slope = self._value(fraction), self._slope(fraction)
-            top = (
-                np.minimum(feed_squared_bound(r1, r2, feed, limits, axes, period, cells.path.linear), cap * cap) * scale
-            )
+            top = feed_squared_bound(r1, r2, feed, limits, axes, period, cells.path.linear)
+            top = np.minimum(top, widest) * scale
             if place == 0:
                 top[0] = min(top[0], self._end_bound(0) * (scale[0] if ends[0].rest else 1.0))
             if place == len(fractions) - 1:

@@ -73,7 +73,7 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
     _check(path, limits, axes, period)
     corners = find_corners(path, limits, axes, period)
     check_turns(path, corners.marks, axes)
-    setting = Setting(limits, axes, period, corners.passed, corners.feed, corners.sharp)
+    setting = Setting(limits, axes, period, corners.passed, corners.feed, corners.sharp, corners.narrow)
     spans = list(pairwise(corners.marks.tolist()))
     feeds = [
         (limits.start_feed if k == 0 else 0.0, limits.end_feed if k == len(spans) - 1 else 0.0)

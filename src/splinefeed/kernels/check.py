@@ -41,8 +41,9 @@ NEAR = 1e8
 INSTANTS = 17
 #: Bisections that find when a law reaches the end of a row: 2^-60 of a piece.
 BISECTIONS = 60
-#: An acceleration below this share of the largest one of its piece has no sign of its own.
-NO_SIGN = 1e-9
+#: An acceleration below this share of the largest one of its piece, or of what the jerk makes of the rounding of an
+#: instant, has no sign of its own.
+NO_SIGN, ROUNDING_OF_T = 1e-9, float(np.finfo(np.float64).eps)
 
 
 @kernel
@@ -310,10 +311,11 @@ def law_extremes(
     for i in range(coefficients.shape[0]):
         span = breaks[i + 1] - breaks[i]
         end = law_in_piece(coefficients, i, span)
-        steepest = 0.0
+        steepest = hardest = 0.0
         for k in range(INSTANTS):
-            steepest = max(steepest, abs(law_in_piece(coefficients, i, _place(0.0, span, k))[2]))
-        no_sign = NO_SIGN * steepest
+            _, _, a, j = law_in_piece(coefficients, i, _place(0.0, span, k))
+            steepest, hardest = max(steepest, abs(a)), max(hardest, abs(j))
+        no_sign = max(NO_SIGN * steepest, ROUNDING_OF_T * abs(breaks[i + 1]) * hardest)
         while row < last_row and coefficients[i, 0] >= table[row + 1, START] - rounding:
             row += 1
         low = 0.0
