@@ -202,6 +202,7 @@ KEPT = {
     50000461: "a sharp bend in the middle of a row, under limits of velocity alone",
     50001567: "a rest next to a cusp, with slivers of rows beside it",
     40003326: "a rotary axis that turns in the last 33 roundings of s",
+    70072703: "a piece that lasts one rounding of its instant, and none at all behind a dwell",
     60035841: "slowing down that ends within some thousand roundings of its instant, under uneven jerk",
     402711: "an acceleration that builds up in less than the rounding of its instant allows",
 }

@@ -49,6 +49,27 @@ def test_a_corner_in_passing_is_off_by_its_distance_from_the_chord_that_cuts_it(
     assert seen == pytest.approx([a * b / math.hypot(a, b) / 1e-3 * audit.CHORD_MARGIN], rel=1e-9)
 
 
+def test_the_tip_of_a_bend_between_two_places_of_a_chord_is_found():
+    """A right angle rounded off by 2 um, no corner: from a chord with legs a and b it is about as far."""
+    r = 2e-3
+    path = sf.Path(
+        [
+            sf.NurbsCurve.bezier([[0, 0], [1 - r, 0]]),
+            sf.NurbsCurve.bezier([[1 - r, 0], [1, 0], [1, r]], [1.0, math.sqrt(0.5), 1.0]),
+            sf.NurbsCurve.bezier([[1, r], [1, 1]]),
+        ]
+    )
+    limits = sf.Limits(feed=9.0, acceleration=1e6, chord_error=1e-2)
+    for start in 0.87e-3 * np.arange(11):  # the bend at every place between two ticks
+        seen = audit.tick_excess(path, steady(path.length, 9.0), setting(path, limits), start, (False, False))
+        before = 9.0 * (start + PERIOD * np.arange(22))
+        middle = 0.5 * path.length
+        a, b = middle - before[before < middle][-1], before[before >= middle][0] - middle
+        if min(a, b) > 0.01:  # less the way from the angle to the arc
+            wanted = a * b / math.hypot(a, b)
+            assert seen[0] * 1e-2 / audit.CHORD_MARGIN == pytest.approx(wanted, abs=0.5 * r)
+
+
 def test_where_curvature_jumps_a_drive_sees_the_difference_of_its_setpoints():
     """From a line onto a circle of 2 mm at 10 mm/s: third differences of both axes over T^3, by sine and cosine."""
     path = sf.Path(

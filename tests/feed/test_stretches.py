@@ -9,6 +9,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
+from splinefeed.feed.stretches import with_dwells
 from splinefeed.geometry.path import Marker
 
 STRATEGIES = ("seven-phase", "time-optimal")
@@ -226,3 +227,15 @@ def test_a_deceleration_jerk_of_its_own():
         best = sf.plan(path, limits, "seven-phase", period=PERIOD).duration
         assert best - 2e-3 <= law.duration <= 1.01 * best + 2e-3
         assert (law.duration > both) == (down < 20000)
+
+
+def test_a_piece_that_lasts_one_rounding_of_its_instant_is_gone_behind_a_dwell():
+    """Two breaks that are neighbouring numbers at 0.2 s are the same one at 0.2 s and 100 s."""
+    breaks = np.array([0.0, 0.2, np.nextafter(0.2, 1.0), 0.5])
+    rows = np.array([[0.0, 0, 250.0, 0, 0, 0], [10.0, 100.0, 0, 0, 0, 0], [10.0, 100.0, 0, 0, 0, 0]])
+    law = sf.TimeLaw(breaks=breaks, coefficients=rows, strategy="test", period=PERIOD)
+    later = with_dwells(law, [(0.0, 100.0)], 40.0)
+    assert later.breaks == pytest.approx([0.0, 100.0, 100.2, 100.5], rel=1e-15)
+    assert later.coefficients.tolist() == [[0.0] * 6, rows[0].tolist(), rows[2].tolist()]
+    kept = with_dwells(law, [(0.0, 0.001)], 40.0)
+    assert len(kept.coefficients) >= 3

@@ -65,13 +65,32 @@ def test_only_the_stretch_that_is_over_is_slowed_down_and_stops_stay_on_ticks():
     assert most(slower, path, 2) <= push
 
 
-def test_next_to_an_end_in_motion_and_without_limits_of_rotary_axes_nothing_changes():
+def test_within_limits_and_without_those_of_rotary_axes_nothing_changes():
     path = sf.Path([sf.NurbsCurve.bezier([[0.0, 0.0], [10.0, 2.0]])], ("x", "a"))
     law = law_of(1.0, 10.0)
     assert ticks.held_at_ticks(law, path, sf.Limits(feed=50.0, axis_acceleration={"x": 1e-3})) is law
-    moving = law_of(1.0, 10.0, start=3.0)
-    limits = sf.Limits(feed=50.0, axis_acceleration={"x": 1e9, "a": 1e-3}, start_feed=3.0)
-    assert ticks.held_at_ticks(moving, path, limits) is moving
+    assert ticks.held_at_ticks(law, path, sf.Limits(feed=50.0, axis_acceleration={"x": 1e9, "a": 1e9})) is law
+
+
+@pytest.mark.parametrize("ends", [(True, False), (False, True), (True, True)])
+def test_next_to_an_end_in_motion_nothing_is_slowed_down_and_what_is_over_a_limit_is_refused(ends: tuple[bool, bool]):
+    """v = 3 + 30 t (1 - t) with both ends in motion, or 3 at one of them, to or from rest."""
+    path = sf.Path([sf.NurbsCurve.bezier([[0.0, 0.0], [8.0, 6.0]])], ("x", "a"))
+    row = [0.0, 3.0, 15.0, -10.0, 0.0, 0.0] if all(ends) else [0.0, 3.0, 0.0, -3.0 / 3.0, 0.0, 0.0]
+    law = sf.TimeLaw(breaks=np.array([0.0, 1.0]), coefficients=np.array([row]), strategy="test", period=PERIOD)
+    if ends == (False, True):  # the same backwards: v = 3 - 3 (1 - t)^2
+        law = replace(law, coefficients=np.array([[0.0, 0.0, 3.0, -1.0, 0.0, 0.0]]))
+    feeds = {"start_feed": 3.0 * ends[0], "end_feed": 3.0 * ends[1]}
+    share = float(np.ptp(path([0.0, 1.0])[:, 1]))  # of the way that is a's, rad/mm
+    steepest = 30.0 if all(ends) else 6.0
+    for allowed, held in ((1.001, True), (0.99, False)):
+        given = {"x": 1e9, "a": allowed * steepest * share}
+        limits = sf.Limits(feed=50.0, axis_acceleration=given, **feeds)
+        if held:
+            assert ticks.held_at_ticks(law, path, limits) is law
+        else:
+            with pytest.raises(PlanError, match="over its limits with an end in motion"):
+                ticks.held_at_ticks(law, path, limits)
 
 
 def test_what_the_rounding_of_arc_length_takes_is_refused():

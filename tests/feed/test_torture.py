@@ -34,6 +34,7 @@ KEPT = {
     501060: "a rotary axis that turns over the rounding of far coordinates: refused",
     9001126: "a rotary axis that turns over 1e-16 mm at the end: refused",
     20022620: "a velocity of an axis that peaks between places while jerk along the path is level",
+    70055760: "a tip between two of the places at which the distance from a chord is looked at",
     60031100: "a velocity of an axis at the tip of a bend of 1e-8 mm, between all places of a cell",
     60047540: "speeding up that turns into slowing down, where less jerk is allowed, between two places of a piece",
     9009840: "a turn of 1e-7, which is no corner, that ticks see",

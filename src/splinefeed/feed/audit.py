@@ -23,8 +23,11 @@ PEAK_MARGIN = 2.0
 BISECTIONS = 60
 #: Places of the curve between two ticks whose distance from their chord is looked at.
 CHORD_PLACES = np.linspace(0.0, 1.0, 11)[1:-1]
-#: A chord's share is taken this much larger, for what lies between those places.
-CHORD_MARGIN = 1.0 + 1e-2
+#: A chord's share is taken this much larger, for what lies between those places. Where a parabola through the furthest
+#: and those beside it rises by more than a share of it, as at a tip, and it is not below a share of what is allowed, it
+#: is looked for by golden section.
+CHORD_MARGIN, PEAKED, WORTH_A_LOOK = 1.0 + 1e-2, 1e-3, 0.4
+SECTIONS, GOLDEN = 30, 0.5 * (5.0**0.5 - 1.0)
 #: Roundings of a position that a difference may be off by.
 ROUNDINGS = 8.0
 #: An acceleration along the path below this share of the largest in its piece has no sign of its own.
@@ -207,18 +210,34 @@ def _chords(
     start, step = points[:-1, :linear], np.diff(points[:, :linear], axis=0)
     length = np.linalg.norm(step, axis=1, keepdims=True)
     along = step / np.where(length > 0.0, length, 1.0)
-    furthest = np.zeros(len(step))
-    places = [s[:-1] + place * np.diff(s) for place in CHORD_PLACES]
+
+    def away(place: Array, which: IntArray | slice) -> Array:
+        at = joined(path, place)[:, :linear] - start[which]
+        beside = at - np.sum(at * along[which], axis=1, keepdims=True) * along[which]
+        found: Array = np.linalg.norm(beside, axis=1)
+        return found
+
+    allowed = float(setting.limits.chord_error or np.inf) / CHORD_MARGIN
+    ends = np.zeros((1, len(step)))
+    places = [away(s[:-1] + place * np.diff(s), slice(None)) for place in CHORD_PLACES]
+    every = np.concatenate([ends, places, ends])
+    best = np.clip(np.argmax(every, axis=0), 1, len(CHORD_PLACES))
+    below, furthest, above = (np.take_along_axis(every, best[None] + k, axis=0)[0] for k in (-1, 0, 1))
+    bend = np.maximum(2.0 * furthest - below - above, 0.0)
+    peak = ((above - below) ** 2 > 8.0 * PEAKED * furthest * bend) & (furthest > WORTH_A_LOOK * allowed)
+    peaked: IntArray = np.flatnonzero(peak)
+    low, high = (s[peaked] + (best[peaked] + k) / (len(CHORD_PLACES) + 1.0) * np.diff(s)[peaked] for k in (-1, 1))
+    for _ in range(SECTIONS if len(peaked) else 0):
+        one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        nearer = away(one, peaked) >= away(two, peaked)
+        low, high = np.where(nearer, low, one), np.where(nearer, two, high)
+    furthest[peaked] = np.maximum(furthest[peaked], away(0.5 * (low + high), peaked))
     if len(setting.corner_s):  # a corner in passing is further away than all beside it
         corner = setting.corner_s[np.clip(np.searchsorted(setting.corner_s, s[1:]) - 1, 0, None)]
-        places.append(np.clip(corner, s[:-1], s[1:]))
+        furthest = np.maximum(furthest, away(np.clip(corner, s[:-1], s[1:]), slice(None)))
         first = np.minimum(np.searchsorted(setting.corner_s, s[:-1], side="right"), len(setting.corner_s) - 1)
-        places.append(np.clip(setting.corner_s[first], s[:-1], s[1:]))
-    for each in places:
-        at = joined(path, each)[:, :linear] - start
-        beside = at - np.sum(at * along, axis=1, keepdims=True) * along
-        furthest = np.maximum(furthest, np.linalg.norm(beside, axis=1))
-    share = np.where(np.diff(k) == 1, CHORD_MARGIN * furthest / float(setting.limits.chord_error or np.inf), 0.0)
+        furthest = np.maximum(furthest, away(np.clip(setting.corner_s[first], s[:-1], s[1:]), slice(None)))
+    share = np.where(np.diff(k) == 1, furthest / allowed, 0.0)
     _mark(pieces, t[:-1], t[1:], share, over)
 
 

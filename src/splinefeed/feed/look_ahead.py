@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.look_ahead_periods import in_periods
 from splinefeed.feed.look_ahead_window import LEAST_TICKS, STRATEGY, Part, Window, asked_for, limit_row, row_feeds
-from splinefeed.feed.stretches import check_duration
+from splinefeed.feed.stretches import check_duration, lasting
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.geometry.path import Path
 from splinefeed.kernels.look_ahead_path import FEED, OF_AXES, PERIOD
@@ -67,9 +67,7 @@ def plan_look_ahead(path: Path, limits: Limits, period: float | None) -> TimeLaw
         breaks.append(times)
         coefficients.append(local / factor ** np.arange(LAW_COEFFICIENTS))
         start = float(times[-1])
-    instants, pieces = np.concatenate(breaks), np.concatenate(coefficients)
-    lasting = np.append(np.diff(instants) > 0.0, True)  # a piece may last less than the rounding of its instant
-    instants, pieces = instants[lasting], pieces[lasting[:-1]]
+    instants, pieces = lasting(np.concatenate(breaks), np.concatenate(coefficients))
     law = TimeLaw(breaks=instants, coefficients=pieces, strategy=STRATEGY, period=period, notes=tuple(notes))
     return held_at_ticks(law, path, limits)
 

@@ -83,6 +83,12 @@ def close_gaps(law: TimeLaw) -> TimeLaw:
     return replace(law, coefficients=coefficients)
 
 
+def lasting(breaks: Array, coefficients: Array) -> tuple[Array, Array]:
+    """Breaks (m + 1,) and pieces (m, 6) of a law without those that last less than the rounding of their instants."""
+    kept = np.append(np.diff(breaks) > 0.0, True)
+    return breaks[kept], coefficients[kept[:-1]]
+
+
 def on_tick(time: float, period: float | None) -> float:
     """An instant, s, put on a tick where it is on one but for rounding."""
     if period is None or abs(time / period - round(time / period)) > ON_TICK:
@@ -128,4 +134,5 @@ def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: flo
         done = k
     breaks += [law.breaks[done:-1] + shift, np.array([on_tick(float(law.breaks[-1]) + shift, law.period)])]
     pieces.append(law.coefficients[done:])
-    return replace(law, breaks=np.concatenate(breaks), coefficients=np.concatenate(pieces))
+    later, moved = lasting(np.concatenate(breaks), np.concatenate(pieces))
+    return replace(law, breaks=later, coefficients=moved)

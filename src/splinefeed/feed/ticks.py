@@ -11,12 +11,13 @@ from splinefeed.errors import PlanError
 from splinefeed.feed.audit import BLOCK, joined
 from splinefeed.feed.bounds import AxisLimits
 from splinefeed.feed.corners import passed_corners
-from splinefeed.feed.stretches import on_tick
+from splinefeed.feed.stretches import lasting, on_tick
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
 
-#: Rounds of slowing down; what is over a limit still, or over it by this factor on q, is no matter of feed.
-ROUNDS, FAR = 4, 2.0
+#: Rounds of slowing down; what is over a limit still, or over it by this factor on q, is no matter of feed. Next to an
+#: end in motion, where nothing is slowed down, that is what the check would not let go.
+ROUNDS, FAR, FAR_IN_MOTION = 4, 2.0, 1.0 + 1e-9
 #: So many setpoints are looked at, at most: eleven days at 1 ms, in minutes.
 MOST_TICKS = 1e9
 EPSILON = float(np.finfo(np.float64).eps)
@@ -27,8 +28,8 @@ def held_at_ticks(law: TimeLaw, path: Path, limits: Limits) -> TimeLaw:
 
     |D^k r| / T^k <= limit + 2^k eps max |r| / T^k  for k = 1, 2, 3 and the setpoints r at every tick. Arc length is
     rounded to eps times the length of the path; a rotary axis that turns far within little of the path shows that, and
-    where it has limits all ticks are looked at. What is next to an end in motion is left as it is.
-    Raises PlanError where it is the rounding that is over the limit, which no feed changes, and over MOST_TICKS.
+    where it has limits all ticks are looked at. What is next to an end in motion cannot be slowed down.
+    Raises PlanError there, where it is the rounding that is over the limit, which no feed changes, and over MOST_TICKS.
     """
     axes = AxisLimits.of(limits, path.axes)
     bounds = (axes.velocity + 0.0, axes.acceleration, axes.jerk)
@@ -44,19 +45,19 @@ def held_at_ticks(law: TimeLaw, path: Path, limits: Limits) -> TimeLaw:
         rests = np.flatnonzero(law.coefficients[:, 1] == 0.0)
         first = np.unique(np.append(0, rests))  # a piece from rest, or the first one, and all up to the next
         over, worst = _over(law, path, limits, bounds, law.breaks[first], passed)
-        if limits.start_feed > 0.0:
-            over[0] = 0.0
-        if limits.end_feed > 0.0:
-            over[-1] = 0.0
-        if not np.any(over > 1.0):
+        moving = np.zeros(len(first), dtype=bool)
+        moving[0] = limits.start_feed > 0.0
+        moving[-1] |= limits.end_feed > 0.0
+        if not np.any(over > np.where(moving, FAR_IN_MOTION, 1.0)):
             return law
-        if np.any(over > FAR):
+        if np.any(over > np.where(moving, FAR_IN_MOTION, FAR)):
             break
-        law = _slower(law, first, over)
-    k = int(np.argmax(over))
+        law = _slower(law, first, np.where(moving, 1.0, over))
+    k = int(np.argmax(np.where(moving & (over > FAR_IN_MOTION), np.inf, over)))
     s, axis = worst[k]
+    feed = "with an end in motion" if moving[k] else "at any feed"
     raise PlanError(
-        f"at s = {s:.6g} mm the setpoints of {path.axes[int(axis)]} are over its limits at any feed: it turns so far "
+        f"at s = {s:.6g} mm the setpoints of {path.axes[int(axis)]} are over its limits {feed}: it turns so far "
         f"within so little of the path that the rounding of arc length shows, {EPSILON * path.length:.3g} mm; split "
         "the path there, let the linear axes stand exactly, or leave the limits of that axis out"
     )
@@ -116,5 +117,5 @@ def _slower(law: TimeLaw, first: IntArray, over: Array) -> TimeLaw:
         start = on_tick(float(law.breaks[begin]) + shift[i], period)
         breaks[begin:end] = start + (law.breaks[begin:end] - law.breaks[begin]) * factor[begin]
     breaks[-1] = on_tick(float(law.breaks[-1]) + shift[-1], period)
-    coefficients = law.coefficients / factor[:, None] ** np.arange(LAW_COEFFICIENTS)
+    breaks, coefficients = lasting(breaks, law.coefficients / factor[:, None] ** np.arange(LAW_COEFFICIENTS))
     return replace(law, breaks=breaks, coefficients=coefficients)

@@ -19,7 +19,7 @@ from splinefeed.feed.moving import finished
 from splinefeed.feed.seven_phase import SevenPhase, plan_seven_phase
 from splinefeed.feed.square import Setting
 from splinefeed.feed.steady import steady
-from splinefeed.feed.stretches import check_duration, curve_feeds
+from splinefeed.feed.stretches import check_duration, curve_feeds, lasting
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.window import MOST_BOUNDS, solve
 from splinefeed.feed.windows import joints, solve_long
@@ -106,9 +106,10 @@ def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeL
         breaks.append(times)
         coefficients.append(pieces.coefficients)
         start = float(times[-1])
+    instants, polynomials = lasting(np.concatenate(breaks), np.concatenate(coefficients))
     law = TimeLaw(
-        breaks=np.concatenate(breaks),
-        coefficients=np.concatenate(coefficients),
+        breaks=instants,
+        coefficients=polynomials,
         strategy=STRATEGY,
         period=period,
         settings={"lower_bound_s": bound},
