@@ -24,9 +24,9 @@ BISECTIONS = 60
 #: Places of the curve between two ticks whose distance from their chord is looked at.
 CHORD_PLACES = np.linspace(0.0, 1.0, 11)[1:-1]
 #: A chord's share is taken this much larger, for what lies between those places. Where a parabola through the furthest
-#: and those beside it rises by more than a share of it, as at a tip, and it is not below a share of what is allowed, it
-#: is looked for by golden section.
-CHORD_MARGIN, PEAKED, WORTH_A_LOOK = 1.0 + 1e-2, 1e-3, 0.4
+#: and those beside it rises by more than a share of it, or bends by more than that on an arc, 0.08 of it, as at a tip,
+#: and it is not below a share of what is allowed, it is looked for by golden section.
+CHORD_MARGIN, PEAKED, BENT, WORTH_A_LOOK = 1.0 + 1e-2, 1e-3, 0.1, 0.4
 SECTIONS, GOLDEN = 30, 0.5 * (5.0**0.5 - 1.0)
 #: Roundings of a position that a difference may be off by.
 ROUNDINGS = 8.0
@@ -224,8 +224,8 @@ def _chords(
     best = np.clip(np.argmax(every, axis=0), 1, len(CHORD_PLACES))
     below, furthest, above = (np.take_along_axis(every, best[None] + k, axis=0)[0] for k in (-1, 0, 1))
     bend = np.maximum(2.0 * furthest - below - above, 0.0)
-    peak = ((above - below) ** 2 > 8.0 * PEAKED * furthest * bend) & (furthest > WORTH_A_LOOK * allowed)
-    peaked: IntArray = np.flatnonzero(peak)
+    peak = ((above - below) ** 2 > 8.0 * PEAKED * furthest * bend) | (bend > BENT * furthest)
+    peaked: IntArray = np.flatnonzero(peak & (furthest > WORTH_A_LOOK * allowed))
     low, high = (s[peaked] + (best[peaked] + k) / (len(CHORD_PLACES) + 1.0) * np.diff(s)[peaked] for k in (-1, 1))
     for _ in range(SECTIONS if len(peaked) else 0):
         one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
