@@ -19,8 +19,8 @@ run: $(VENV)/.installed ## turn the paper's airfoil (or ARGS="FILE ...") into se
 	$(BIN)/splinefeed run $(ARGS)
 
 test: lint ## lint, then the fast tests with the compiler off, then the whole suite
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m "nojit and not torture and not package"
-	$(BIN)/python -m pytest -n 2
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "nojit and not torture and not package"
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 test-linuxcnc: $(VENV)/.installed-dev ## play streams into LinuxCNC's HAL, hold programs against its interpreter (as root on Debian it installs LinuxCNC)
 	@command -v halcmd >/dev/null || { [ "$$(id -u)" = 0 ] && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends linuxcnc-uspace; } || { echo "LinuxCNC is not here: apt-get install linuxcnc-uspace (Debian 12), as root"; exit 1; }
