@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,8 @@ def compiled() -> set[str]:
 
 
 def pytest_configure() -> None:
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # of a shell's background: what tests interrupt would inherit
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if PLAIN:
         np.seterr(all="ignore")  # as compiled kernels do; in all else the run with the compiler minds
 
