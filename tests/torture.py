@@ -311,9 +311,13 @@ def table(rows: list[tuple[Family, int, Tally]], seed: int, code: str, before: s
 
 
 def tried() -> str:
-    """The commit that is tried, "-dirty" if files are not as they are there; a dash where there is no repository."""
-    words = ["git", "describe", "--always", "--dirty"]
-    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip() or "-"
+    """The commit that is tried, "-dirty" if other files than PAGE differ from it; a dash without a repository."""
+
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
+
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", f":!{PAGE.relative_to(ROOT)}")
+    return (git("describe", "--always") + ("-dirty" if changed else "")) or "-"
 
 
 def main(words: list[str] | None = None) -> int:
