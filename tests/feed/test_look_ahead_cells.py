@@ -75,21 +75,21 @@ def parts(edges: list[float], twist: float, slow: int | None) -> np.ndarray:
 @pytest.mark.parametrize("end", range(2))
 def test_a_ramp_without_limit_of_jerk_runs_over_no_slow_jump(end: int):
     near = 1e-10  # a jump so far from the end at rest; the ramp would be 1e-6 of the path
-    edges, jump = ([0.0, near, 1.0], 1) if end == 0 else ([0.0, 1.0 - near, 1.0], 1)
-    found = cells._ramp(2, parts(edges, math.inf, jump), 0.0, 1.0, end)
+    edges = [0.0, near if end == 0 else 1.0 - near, 1.0]
+    found = cells._ramp(2, parts(edges, math.inf, 1), 0.0, 1.0, end)
     assert found == pytest.approx(near, rel=1e-5)
     assert cells._ramp(2, parts(edges, math.inf, None), 0.0, 1.0, end) == pytest.approx(1e-6, rel=1e-12)
     # with a limit of jerk its length follows from that, whatever it runs over
     by_jerk = min(0.1 * cells.RAMP_SHARE * 1e3 / math.sqrt(2e5), cells.RAMP_SHARE * 1e9 / (6.0 * 4e10))
     by_jerk = min(by_jerk, 1e-2)
-    assert cells._ramp(2, parts(edges, 2e5, jump), 0.0, 1.0, end) == pytest.approx(by_jerk, rel=1e-12)
+    assert cells._ramp(2, parts(edges, 2e5, 1), 0.0, 1.0, end) == pytest.approx(by_jerk, rel=1e-12)
 
 
 @pytest.mark.parametrize("end", range(2))
 def test_a_ramp_runs_over_slow_jumps_nearer_than_any_cell_is_long(end: int):
     """Next to cusps slivers of rows look like jumps: a ramp that ended there would be shorter than a rounding."""
     near = 0.5 * cells.SHORTEST
-    edges = [0.0, near, 1.0] if end == 0 else [0.0, 1.0 - near, 1.0]
+    edges = [0.0, near if end == 0 else 1.0 - near, 1.0]
     assert cells._ramp(2, parts(edges, math.inf, 1), 0.0, 1.0, end) == pytest.approx(1e-6, rel=1e-12)
 
 

@@ -24,11 +24,9 @@ def turning(along: float) -> sf.Path:
     return sf.Path([sf.NurbsCurve.bezier(points[k : k + 2]) for k in range(2)], ("x", "a"))
 
 
-def law_of(duration: float, length: float, start: float = 0.0) -> sf.TimeLaw:
-    """One rest-to-rest quintic, 10 x^3 - 15 x^4 + 6 x^5, or the same with a feed at its start."""
-    rise = length - start * duration
-    powers = duration ** np.arange(3, 6)
-    row = np.concatenate([[0.0, start, 0.0], rise * np.array([10.0, -15.0, 6.0]) / powers])
+def law_of(duration: float, length: float) -> sf.TimeLaw:
+    """One rest-to-rest quintic, 10 x^3 - 15 x^4 + 6 x^5."""
+    row = np.concatenate([np.zeros(3), length * np.array([10.0, -15.0, 6.0]) / duration ** np.arange(3, 6)])
     return sf.TimeLaw(breaks=np.array([0.0, duration]), coefficients=row[None], strategy="test", period=PERIOD)
 
 
@@ -76,7 +74,7 @@ def test_within_limits_and_without_those_of_rotary_axes_nothing_changes():
 def test_next_to_an_end_in_motion_nothing_is_slowed_down_and_what_is_over_a_limit_is_refused(ends: tuple[bool, bool]):
     """v = 3 + 30 t (1 - t) with both ends in motion, or 3 at one of them, to or from rest."""
     path = sf.Path([sf.NurbsCurve.bezier([[0.0, 0.0], [8.0, 6.0]])], ("x", "a"))
-    row = [0.0, 3.0, 15.0, -10.0, 0.0, 0.0] if all(ends) else [0.0, 3.0, 0.0, -3.0 / 3.0, 0.0, 0.0]
+    row = [0.0, 3.0, 15.0, -10.0, 0.0, 0.0] if all(ends) else [0.0, 3.0, 0.0, -1.0, 0.0, 0.0]
     law = sf.TimeLaw(breaks=np.array([0.0, 1.0]), coefficients=np.array([row]), strategy="test", period=PERIOD)
     if ends == (False, True):  # the same backwards: v = 3 - 3 (1 - t)^2
         law = replace(law, coefficients=np.array([[0.0, 0.0, 3.0, -1.0, 0.0, 0.0]]))
@@ -89,7 +87,7 @@ def test_next_to_an_end_in_motion_nothing_is_slowed_down_and_what_is_over_a_limi
         if held:
             assert ticks.held_at_ticks(law, path, limits) is law
         else:
-            with pytest.raises(PlanError, match="over its limits with an end in motion"):
+            with pytest.raises(PlanError, match="of a are over its limits, and next to an end in motion"):
                 ticks.held_at_ticks(law, path, limits)
 
 

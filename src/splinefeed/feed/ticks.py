@@ -55,11 +55,16 @@ def held_at_ticks(law: TimeLaw, path: Path, limits: Limits) -> TimeLaw:
         law = _slower(law, first, np.where(moving, 1.0, over))
     k = int(np.argmax(np.where(moving & (over > FAR_IN_MOTION), np.inf, over)))
     s, axis = worst[k]
-    feed = "with an end in motion" if moving[k] else "at any feed"
+    where = f"at s = {s:.6g} mm the setpoints of {path.axes[int(axis)]} are over its limits"
+    if moving[k]:
+        raise PlanError(
+            f"{where}, and next to an end in motion nothing can be slowed down; ask for rest there or for less feed, "
+            "or leave the limits of that axis out"
+        )
     raise PlanError(
-        f"at s = {s:.6g} mm the setpoints of {path.axes[int(axis)]} are over its limits {feed}: it turns so far "
-        f"within so little of the path that the rounding of arc length shows, {EPSILON * path.length:.3g} mm; split "
-        "the path there, let the linear axes stand exactly, or leave the limits of that axis out"
+        f"{where} at any feed: it turns so far within so little of the path that the rounding of arc length shows, "
+        f"{EPSILON * path.length:.3g} mm; split the path there, let the linear axes stand exactly, or leave the limits "
+        "of that axis out"
     )
 
 
