@@ -99,7 +99,7 @@ def by_stream(jerk: float) -> Outcome:
     """Our plan, with the reserve that lets it be overridden, as HAL's streamer commanded it."""
     path = curve()
     limits = sf.Limits(feed=FEED, axis_velocity=FEED, axis_acceleration=ACCELERATION, axis_jerk=jerk)
-    law = sf.plan(path, with_reserve(limits), "time-optimal", PERIOD)
+    law = sf.plan(path, with_reserve(limits), strategy="time-optimal", period=PERIOD)
     motion = along(path, law, replace(limits, feed=2.0 * FEED))
     with hal_session(hal_text(tuple(HalAxis(name) for name in path.axes), PERIOD)) as home:
         sink = LinuxcncSink(AHEAD, record=True, home=home)
@@ -115,7 +115,7 @@ def by_stream(jerk: float) -> Outcome:
 def by_plan(jerk: float) -> Outcome:
     """Our plan without a reserve: what `run` writes."""
     limits = sf.Limits(feed=FEED, axis_velocity=FEED, axis_acceleration=ACCELERATION, axis_jerk=jerk)
-    law = sf.plan(curve(), limits, "time-optimal", PERIOD)
+    law = sf.plan(curve(), limits, strategy="time-optimal", period=PERIOD)
     return judged(sf.interpolate(curve(), law, period=PERIOD, method="arc-length").position)
 
 

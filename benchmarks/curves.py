@@ -143,9 +143,9 @@ def measure() -> Report:
             limits = axis_limits(setting)
             taken, laws = {}, {}
             for strategy in ("time-optimal", "look-ahead"):
-                sf.plan(path, limits, strategy, PERIOD)
+                sf.plan(path, limits, strategy=strategy, period=PERIOD)
                 start = time.process_time()
-                laws[strategy] = law = sf.plan(path, limits, strategy, PERIOD)
+                laws[strategy] = law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
                 taken[strategy] = time.process_time() - start
                 verdict = sf.check(sf.interpolate(path, law), path, limits, law)
                 if not verdict.ok:

@@ -77,7 +77,9 @@ def laps(seconds: float, axes: int = 2) -> Motion:
         points = np.column_stack([spline.control_points, height])
         curves = [sf.NurbsCurve(spline.degree, spline.knots, points, spline.weights)] * count
     path = sf.Path(curves, axes=("x", "y", "z")[:axes], tolerance=0.01)
-    return along(path, sf.plan(path, with_reserve(LIMITS), "look-ahead", PERIOD), sf.Limits(**LIMITS_AT_200))
+    return along(
+        path, sf.plan(path, with_reserve(LIMITS), strategy="look-ahead", period=PERIOD), sf.Limits(**LIMITS_AT_200)
+    )
 
 
 LIMITS_AT_200 = {"feed": 120.0, "axis_acceleration": 500.0, "axis_jerk": 20000.0}

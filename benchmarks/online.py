@@ -61,12 +61,12 @@ def step_times(method: str, ticks: int) -> np.ndarray:
     lap = Interpolator(path, law, method=method).ticks
     times = np.empty((-(-ticks // lap), lap), dtype=np.int64)
     clock = time.perf_counter_ns
-    Interpolator(path, law, method=method).step()
+    Interpolator(path, law, method=method, compiled=True).step()
     collecting = gc.isenabled()
     gc.disable()
     try:
         for row in times:
-            step = Interpolator(path, law, method=method).step
+            step = Interpolator(path, law, method=method, compiled=True).step
             for i in range(lap):
                 start = clock()
                 step()

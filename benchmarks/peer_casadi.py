@@ -101,6 +101,6 @@ def _in_time(s: np.ndarray, q: np.ndarray, a: np.ndarray) -> BPoly:
 def _ours(path: sf.Path, limits: tuple[float, float, float], s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     feed, acceleration, jerk = limits
     asked = sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
-    law = sf.plan(path, asked, "time-optimal", cases.PERIOD)
+    law = sf.plan(path, asked, strategy="time-optimal", period=cases.PERIOD)
     t = np.linspace(0.0, law.duration, 20 * len(s))
     return np.interp(s, law(t), law.feed(t)), np.interp(s, law(t), law.acceleration(t))

@@ -21,7 +21,7 @@ def measure() -> Report:
     for (name, setting), best in cases.BEST.items():
         limits = cases.axis_limits(setting)
         jobs = {
-            strategy: partial(sf.plan, paths[name], limits, strategy, cases.PERIOD)
+            strategy: partial(sf.plan, paths[name], limits, strategy=strategy, period=cases.PERIOD)
             for strategy in ("time-optimal", "look-ahead")
         }
         optimal, ahead = (job().duration for job in jobs.values())

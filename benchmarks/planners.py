@@ -85,9 +85,9 @@ def _held(path: sf.Path, limits: tuple[float, float, float], planner: Callable[.
 def _ours(path: sf.Path, limits: tuple[float, float, float], strategy: str) -> Profile:
     feed, acceleration, jerk = limits
     asked = sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
-    sf.plan(path, asked, strategy, cases.PERIOD)  # warm, as every row is
+    sf.plan(path, asked, strategy=strategy, period=cases.PERIOD)  # warm, as every row is
     start = time.perf_counter()
-    law = sf.plan(path, asked, strategy, cases.PERIOD)
+    law = sf.plan(path, asked, strategy=strategy, period=cases.PERIOD)
     return Profile(law.duration, law, time.perf_counter() - start)
 
 

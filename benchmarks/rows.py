@@ -67,11 +67,11 @@ def planned(strategy: str, copies: int) -> dict[str, Any]:
             [sf.NurbsCurve(one.degree, one.knots, one.control_points + k * step, one.weights) for k in range(count)]
         )
 
-    sf.plan(row(3), limits, strategy, PERIOD)
+    sf.plan(row(3), limits, strategy=strategy, period=PERIOD)
     before = peak_memory()
     start = time.process_time()
     path = row(copies)
-    law = sf.plan(path, limits, strategy, PERIOD)
+    law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
     seconds = time.process_time() - start
     return {
         "seconds": seconds,

@@ -53,7 +53,7 @@ def measure() -> Report:
     )
     notes = (
         "Whole processes (`python -m splinefeed`), default path and files. For the first run the cache folders of the "
-        "kernels and of Matplotlib are empty. Time on the processor, the least of all runs, leaves out what other work "
+        "kernels and of the report are empty. Time on the processor, the least of all runs, leaves out what other work "
         "on the machine made it wait.",
     )
     table = Table("From the command to its end.", columns, tuple(_row(*each) for each in found), notes)
@@ -62,7 +62,7 @@ def measure() -> Report:
 
 def _caches(folder: Path) -> dict[str, str]:
     """Empty cache folders below `folder`, as the environment says it."""
-    places = {"NUMBA_CACHE_DIR": folder / "kernels", "MPLCONFIGDIR": folder / "matplotlib"}
+    places = {"NUMBA_CACHE_DIR": folder / "kernels", "XDG_CACHE_HOME": folder / "cache"}
     for place in places.values():
         place.mkdir(parents=True)
     return {name: str(place) for name, place in places.items()}

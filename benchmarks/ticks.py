@@ -76,7 +76,7 @@ class Lap:
         self.path = path
         self.method = method
         self.law = sf.plan(path, cases.FAST, period=cases.PERIOD)
-        self.source = Interpolator(path, self.law, method=method)
+        self.source = Interpolator(path, self.law, method=method, compiled=True)
         self.ticks = self.source.ticks
 
     def room(self) -> Room:
@@ -84,8 +84,11 @@ class Lap:
         return tuple(np.zeros_like(array) for array in self.source._room(self.ticks))
 
     def by_numba(self, room: Room) -> None:
-        """Fill `room` by the loop that `Interpolator` runs."""
+        """Fill `room` by what `Interpolator` runs: its loop, or the arrays of a method that has none."""
         source = self.source
+        if source._method.fill is not None:
+            source._run(0, room)
+            return
         state = np.zeros_like(source._integers), np.zeros_like(source._floats)
         source._loop(*source._given, 0, *state, *source._asked, *room)
 
@@ -115,7 +118,7 @@ class Lap:
 
     def by_user(self) -> None:
         """The same as a user gets it, arrays and record made anew."""
-        Interpolator(self.path, self.law, method=self.method).block()
+        Interpolator(self.path, self.law, method=self.method, compiled=True).block()
 
 
 def largest_difference(one: Room, other: Room) -> float:

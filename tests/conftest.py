@@ -9,26 +9,22 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pytest
-from hypothesis import settings
+import surroundings
+
+surroundings.enter()  # before NumPy and Numba read the environment
+
+import numpy as np  # noqa: E402
+import pytest  # noqa: E402
+from hypothesis import settings  # noqa: E402
 
 #: Whether kernels run as Python.
 PLAIN = bool(int(os.environ.get("NUMBA_DISABLE_JIT", "0")))
 
-# No deadline: the first example may wait for a compiler. In CI the examples are the same every time.
-settings.register_profile("splinefeed", deadline=None, derandomize=bool(os.environ.get("CI")))
+# No deadline: the first example may wait for a compiler. The examples are the same every time; `make torture` looks for
+# new ones.
+settings.register_profile("splinefeed", deadline=None, derandomize=True)
 settings.register_profile("plain", deadline=None, derandomize=True, max_examples=20)
 settings.load_profile("plain" if PLAIN else "splinefeed")
-
-#: Tests, one a line, that would take too long as Python: with Numba's compiler off they are left out.
-COMPILED = Path(__file__).parent / "compiled.txt"
-
-
-def compiled() -> set[str]:
-    """What stands in COMPILED: "feed/test_x.py" for a whole file, "feed/test_x.py::test_y" for one test of it."""
-    lines = COMPILED.read_text(encoding="utf-8").splitlines()
-    return {line for line in lines if line and not line.startswith("#")}
 
 
 def pytest_configure() -> None:
@@ -36,18 +32,6 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if PLAIN:
         np.seterr(all="ignore")  # as compiled kernels do; in all else the run with the compiler minds
-
-
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if not PLAIN:
-        return
-    slow = compiled()
-    kept, left = [], []
-    for item in items:
-        name = item.nodeid.partition("[")[0].removeprefix("tests/")
-        (left if name in slow or name.partition("::")[0] in slow else kept).append(item)
-    config.hook.pytest_deselected(items=left)
-    items[:] = kept
 
 
 @pytest.fixture(scope="session")
@@ -69,7 +53,7 @@ def chromium() -> Iterator[Any]:
     api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
     program = shutil.which("chromium")
     if program is None:
-        pytest.skip("no browser: apt-get install chromium (make test-browser does it, as root on Debian)")
+        pytest.skip("no browser; on Debian: apt-get install chromium")
     with api.sync_playwright() as play:
         browser = play.chromium.launch(executable_path=program, args=QUIET.split())
         yield browser

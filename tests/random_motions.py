@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -222,23 +219,3 @@ def dressed(rng: np.random.Generator, path: sf.Path, limits: sf.Limits) -> sf.Pa
             dwell = float(rng.choice([0.0, 1e-4, 0.01, 0.0123]))
             markers.append(Marker(int(rng.integers(count + 1)), "M0", dwell))
     return sf.Path(path.curves, path.axes, tolerance=path.tolerance, feeds=feeds, markers=markers)
-
-
-def hammer(judge: Callable[[int], object]) -> None:
-    """Judge one seed after the other, from SPLINEFEED_TORTURE_SEED, for SPLINEFEED_TORTURE_SECONDS, an hour by default.
-
-    Raises AssertionError with the seeds for which `judge` raised.
-    """
-    first = int(os.environ.get("SPLINEFEED_TORTURE_SEED", "100000"))
-    until = time.monotonic() + float(os.environ.get("SPLINEFEED_TORTURE_SECONDS", "3600"))
-    done, failed = 0, []
-    for seed in range(first, first + 100_000):
-        if time.monotonic() > until:
-            break
-        done += 1
-        try:
-            judge(seed)
-        except Exception as error:
-            failed.append((seed, str(error)[:300]))
-    print(f"{done} motions from seed {first}, {len(failed)} failed")
-    assert not failed, failed[:20]

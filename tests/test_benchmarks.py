@@ -323,5 +323,5 @@ def test_copp_and_ours_agree_on_the_least_time_of_a_smooth_curve():
     theirs = sampled.stretched(path, limits, peer_copp.plan(path, limits, (400,)), 1e-3)
     feed, acceleration, jerk = limits
     asked = sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
-    ours = sf.plan(path, asked, "time-optimal", 1e-3)
+    ours = sf.plan(path, asked, strategy="time-optimal", period=1e-3)
     assert ours.duration < theirs.duration < 1.05 * ours.duration

@@ -19,6 +19,7 @@ COUNTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
 def test_a_sample_of_each_kind(family: Family, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(torture, "INPUTS_A_CASE", 100)
@@ -66,6 +67,7 @@ def test_kinds_that_did_not_run_keep_their_rows() -> None:
     assert table([], 0, "", after).markdown() == after
 
 
+@pytest.mark.slow
 def test_the_program_runs_and_says_how_it_went(capsys: pytest.CaptureFixture[str]) -> None:
     assert torture.main(["--only", "profiles", "--count", "2", "--workers", "1", "--seed", "7"]) == 0
     assert "| seven-phase profiles alone | 2,000 | 2,000 |" in capsys.readouterr().out

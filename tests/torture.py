@@ -92,7 +92,7 @@ def judged(draw: Callable[[], Motion]) -> Outcome:
 
     try:
         motion = draw()
-        law = sf.plan(motion.path, motion.limits, motion.strategy, period=motion.period)
+        law = sf.plan(motion.path, motion.limits, strategy=motion.strategy, period=motion.period)
     except (CurveError, LimitsError, PlanError) as error:
         assert any(reason in str(error) for reason in REFUSALS), str(error)
         return Outcome("refused")

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 from marked import rows, words, write
-from matplotlib.figure import Figure
 
 import splinefeed as sf
 from splinefeed.analysis.ripple import drift
 from splinefeed.report import theme
-from splinefeed.report.files import save_figure
+from splinefeed.report.figure import Axis, Figure, Level, Line, Panel
 
 put = partial(write, "math/interpolators.md", "interpolators")
 #: Milne's predictor on u' = lambda u without its factor h = lambda T: (4/3) (2 r^3 - r^2 + 2 r), highest power first.
@@ -102,36 +101,29 @@ def told() -> dict[str, str]:
 def picture() -> Figure:
     """Largest guest root of each multistep method over h, and the error of the true root of all methods."""
     h = np.linspace(-0.8, 0.6, 281)
-    figure = theme.new_figure(
-        7.2, 5.2, "What one step makes of an error, u' = λ u", grid=(2, 1), gaps=(0.0, 0.55), titles=1
-    )
-    above, below = figure.subplots(2, 1)
     styles = {"adams-bashforth-moulton": theme.GREEN, "hamming": theme.BLUE, "milne-simpson": theme.VERMILION}
-    for name, colour in styles.items():
-        above.plot(h, [abs(roots(name, x)[1]) for x in h], color=colour, label=name)
-    above.axhline(1.0, color=theme.FAINT, lw=0.8)
-    above.set(title="largest guest root: above 1 it grows from tick to tick", xlabel="h = λ T", ylabel="|r|")
-    above.legend(loc="lower left")
-    dashes = {"taylor-1": ":", "taylor-2": "-.", "taylor-3": "--", "runge-kutta-4": "-"}
-    for name, dash in dashes.items():
-        below.semilogy(
-            h, [max(abs(roots(name, x)[0] / np.exp(x) - 1), 1e-9) for x in h], dash, color=theme.INK, label=name
-        )
-    for name, colour in styles.items():
-        below.semilogy(h, [max(abs(roots(name, x)[0] / np.exp(x) - 1), 1e-9) for x in h], color=colour)
-    below.set(title="error of the true root, relative", xlabel="h = λ T", ylabel="|r / exp(h) - 1|", ylim=(1e-8, 1))
-    below.legend(loc="lower left", ncols=2)
-    for axes in (above, below):
-        axes.yaxis.set_label_coords(-theme.LABEL_AT / (7.2 - theme.LEFT - theme.RIGHT), 0.5)
-        theme.plain_ticks(axes.xaxis)
-    theme.plain_ticks(above.yaxis)
-    theme.plain_ticks(below.yaxis, logarithmic=True)
-    return figure
+    one_step = {"taylor-1": theme.OCHRE, "taylor-2": theme.PURPLE, "taylor-3": theme.FAINT, "runge-kutta-4": theme.INK}
+    guests = [
+        Line(h, np.array([abs(roots(name, x)[1]) for x in h]), name, colour, named=True)
+        for name, colour in styles.items()
+    ]
+    true = [
+        Line(h, np.array([max(abs(roots(name, x)[0] / np.exp(x) - 1), 1e-9) for x in h]), name, colour, named=True)
+        for name, colour in (one_step | styles).items()
+    ]
+    step = Axis("h = λ T")
+    panels = (
+        Panel(
+            step, Axis("largest guest root |r|"), (*guests, Level(1.0, colour=theme.FAINT, always=True)),
+            "above 1 it grows from tick to tick", height=190,
+        ),
+        Panel(step, Axis("error of the true root, |r / exp(h) - 1|", 1e-8, 1.0, log=True), tuple(true), height=190),
+    )  # fmt: skip
+    return Figure("What one step makes of an error, u' = λ u", panels)
 
 
 if __name__ == "__main__":
-    with theme.applied():
-        save_figure(picture(), Path(__file__).with_suffix(".svg"))
+    picture().save(Path(__file__).with_suffix(".svg"))
     made = told()
     put("orders", made["orders"])
     put("limits", made["limits"])

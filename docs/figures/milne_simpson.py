@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 from marked import words, write
-from matplotlib.figure import Figure
 
 import splinefeed as sf
 from splinefeed.analysis.ripple import feed_ripple
+from splinefeed.report import theme
+from splinefeed.report.figure import Axis, Figure, Line, Panel
 
 put = partial(write, "math/milne-simpson.md", "milne_simpson")
 FEED, PERIOD = 60.0, 1e-3
@@ -25,14 +26,14 @@ def main() -> None:
     path = sf.Path([curve])
     duration = path.length / FEED
     law = sf.TimeLaw(breaks=[0, duration], coefficients=[[0, FEED, 0, 0, 0, 0]], strategy="constant")
-    figure = Figure(figsize=(7.2, 5.4), layout="constrained")
-    above, below = figure.subplots(2, 1)
-    for name, style in (("milne-simpson", "-"), ("hamming", "--"), ("milne-simpson-anchored", ":")):
+    above, below = [], []
+    styles = (("milne-simpson", theme.BLUE), ("hamming", theme.VERMILION), ("milne-simpson-anchored", theme.GREEN))
+    for name, colour in styles:
         points = sf.interpolate(path, law, period=PERIOD, method=name)
         ripple = feed_ripple(points, path, law)
         kick = int(np.searchsorted(points.u, 0.2))
         shown = slice(kick - 8, kick + 40)
-        above.plot(1e3 * ripple.t[shown], 100 * ripple.relative[shown], style, lw=1.2, label=name)
+        above.append(Line(1e3 * ripple.t[shown], 100 * ripple.relative[shown], name, colour, named=True))
         if name != "milne-simpson":
             continue
         error = points.u - path.locate(np.minimum(law(points.t), path.length))[1]
@@ -43,16 +44,15 @@ def main() -> None:
         ratio = alternating[after] / speed[after] ** (1 / 3)
         put("law", law_words(ratio, speed[after]))
         time = 1e3 * points.t[1:-1]
-        below.plot(time[after], 1e6 * alternating[after], lw=2.4, alpha=0.5, label="alternating part of u, measured")
-        below.plot(
-            time[after], 1e6 * ratio.mean() * speed[after] ** (1 / 3), "k--", lw=1.0, label="constant · |C'|^(1/3)"
-        )
-    above.set(xlabel="t, ms", ylabel="feed ripple, %", title="After a curvature jump: 60 mm/s, 1 ms, one correction")
-    below.set(xlabel="t, ms", ylabel="size, 1e-6 of u", title="It never dies: it follows |C'| to the power 1/3")
-    for axes in (above, below):
-        axes.legend(frameon=False, fontsize=8)
-        axes.grid(alpha=0.3)
-    figure.savefig(Path(__file__).with_suffix(".svg"), metadata={"Date": None})
+        size, law_of_it = 1e6 * alternating[after], 1e6 * ratio.mean() * speed[after] ** (1 / 3)
+        below.append(Line(time[after], size, "alternating part of u, measured", theme.PALE, 3.0, named=True))
+        below.append(Line(time[after], law_of_it, "constant · |C'|^(1/3)", theme.INK, 1.0, dash=True, named=True))
+    panels = (
+        Panel(Axis("time after the start (ms)"), Axis("feed ripple (%)"), tuple(above), height=190),
+        Panel(Axis("time (ms)"), Axis("size (1e-6 of u)"), tuple(below), height=190),
+    )
+    title = "After a curvature jump: 60 mm/s, 1 ms, one correction\nit never dies: it follows |C'| to the power 1/3"
+    Figure(title, panels).save(Path(__file__).with_suffix(".svg"))
 
 
 def law_words(ratio: np.ndarray, speed: np.ndarray) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import splinefeed as sf
 from splinefeed.geometry.differential import curvatures
-from splinefeed.report.files import save_figure
+from splinefeed.report import theme
+from splinefeed.report.figure import Axis, Dots, Figure, Line, Panel
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
@@ -19,8 +19,8 @@ from smoothing_paths import NOISE_TOLERANCE, RADIUS, noises  # the same points a
 
 def main() -> None:
     """One panel a noise: angle of each joint over the length beside it, and the curvature of the result, times R."""
-    figure, panels = plt.subplots(3, 2, figsize=(8.0, 6.6), layout="constrained")
-    for axes, (name, points) in zip(panels.ravel(), noises(0).items(), strict=True):
+    panels = []
+    for name, points in noises(0).items():
         radius = 5000.0 if name == "near-collinear" else RADIUS
         path = sf.Path.polyline(points, repair=True)
         result = path.smoothed(NOISE_TOLERANCE)
@@ -31,19 +31,15 @@ def main() -> None:
         lines = radius * 2.0 * np.arctan2(apart, along) / (0.5 * (length[1:] + length[:-1]))
         s = np.linspace(0.0, result.length, 20_001)
         bend = radius * curvatures(result.evaluate(*result.locate(s), 2))
-        axes.plot(path.curve_starts[1:-1:3], np.maximum(lines[::3], 1e-2), ".", color="tab:red", markersize=2)
-        axes.plot(s[::50], bend[::50], color="tab:blue", linewidth=1.2)
-        axes.set_yscale("log")
-        axes.set_ylim(5e-2, 1e4)
-        axes.set_title(f"{name}: up to {lines.max():.3g}, then {bend.min():.3f} to {bend.max():.3f}", fontsize=8)
-        axes.grid(alpha=0.3)
+        joints = path.curve_starts[1:-1:3]
+        dots = Dots(joints, np.maximum(lines[::3], 1e-2), colour=theme.VERMILION, size=2.0)
+        note = f"up to {lines.max():.3g}, then {bend.min():.3f} to {bend.max():.3f}"
+        y = Axis(name, 5e-2, 1e4, log=True)
+        panels.append(Panel(Axis("arc length (mm)"), y, (dots, Line(s[::50], bend[::50])), note, height=140))
         print(f"{name}: {len(path.curves)} lines, curvature up to {lines.max():.3g} / R; "
               f"{len(result.curves)} curves, {bend.min():.4f} / R to {bend.max():.4f} / R")  # fmt: skip
-    for axes in panels[:, 0]:
-        axes.set_ylabel("curvature times radius")
-    for axes in panels[-1]:
-        axes.set_xlabel("arc length, mm")
-    save_figure(figure, Path(__file__).with_suffix(".svg"))
+    title = "Curvature times radius: lines with the noises of CAM systems (dots), and the curves made of them"
+    Figure(title, tuple(panels), columns=2, width=860).save(Path(__file__).with_suffix(".svg"))
 
 
 if __name__ == "__main__":

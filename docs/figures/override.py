@@ -52,14 +52,14 @@ def asked() -> str:
 
 def plans(name: str, path: sf.Path, reserves: tuple[tuple[float, float, float], ...]) -> list[tuple[str, ...]]:
     """Lines of the table: the plan without a reserve, then each of those with one."""
-    whole = sf.plan(path, LIMITS, "time-optimal", PERIOD)
+    whole = sf.plan(path, LIMITS, strategy="time-optimal", period=PERIOD)
     try:
         Override(LawCourse(path, whole), LIMITS)
         raise AssertionError("a plan without a reserve can be held: the page says that it cannot")
     except LimitsError:
         lines = [(name, "no reserve", f"{whole.duration:.3f} s", "cannot be held", "", "", "")]
     for acceleration, jerk, top in reserves:
-        law = sf.plan(path, with_reserve(LIMITS, top, acceleration, jerk), "time-optimal", PERIOD)
+        law = sf.plan(path, with_reserve(LIMITS, top, acceleration, jerk), strategy="time-optimal", period=PERIOD)
         more = 100.0 * (law.duration / whole.duration - 1.0)
         plan = f"{100.0 * acceleration:.0f} % A, {100.0 * jerk:.0f} % J" + (f", top = {top:g}" if top > 1.0 else "")
         usual = (acceleration, jerk, top) == USUAL
@@ -120,7 +120,7 @@ def faster(butterfly: sf.Path) -> str:
 
 def times(path: sf.Path, limits: sf.Limits, feed: float, strategy: str) -> tuple[float, float]:
     """How long a plan for that feed lasts, s, and how long it takes at the highest rate that its limits allow."""
-    law = sf.plan(path, with_reserve(replace(limits, feed=feed)), strategy, PERIOD)
+    law = sf.plan(path, with_reserve(replace(limits, feed=feed)), strategy=strategy, period=PERIOD)
     override = Override(LawCourse(path, law), limits, rate=FASTEST)
     ran = override.run(np.full(round(law.duration / PERIOD) + 1, FASTEST))
     assert override.done

@@ -15,7 +15,8 @@ from splinefeed.machine.parts import Axis, Drive
 from splinefeed.pipeline.experiment import PAPER_ERROR, PAPER_METHODS, Served, comparison, serve_methods
 from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 from splinefeed.report import theme
-from splinefeed.report.files import save_figure
+from splinefeed.report.figure import Axis as Scale
+from splinefeed.report.figure import Dots, Figure, Level, Line, Mark, Panel
 from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins
 
@@ -169,33 +170,21 @@ def cell(error: float, stable: bool) -> str:
 
 def draw_plants(found: dict[float, list[tuple[float, bool]]], torque: list[tuple[float, bool]]) -> None:
     """Error over the gain of the drive, stable plants only, with the paper's figure as a line."""
-    with theme.applied():
-        title = "Largest error of x and y on plants that the paper may have had (stable ones)"
-        figure = theme.new_figure(9.0, 4.0, title, gaps=(theme.LEFT, 0.0), grid=(1, 2))
-        left, right = figure.subplots(1, 2)
-        styles = ((theme.BLUE, "o-"), (theme.GREEN, "s-"), (theme.INK, "^-"), (theme.FAINT, "v-"))
-        for (lag, results), (colour, style) in zip(found.items(), styles, strict=True):
-            kept = [(gain, 1e3 * error) for gain, (error, stable) in zip(GAINS, results, strict=True) if stable]
-            left.plot(*np.transpose(kept), style, color=colour, markersize=4, label=f"lag {1e3 * lag:g} ms")
-        kept = [(each, 1e3 * error) for each, (error, stable) in zip(TORQUES, torque, strict=True) if stable]
-        right.plot(*np.transpose(kept), "o-", color=theme.BLUE, markersize=4, label="torque drives, heavier y")
-        for ax, label in ((left, "speed per volt (mm/s/V)"), (right, "torque per volt (N·m/V)")):
-            ax.axhline(1e3 * PAPER_ERROR, color=theme.VERMILION, linestyle=(0, (5, 3)), linewidth=1.0)
-            ax.annotate("the paper's 12.18 µm", (0.02, 1e3 * PAPER_ERROR), xycoords=("axes fraction", "data"),
-                        xytext=(0, 3), textcoords="offset points", color=theme.VERMILION, fontsize=8.5)  # fmt: skip
-            ax.set_xlabel(label)
-            ax.legend(fontsize=8.5)
-            ax.set_ylabel("largest error (µm)")
-        left.set_xscale("log")
-        left.set_yscale("log")
-        left.set_xticks(GAINS, [f"{gain:g}" for gain in GAINS])
-        left.set_yticks([10, 20, 50, 100, 200, 500, 1000], ["10", "20", "50", "100", "200", "500", "1000"])
-        left.set_xticks([], minor=True)
-        left.set_yticks([], minor=True)
-        right.set_ylim(bottom=0.0)
-        for axis in (right.xaxis, right.yaxis):
-            theme.plain_ticks(axis)
-    save_figure(figure, HERE / "plants.svg")
+    paper = Level(1e3 * PAPER_ERROR, "the paper's", always=True)
+    left: list[Mark] = [paper]
+    for (lag, results), colour in zip(found.items(), (theme.BLUE, theme.GREEN, theme.INK, theme.FAINT), strict=True):
+        kept = [(gain, 1e3 * error) for gain, (error, stable) in zip(GAINS, results, strict=True) if stable]
+        x, y = np.transpose(kept)
+        left += [Line(x, y, f"lag {1e3 * lag:g} ms", colour, named=True), Dots(x, y, colour=colour, size=5.0)]
+    x, y = np.transpose([(each, 1e3 * error) for each, (error, stable) in zip(TORQUES, torque, strict=True) if stable])
+    right = (paper, Line(x, y, "torque drives, heavier y", named=True), Dots(x, y, colour=theme.BLUE, size=5.0))
+    error = Scale("largest error (µm)", log=True)
+    panels = (
+        Panel(Scale("speed per volt (mm/s/V)", log=True), error, tuple(left), height=260),
+        Panel(Scale("torque per volt (N·m/V)"), error, right, height=260),
+    )
+    title = "Largest error of x and y on plants that the paper may have had (stable ones)"
+    Figure(title, panels, columns=2, width=860).save(HERE / "plants.svg")
 
 
 if __name__ == "__main__":

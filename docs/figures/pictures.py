@@ -7,10 +7,8 @@ from pathlib import Path
 import splinefeed as sf
 from splinefeed.pipeline.deviation import deviation
 from splinefeed.pipeline.experiment import serve_methods
-from splinefeed.report.files import save_figure
-from splinefeed.report.limits_figure import limits_figure
-from splinefeed.report.path_figure import path_figure
-from splinefeed.report.servo_figures import contour_figure, errors_figure
+from splinefeed.report.path_figures import contour_figure, limits_figure, path_figure
+from splinefeed.report.servo_figures import errors_figure
 
 HERE = Path(__file__).parent
 
@@ -19,11 +17,11 @@ def main() -> None:
     """Write all pictures beside this script."""
     experiment()
     airfoil = sf.run(sf.shapes.naca("0025", perimeter=33))
-    save_figure(path_figure(airfoil.path, airfoil.points), HERE / "airfoil-path.svg")
+    path_figure(airfoil).save(HERE / "airfoil-path.svg")
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
     butterfly = sf.run(sf.shapes.butterfly(), limits, strategy="time-optimal")
-    save_figure(path_figure(butterfly.path, butterfly.points), HERE / "butterfly-path.svg")
-    save_figure(limits_figure(butterfly.use, butterfly.points, "butterfly"), HERE / "butterfly-limits.svg")
+    path_figure(butterfly).save(HERE / "butterfly-path.svg")
+    limits_figure(butterfly.use, butterfly.points, "butterfly").save(HERE / "butterfly-limits.svg")
     law = butterfly.law
     print(f"butterfly: {law.duration:.3f} s, lower bound {law.settings['lower_bound_s']:.3f} s")
     classic = sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, acceleration=500, jerk=20000))
@@ -37,10 +35,10 @@ def experiment() -> None:
     run = sf.run(path)
     served = list(serve_methods(path, run.law, sf.Table.load("xytheta")))
     responses = {each.points.method: each.response for each in served}
-    save_figure(errors_figure(responses, "NACA 0025, 33 mm", "xytheta"), HERE / "experiment-errors.png")
+    errors_figure(responses, "NACA 0025, 33 mm", "xytheta").save(HERE / "experiment-errors.svg")
     beside = deviation(served[-1].response, path, served[-1].points.s)
     assert beside is not None
-    save_figure(contour_figure(beside, "NACA 0025, 33 mm", "xytheta"), HERE / "experiment-contour.png")
+    contour_figure(beside, "NACA 0025, 33 mm", "xytheta").save(HERE / "experiment-contour.svg")
 
 
 if __name__ == "__main__":

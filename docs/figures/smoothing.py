@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import splinefeed as sf
 from splinefeed.geometry.differential import curvatures
-from splinefeed.report.files import save_figure
+from splinefeed.report import theme
+from splinefeed.report.figure import Axis, Figure, Line, Panel
 
 PROGRAM = Path(__file__).parents[2] / "tests" / "data" / "gcode" / "cncjs_tball.gcode"
 TOLERANCE = 0.01
@@ -29,17 +29,14 @@ def main() -> None:
     inside = (s > FROM) & (s < TO)
     print(f"{len(path.curves)} curves, {len(path.stops)} stops; then {len(result.curves)} and {len(result.stops)}")
     print(f"drawn: up to {turn[window].max():.4g} 1/mm before, {bend[inside].max():.4g} 1/mm after")
-    figure, axes = plt.subplots(2, 1, figsize=(8.0, 4.8), sharex=True, layout="constrained")
-    axes[0].vlines(at[window], 0.0, turn[window], color="tab:red", linewidth=0.8)
-    axes[0].set_title(f"{PROGRAM.stem}: its lines, angle of each joint over the mean length beside it", fontsize=10)
-    axes[1].plot(s[inside], bend[inside], color="tab:blue", linewidth=1.2)
-    axes[1].set_title(f"smoothed by {1e3 * TOLERANCE:g} um", fontsize=10)
-    axes[1].set_xlabel("arc length, mm")
-    for each in axes:
-        each.set_ylabel("curvature, 1/mm")
-        each.set_ylim(bottom=0.0)
-        each.grid(alpha=0.3)
-    save_figure(figure, Path(__file__).with_suffix(".svg"))
+    joints, height = at[window], turn[window]
+    stems = np.column_stack([0.0 * height, height, np.nan * height]).ravel()
+    before = Line(np.repeat(joints, 3), stems, f"{PROGRAM.stem}: its lines, angle of each joint over the mean length "
+                  "beside it", theme.VERMILION, 1.0, named=True)  # fmt: skip
+    after = Line(s[inside], bend[inside], f"smoothed by {1e3 * TOLERANCE:g} µm", named=True)
+    along, curvature = Axis("arc length (mm)"), Axis("curvature (1/mm)", low=0.0)
+    panels = tuple(Panel(along, curvature, (line,)) for line in (before, after))
+    Figure("Curvature of a program before and after smoothing", panels).save(Path(__file__).with_suffix(".svg"))
 
 
 def turns(path: sf.Path) -> tuple[np.ndarray, np.ndarray]:

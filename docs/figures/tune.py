@@ -14,8 +14,7 @@ import splinefeed as sf
 from splinefeed.kernels import mechanics, servo
 from splinefeed.machine.parts import Axis
 from splinefeed.pipeline.tuning import PathTuning, tune_on_path
-from splinefeed.report.bode import bode_figure, step_figure
-from splinefeed.report.files import save_figure
+from splinefeed.report.servo_figures import bode_figure, step_figure
 from splinefeed.simulation.curves import hunts, rest_swing, tuned_axis
 from splinefeed.simulation.experiments import swept_sine
 from splinefeed.simulation.linear import Margins, margins
@@ -48,8 +47,8 @@ def main() -> None:
     put("gains", gains(x, old, calm, plain))
     put("path", on_path(plain, forward))
     tuned = [tuned_axis(a.old, a.axis, "rule path, NACA 0025", PERIOD) for a in plain.axes.values()]
-    save_figure(bode_figure(tuned[0], table.name), HERE / "tune-bode.svg")
-    save_figure(step_figure(tuned, table.name), HERE / "tune-step.svg")
+    bode_figure(tuned[0], table.name).save(HERE / "tune-bode.svg")
+    step_figure(tuned, table.name).save(HERE / "tune-step.svg")
 
 
 def gains(x: Axis, old: Tuning, calm: Tuning, path: PathTuning) -> str:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from matplotlib.figure import Figure
-
 import splinefeed as sf
-from splinefeed.report.path_figure import path_figure
+from splinefeed.report.figure import Figure
+from splinefeed.report.path_figures import path_figure
 
 
 def picture() -> Figure:
     """Plan under the limits of the axes, and draw where the tool is how fast."""
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
     run = sf.run(sf.shapes.butterfly(), limits, strategy="look-ahead")
-    return path_figure(run.path, run.points)
+    return path_figure(run)

@@ -6,9 +6,6 @@ import runpy
 import sys
 from pathlib import Path
 
-from splinefeed.report import theme
-from splinefeed.report.files import save_figure
-
 HERE = Path(__file__).parent
 
 
@@ -21,8 +18,7 @@ def main(names: list[str]) -> None:
     """Write the pictures beside their scripts."""
     for script in scripts():
         if not names or script.stem in names:
-            with theme.applied():
-                save_figure(runpy.run_path(str(script))["picture"](), script.with_suffix(".svg"))
+            runpy.run_path(str(script))["picture"]().save(script.with_suffix(".svg"))
             print(script.with_suffix(".svg").name)
 
 

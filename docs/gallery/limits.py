@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from matplotlib.figure import Figure
-
 import splinefeed as sf
-from splinefeed.report.limits_figure import limits_figure
+from splinefeed.report.figure import Figure
+from splinefeed.report.path_figures import limits_figure
 
 
 def picture() -> Figure:

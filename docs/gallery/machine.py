@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from matplotlib.figure import Figure
-
 import splinefeed as sf
 from splinefeed.pipeline.deviation import deviation
-from splinefeed.report.servo_figures import contour_figure
+from splinefeed.report.figure import Figure
+from splinefeed.report.path_figures import contour_figure
 
 
 def picture() -> Figure:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from matplotlib.figure import Figure
-
 import splinefeed as sf
-from splinefeed.report.figures import ripple_figure
+from splinefeed.report.figure import Figure
+from splinefeed.report.motion_figures import ripple_figure
 
 
 def picture() -> Figure:

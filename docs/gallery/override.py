@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import splinefeed as sf
 from splinefeed.feed.course import LawCourse
 from splinefeed.feed.override import Override
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.report import theme
+from splinefeed.report.figure import Axis, Figure, Line, Panel
 
 LIMITS = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500, axis_jerk=20000)
 PERIOD = 1e-3
@@ -26,15 +26,14 @@ def picture() -> Figure:
     ran = Override(LawCourse(path, law), LIMITS).run(rates[np.searchsorted(starts, t, side="right") - 1])
     t = t[: len(ran)]
     feed = np.diff(law(np.concatenate([[0.0], ran.tau]))) / PERIOD
-    figure = theme.new_figure(7.2, 4.4, "An ellipse under the knob", grid=(2, 1), gaps=(0.0, 0.55), titles=1)
-    above, below = figure.subplots(2, 1, sharex=True)
-    above.plot(t, feed, color=theme.BLUE)
-    above.set(title="feed, mm/s")
-    below.plot(t, ran.rate, color=theme.BLUE, label="rate")
-    below.step([*starts, t[-1]], [*rates, rates[-1]], where="post", color=theme.FAINT, lw=0.8, label="asked for")
-    below.set(title="rate of the plan's clock", xlabel="t, s")
-    below.legend(loc="center right")
-    for axes in (above, below):
-        theme.plain_ticks(axes.xaxis)
-        theme.plain_ticks(axes.yaxis)
-    return figure
+    when, asked = np.repeat([*starts, t[-1]], 2)[1:], np.repeat([*rates, rates[-1]], 2)[:-1]
+    time = Axis("time (s)")
+    rate = (
+        Line(t, ran.rate, "rate", named=True),
+        Line(when, asked, "asked for", theme.FAINT, 1.0, named=True),
+    )
+    panels = (
+        Panel(time, Axis("feed (mm/s)"), (Line(t, feed, "feed"),)),
+        Panel(time, Axis("rate of the plan's clock"), rate),
+    )
+    return Figure("An ellipse under the feedrate override", panels)

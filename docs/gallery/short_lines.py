@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import splinefeed as sf
 from splinefeed.report import theme
+from splinefeed.report.figure import Axis, Figure, Line, Panel
 
 LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 
@@ -16,20 +16,15 @@ def picture() -> Figure:
     x = np.arange(0.0, 40.1, 0.5)
     lines = sf.Path.polyline(np.column_stack([x, 5.0 * np.sin(0.1 * np.pi * x)]))
     smooth = lines.smoothed(0.01)
-    figure = theme.new_figure(
-        7.2, 4.6, "The same wave as lines, and as curves within 10 µm of them", grid=(2, 1), gaps=(0.0, 0.55), titles=1
-    )
-    above, below = figure.subplots(2, 1)
+    above, below = [], []
     for path, colour, label in ((lines, theme.VERMILION, "lines"), (smooth, theme.BLUE, "curves")):
         law = sf.plan(path, LIMITS, strategy="time-optimal", period=1e-3)
         points = sf.interpolate(path, law)
-        above.plot(points.t, points.feed, color=colour, label=f"{label}: {law.duration:.2f} s")
+        above.append(Line(points.t, points.feed, f"{label}: {law.duration:.2f} s", colour, named=True))
         shown = np.abs(points.position[:, 0] - 5.0) < 1.3
-        below.plot(*points.position[shown].T, color=colour, lw=1.0)
-    above.set(title="feed, mm/s", xlabel="t, s")
-    below.set(title="the first crest", xlabel="x, mm", ylabel="y, mm")
-    above.legend(loc="upper right")
-    for axes in (above, below):
-        theme.plain_ticks(axes.xaxis)
-        theme.plain_ticks(axes.yaxis)
-    return figure
+        below.append(Line(*points.position[shown].T, label, colour, 1.0))
+    panels = (
+        Panel(Axis("time (s)"), Axis("feed (mm/s)"), tuple(above)),
+        Panel(Axis("x (mm)"), Axis("the first crest: y (mm)"), tuple(below), height=190),
+    )
+    return Figure("The same wave as lines, and as curves within 10 µm of them", panels)

@@ -18,6 +18,7 @@ def used(path: sf.Path, limits: sf.Limits, strategy: str = "time-optimal"):
     return result, limit_use(result.motion, result.points, path, result.law, limits)
 
 
+@pytest.mark.slow
 def test_a_time_optimal_plan_is_bound_nearly_everywhere_and_never_above_its_curve():
     limits = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500, axis_jerk=20000)
     result, use = used(sf.shapes.butterfly(), limits)

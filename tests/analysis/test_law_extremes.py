@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,24 +10,30 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import splinefeed as sf
-from splinefeed.kernels import check as kernels
-from splinefeed.kernels.pieces import way_to_rest
-
-pytestmark = pytest.mark.nojit
+from splinefeed.analysis.check_bounds import Bounds, Worst
+from splinefeed.analysis.law_motion import LawMotion, breaks_apart
+from splinefeed.analysis.rows import Rows
 
 RADIUS = 2.0
 #: A quarter circle as a rational quadratic: its parameter does not go evenly, so that every term of the chain counts.
 ARC = sf.Path([sf.NurbsCurve.bezier([[0, 0], [RADIUS, 0], [RADIUS, RADIUS]], [1.0, math.sqrt(0.5), 1.0])])
 
 
-def extremes(path: sf.Path, breaks: list[float], coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    worst, jumps = np.zeros((kernels.AXES + 3 * len(path.axes), 4)), np.zeros((3, 3))
-    rows = len(path.table)
-    irregular = kernels.law_extremes(
-        np.array(breaks), coefficients, path.table, np.full(rows, 10.0), path.shape, 1e-14, worst, jumps
-    )
-    assert irregular == 0
-    return worst, jumps
+#: Limits that no motion of these tests reaches.
+WIDE = sf.Limits(
+    feed=10.0, acceleration=1e30, deceleration=1e30, jerk=1e30, deceleration_jerk=1e30, centripetal=1e30,
+    axis_velocity=1e30, axis_acceleration=1e30, axis_jerk=1e30,
+)  # fmt: skip
+
+
+def extremes(
+    path: sf.Path, breaks: list[float], coefficients: np.ndarray, limits: sf.Limits = WIDE, rounding: float = 1e-14
+) -> tuple[dict[str, Worst], LawMotion]:
+    law = sf.TimeLaw(breaks=breaks, coefficients=coefficients, strategy="test")
+    worsts = Bounds(path, limits, 0.0, 0.0).worsts()
+    motion = LawMotion(law, Rows(path), limits, path.axes, rounding)
+    motion.hold(worsts, None)
+    return worsts, motion
 
 
 @pytest.mark.parametrize("law", [[0, 2.0, 0.5, -0.3, 0.1, 0.02], [0, 0, 3.0, -0.8, 0.05, -0.01], [0, 1.5, 0, 0, 0, 0]])
@@ -45,22 +52,20 @@ def test_extremes_on_a_circle_are_those_of_sine_and_cosine(law: list[float]):
     axes = [first * v, first * a + second * v**2, first * j + 3.0 * second * v * a + third * v**3]
     for order, motion in enumerate(axes):
         for k in range(2):
-            found = worst[kernels.AXES + 2 * order + k]
+            found = worst[f"axis_{('velocity', 'acceleration', 'jerk')[order]}.{'xy'[k]}"]
             at = int(np.argmax(np.abs(motion[k])))
-            assert found[0] == pytest.approx(abs(motion[k, at]), rel=2e-4, abs=1e-9)
+            assert found.value == pytest.approx(abs(motion[k, at]), rel=2e-4, abs=1e-9)
             # and it is so large where it says
-            near = int(np.searchsorted(t, found[1]).clip(0, len(t) - 1))
-            assert abs(motion[k, near]) == pytest.approx(found[0], rel=1e-3, abs=1e-9)
-            assert found[2] == pytest.approx(float(s(found[1])), rel=1e-12, abs=1e-14)
-    assert worst[kernels.FEED, 0] == pytest.approx(np.max(v), rel=1e-6)
-    assert worst[kernels.SHARE, 0] == pytest.approx(np.max(v) / 10.0, rel=1e-6)
-    assert worst[kernels.SPEED_UP, 0] == pytest.approx(max(np.max(a), 0.0), rel=1e-6, abs=1e-12)
-    assert worst[kernels.SLOW_DOWN, 0] == pytest.approx(max(np.max(-a), 0.0), rel=1e-6, abs=1e-12)
-    assert worst[kernels.CENTRIPETAL, 0] == pytest.approx(np.max(v) ** 2 / RADIUS, rel=1e-6)
-    speeding = a > 1e-9
-    for row, chosen in ((kernels.JERK_UP, speeding), (kernels.JERK_DOWN, a < -1e-9)):
+            near = int(np.searchsorted(t, found.t).clip(0, len(t) - 1))
+            assert abs(motion[k, near]) == pytest.approx(found.value, rel=1e-3, abs=1e-9)
+            assert found.s == pytest.approx(float(s(found.t)), rel=1e-12, abs=1e-14)
+    assert worst["feed"].value == pytest.approx(np.max(v), rel=1e-6)
+    assert worst["acceleration"].value == pytest.approx(max(np.max(a), 0.0), rel=1e-6, abs=1e-12)
+    assert worst["deceleration"].value == pytest.approx(max(np.max(-a), 0.0), rel=1e-6, abs=1e-12)
+    assert worst["centripetal"].value == pytest.approx(np.max(v) ** 2 / RADIUS, rel=1e-6)
+    for name, chosen in (("jerk", a >= -1e-9), ("deceleration_jerk", a <= 1e-9)):
         wanted = float(np.max(np.abs(j[chosen]), initial=0.0))
-        assert worst[row, 0] == pytest.approx(wanted, rel=1e-4, abs=1e-9)
+        assert worst[name].value == pytest.approx(wanted, rel=1e-4, abs=1e-9)
 
 
 def test_jumps_between_pieces_are_told_by_how_much_and_where():
@@ -68,14 +73,16 @@ def test_jumps_between_pieces_are_told_by_how_much_and_where():
     # 1 s at 1 mm/s; then from 2 mm/s at 3 mm/s^2; then from 3 mm, a hundredth of a millimetre on, at a steady feed
     pieces = np.array([[0, 1, 0, 0, 0, 0], [1, 2, 1.5, 0, 0, 0], [3.010, 5.5, 0, 0, 0, 0]], dtype=np.float64)
     second = (-2.0 + math.sqrt(4.0 + 4.0 * 1.5 * 2.0)) / 3.0
-    worst, jumps = extremes(line, [0.0, 1.0, 1.0 + second, 1.2 + second], pieces)
+    breaks = [0.0, 1.0, 1.0 + second, 1.2 + second]
+    worst, motion = extremes(line, breaks, pieces)
+    jumps = list(breaks_apart(motion.law))
     feed = 2.0 + 3.0 * second
-    assert jumps[0] == pytest.approx([0.01, 1.0 + second, 3.0], rel=1e-9)
+    assert jumps[0] == pytest.approx((0.01, 1.0 + second, 3.0), rel=1e-9)
     steps = [(1.0, 1.0, 1.0), (5.5 - feed, 1.0 + second, 3.0)]
     assert jumps[1] == pytest.approx(max(steps), rel=1e-9)
-    assert jumps[2] == pytest.approx([3.0, 1.0, 1.0], rel=1e-9)
-    assert worst[kernels.AXES : kernels.AXES + 2, 0] == pytest.approx([0.8 * 5.5, 0.6 * 5.5], rel=1e-12)
-    assert worst[kernels.AXES + 2 : kernels.AXES + 4, 0] == pytest.approx([0.8 * 3.0, 0.6 * 3.0], rel=1e-12)
+    assert jumps[2] == pytest.approx((3.0, 1.0, 1.0), rel=1e-9)
+    assert [worst[f"axis_velocity.{axis}"].value for axis in "xy"] == pytest.approx([0.8 * 5.5, 0.6 * 5.5], rel=1e-12)
+    assert [worst[f"axis_acceleration.{axis}"].value for axis in "xy"] == pytest.approx([2.4, 1.8], rel=1e-12)
 
 
 def test_jerk_at_a_rest_on_a_knot_is_that_of_slowing_down():
@@ -84,44 +91,37 @@ def test_jerk_at_a_rest_on_a_knot_is_that_of_slowing_down():
     points = [[0.0], [knot / 2.0], [knot], [0.9], [1.0]]
     line = sf.Path([sf.NurbsCurve(2, [0, 0, 0, knot, knot, 1, 1, 1], points)], ("x",))
     law = np.array([[0.0, 1.0, -1.0 + 0.5e-11, 1.0 / 3.0, 0.0, 0.0]])
-    worst, _ = extremes(line, [0.0, 1.0], law)
-    assert worst[kernels.SPEED_UP, 0] == pytest.approx(1e-11, rel=1e-3)
-    assert worst[kernels.JERK_UP, 0] == 0.0
-    assert worst[kernels.JERK_DOWN, 0] == pytest.approx(2.0, rel=1e-12)
+    worst, _ = extremes(line, [0.0, 1.0], law, dataclasses.replace(WIDE, jerk=1e29))
+    assert worst["acceleration"].value == pytest.approx(1e-11, rel=1e-3)
+    assert worst["jerk"].value == 0.0
+    assert worst["deceleration_jerk"].value == pytest.approx(2.0, rel=1e-12)
 
 
-def test_between_two_cusps_the_way_to_them_is_told_by_the_third_derivative():
-    """x' = d (u^2 - g^2) / 2 has its zeros 2 d g^3 / 3 mm apart: from the middle, where x'' = 0, half of that."""
-    g, d = 1e-3, 4.0
-    half = d * g**3 / 3.0
-    assert way_to_rest(d * g * g / 2.0, 0.0, d) == pytest.approx(half, rel=1e-12)
-    for u in (0.3e-3, 0.9e-3):
-        c, b = d * (g * g - u * u) / 2.0, d * u
-        left = half - d * (g * g * u - u**3 / 3.0) / 2.0
-        assert way_to_rest(c, b, d) == pytest.approx(left, rel=1e-12)
-    # a parabola's cusp, c^2 / (2 b) away; a straight line has none
-    assert way_to_rest(3.0, 2.0, 0.0) == pytest.approx(9.0 / 4.0, rel=1e-12)
-    assert way_to_rest(1.0, 0.0, 0.0) == math.inf
-    assert way_to_rest(0.0, 0.0, 0.0) == 0.0
-
-
-def test_next_to_a_cusp_the_least_within_two_roundings_counts():
+def test_next_to_a_cusp_the_floor_is_what_a_rounding_of_s_makes():
     """x = (1 + w^2) / 2, a = (1 - w) / 2, w = 1 - 2 u: at d = w^2 / 2 in front of the cusp a_sss = 3 / (8 sqrt(2 d^5)).
 
-    From 40 to 25 roundings of 1e-6 in front of it, at 1 mm/s.
+    From 40 to 25 roundings of 1e-6 in front of it, at 1 mm/s: two roundings further it is less, and two are allowed.
     """
     path = sf.Path([sf.NurbsCurve.bezier([[1.0, 0.0], [0.0, 0.5], [1.0, 1.0]])], ("x", "a"))
-    worst, jumps = np.zeros((kernels.AXES + 6, 4)), np.zeros((3, 3))
-    law, feeds = np.array([[0.5 - 40e-6, 1.0, 0, 0, 0, 0]]), np.full(len(path.table), 10.0)
-    breaks = np.array([0.0, 15e-6])
-    assert kernels.law_extremes(breaks, law, path.table, feeds, path.shape, 1e-6, worst, jumps) == 0
-    assert worst[kernels.AXES + 5, 0] == pytest.approx(0.375 / math.sqrt(2.0 * 27e-6**5), rel=1e-6)
-    assert worst[kernels.AXES + 1, 0] == pytest.approx(0.5 / math.sqrt(2.0 * 27e-6), rel=1e-6)
-    assert worst[kernels.AXES, 0] == pytest.approx(1.0, rel=1e-9)
-    # exactly known, it is what it is there; and where a cusp can be within the rounding, nothing
-    assert kernels.law_extremes(breaks, law, path.table, feeds, path.shape, 0.0, worst, jumps) == 0
-    assert worst[kernels.AXES + 5, 0] == pytest.approx(0.375 / math.sqrt(2.0 * 25e-6**5), rel=1e-6)
-    assert kernels.law_extremes(breaks, law, path.table, feeds, path.shape, 2e-6, worst, jumps) > 0
+    law, breaks = np.array([[0.5 - 40e-6, 1.0, 0, 0, 0, 0]]), [0.0, 15e-6]
+    limits = sf.Limits(feed=1e30, axis_velocity={"x": 0.5, "a": 0.5}, axis_jerk={"x": 1.0, "a": 1.0})
+
+    def jerk(d: float) -> float:
+        return 0.375 / math.sqrt(2.0 * d**5)
+
+    worst, motion = extremes(path, breaks, law, limits, rounding=1e-6)
+    assert motion.irregular == 0
+    found = worst["axis_jerk.a"]
+    assert found.value == pytest.approx(jerk(25e-6), rel=1e-6)
+    assert found.value - found.floor == pytest.approx(jerk(27e-6), rel=1e-6)
+    found = worst["axis_velocity.a"]
+    assert found.value - found.floor == pytest.approx(0.5 / math.sqrt(2.0 * 27e-6), rel=1e-6)
+    assert worst["axis_velocity.x"].value == pytest.approx(1.0, rel=1e-9)
+    # exactly known, it is what it is there; and where a cusp can be within 16 roundings, nothing
+    assert extremes(path, breaks, law, limits, rounding=0.0)[0]["axis_jerk.a"].floor == 0.0
+    worst, motion = extremes(path, breaks, law, limits, rounding=2e-6)
+    assert motion.irregular > 0
+    assert worst["axis_jerk.a"].value < jerk(31e-6)
 
 
 @pytest.mark.parametrize(("roundings", "counted"), [(0.4, False), (4.0, True)])
@@ -132,7 +132,7 @@ def test_an_acceleration_within_the_rounding_of_its_instant_is_nobody_s(rounding
     end = begin + 4.3e-9
     above = roundings * np.finfo(float).eps * end * jerk
     a = above - jerk * (end - begin)
-    worst, _ = extremes(line, [begin, end], np.array([[1.0, 1.0, a / 2.0, jerk / 6.0, 0.0, 0.0]]))
-    assert worst[kernels.JERK_DOWN, 0] == pytest.approx(jerk, rel=1e-12)
-    assert worst[kernels.JERK_UP, 0] == (pytest.approx(jerk, rel=1e-12) if counted else 0.0)
-    assert worst[kernels.SPEED_UP, 0] == pytest.approx(above, rel=1e-6)
+    law = np.array([[1.0, 1.0, 0, 0, 0, 0], [1.0 + begin, 1.0, a / 2.0, jerk / 6.0, 0, 0]])
+    worst, _ = extremes(line, [0.0, begin, end], law, dataclasses.replace(WIDE, jerk=1e29))
+    assert worst["deceleration_jerk"].value == pytest.approx(jerk, rel=1e-12)
+    assert worst["jerk"].value == (pytest.approx(jerk, rel=1e-12) if counted else 0.0)

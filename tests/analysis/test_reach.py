@@ -7,12 +7,15 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.analysis.contour import ContourMeter
-from splinefeed.kernels.contour import _reach
-
-pytestmark = pytest.mark.nojit
+from splinefeed.analysis.rows import Rows
+from splinefeed.analysis.search import Search
 
 #: 10 mm along x, a quarter turn of a at x = 10, which counts 90 mm, and 10 mm more.
 PATH = sf.Path.polyline(np.array([[0, 0, 0], [10, 0, 0], [10, 0, np.pi / 2], [20, 0, np.pi / 2]]), ("x", "y", "a"))
+
+
+def reached(path: sf.Path, hint: float, half: float, way: int) -> float:
+    return float(Search(path, Rows(path)).reach(np.array([hint]), np.array([half]), way)[0])
 
 
 @pytest.mark.parametrize(
@@ -20,12 +23,12 @@ PATH = sf.Path.polyline(np.array([[0, 0, 0], [10, 0, 0], [10, 0, np.pi / 2], [20
     [(5.0, 1, 5 + 90 + 3.0), (105.0, -1, 5 + 90 + 3.0), (1.0, 1, 8.0), (107.0, -1, 7 + 90 + 1.0), (101.0, 1, 8.0)],
 )
 def test_a_reach_of_8_mm_does_not_count_the_turn(hint, way, reach):
-    assert _reach(PATH.table, PATH.shape, hint, 8.0, way) == pytest.approx(reach, abs=1e-9)
+    assert reached(PATH, hint, 8.0, way) == pytest.approx(reach, abs=1e-9)
 
 
 def test_without_rotary_axes_it_is_what_was_asked():
     path = sf.Path.polyline(np.array([[0.0, 0.0], [10.0, 0.0]]))
-    assert _reach(path.table, path.shape, 5.0, 8.0, 1) == 8.0
+    assert reached(path, 5.0, 8.0, 1) == 8.0
 
 
 @pytest.mark.parametrize("backwards", [False, True])

@@ -54,7 +54,7 @@ def test_what_people_read_and_what_is_left(splinefeed, folder, setpoints):
     assert "contour" in heads
     # the files of the run in the same folder stay
     assert {each.name for each in (folder / "made").iterdir()} >= {
-        "contour.png", "contour.svg", "errors.png", "errors.svg",
+        "contour.svg", "errors.svg",
         "follow.json", "response.h5", "run.json", "setpoints.h5",
     }  # fmt: skip
     again = splinefeed("follow", setpoints, "--machine", "lintable", "-o", "made", "--no-figures", "--linear")
@@ -87,7 +87,7 @@ def test_a_run_away_is_said_and_what_there_is_is_written(splinefeed, folder, set
     response = sf.load("splinefeed-smooth-on-mine/response.h5")
     assert 0 < len(response) < len(sf.load(setpoints))
     assert response.stopped is not None
-    assert (folder / "splinefeed-smooth-on-mine/errors.png").is_file()
+    assert (folder / "splinefeed-smooth-on-mine/errors.svg").is_file()
 
 
 def test_bad_input(refused, folder, setpoints):

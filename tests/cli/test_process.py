@@ -11,14 +11,9 @@ from pathlib import Path
 
 import pytest
 
-import splinefeed as sf
 from splinefeed.cli.progress import COMPILING
 
-ENVIRONMENT = {
-    **os.environ,
-    "PYTHONPATH": str(Path(sf.__file__).parents[1]),
-    "PYTHONWARNINGS": "error",
-}
+ENVIRONMENT = {**os.environ, "PYTHONWARNINGS": "error"}
 COMMAND = [sys.executable, "-m", "splinefeed"]
 
 
@@ -54,37 +49,88 @@ def test_help_imports_nothing_heavy():
     assert result.stdout.splitlines()[-1] == "[]"
 
 
-def test_plotting_is_imported_only_where_it_is_drawn(folder):
+def test_no_plotting_library_is_imported_for_a_run_and_its_figures(folder):
     code = (
         "import sys\n"
         "from splinefeed.cli.main import command_line\n"
         "try:\n"
-        "    command_line.main(['run', 'smooth.json', '--no-figures', '--json'])\n"
+        "    command_line.main(['run', 'smooth.json', '--json'])\n"
         "finally:\n"
-        "    sys.exit('matplotlib' in sys.modules)\n"
+        "    sys.exit(bool({'matplotlib', 'plotly'} & set(sys.modules)))\n"
     )
     result = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, check=False)
     assert result.returncode == 0
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and signals of POSIX")
-@pytest.mark.parametrize("words", [["methods"], ["plan", "smooth.json", "--json"]])
-def test_a_reader_that_goes_away_is_no_error(folder, words):
+@pytest.mark.parametrize("buffered", [True, False])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--help"],
+        ["--version"],
+        ["run", "--help"],
+        ["methods"],
+        ["plan", "smooth.json", "--json"],
+        ["run", "smooth.json", "--method", "taylor-1", "--no-figures", "--no-compare", "--json"],  # a limit is exceeded
+    ],
+    ids=" ".join,
+)
+def test_a_reader_that_goes_away_is_no_error(folder, words, buffered):
     read, write = os.pipe()
     os.close(read)
+    environment = {**ENVIRONMENT, **({} if buffered else {"PYTHONUNBUFFERED": "1"})}
     process = subprocess.run(
-        [*COMMAND, *words], env=ENVIRONMENT, stdout=write, stderr=subprocess.PIPE, text=True, check=False
+        [*COMMAND, *words], env=environment, stdout=write, stderr=subprocess.PIPE, text=True, check=False
     )
     os.close(write)
-    assert process.stderr == ""
+    assert all(line.startswith("splinefeed: ") for line in process.stderr.splitlines())  # progress, and no complaint
     assert process.returncode == 141
 
 
+@pytest.mark.skipif(os.name != "posix", reason="pipes of POSIX")
+def test_an_error_is_told_though_the_reader_went_away():
+    read, write = os.pipe()
+    os.close(read)
+    process = subprocess.run(
+        [*COMMAND, "info", "nothing.json"],
+        env=ENVIRONMENT,
+        stdout=write,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    os.close(write)
+    assert process.returncode == 2
+    assert process.stderr == "splinefeed: nothing.json: there is no such file; check the name and the folder\n"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes of POSIX")
+def test_nobody_reads_errors_either(folder):
+    read, write = os.pipe()
+    os.close(read)
+    process = subprocess.run(
+        [*COMMAND, "info", "nothing.json"], env=ENVIRONMENT, stdout=write, stderr=write, check=False
+    )
+    os.close(write)
+    assert process.returncode == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell of POSIX")
+def test_without_stdout_nothing_is_printed(folder):
+    shell = ["sh", "-c", '"$@" >&-', "sh"]
+    process = subprocess.run(
+        [*shell, *COMMAND, "methods"], env=ENVIRONMENT, stderr=subprocess.PIPE, text=True, check=False
+    )
+    assert (process.returncode, process.stderr) == (0, "")
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-def test_a_full_output_is_one_line():
+@pytest.mark.parametrize("words", [["methods"], ["--help"]])
+def test_a_full_output_is_one_line(words):
     with open("/dev/full", "w") as full:
         result = subprocess.run(
-            [*COMMAND, "methods"], env=ENVIRONMENT, stdout=full, stderr=subprocess.PIPE, text=True, check=False
+            [*COMMAND, *words], env=ENVIRONMENT, stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert result.returncode == 2
     assert result.stderr == "splinefeed: output: no space is left on the disk; free some or write elsewhere\n"

@@ -8,11 +8,9 @@ import re
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis.binding import limit_use
-from splinefeed.analysis.motion import axis_motion
-from splinefeed.report.figures import feed_figure
-from splinefeed.report.limits_figure import binding_figure, limits_figure
-from splinefeed.report.path_figure import path_figure
+from splinefeed.report.motion_figures import motion_figure
+from splinefeed.report.path_figures import binding_figure, limits_figure, path_figure
+from splinefeed.report.svg import to_text
 
 LIMITS = ["--feed", "90", "--accel", "500", "--jerk", "20000"]
 MILLIMETRES = re.compile(r"\d mm\b|\bmm/s|\(mm|\(1/mm")
@@ -58,17 +56,11 @@ def test_the_report_is_in_degrees(splinefeed, table, folder):
 
 
 def test_figures_are_in_degrees(table):
-    limits = sf.Limits(feed=90, acceleration=500, jerk=20000)
-    law = sf.plan(table, limits, period=1e-3)
-    points = sf.interpolate(table, law)
-    use = limit_use(axis_motion(points, table, law), points, table, law, limits)
+    run = sf.run(table, sf.Limits(feed=90, acceleration=500, jerk=20000), period=1e-3)
     for figure in (
-        feed_figure(law, limits, "table", "deg"),
-        limits_figure(use, points, "table"),
-        binding_figure(use, table, points),
-        path_figure(table, points),
+        motion_figure(run),
+        limits_figure(run.use, run.points, "table"),
+        binding_figure(run),
+        path_figure(run),
     ):
-        texts = [text.get_text() for text in figure.texts] + [figure.get_suptitle()]
-        for ax in figure.axes:
-            texts += [ax.get_xlabel(), ax.get_ylabel(), ax.get_title(), *(text.get_text() for text in ax.texts)]
-        assert not [text for text in texts if MILLIMETRES.search(text)]
+        assert not [text for text in re.findall(r"<text[^>]*>([^<]*)<", to_text(figure)) if MILLIMETRES.search(text)]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import sys
 
 import numpy as np
 import pytest
 
 import splinefeed as sf
 from splinefeed.pipeline.compare import BESIDE_A_RUN
-from splinefeed.report import files, record
+from splinefeed.report import files, record, saving
 
 LIMITS = ["--feed", "3600mm/min", "--accel", "0.5m/s^2", "--jerk", "20000"]
 
@@ -72,8 +73,8 @@ def test_what_people_read(splinefeed, folder):
     assert "the limit of 60 mm/s is never reached" in lines[1] or "feed limit of 60 mm/s reached" in lines[1]
     for name in ("feed", "acceleration", "deceleration", "jerk", "x", "y", *BESIDE_A_RUN):
         assert any(line.split()[:1] == [name] for line in lines)
-    assert "wrote out/setpoints.h5 out/law.h5 out/path.svg out/path.png " in text
-    drawn = {f"{n}.{suffix}" for n in ("path", "feed", "axes", "ripple") for suffix in files.FIGURE_FORMATS}
+    assert "wrote out/setpoints.h5 out/law.h5 out/path.svg out/motion.svg " in text
+    drawn = {f"{name}.svg" for name in ("path", "motion", "ripple")}
     assert {each.name for each in (folder / "out").iterdir()} == {
         "run.json",
         "setpoints.h5",
@@ -109,11 +110,34 @@ def test_a_folder_that_is_not_ours_is_refused(refused, folder):
     assert refused("run", "smooth.json", "-o", "no/where").startswith("no/where: the folder no does not exist")
 
 
+def test_without_the_extra_the_rest_is_done_and_the_mend_is_said(splinefeed, folder, monkeypatch):
+    for name in ("matplotlib", "plotly"):
+        monkeypatch.setitem(sys.modules, name, None)
+    result = splinefeed("run", "smooth.json", "--no-compare", "--figures", "svg", "--figures", "pdf", "-o", "out")
+    assert result.exit_code == 0
+    assert result.stdout.rstrip().endswith("out/path.svg out/motion.svg out/run.json")
+    for lacking in ("no report.html: it needs Plotly", "no figures as pdf: they need Matplotlib"):
+        assert f'{lacking}, pip install "splinefeed[plots]"' in " ".join(result.stdout.split())
+    quiet = splinefeed("run", "smooth.json", "--no-compare", "--no-figures", "-o", "out")
+    assert "plots" not in quiet.stdout
+
+
+def test_formats_of_figures(splinefeed, folder, refused):
+    words = ("run", "smooth.json", "--no-compare", "-o", "out")
+    splinefeed(*words, "--figures", "png", "--figures", "pdf")
+    drawn = {f"{name}.{form}" for name in ("path", "motion") for form in ("png", "pdf")}
+    assert {each.name for each in (folder / "out").iterdir()} >= drawn
+    splinefeed(*words)
+    assert not drawn & {each.name for each in (folder / "out").iterdir()}
+    line = refused(*words, "--figures", "png", "--no-figures")
+    assert line == "--no-figures: draws nothing; leave it out, or --figures"
+
+
 def test_ctrl_c_leaves_nothing(splinefeed, folder, monkeypatch):
     def interrupt(*_args, **_kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(files, "save_figure", interrupt)
+    monkeypatch.setattr(saving, "save_figure", interrupt)
     result = splinefeed("run", "smooth.json", "--no-compare")
     assert result.exit_code == 130
     assert result.stdout == ""
@@ -225,16 +249,18 @@ def test_limits_from_a_file_and_from_options(splinefeed, folder):
     again = json.loads(checked.stdout)["limits"]
     assert set(again) == set(page["limits"])
     for name, each in again.items():
-        assert each["worst"] == pytest.approx(page["limits"][name]["worst"], rel=1e-3)
-    along = ["--axis-jerk", "x=9000", "--strategy", "seven-phase", "--accel", "500", "--jerk", "20000"]
+        assert each["worst"] == pytest.approx(page["limits"][name]["worst"], rel=5e-3)
     command = shlex.split(page["command"])
     repeated = json.loads(splinefeed(*command[1:], "-o", "again", "--no-figures", "--no-compare", "--json").stdout)
     assert repeated["settings"]["limits"] == page["settings"]["limits"]
     assert repeated["duration_s"] == page["duration_s"]
-    replaced = json.loads(splinefeed(*words, "-o", "out", *along).stdout)
-    assert not replaced["ok"]
+    replaced = json.loads(splinefeed(*words, "-o", "out", "--axis-jerk", "x=9000").stdout)
+    assert replaced["ok"]
     assert replaced["limits"]["axis_jerk.x"]["limit"] == 9000.0
     assert "axis_jerk.y" not in replaced["limits"]
+    refused = splinefeed(*words, "-o", "out", "--strategy", "seven-phase", "--accel", "500", "--jerk", "20000")
+    assert refused.exit_code == 2
+    assert "axis_velocity, axis_acceleration, axis_jerk: the seven-phase strategy cannot hold them" in refused.stderr
 
 
 def test_a_run_folder_checks_as_the_run_said(splinefeed, folder):

@@ -90,25 +90,11 @@ def test_a_source_is_planned_for_the_axes_of_its_machine(splinefeed, folder):
     assert own["limits"]["axis_jerk.x"]["limit"] == 100000.0
     plan = page_of(splinefeed("plan", "smooth.json", "--machine", "xytheta", "--axis-accel", "300", "--json"))
     assert plan["duration_s"] == own["duration_s"]
-    seven = page_of(
-        splinefeed(
-            "run",
-            "smooth.json",
-            "--machine",
-            "xytheta",
-            "--strategy",
-            "seven-phase",
-            "--accel",
-            "50",
-            "--jerk",
-            "2000",
-            "--json",
-            *QUIET,
-            "-o",
-            "out",
-        )
-    )
-    assert seven["strategy"] == "seven-phase"
+    words = ["run", "smooth.json", "--machine", "xytheta", "--strategy", "seven-phase", *QUIET, "-o", "seven"]
+    refused = splinefeed(*words, "--accel", "50", "--jerk", "2000")
+    assert refused.exit_code == 2
+    assert "axis_velocity, axis_acceleration, axis_jerk: the seven-phase strategy cannot hold them" in refused.stderr
+    assert not (folder / "seven").exists()
 
 
 def test_one_number_for_all_axes_leaves_theta_its_own(splinefeed, folder):
@@ -131,7 +117,7 @@ def test_a_run_away_is_exit_code_1_and_all_files_are_there(splinefeed, folder):
     assert "NOT KEPT: an axis ran away" in result.stdout
     assert "axis x: gains unstable" in result.stdout
     assert sf.load("out/response.h5").stopped is not None
-    assert {"errors.png", "contour.svg", "setpoints.h5", "run.json"} <= {
+    assert {"errors.svg", "contour.svg", "setpoints.h5", "run.json"} <= {
         each.name for each in (folder / "out").iterdir()
     }
 

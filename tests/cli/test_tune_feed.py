@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.formats import limits_toml
 
-LIMITS = ("--strategy", "seven-phase", "--accel", "500", "--jerk", "20000")
+LIMITS = ("--strategy", "look-ahead", "--accel", "500", "--jerk", "20000")
 WORDS = ("smooth.json", "--machine", "xytheta", *LIMITS)
 
 
@@ -21,7 +21,7 @@ def test_what_is_found_can_be_run(splinefeed, folder):
     assert page["ok"] is True
     assert page["best"]["contour_error_max_mm"] <= 0.02 == page["contour_tolerance_mm"]
     assert sorted(each.name for each in (folder / "out").iterdir()) == [
-        "feed-curve.png", "feed-curve.svg", "limits.toml", "response.h5", "setpoints.h5", "tune-feed.json",
+        "feed-curve.svg", "limits.toml", "response.h5", "setpoints.h5", "tune-feed.json",
     ]  # fmt: skip
     assert limits_toml.read("out/limits.toml").as_dict() == page["limits"]
     assert np.max(sf.load("out/response.h5").contour_error) == page["best"]["contour_error_max_mm"]
@@ -35,7 +35,7 @@ def test_what_is_found_can_be_run(splinefeed, folder):
 def test_what_people_read(splinefeed, folder):
     result = splinefeed("tune-feed", *WORDS, "--contour-tolerance", "20um", "--vary", "feed", "--no-figures")
     text = result.stdout
-    assert text.startswith("smooth on xytheta, contour error within 20 um, seven-phase\n")
+    assert text.startswith("smooth on xytheta, contour error within 20 um, look-ahead\n")
     assert result.exit_code in (0, 1)
     assert ("\nbest " in text) == (result.exit_code == 0)
     nothing = splinefeed("tune-feed", *WORDS, "--contour-tolerance", "1nm", "--no-figures", "-o", "none")

@@ -17,7 +17,7 @@ MARKER = re.compile(r"^<!-- (/?)(\w+):([\w-]+) -->$", re.MULTILINE)
 #: The names of the parts that a script fills, as the calls that fill them have them.
 FILLED = re.compile(r"""(?:\bput\(|@tells\(|write_into\(PAGE, )"([\w-]+)\"""")
 #: Programs of the tests that fill parts as the benchmarks do.
-MAKERS = ("lines.py", "mutants.py", "torture.py")
+MAKERS = ("torture.py",)
 FIGURES = ROOT / "docs" / "figures"
 
 
@@ -55,7 +55,7 @@ def test_each_benchmark_has_its_place():
     assert placed == parts("benchmarks")
 
 
-LONG = [pytest.param(script, marks=pytest.mark.torture) for script in ("override", "paper", "tune")]
+LONG = [pytest.param(script, marks=pytest.mark.slow) for script in ("override", "paper", "tune")]
 
 
 @pytest.mark.timeout(1200)

@@ -6,7 +6,6 @@ import json
 import re
 import shutil
 
-import matplotlib.pyplot as plt
 import pytest
 from click.testing import CliRunner
 
@@ -29,8 +28,7 @@ def workplace(tmp_path, monkeypatch):
     for sample, file in SAMPLES.items():
         shutil.copy(ROOT / file, tmp_path / sample)
     monkeypatch.chdir(tmp_path)
-    yield tmp_path
-    plt.close("all")
+    return tmp_path
 
 
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=name)

@@ -16,7 +16,7 @@ CURVE = [(0, 0), (3, 1), (7, -2), (10, 4)]
 
 def held(path: sf.Path, limits: sf.Limits, strategy: str) -> float:
     """The duration, s, of a plan in which the check finds nothing."""
-    law = sf.plan(path, limits, strategy, period=PERIOD)
+    law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
     verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
     assert verdict.ok, verdict.problems
     return law.duration
@@ -42,7 +42,9 @@ def test_a_chord_error_across_turns_that_are_no_stops(chord, angle):
     curves = [sf.NurbsCurve.bezier(LINE), sf.NurbsCurve.bezier([(10, 0), np.array([10, 0]) + 10.0 * course])]
     path = sf.Path(curves)
     limits = sf.Limits(feed=50, acceleration=500, jerk=10000, chord_error=chord)
-    free = sf.plan(path, sf.Limits(feed=50, acceleration=500, jerk=10000), "look-ahead", PERIOD).duration
+    free = sf.plan(
+        path, sf.Limits(feed=50, acceleration=500, jerk=10000), strategy="look-ahead", period=PERIOD
+    ).duration
     assert held(path, limits, "look-ahead") <= 1.5 * free  # no slower than a stop there
 
 

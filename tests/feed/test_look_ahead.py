@@ -19,7 +19,7 @@ PATHS = {"butterfly": cases.butterfly(), "airfoil12": cases.airfoil12()}
 
 def checked(path: Path, limits: sf.Limits, period: float = PERIOD) -> sf.TimeLaw:
     """The law, once the independent check has found nothing."""
-    law = sf.plan(path, limits, "look-ahead", period=period)
+    law = sf.plan(path, limits, strategy="look-ahead", period=period)
     verdict = sf.check(sf.interpolate(path, law), path, limits, law)
     assert verdict.ok, verdict.problems
     return law
@@ -48,9 +48,13 @@ def arc(center: tuple[float, float], radius: float, start: float, turn: float) -
 def test_a_straight_line_is_the_seven_phase_profile():
     path = Path([line((0, 0), (60, 80))])
     limits = sf.Limits(feed=60, acceleration=500, jerk=20000)
-    assert sf.plan(path, limits, "look-ahead").duration == pytest.approx(sf.plan(path, limits).duration, rel=1e-12)
+    assert sf.plan(path, limits, strategy="look-ahead").duration == pytest.approx(
+        sf.plan(path, limits).duration, rel=1e-12
+    )
     axes = sf.Limits(feed=60, axis_acceleration=400, axis_jerk=16000)  # y takes 0.8 of what the path does
-    assert sf.plan(path, axes, "look-ahead").duration == pytest.approx(sf.plan(path, limits).duration, rel=1e-12)
+    assert sf.plan(path, axes, strategy="look-ahead").duration == pytest.approx(
+        sf.plan(path, limits).duration, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1.0, 1e3, 1e6])
@@ -137,12 +141,12 @@ def check_random(seed: int) -> None:
     rng = np.random.default_rng(seed)
     path = random_path(rng)
     limits = random_limits(rng, path)
-    law = sf.plan(path, limits, "look-ahead", PERIOD)
+    law = sf.plan(path, limits, strategy="look-ahead", period=PERIOD)
     verdict = sf.check(sf.interpolate(path, law), path, limits, law)
     assert verdict.ok, (seed, verdict.problems)
 
 
-@pytest.mark.parametrize("block", range(10))
+@pytest.mark.parametrize("block", [0, *(pytest.param(block, marks=pytest.mark.slow) for block in range(1, 10))])
 def test_random_curves_and_limits(block):
     for seed in range(10 * block, 10 * block + 10):
         check_random(seed)
@@ -217,7 +221,7 @@ def judge(seed: int) -> str:
     """Plan and check a random motion: "ok", "long", or why it was refused; anything else is a failure."""
     motion = random_motions.motion(seed, ("look-ahead",))
     try:
-        law = sf.plan(motion.path, motion.limits, "look-ahead", period=motion.period)
+        law = sf.plan(motion.path, motion.limits, strategy="look-ahead", period=motion.period)
     except sf.errors.PlanError as error:
         assert any(why in str(error) for why in REASONS), (seed, str(error))
         return "refused"
@@ -244,27 +248,14 @@ def test_what_no_law_can_do_is_refused(seed):
     assert judge(seed) == "refused"
 
 
-@pytest.mark.torture
-@pytest.mark.timeout(24 * 3600)
-def test_random_motions_of_every_kind_many():
-    random_motions.hammer(judge)
-
-
-@pytest.mark.torture
-@pytest.mark.timeout(7200)
-def test_random_curves_and_limits_many():
-    for seed in range(1000, 11000):
-        check_random(seed)
-
-
 def test_bad_input():
     path = motions.smooth()
     with pytest.raises(sf.errors.LimitsError, match="the look-ahead strategy needs a limit on acceleration or jerk"):
-        sf.plan(path, sf.Limits(feed=60), "look-ahead")
+        sf.plan(path, sf.Limits(feed=60), strategy="look-ahead")
     with pytest.raises(
-        sf.errors.PlanError, match=r"no feed was found .* from 60 mm/s; ask for slower feeds at the ends"
+        sf.errors.PlanError, match=r"start_feed is 60 mm/s; .* allow at most 1\d\.\d+ mm/s there; lower it"
     ):
-        sf.plan(path, sf.Limits(feed=60, acceleration=1, jerk=1, start_feed=60), "look-ahead")
+        sf.plan(path, sf.Limits(feed=60, acceleration=1, jerk=1, start_feed=60), strategy="look-ahead")
     jumping = Path([line((0, 0), (30, 0)), arc((30, 5), 5, -np.pi / 2, np.pi / 2)])
     with pytest.raises(sf.errors.LimitsError, match=r"the curvature jumps at s = 30 mm, where axis jerk is infinite"):
-        sf.plan(jumping, sf.Limits(feed=60, axis_jerk=20000), "look-ahead")
+        sf.plan(jumping, sf.Limits(feed=60, axis_jerk=20000), strategy="look-ahead")

@@ -20,6 +20,7 @@ from splinefeed.kernels import look_ahead_samples as samples
 from splinefeed.kernels.look_ahead_bounds import CAP, JUMPS
 from splinefeed.kernels.look_ahead_cells import PLACES
 from splinefeed.kernels.look_ahead_path import AT_CORNER, CENTRIPETAL, FEED, OF_AXES
+from splinefeed.kernels.pieces import way_to_rest
 
 pytestmark = pytest.mark.nojit
 
@@ -316,3 +317,18 @@ def test_only_what_is_straight_all_over_gets_the_exact_profile():
     still = sf.Path([sf.NurbsCurve.bezier([[0, 0], [0, 0], [2, 0]])])  # C' = 0 where it begins
     for other in (turned, bent, still):
         assert steady(other, limits, np.full((len(other.table), 2), math.inf)) == 0
+
+
+def test_between_two_cusps_the_way_to_them_is_told_by_the_third_derivative():
+    """x' = d (u^2 - g^2) / 2 has its zeros 2 d g^3 / 3 mm apart: from the middle, where x'' = 0, half of that."""
+    g, d = 1e-3, 4.0
+    half = d * g**3 / 3.0
+    assert way_to_rest(d * g * g / 2.0, 0.0, d) == pytest.approx(half, rel=1e-12)
+    for u in (0.3e-3, 0.9e-3):
+        c, b = d * (g * g - u * u) / 2.0, d * u
+        left = half - d * (g * g * u - u**3 / 3.0) / 2.0
+        assert way_to_rest(c, b, d) == pytest.approx(left, rel=1e-12)
+    # a parabola's cusp, c^2 / (2 b) away; a straight line has none
+    assert way_to_rest(3.0, 2.0, 0.0) == pytest.approx(9.0 / 4.0, rel=1e-12)
+    assert way_to_rest(1.0, 0.0, 0.0) == math.inf
+    assert way_to_rest(0.0, 0.0, 0.0) == 0.0

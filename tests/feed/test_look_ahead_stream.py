@@ -67,9 +67,10 @@ def test_how_the_path_is_cut_does_not_matter(window):
         if window == 600:
             t = np.linspace(0, min(law.duration, laws[0].duration), 10_001)
             assert law(t) == pytest.approx(laws[0](t), abs=1e-4)
-    planned = sf.plan(path, LIMITS, "look-ahead", period=PERIOD)
+    planned = sf.plan(path, LIMITS, strategy="look-ahead", period=PERIOD)
     if window == 600:
-        assert laws[0].duration == pytest.approx(planned.duration, rel=5e-3)
+        # a stream sets half of the jerk aside for jumps of the curvature; a plan shares it with them
+        assert planned.duration < laws[0].duration < 1.15 * planned.duration
 
 
 @pytest.mark.parametrize("count", [1, 3, 11, 26, 53])
@@ -115,14 +116,6 @@ def test_memory_and_work_a_curve_do_not_grow_on_an_endless_path():
     # the mix of lines and arcs varies from hundred to hundred
     assert np.mean(work[4:]) <= 1.2 * np.mean(work[:4])
     assert max(work) <= 2.0 * float(np.mean(work))
-
-
-@pytest.mark.torture
-@pytest.mark.timeout(7200)
-def test_memory_does_not_grow_over_very_many_curves():
-    rows, work = run_long(100_000)
-    assert max(rows[500:]) <= max(rows[:500])
-    assert np.mean(work[500:]) <= 1.05 * np.mean(work[:500])
 
 
 def test_stops_dwells_and_feeds_of_a_program():

@@ -20,10 +20,11 @@ from splinefeed.feed.window import nearby, solve
 PERIOD = 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "setting"), REFERENCE)
 def test_as_fast_as_other_planners_within_a_half_percent(name: str, setting: str) -> None:
     path, limits = CURVES[name](), cases.axis_limits(setting)
-    law = sf.plan(path, limits, "time-optimal", PERIOD)
+    law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)
     assert law.duration <= ALLOWED * REFERENCE[name, setting]
     assert law.duration >= 0.99 * REFERENCE[name, setting]
     assert sf.check(sf.interpolate(path, law), path, limits, law).ok
@@ -34,19 +35,21 @@ def test_as_fast_as_other_planners_within_a_half_percent(name: str, setting: str
 RANDOM = {500394: 0.178, 500251: 1.457, 30266: 0.516, 70243: 0.292, 70297: 1.940, 7009220: 14.131}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", RANDOM)
 def test_cusps_tight_loops_and_uneven_jerk_do_not_force_a_crawl(seed: int) -> None:
     made = random_motions.motion(seed)
-    law = sf.plan(made.path, made.limits, "time-optimal", made.period)
+    law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
     assert law.duration <= 1.005 * RANDOM[seed] + made.period
     assert not law.notes
     assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law).ok
 
 
+@pytest.mark.slow
 def test_where_the_optimiser_finds_nothing_look_ahead_plans() -> None:
     """A rotary axis turns on next to where x stands: one slow feed would take 5e11 s, look-ahead 4 % over the bound."""
     made = random_motions.motion(30000, ("time-optimal",))
-    law = sf.plan(made.path, made.limits, "time-optimal", made.period)
+    law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
     assert law.strategy == "time-optimal" and "look-ahead" in law.notes[0]
     assert law.settings["lower_bound_s"] < law.duration < 1.05 * law.settings["lower_bound_s"]
     assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law).ok
@@ -54,7 +57,7 @@ def test_where_the_optimiser_finds_nothing_look_ahead_plans() -> None:
 
 def test_an_axis_that_turns_back_where_it_is_looked_at_is_not_still() -> None:
     made = random_motions.motion(5006840, ("time-optimal",))
-    law = sf.plan(made.path, made.limits, "time-optimal", made.period)
+    law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
     verdict = sf.check(sf.interpolate(made.path, law), made.path, made.limits, law)
     assert verdict.ok, verdict.problems
 
@@ -117,7 +120,7 @@ def test_a_bend_between_all_places_of_a_cell_has_its_bound_of_the_feed(off: floa
     assert q == pytest.approx(15.0**2, rel=1e-6)
     u = brentq(lambda u: float(path.evaluate([0], [u], 1)[0, 1, 1]), 0.1, 0.9, xtol=1e-15)  # y' = 0
     assert tip == pytest.approx(float(path.arc_length([0], [u])[0]), abs=1e-9)
-    law = sf.plan(path, limits, "time-optimal", period=PERIOD)
+    law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)
     assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     assert law.feed(float(brentq(lambda t: float(law(t)) - tip, 0.0, law.duration))) <= 15.0 * (1.0 + 1e-9)
 

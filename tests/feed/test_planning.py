@@ -241,7 +241,9 @@ def test_a_new_strategy_is_one_entry(monkeypatch: pytest.MonkeyPatch) -> None:
         seen.append((path.length, period))
         return TimeLaw(breaks=[0, 1], coefficients=[[0, path.length, 0, 0, 0, 0]], strategy="constant")
 
-    monkeypatch.setitem(planning.STRATEGIES, "constant", constant)
+    monkeypatch.setitem(
+        planning.STRATEGIES, "constant", planning.Strategy(constant, holds=planning.SHAPELESS | planning.ENDS)
+    )
     law = plan(Line(7.0), PAPER, strategy="constant", period=0.5)
     assert seen == [(7.0, 0.5)]
     assert law.length == 7.0

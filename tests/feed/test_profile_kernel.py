@@ -104,6 +104,7 @@ def check_motion(case: np.ndarray, rows: np.ndarray, end_tolerance: float = 1e-1
     all_hold(case, "jerk down", rows[:, kernels.DECELERATION_JERK] <= case[:, DECELERATION_JERK] * (1 + 1e-9))
 
 
+@pytest.mark.slow
 def test_every_case_ends_where_it_must_within_its_limits(solved: tuple[np.ndarray, np.ndarray]) -> None:
     check_motion(*solved)
 

@@ -21,7 +21,7 @@ LIMITS = Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 @cache
 def rows(reserve: bool) -> Setpoints:
     path = sf.shapes.from_text("naca:0025?perimeter=33")
-    law = sf.plan(path, with_reserve(LIMITS) if reserve else LIMITS, "time-optimal", 1e-3)
+    law = sf.plan(path, with_reserve(LIMITS) if reserve else LIMITS, strategy="time-optimal", period=1e-3)
     return sf.interpolate(path, law, method="arc-length")
 
 

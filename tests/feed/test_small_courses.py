@@ -148,7 +148,7 @@ PATH = sf.Path(
 
 
 def law(limits: Limits) -> sf.TimeLaw:
-    return sf.plan(PATH, with_reserve(limits), "seven-phase", PERIOD)
+    return sf.plan(PATH, with_reserve(limits), strategy="seven-phase", period=PERIOD)
 
 
 def place(s: Array) -> Array:
@@ -231,10 +231,16 @@ def test_what_a_law_cannot_promise_is_refused():
     course = LawCourse(PATH, planned)
     with pytest.raises(LimitsError, match="begins and ends at rest"):
         LawCourse(
-            PATH, sf.plan(PATH, Limits(feed=20.0, acceleration=900.0, jerk=4e4, start_feed=5.0), "seven-phase", PERIOD)
+            PATH,
+            sf.plan(
+                PATH,
+                Limits(feed=20.0, acceleration=900.0, jerk=4e4, start_feed=5.0),
+                strategy="seven-phase",
+                period=PERIOD,
+            ),
         )
     with pytest.raises(LimitsError, match="no period: give period="):
-        LawCourse(PATH, sf.plan(PATH, limits, "seven-phase", None))
+        LawCourse(PATH, sf.plan(PATH, limits, strategy="seven-phase", period=None))
     for highest in (0.0, 11.0):
         with pytest.raises(LimitsError, match="the highest override is"):
             Override(course, limits, highest=highest)
@@ -249,7 +255,7 @@ def test_what_a_law_cannot_promise_is_refused():
 def test_a_bend_is_run_no_faster_than_the_limit_it_was_planned_under_allows():
     """Centripetal acceleration goes with the square of the rate: half the limit used leaves sqrt(2) of it."""
     limits = Limits(feed=20.0, acceleration=900.0, jerk=4e4, centripetal=200.0)
-    slow = sf.plan(PATH, Limits(feed=8.0, acceleration=300.0, jerk=1e4), "seven-phase", PERIOD)
+    slow = sf.plan(PATH, Limits(feed=8.0, acceleration=300.0, jerk=1e4), strategy="seven-phase", period=PERIOD)
     planned = replace(slow, settings={"limits": {"centripetal": 100.0}})
     share = LawCourse(PATH, planned).bend_share(limits)
     assert share == pytest.approx(np.sqrt(0.5), rel=1e-12)

@@ -103,14 +103,14 @@ def test_a_motion_of_months_is_refused_and_not_looked_at_for_hours():
         ticks.held_at_ticks(law_of(1e7, 10.0), path, LIMITS)
     slow = replace(LIMITS, feed=1e-6)
     with pytest.raises(PlanError, match="longer period"):
-        sf.plan(path, slow, "look-ahead", period=PERIOD)
+        sf.plan(path, slow, strategy="look-ahead", period=PERIOD)
 
 
 @pytest.mark.parametrize("strategy", ["look-ahead", "time-optimal"])
 def test_both_planners_refuse_it_and_plan_what_s_can_tell(strategy):
     with pytest.raises(PlanError, match="rounding of arc length shows"):
-        sf.plan(turning(1e-9), LIMITS, strategy, period=PERIOD)
+        sf.plan(turning(1e-9), LIMITS, strategy=strategy, period=PERIOD)
     path = turning(1e-5)
-    law = sf.plan(path, LIMITS, strategy, period=PERIOD)
+    law = sf.plan(path, LIMITS, strategy=strategy, period=PERIOD)
     verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law=law)
     assert verdict.ok, verdict.problems

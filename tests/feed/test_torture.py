@@ -15,7 +15,7 @@ REFUSALS = (
     "too short to",
     "which is rounding; give its linear axes one position",
     "the rounding of arc length shows",  # in a rotary axis, more than its limits leave
-    "the path and its limits allow at most",  # feeds at the ends that are too high
+    "allow at most",  # feeds at the ends that are too high
 )
 #: Seeds that once failed, and what they were.
 KEPT = {
@@ -69,7 +69,7 @@ def judge(seed: int, strategies: tuple[str, ...]) -> str:
 def held(seed: int, motion: random_motions.Motion) -> str:
     """The same for any motion."""
     try:
-        law = sf.plan(motion.path, motion.limits, motion.strategy, period=motion.period)
+        law = sf.plan(motion.path, motion.limits, strategy=motion.strategy, period=motion.period)
     except (CurveError, LimitsError, PlanError) as error:
         assert any(reason in str(error) for reason in REFUSALS), (seed, str(error))
         return str(error)
@@ -84,6 +84,7 @@ def held(seed: int, motion: random_motions.Motion) -> str:
     return "ok"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", KEPT)
 def test_what_once_failed(seed):
     found = judge(seed, ("time-optimal",))
@@ -95,11 +96,13 @@ def test_what_once_failed_in_seven_phases(seed):
     assert judge(seed, ("seven-phase",)) == "ok"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", KEPT_PASSING)
 def test_what_once_failed_beside_corners_in_passing(seed):
     assert held(seed, random_motions.passing(seed)) == "ok"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strategy", ["seven-phase", "time-optimal"])
 def test_a_sample(strategy):
     seeds = range(5000, 5060 if strategy == "seven-phase" else 5012)
@@ -107,17 +110,7 @@ def test_a_sample(strategy):
     assert found.count("ok") > 0.8 * len(found)
 
 
+@pytest.mark.slow
 def test_a_sample_of_corners_in_passing_and_moving_ends():
     found = [held(seed, random_motions.passing(seed)) for seed in range(14, 32)]
     assert found.count("ok") > 0.5 * len(found)
-
-
-@pytest.mark.torture
-@pytest.mark.timeout(24 * 3600)
-def test_a_hundred_thousand():
-
-    def both(seed: int) -> None:
-        judge(seed, ("seven-phase", "time-optimal"))
-        held(seed, random_motions.passing(seed))
-
-    random_motions.hammer(both)

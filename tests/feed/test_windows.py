@@ -36,6 +36,7 @@ def path() -> sf.Path:
     return row(3)
 
 
+@pytest.mark.slow
 def test_windows_are_as_fast_as_one_piece_and_their_bound_no_higher_than_its_time(path: sf.Path) -> None:
     setting = setting_of(path)
     at, half = joints(path, 0.0, path.length, setting)
@@ -59,7 +60,7 @@ def feeds_at(pieces: Pieces, s: np.ndarray) -> np.ndarray:
 
 
 def test_a_plan_by_windows_keeps_every_limit_without_a_seam(path: sf.Path) -> None:
-    law = sf.plan(path, LIMITS, "time-optimal", PERIOD)
+    law = sf.plan(path, LIMITS, strategy="time-optimal", period=PERIOD)
     assert sf.check(sf.interpolate(path, law), path, LIMITS, law).ok
     assert not law.notes
     inner, spans = law.coefficients[:-1], np.diff(law.breaks)[:-1]

@@ -20,7 +20,7 @@ def bend() -> sf.NurbsCurve:
 
 def held(path: sf.Path, limits: sf.Limits, strategy: str) -> sf.TimeLaw:
     """A law by the strategy; its setpoints and itself hold every limit."""
-    law = sf.plan(path, limits, strategy, PERIOD)
+    law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
     verdict = sf.check(sf.interpolate(path, law, period=PERIOD), path, limits, law=law)
     assert verdict.ok, verdict
     return law

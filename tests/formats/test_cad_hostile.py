@@ -97,6 +97,7 @@ def fuzz(file: Path, rounds: int, repair: bool) -> None:
             assert "\n" not in str(error), seed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SMALL)
 @pytest.mark.parametrize("repair", [False, True])
 def test_changed_files_give_curves_or_an_error_of_ours(tmp_path: Path, data_dir: Path, kind: str, repair: bool) -> None:

@@ -462,6 +462,7 @@ def test_any_bytes_give_an_error_of_ours(tmp_path_factory: pytest.TempPathFactor
         load(path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the peak of memory is read from /proc")
 def test_an_hour_of_ticks_is_written_in_little_memory(tmp_path: Path) -> None:
     program = (

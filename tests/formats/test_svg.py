@@ -216,6 +216,7 @@ def test_units_and_where_the_page_is(tmp_path: Path) -> None:
 # --- out and back ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_svg_can_hold_comes_back_as_it_was(tmp_path: Path) -> None:
     file = tmp_path / "part.svg"
     body = DRAWINGS["commands"] + DRAWINGS["transforms"] + DRAWINGS["circle"]

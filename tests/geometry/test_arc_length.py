@@ -14,11 +14,12 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.arc_length import ArcLength
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.differential import cusps
+from splinefeed.geometry.path import Path
 from splinefeed.kernels import pieces
 from splinefeed.kernels.arc_length import ARC, arc_length, parameter_in_row
 
 #: Relative to the length.
-PROMISE = 1e-12
+PROMISE = 1e-13
 EPSILON = np.finfo(float).eps
 GAUSS = np.polynomial.legendre.leggauss(24)
 CURVES = {"butterfly": butterfly(), **KNOWN, **STILL}
@@ -26,6 +27,12 @@ CURVES = {"butterfly": butterfly(), **KNOWN, **STILL}
 
 def speed_at(curve: NurbsCurve, u) -> np.ndarray:
     return np.linalg.norm(curve.derivatives(u, 1)[..., 1, :], axis=-1)
+
+
+def places_of_cusps(curve: NurbsCurve) -> np.ndarray:
+    """Parameters of the curve's cusps."""
+    path, grid = Path([curve]), curve.arc.table[:, pieces.LOW]
+    return cusps(path.flat, path.span_pieces, np.zeros(len(grid), dtype=int), grid, np.ones((1, curve.axes)))[1]
 
 
 def graded_lengths(curve: NurbsCurve) -> tuple[np.ndarray, np.ndarray]:
@@ -36,7 +43,7 @@ def graded_lengths(curve: NurbsCurve) -> tuple[np.ndarray, np.ndarray]:
     slow = 1 + np.flatnonzero(
         (speed[1:-1] < speed[:-2]) & (speed[1:-1] <= speed[2:]) & (speed[1:-1] < 0.5 * speed.max())
     )
-    centres = np.concatenate([breaks, fine[slow], cusps(curve, curve.arc.table[:, pieces.LOW])])
+    centres = np.concatenate([breaks, fine[slow], places_of_cusps(curve)])
     steps = (curve.domain[1] - curve.domain[0]) * 0.5 ** np.arange(0.0, 48.0, 0.5)
     grid = np.concatenate([centres, (centres[:, None] + steps).ravel(), (centres[:, None] - steps).ravel()])
     grid = np.unique(grid.clip(*curve.domain))
@@ -59,7 +66,7 @@ def inversion_error(curve: NurbsCurve) -> float:
 def rounding_of_parameters(curve: NurbsCurve) -> float:
     """What one unit in the last place of u is worth as an arc length, relative to L, where the curve is fastest."""
     low, high = curve.arc.table[:, pieces.LOW], curve.arc.table[:, pieces.HIGH]
-    u = np.linspace(low, high, 9).clip(low, high)
+    u = np.linspace(low, high, 33).clip(low, high)
     return float(np.spacing(np.abs(u).max()) * speed_at(curve, u).max() / curve.length)
 
 
@@ -139,7 +146,7 @@ def test_random_curves_match_quad(seed):
 @pytest.mark.parametrize("name", CURVES)
 def test_inverse_everywhere(name):
     curve = CURVES[name]
-    fast = rounding_of_parameters(curve) if name == "unequal spans and speeds" else 0.0
+    fast = rounding_of_parameters(curve) if name in ("unequal spans and speeds", "far parameters") else 0.0
     assert inversion_error(curve) <= PROMISE + fast
 
 
@@ -149,10 +156,9 @@ def test_inverse_of_random_curves(seed):
     assert inversion_error(curve) <= PROMISE + rounding_of_parameters(curve)
 
 
-@pytest.mark.torture
-@pytest.mark.parametrize("block", range(10))
-def test_thousands_of_curves_and_their_inverse(block):
-    for seed in range(1000 + 200 * block, 1200 + 200 * block):
+@pytest.mark.slow
+def test_hundreds_of_curves_and_their_inverse():
+    for seed in range(1000, 1200):
         curve = random_curve(seed)
         assert inversion_error(curve) <= PROMISE + rounding_of_parameters(curve), f"seed {seed}"
         sharp = with_cusp(np.random.default_rng(seed).uniform(), degree=2 + seed % 6, axes=1 + seed % 3, seed=seed)

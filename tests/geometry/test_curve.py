@@ -108,16 +108,15 @@ def test_known_curves_match_40_digits(curve):
     assert worst_errors(curve, some_parameters(curve, 7, 3)).max() <= 1.0
 
 
-@pytest.mark.torture
-@pytest.mark.parametrize("block", range(20))
-def test_thousands_of_curves_match_40_digits(block):
-    for seed in range(1000 + 150 * block, 1150 + 150 * block):
+@pytest.mark.slow
+def test_hundreds_of_curves_match_40_digits():
+    for seed in range(1000, 1300):
         curve = random_curve(seed, far=seed % 7 == 0)
         parameters = np.unique(np.concatenate([curve.breaks[:-1], some_parameters(curve, seed, 3)]))
         assert worst_errors(curve, parameters).max() <= 1.0, f"seed {seed}"
 
 
-@pytest.mark.parametrize("seed", range(200))
+@pytest.mark.parametrize("seed", range(20))
 def test_polynomial_curves_match_scipy(seed):
     curve = random_curve(seed)
     u = np.random.default_rng(seed).uniform(*curve.domain, 50)

@@ -59,7 +59,7 @@ def lissajous(count):
 # --- the tolerance ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("degree", [1, 2, 3, 4, 5, 8, 12])
+@pytest.mark.parametrize("degree", [1, 2, 3, 5, 12])
 @pytest.mark.parametrize("parameters", ["chord", "centripetal"])
 def test_every_point_is_within_the_tolerance(degree, parameters):
     points = lissajous(300)
@@ -127,6 +127,7 @@ def test_noise_within_the_tolerance_takes_no_more_knots_than_the_shape():
     assert rough.path().length == pytest.approx(smooth.path().length, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_many_points():
     points = lissajous(50_000)
     result = fit(points, 1e-3)

@@ -65,7 +65,7 @@ def test_a_plan_over_gaps_keeps_all_limits(gap, strategy):
     limits = sf.Limits(feed=40, acceleration=400, jerk=20000)
     if strategy != "seven-phase":
         limits = sf.Limits(feed=40, axis_velocity=30, axis_acceleration=400, axis_jerk=20000, chord_error=1e-4)
-    law = sf.plan(path, limits, strategy, period=PERIOD)
+    law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
     verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
     assert verdict.ok, verdict.problems
 
@@ -85,7 +85,7 @@ def test_linear_axes_that_stand_still_while_a_rotary_one_turns_go_on_to():
     assert path.ends[1, :, 0].tolist() == [9 + 5e-7, 9 + 5e-7]
     assert np.array_equal(path.ends[1:, 0], path.ends[:-1, 1])
     limits = sf.Limits(feed=40, acceleration=400, jerk=20000)
-    law = sf.plan(path, limits, "look-ahead", period=PERIOD)
+    law = sf.plan(path, limits, strategy="look-ahead", period=PERIOD)
     assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
 
 

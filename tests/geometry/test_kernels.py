@@ -1,26 +1,29 @@
-"""Kernels of curves one by one: polar forms, power forms, tables of pieces, and the search in them."""
+"""Formulas of curves one by one: polar forms, power forms, tables of pieces, and the search in them."""
 
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 import pytest
 
 import reference
 from sample_curves import KINDS, KNOWN, STILL, along_a_wave, butterfly, random_curve, with_cusp
+from splinefeed.errors import CurveError
+from splinefeed.geometry import blossoms, tables
+from splinefeed.geometry import pieces as places
+from splinefeed.geometry.arc_length import ArcLength
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import arc_fitting, arc_length, nearest, nurbs, pieces, span_rows
-from splinefeed.kernels import cells as cells_of
+from splinefeed.kernels import arc_length, nearest, pieces
 
 EPSILON = np.finfo(float).eps
 pytestmark = pytest.mark.nojit
 
 
 def polar(curve: NurbsCurve, span: int, *arguments: float) -> np.ndarray:
-    work = np.empty((curve.degree + 1, curve.axes))
-    nurbs.blossom(curve.knots, curve.control_points, curve.degree, span, np.array(arguments), work)
-    return work[-1]
+    at = np.array(arguments)[:, None]
+    return blossoms.blossom(curve.knots, curve.control_points, curve.degree, np.array([span]), at)[0]
 
 
 def place(table: np.ndarray, u: float) -> tuple[int, float]:
@@ -49,9 +52,8 @@ def test_polar_form_is_symmetric_affine_and_the_curve_on_its_diagonal():
 def test_power_form_is_the_taylor_series(degree):
     curve = along_a_wave(degree, np.concatenate([np.zeros(degree), [0, 0.5, 3, 4], np.full(degree, 4.0)]))
     span = degree + 1
-    knots = curve.knots[span - degree : span + degree + 2].copy()
-    out = np.empty((degree + 1, 2))
-    nurbs.power_form(knots, curve.control_points[span - degree : span + 1].copy(), degree, 1.75, 1.25, out)
+    knots, points = curve.knots[span - degree : span + degree + 2], curve.control_points[span - degree : span + 1]
+    out = tables.power_form(knots[:, None], points[..., None], np.array([1.75]), np.array([1.25]))[..., 0]
     wanted = reference.derivatives(curve, 1.75, 3)
     for k in range(min(4, degree + 1)):
         factor = 1.25**k / [1, 1, 2, 6][k]
@@ -65,21 +67,11 @@ def test_refined_weights_stay_means_of_weights():
     weights = np.array([[1.0], [1e-6], [1e6], [1e-6], [1.0], [1.0]])
     knots = np.array([0, 0, 0, 0, 1, 1 + 1e-6, 2, 2, 2, 2.0])
     new = np.sort(np.concatenate([knots, [0.3, 0.3, 1 + 5e-7, 1.5]]))
-    out = np.empty((len(new) - 4, 1))
-    nurbs.refine(knots, weights, 3, new, out)
+    out = blossoms.refined(knots, weights, 3, new)
     assert np.all(out > 0.0) and out.min() >= 1e-6 * (1 - 1e-14) and out.max() <= 1e6
     assert out[0, 0] == weights[0, 0] and out[-1, 0] == weights[-1, 0]
-    higher = np.empty((len(knots) + 4 - 5, 1))
-    nurbs.elevate(knots, weights, 3, np.sort(np.concatenate([knots, np.unique(knots)])), higher)
+    higher = blossoms.elevated(knots, weights, 3, np.sort(np.concatenate([knots, np.unique(knots)])))
     assert np.all(higher > 0.0) and higher.max() <= 1e6 * (1 + 1e-15)
-
-
-def test_descending_leaves_one_out():
-    knots = np.arange(10.0)
-    out = np.empty(3)
-    for without, wanted in ((-1, [4, 3, 2]), (2, [5, 4, 3]), (3, [5, 4, 2]), (5, [4, 3, 2])):
-        nurbs.descending(knots, 2, without, out)
-        assert out.tolist() == wanted
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
@@ -106,15 +98,15 @@ def test_tables_of_a_cubic_have_one_row_a_span_and_wild_curves_more():
     assert 2 <= len(wild.table[0]) <= 40
     weights = wild.table[0][:, -4:]
     least = [np.polynomial.polynomial.polyval(np.linspace(-1, 1, 9), w).min() for w in weights]
-    assert np.all(np.abs(weights).sum(axis=1) <= span_rows.MOST_ROUNDINGS * np.array(least) * (1 + 1e-9))
+    assert np.all(np.abs(weights).sum(axis=1) <= tables.MOST_ROUNDINGS * np.array(least) * (1 + 1e-9))
 
 
 @pytest.mark.parametrize("seed", [2, 17, 35])
 def test_both_tables_are_one_curve(seed):
     curve = random_curve(seed)
     u = np.random.default_rng(seed).uniform(*curve.domain, 20)
-    out = np.empty((len(u), 4, curve.axes))
-    pieces.evaluate(curve.arc.table, 0, len(curve.arc.table) - 1, curve.arc.shape, u, 3, False, out)
+    rows = np.array([[0, len(curve.arc.table) - 1]])
+    out = places.Pieces(curve.arc.table, curve.arc.shape, rows).evaluate(None, u, 3, False)
     other = curve.derivatives(u, 3)
     scale = np.abs(other).max(axis=(0, 2))
     scale[0] = curve.size
@@ -183,7 +175,7 @@ def test_pieces_join_and_their_slope_is_the_speed(name):
         slopes = table[row, pieces.ARC + 1 : pieces.ARC + pieces.ARC_TERMS] * np.arange(1, pieces.ARC_TERMS)
         t = np.linspace(-1.0, 1.0, 7)
         exact = np.array([pieces.speed(table, row, shape, x) for x in t]) / table[row, pieces.SCALE]
-        negligible = arc_fitting.NEGLIGIBLE / arc_fitting.END_SHARE * curve.length
+        negligible = tables.NEGLIGIBLE / tables.END_SHARE * curve.length
         allowed = 1e-12 * exact.max() + negligible + last_place * exact.max() * table[row, pieces.SCALE]
         assert np.abs(np.polynomial.polynomial.polyval(t, slopes) - exact).max() <= allowed
 
@@ -200,19 +192,58 @@ def test_inversion_in_a_row_from_any_guess(guess):
                 assert abs(arc_length.arc_length(table, row, found) - s) <= 4 * EPSILON * curve.length
 
 
-def test_a_table_with_too_few_rows_says_how_many_would_do():
+@pytest.mark.parametrize("guess", [-1.0, -0.3, 0.0, 0.9999, 1.0, 7.0, -7.0])
+def test_inversion_of_many_from_any_guess(guess):
+    for curve in (butterfly(), with_cusp(0.3), *STILL.values()):
+        table = curve.arc.table
+        row = np.repeat(np.arange(len(table)), 5)
+        c = places.columns(table, row)
+        t = np.tile([-1.0, -0.999, -0.2, 0.5, 1.0], len(table))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = places.inverted(c[pieces.ARC : pieces.ORIGIN], places.arc(c, t), np.full(len(t), guess))
+        assert np.all((found >= -1.0) & (found <= 1.0))
+        assert np.max(np.abs(places.arc(c, found) - places.arc(c, t))) <= 4 * EPSILON * curve.length
+
+
+def test_a_place_does_not_depend_on_those_beside_it(monkeypatch):
+    """Points, lengths and their inverse, to the bit: one by one, in chunks of seven, on one row and on many."""
+    for curve in (butterfly(), with_cusp(0.3), random_curve(17)):
+        s = np.random.default_rng(3).permutation(np.linspace(0.0, curve.length, 301))
+        u = curve.parameter_at(s)
+        whole = curve.derivatives(u, 3), curve.arc_length(u)
+        monkeypatch.setattr(places.chunks, "__defaults__", (7,))
+        assert np.array_equal(curve.parameter_at(s), u) and np.array_equal(curve.arc_length(u), whole[1])
+        monkeypatch.undo()
+        for k in range(0, len(u), 10):
+            assert curve.parameter_at(s[k]) == u[k] and curve.arc_length(u[k]) == whole[1][k]
+            assert np.array_equal(curve.derivatives(u[k], 3), whole[0][k])
+
+
+def test_arrays_and_leaves_are_one_arithmetic():
+    """S, the point, and the rows turned about: the bits of the leaves that recursive methods call."""
+    for curve in (butterfly(), random_curve(16), random_curve(28)):
+        table, shape = curve.arc.table, curve.arc.shape
+        row = np.arange(len(table))
+        c, t = places.columns(table, row), np.linspace(-1.0, 1.0, len(table))
+        out = np.empty((len(table), 1, curve.axes))
+        places.derivatives(c, shape, t, 0, out)
+        lengths, at = c[pieces.START] + places.arc(c, t), np.empty(curve.axes)
+        for k in row:
+            assert arc_length.arc_length(table, k, t[k]) == lengths[k]
+            pieces.point(table, k, shape, t[k], at)
+            assert np.array_equal(at, out[k, 0])
+
+
+def test_the_sum_of_many_steps_is_that_of_long_numbers():
+    steps = np.random.default_rng(5).uniform(0.0, 1.0, 100_000) ** 4
+    found, wanted = tables.compensated_sums(steps), math.fsum(steps)
+    assert found[0] == 0.0 and found[-1] == wanted and found[500] == math.fsum(steps[:500])
+    assert np.all(np.diff(found) >= 0.0)
+
+
+def test_too_many_pieces_are_refused(monkeypatch):
     curve = butterfly()
-    wanted = len(curve.arc.table)
-    rough = arc_fitting.rough_length(curve.table[0], 0, 47, curve.table[1])
-    assert rough == pytest.approx(curve.length, rel=1e-2)
-    small = np.full((7, curve.arc.table.shape[1]), np.nan)
-    shape = curve.arc.shape
-    needed = arc_fitting.arc_pieces(
-        curve.knots, curve.control_points, curve.kernel_weights, shape, rough, small, 0, shape, arc_fitting.arc_room(99)
-    )
-    assert needed == wanted
-    assert np.array_equal(small, curve.arc.table[:7])
-    cells = np.empty((2, cells_of.ENDS + 4))
-    assert cells_of.make_cells(curve.arc.table, curve.arc.shape, cells) == len(curve.arc.nearest.cells)
-    rows = np.zeros((1, curve.table[0].shape[1]))
-    assert span_rows.fill_rows(rows, 0, curve.knots, curve.control_points, curve.weights, shape, shape) == 48
+    monkeypatch.setattr(tables, "MAX_ROWS", 200)
+    with pytest.raises(CurveError) as caught:
+        ArcLength(curve, curve.axes)
+    assert str(caught.value) == f"{curve!r} would need more than 200 arc-length pieces"

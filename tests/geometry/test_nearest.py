@@ -89,10 +89,9 @@ def test_random_curves_match_brute_force(seed):
     assert worst_error(curve, hard_points(curve, seed)) <= PROMISE
 
 
-@pytest.mark.torture
-@pytest.mark.parametrize("block", range(10))
-def test_thousands_of_curves_match_brute_force(block):
-    for seed in range(1000 + 100 * block, 1100 + 100 * block):
+@pytest.mark.slow
+def test_a_hundred_curves_match_brute_force():
+    for seed in range(1000, 1100):
         random = np.random.default_rng(seed)
         sharp = with_cusp(random.uniform(), degree=2 + seed % 6, axes=1 + seed % 3, seed=seed)
         for curve in (random_curve(seed), random_curve(seed, axes=2), sharp):

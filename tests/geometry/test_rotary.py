@@ -177,6 +177,7 @@ def test_feed_of_an_index_move_is_degrees_a_second():
     assert speed.max() == pytest.approx(60.0, rel=1e-3) and points.position[-1, 0] == HALF
 
 
+@pytest.mark.slow
 @pytest.mark.nojit
 @pytest.mark.parametrize("method", sf.methods())
 def test_every_method_goes_where_the_law_says(method):
@@ -199,7 +200,8 @@ def test_an_axis_that_lags_on_an_index_move_is_no_contour_error():
         error = contour_error(position, path, s_hint=hint)
         assert np.abs(error - np.maximum(position[:, 0] - 30.0, 0.0)).max() <= 1e-12
     alone = PATHS["a alone"]
-    assert np.array_equal(contour_error(np.linspace(0, 1, 5)[:, None], alone), np.zeros(5))
+    for hint in (None, np.linspace(0.0, alone.length, 5)):
+        assert np.array_equal(contour_error(np.linspace(0, 1, 5)[:, None], alone, s_hint=hint), np.zeros(5))
 
 
 @pytest.mark.nojit

@@ -11,10 +11,13 @@ from scipy.interpolate import BSpline
 from scipy.optimize import minimize_scalar
 
 import reference
+from splinefeed.geometry import tables
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import arc_fitting, arc_length, matching, nearest, pieces, smoothing
+from splinefeed.geometry.curves import Flat
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.pieces import arc
 from splinefeed.kernels import cells as cells_of
-from splinefeed.kernels.span_rows import fill_spans
+from splinefeed.kernels import matching, nearest, pieces, smoothing
 
 pytestmark = pytest.mark.nojit
 
@@ -27,84 +30,46 @@ def speed(u: float) -> float:
     return float(np.linalg.norm(reference.derivatives(CURVE, u, 1)[1]))
 
 
-def flat(curves: list[NurbsCurve]) -> tuple:
-    """Curves as `fill_curves` takes them, two axes, and the knot spans that it asks for."""
-    points = np.concatenate([c.control_points for c in curves])
-    weights = np.concatenate([np.ones(len(c.control_points)) if c.weights is None else c.weights for c in curves])
-    knot_starts = np.cumsum([0, *(len(c.knots) for c in curves)])
-    point_starts = np.cumsum([0, *(len(c.control_points) for c in curves)])
-    degrees = np.array([c.degree for c in curves])
-    rational = np.array([int(c.weights is not None) for c in curves])
-    return degrees, rational, knot_starts, np.concatenate([c.knots for c in curves]), point_starts, points, weights
-
-
-def test_the_speed_of_a_row_is_fitted_and_its_integral_is_the_length():
-    table, shape = CURVE.table
-    one = table[:1].copy()
-    room = [np.empty(64) for _ in range(3)]
-    fine = arc_fitting.fit_speed(one, shape, 5.0, *room)
-    assert not fine  # one row is too long for 14 digits, but not for 4
+def test_the_speed_of_a_piece_is_fitted_and_its_integral_is_the_length():
+    (spans,) = tables.Spans.of(Flat.of([CURVE]))
+    shape = (3, 2, 2, 1)
+    c = spans.columns(shape)
+    assert not tables.fits(spans, c, shape, np.array([5.0]))  # one piece is too long for 14 digits, but not for 4
+    slopes = c[pieces.ARC : pieces.ORIGIN, 0] * np.arange(pieces.ARC_TERMS)
     for t in (-1.0, -0.4, 0.3, 1.0):
         u = 0.5 * (t + 1.0)
         wanted, _ = quad(speed, 0.0, u, epsabs=1e-10)
-        assert arc_length.arc_length(one, 0, t) == pytest.approx(wanted, abs=1e-3)
-        assert arc_length.fitted_speed(one, 0, t)[0] == pytest.approx(0.5 * speed(u), rel=2e-3)
-    line = NurbsCurve.bezier([[0, 0], [3, 4]])
-    one, shape = line.table[0][:1].copy(), line.table[1]
-    assert arc_fitting.fit_speed(one, shape, 5.0, *room)
-    assert [arc_length.arc_length(one, 0, t) for t in (-1.0, 0.0, 0.5, 1.0)] == pytest.approx([0.0, 2.5, 3.75, 5.0])
+        assert arc(c, np.array([t])) == pytest.approx(wanted, abs=1e-3)
+        assert np.polynomial.polynomial.polyval(t, slopes[1:]) == pytest.approx(0.5 * speed(u), rel=2e-3)
+    (line,) = tables.Spans.of(Flat.of([NurbsCurve.bezier([[0, 0], [3, 4]])]))
+    c = line.columns((1, 2, 2, 0))
+    assert tables.fits(line, c, (1, 2, 2, 0), np.zeros(1))
+    assert arc(c, np.array([-1.0, 0.0, 0.5, 1.0])) == pytest.approx([0.0, 2.5, 3.75, 5.0])
 
 
 def test_the_length_at_a_parameter_and_back_is_the_integral_of_the_speed():
-    table = CURVE.arc.table
-    last = len(table) - 1
-    assert last > 0
     u = np.array([0.0, 0.11, 0.37, 0.5, 0.83, 1.0])
     wanted = np.array([quad(speed, 0.0, x, epsabs=1e-12, epsrel=1e-12)[0] for x in u])
-    s, each = np.empty(len(u)), np.empty(len(u))
-    arc_length.lengths_at(table, 0, last, u, s)
-    arc_length.lengths_on(table, np.tile([0, last], (len(u), 1)), u, each)
-    assert s == pytest.approx(wanted, abs=1e-12)
-    assert np.array_equal(s, each)
-    back = np.empty(len(u))
-    arc_length.parameters_at(table, 0, last, wanted, back)
-    assert back == pytest.approx(u, abs=1e-12)
-    arc_length.parameters_at(table, 0, last, np.array([-1.0, 99.0]), back[:2])
-    assert back[:2].tolist() == [0.0, 1.0]
-    ranges = np.empty((1, 2))
-    arc_length.speed_ranges(table, np.array([[0, last]]), ranges)
+    pieces_of = Path([CURVE]).arc_pieces
+    assert len(pieces_of.table) > 1
+    assert pieces_of.lengths_at(None, u) == pytest.approx(wanted, abs=1e-12)
+    assert np.array_equal(pieces_of.lengths_at(None, u), pieces_of.lengths_at(np.zeros(6, dtype=np.int64), u))
+    assert pieces_of.parameters(wanted) == pytest.approx(u, abs=1e-12)
+    assert pieces_of.parameters(np.array([-1.0, 99.0])).tolist() == [0.0, 1.0]
+    ranges = pieces_of.speed_ranges(np.array([0]))
     sampled = [speed(x) for x in np.linspace(0.0, 1.0, 201)]
     assert ranges[0] == pytest.approx([min(sampled), max(sampled)], rel=1e-3)
+    assert pieces_of.speed_ranges(np.empty(0, dtype=np.int64)).shape == (0, 2)
 
 
-def test_curves_are_filled_as_far_as_there_is_room():
-    """A line, a curve and a line: where the table is full the curve that did not fit is named, and may go on there."""
-    curves = [NurbsCurve.bezier([[-3, -4], [0, 0]]), CURVE, NurbsCurve.bezier([[4, 0.5], [4, 2.5]])]
-    given = flat(curves)
-    wide = (3, 2, 2, 1)
-    spans = np.zeros((3, pieces.width(wide)))
-    span_rows = np.empty((3, 2), dtype=np.int64)
-    assert fill_spans(*given, wide, 0, spans, 0, span_rows)[0] == 3
+def test_a_line_a_curve_and_a_line_are_one_table():
+    path = Path([NurbsCurve.bezier([[-3, -4], [0, 0]]), CURVE, NurbsCurve.bezier([[4, 0.5], [4, 2.5]])])
     length = quad(speed, 0.0, 1.0, epsabs=1e-12, epsrel=1e-12)[0]
-    rows_of_curve = len(CURVE.arc.table)
-
-    def fill(room: int, first: int = 0, filled: int = 0, most: int = 1000) -> tuple[int, int]:
-        table = np.zeros((room, spans.shape[1]))
-        found = arc_fitting.fill_curves(
-            *given, 2, spans, span_rows, wide, first, most, table, filled, rows, starts, np.zeros(2)
-        )
-        if found[0] == 3:
-            assert starts == pytest.approx([0.0, 5.0, 5.0 + length, 7.0 + length], rel=1e-14)
-            assert rows.tolist() == [[0, 0], [1, rows_of_curve], [rows_of_curve + 1, rows_of_curve + 1]]
-            assert table[:, pieces.START][[0, 1, -1]] == pytest.approx([0.0, 5.0, 5.0 + length], rel=1e-14)
-        return found
-
-    rows, starts = np.zeros((3, 2), dtype=np.int64), np.zeros(4)
-    assert fill(rows_of_curve + 2) == (3, rows_of_curve + 2)
-    assert fill(rows_of_curve) == (1, 1)
-    assert fill(rows_of_curve + 1) == (2, rows_of_curve + 1)
-    assert fill(rows_of_curve + 2, most=1) == (1, -2)  # a curve that needs more rows than any may
-    assert fill(0) == (0, 0)
+    rows = len(CURVE.arc.table)
+    assert path.curve_starts == pytest.approx([0.0, 5.0, 5.0 + length, 7.0 + length], rel=1e-14)
+    assert path.curve_rows.tolist() == [[0, 0], [1, rows], [rows + 1, rows + 1]]
+    assert path.table[:, pieces.START][[0, 1, -1]] == pytest.approx([0.0, 5.0, 5.0 + length], rel=1e-14)
+    assert path.spans[1].tolist() == [[0, 0], [1, 1], [2, 2]]
 
 
 @pytest.mark.parametrize("seed", range(12))

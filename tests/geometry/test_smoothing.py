@@ -45,13 +45,6 @@ def test_random_paths_stay_within_the_tolerance(seed):
     check_one(seed)
 
 
-@pytest.mark.torture
-@pytest.mark.parametrize("block", range(100))
-def test_ten_thousand_random_paths_stay_within_the_tolerance(block):
-    for seed in range(1000 + 100 * block, 1100 + 100 * block):
-        check_one(seed)
-
-
 @pytest.mark.parametrize("program", PROGRAMS)
 @pytest.mark.parametrize("tolerance", [0.005, 0.05])
 def test_real_programs_stay_within_the_tolerance(program, tolerance, request):

@@ -88,7 +88,7 @@ def assert_same(one, other):
         np.testing.assert_array_equal(one[name], other[name], err_msg=name)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("how", [{"corners": "round"}, {"corner_angle": 1.0}])
 def test_the_result_is_the_same_to_the_bit_however_the_path_is_cut(seed, how, monkeypatch):
     monkeypatch.setattr(smoothing_stream.Smoother.__init__, "__kwdefaults__",
@@ -162,6 +162,7 @@ def peak(count):
         tracemalloc.stop()
 
 
+@pytest.mark.slow
 def test_memory_stays_flat():
     peak(2_000)
     short, long = peak(6_000), peak(18_000)

@@ -90,6 +90,7 @@ def test_least_squares_do_better_than_the_six_end_conditions_alone():
     assert fitted < 0.2 * quintic
 
 
+@pytest.mark.slow
 def test_rest_and_back_to_motion():
     """Tsai and Cheng's differences would stand still for ever behind a rest inside a curve; it goes on."""
     path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [10, 8], [20, -8], [30, 0]])])

@@ -62,6 +62,7 @@ def test_default_methods_keep_feed_and_end_to_rounding(path, method):
     assert len(points) == round(law.duration / 1e-3) + 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", sf.methods())
 def test_no_method_leaves_the_path_or_fails_on_a_hard_one(method):
     for path in PATHS.values():
@@ -116,9 +117,9 @@ def test_unrolled_and_general_loops_give_the_same_bits(monkeypatch):
 
     path = motions.butterfly()
     law = sf.plan(path, LIMITS, period=1e-3)
-    unrolled = sf.interpolate(path, law)
+    unrolled = sf.Interpolator(path, law, method="milne-simpson-anchored", compiled=True).block()
     assert path.shape in loop.UNROLLED_SHAPES
-    source = sf.Interpolator(path, law)
+    source = sf.Interpolator(path, law, method="milne-simpson-anchored")
     source._loop = source._method.loop(loop.FIXED_SHAPE)
     general = source.block()
     assert np.array_equal(unrolled.u, general.u)
@@ -189,3 +190,29 @@ def test_bad_input():
         sf.interpolate(path, law, chunk=0)
     with pytest.raises(sf.errors.InputError, match=r"the law runs over 74\.77\S+ mm but the path is 382\.8\S+ mm long"):
         sf.interpolate(motions.butterfly(), law)
+
+
+def _bits(points):
+    return [getattr(points, name).tobytes() for name in ("curve", "u", "s", "feed", "position")]
+
+
+WITH_ZEROS = ("taylor-2", "taylor-3", "runge-kutta-4", "milne-simpson", "tsai-cheng")
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [
+        *(("butterfly", method) for method in sf.methods() if method != "arc-length"),
+        *((cusp_end().name, method) for method in WITH_ZEROS),
+    ],
+)
+def test_plain_python_and_compiled_loops_give_the_same_bits(monkeypatch, name, method):
+    path = PATHS[name]
+    law = sf.plan(path, LIMITS, period=1e-3)
+    compiled = sf.Interpolator(path, law, method=method, compiled=True)
+    plain = sf.Interpolator(path, law, method=method)
+    monkeypatch.setattr(plain, "_loop", plain._method.loop(path.shape).plainly)
+    one, first, rest = compiled.block(), plain.block(7), plain.block()
+    assert _bits(one.part(0, 7)) == _bits(first)
+    assert _bits(one.part(7, len(one))) == _bits(rest)
+    assert (compiled.replaced, compiled.overrun) == (plain.replaced, plain.overrun)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+import pytest
 
 import splinefeed as sf
 from splinefeed.feed.reserve import with_reserve
@@ -35,6 +36,7 @@ def motion() -> Motion:
     return along(path, sf.plan(path, with_reserve(LIMITS), period=PERIOD), LIMITS)
 
 
+@pytest.mark.slow
 def test_it_takes_as_long_as_the_motion_and_gets_each_row_of_it() -> None:
     sink, made = Keep(), motion()
     start = time.monotonic()

@@ -51,7 +51,7 @@ def resumed(state: File, rows: File) -> np.ndarray:
     return np.loadtxt(rows)[:, 1:3]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.torture)])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_a_signal_stops_on_the_path_within_the_limits(number: int, tmp_path: File) -> None:
     state = tmp_path / "state.json"
     with started("--state", str(state)) as (process, there):
@@ -89,7 +89,7 @@ def test_an_interrupt_while_kernels_compile_ends_at_once(tmp_path: File) -> None
     command = [*SHORT, "--to", "file", "-o", str(tmp_path / "rows.txt")]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
         deadline = time.monotonic() + 60
-        while not any(tmp_path.rglob("*.nbi")) and time.monotonic() < deadline:
+        while not any(tmp_path.rglob("*.nbc")) and time.monotonic() < deadline:
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
         said = process.communicate(timeout=20)[1]
@@ -105,7 +105,7 @@ def test_a_full_disk_is_told() -> None:
     assert "no space is left on the disk" in piped.stderr and "Traceback" not in piped.stderr
 
 
-@pytest.mark.torture
+@pytest.mark.slow
 def test_a_file_that_may_not_grow_is_told_and_leaves_no_half_file(tmp_path: File) -> None:
     words = " ".join(f"'{word}'" for word in [*SHORT, "--to", "file", "-o", str(tmp_path / "rows.txt")])
     # 16 blocks of 512 or 1024 bytes: less than the rows, and more than what is written before them

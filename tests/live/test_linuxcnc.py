@@ -26,8 +26,9 @@ from splinefeed.live.stream import Resume, State, play
 from splinefeed.records import Array
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.linuxcnc,
-    pytest.mark.skipif(not installed(), reason="LinuxCNC is not installed; `make test-linuxcnc` installs it from apt"),
+    pytest.mark.skipif(not installed(), reason="no LinuxCNC; on Debian 12: apt-get install linuxcnc-uspace"),
 ]
 PERIOD = 1e-3
 AHEAD = 300
@@ -56,7 +57,7 @@ class Keep(LinuxcncSink):
 def motion_of(source: str) -> tuple[sf.Path, sf.Limits, sf.TimeLaw]:
     path = sf.shapes.from_text(source)
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
-    return path, limits, sf.plan(path, with_reserve(limits), "time-optimal", PERIOD)
+    return path, limits, sf.plan(path, with_reserve(limits), strategy="time-optimal", period=PERIOD)
 
 
 def played(source: str, depth: int = 4000) -> tuple[State, Array, Array]:

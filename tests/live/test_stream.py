@@ -31,7 +31,7 @@ LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 @cache
 def planned() -> tuple[sf.Path, sf.TimeLaw, sf.Limits]:
     path = sf.shapes.from_text("naca:0025?perimeter=33")
-    return path, sf.plan(path, with_reserve(LIMITS), "time-optimal", 1e-3), LIMITS
+    return path, sf.plan(path, with_reserve(LIMITS), strategy="time-optimal", period=1e-3), LIMITS
 
 
 class Keeper:

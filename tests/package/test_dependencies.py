@@ -11,7 +11,7 @@ from packaging.requirements import Requirement
 
 from docs_pages import ROOT
 
-MOST_PACKAGES, MOST_MEGABYTES = 25, 550
+MOST_PACKAGES, MOST_MEGABYTES = 20, 480
 #: SPDX identifiers under which a package may ship with a program of the MIT licence without duties but naming it.
 PERMISSIVE = {
     "MIT", "MIT-CMU", "MIT-0", "BSD-2-Clause", "BSD-3-Clause", "0BSD", "Apache-2.0", "PSF-2.0", "Python-2.0", "HPND",
@@ -66,7 +66,11 @@ def rows() -> dict[str, tuple[str, str]]:
     return {row[0].strip("`"): (row[1], row[2]) for row in cells}
 
 
-@pytest.mark.parametrize("extra", [None, "report", "parquet", "dask", "studio", "cad", "mpi"])
+#: Extras that `make test-slow` alone installs.
+LATER = [pytest.param(extra, marks=pytest.mark.slow) for extra in ("dask", "mpi")]
+
+
+@pytest.mark.parametrize("extra", [None, "plots", "parquet", "studio", "cad", *LATER])
 def test_licences_of_what_an_install_brings_are_told(extra):
     told = rows()
     try:

@@ -1,12 +1,13 @@
-"""The wheel in bare environments, one for each Python at hand, and each extra in turn: `make test-package`.
+"""The wheel in bare environments, one for each Python at hand, and each extra in turn.
 
-Needs a package registry, some minutes and some gigabytes; that is why it is not part of `make test`.
+Needs a package registry, some minutes and some gigabytes.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import pwd
 import shutil
 import subprocess
 import sys
@@ -16,9 +17,9 @@ import pytest
 
 from docs_pages import ROOT
 
-pytestmark = [pytest.mark.package, pytest.mark.timeout(1800)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 
-VERSIONS = ("3.11", "3.12", "3.13")
+VERSIONS = ("3.11", "3.12", "3.13", "3.14")
 REPORT = """
 import subprocess, sys
 from pathlib import Path
@@ -63,7 +64,7 @@ if __name__ == "__main__":
     assert [row["status"] for row in rows] == ["ok", "ok"], rows
 """
 #: What shows that an extra works, from an empty folder. With `all` every one of these does.
-JOBS = {"report": (REPORT,), "parquet": (PARQUET,), "cad": (CAD,), "studio": (STUDIO,), "dask": (DASK,)}
+JOBS = {"plots": (REPORT,), "parquet": (PARQUET,), "cad": (CAD,), "studio": (STUDIO,), "dask": (DASK,)}
 JOBS["all"] = tuple(job for jobs in JOBS.values() for job in jobs)
 
 #: Extras that are installed with the first of the versions only.
@@ -73,7 +74,7 @@ HEAVY = ("cad", "all")
 def interpreter(version: str) -> str | None:
     """A Python of that version that starts, on the path or among pyenv's."""
     places = [shutil.which(f"python{version}")]
-    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    pyenv = Path(pwd.getpwuid(os.getuid()).pw_dir, ".pyenv", "versions")  # HOME is the tests' own
     places += [str(place) for place in sorted(pyenv.glob(f"{version}.*/bin/python"))]
     asked = "import sys, venv, ensurepip; print('%d.%d' % sys.version_info[:2])"
     for place in filter(None, places):

@@ -13,11 +13,12 @@ from pathlib import Path
 import pytest
 
 import splinefeed as sf
+import surroundings
 from docs_pages import ROOT
 from splinefeed.kernels import jit
 
 PACKAGE = Path(sf.__file__).parent
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONWARNINGS": "error"}
+ENVIRONMENT = {**os.environ, "PYTHONWARNINGS": "error"}
 
 #: Ends the program at the first thing that could reach another machine.
 WITHOUT_NETWORK = """
@@ -41,6 +42,23 @@ def call(*words, environment=None, **options):
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+def test_nothing_of_the_caller_decides_how_a_test_ends():
+    caller = {
+        "HOME": "/h",
+        "PYTHONUNBUFFERED": "1",
+        "PYTHONPATH": "/x",
+        "CI": "true",
+        "MPLBACKEND": "Qt5Agg",
+        "TMPDIR": "/t",
+    }
+    told = surroundings.stated(caller)
+    assert set(told) == {"HOME", "LANG", "PATH", "PYTHONPATH", "TMPDIR", "XDG_CACHE_HOME"}
+    assert told["PYTHONPATH"] == str(PACKAGE.parent)
+    assert told["XDG_CACHE_HOME"] == str(Path("/h/.cache"))
+    seen = json.loads(call("-c", "import json, os; print(json.dumps(dict(os.environ)))").stdout)
+    assert set(seen) - {"LC_CTYPE"} <= {*surroundings.stated(dict(os.environ)), "PYTHONWARNINGS"}
 
 
 def test_a_run_opens_no_connection(folder):
@@ -76,7 +94,7 @@ def test_without_a_home_kernels_go_to_a_folder_of_ones_own(folder):
     result = call("one.py", environment=homeless(folder))
     assert result.returncode == 0, result.stderr
     place = Path(result.stdout.strip())
-    assert place.is_relative_to(folder) and list(place.rglob("*.nbi"))
+    assert place.is_relative_to(folder) and list(place.glob("twice-*.nbc"))
     assert sorted(PACKAGE.rglob("*.nb*")) == before  # nothing beside the package, where it may be read-only
     if hasattr(os, "getuid"):
         assert stat.S_IMODE((folder / f"splinefeed-{os.getuid()}").stat().st_mode) == 0o700
@@ -132,8 +150,8 @@ def test_version_tells_packages_extras_settings_and_folders():
     page = json.loads(call("-m", "splinefeed", "version", "--verbose", "--json", environment=environment).stdout)
     assert page["splinefeed"] == sf.__version__
     assert page["settings"]["NUMBA_NUM_THREADS"] == "1"
-    assert page["defaults"]["method"] == "milne-simpson-anchored"
-    assert {"report", "cad", "parquet", "studio", "dask", "mpi"} == set(page["extras"])
+    assert page["defaults"]["method"] == "arc-length"
+    assert {"plots", "cad", "parquet", "studio", "dask", "mpi"} == set(page["extras"])
     assert Path(page["package"]) == PACKAGE
 
 

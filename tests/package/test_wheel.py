@@ -14,8 +14,9 @@ import pytest
 import splinefeed as sf
 from docs_pages import ROOT
 
+pytestmark = pytest.mark.slow
 build = pytest.importorskip("build")
-pytest.importorskip("hatchling", reason="hatchling is not installed: pip install splinefeed[dev]")
+pytest.importorskip("hatchling", reason="hatchling is not installed: pip install splinefeed[slow]")
 
 #: 2020-01-01, for every build.
 EPOCH = "1577836800"

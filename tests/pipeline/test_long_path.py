@@ -10,7 +10,6 @@ import pytest
 import splinefeed as sf
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.long_path import parts_of
-from splinefeed.pipeline.long_run import joined
 
 LIMITS = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
 PERIOD = 1e-3
@@ -34,13 +33,14 @@ def test_setpoints_of_parts_keep_the_limits_of_the_whole(size):
     chunks = list(sf.stream_setpoints((Path(path.curves[i : i + size]) for i in range(0, 40, size)), LIMITS,
                                       period=PERIOD, chunk=500))  # fmt: skip
     assert {len(chunk) for chunk in chunks[:-1]} == {500}
-    points = joined(chunks)
+    points = sf.Setpoints.joined(chunks)
     assert np.array_equal(points.t, np.arange(len(points)) * PERIOD)
     verdict = sf.check(chunks, path, LIMITS)
     assert verdict.ok, verdict.problems
     assert verdict.numbers["end_error_mm"] == 0.0
-    law = sf.plan(path, LIMITS, "look-ahead", PERIOD)
-    assert points.t[-1] == pytest.approx(law.duration, rel=0.02)
+    law = sf.plan(path, LIMITS, strategy="look-ahead", period=PERIOD)
+    # a stream sets half of the jerk aside for jumps of the curvature; a plan shares it with them
+    assert law.duration < points.t[-1] < 1.15 * law.duration
     assert np.max(np.abs(path.evaluate(points.curve, points.u)[:, 0] - points.position)) < 1e-12
     assert np.max(np.abs(path.arc_length(points.curve, points.u) - points.s)) < 1e-9
 
@@ -52,8 +52,8 @@ def test_a_program_with_feeds_stops_and_dwells_is_cut_where_it_may():
     parts = list(parts_of(path, 2))
     assert [len(part.curves) for part in parts] == [2, 2, 1]
     assert [[m.before for m in part.markers] for part in parts] == [[], [0], [1]]
-    points = joined(list(sf.stream_setpoints(iter(parts), LIMITS, period=PERIOD)))
-    law = sf.plan(path, LIMITS, "look-ahead", PERIOD)
+    points = sf.Setpoints.joined(list(sf.stream_setpoints(iter(parts), LIMITS, period=PERIOD)))
+    law = sf.plan(path, LIMITS, strategy="look-ahead", period=PERIOD)
     assert points.t[-1] == pytest.approx(law.duration, abs=0.1)
     assert sf.check(points, path, LIMITS).ok
     still = np.flatnonzero(np.all(np.diff(points.position, axis=0) == 0.0, axis=1))

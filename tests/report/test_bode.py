@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from splinefeed.machine import Friction, Table
-from splinefeed.report.bode import bode_figure, step_figure
-from splinefeed.report.files import save_figure
+from splinefeed.report.figure import Dots, Line
+from splinefeed.report.saving import save_figure
+from splinefeed.report.servo_figures import bode_figure, step_figure
 from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses, tuned_axis
 from splinefeed.simulation.linear import loop_response, margins, scaled
 from splinefeed.simulation.tuning import tune
@@ -20,21 +21,21 @@ def test_margins_are_drawn_where_they_are(name, tmp_path):
     found = tune(Table.load("xytheta").axes[name], "tyreus-luyben", experiment="sine")
     tuned = tuned_axis(found.old, found.axis, found.rule, 1e-3, found.response)
     figure = bode_figure(tuned, "xytheta")
-    gain, phase, closed = figure.axes
-    marks = [line for line in (*gain.get_lines(), *phase.get_lines()) if line.get_linewidth() == 2.0]
-    (up, down), (low, high) = (line.get_ydata() for line in marks)
+    gain, phase, closed = figure.panels
+    marks = [
+        next(mark for mark in panel.marks if isinstance(mark, Line) and mark.name == f"{name} margin")
+        for panel, name in ((gain, "gain"), (phase, "phase"))
+    ]
+    (up, down), (low, high) = (mark.y for mark in marks)
     assert (up, down) == (-found.margins.gain_margin_db, 0.0)
     assert (low, high) == (-180.0, -180.0 + found.margins.phase_margin)
-    omega = 2.0 * np.pi * np.array([marks[0].get_xdata()[0], marks[1].get_xdata()[0]])
+    omega = 2.0 * np.pi * np.array([marks[0].x[0], marks[1].x[0]])
     loop = loop_response(found.axis, 1e-3, omega)
     assert loop[0].real == pytest.approx(-1.0 / found.margins.gain_margin)
     assert abs(loop[1]) == pytest.approx(1.0)
-    assert [text.get_text() for text in gain.get_legend().get_texts()] == [
-        "old gains",
-        "new gains",
-        "measured by sines",
-    ]
-    assert closed.get_xlabel().startswith("frequency (Hz)")
+    named = [mark.name for mark in gain.marks if isinstance(mark, Line | Dots) and mark.named]
+    assert named == ["old gains", "new gains", "measured by sines"]
+    assert closed.x.label.startswith("frequency (Hz)")
     for suffix in ("svg", "png"):
         save_figure(figure, tmp_path / f"bode.{suffix}")
     measured = tuned.identified
@@ -48,15 +49,11 @@ def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):
     wild = scaled(axis, 10.0)
     tuned = tuned_axis(wild, axis, "none", 1e-3)
     figure = bode_figure(tuned, "wild")
-    gain, _, closed = figure.axes
-    assert gain.get_legend().get_texts()[0].get_text() == "old gains: unstable"
-    assert len([line for line in closed.get_lines() if len(line.get_xdata()) > 2]) == 1
+    gain, _, closed = figure.panels
+    assert gain.marks[0].name == "old gains: unstable"
+    assert [mark.name for mark in closed.marks if isinstance(mark, Line)] == ["new gains"]
     save_figure(step_figure([tuned, tuned], "wild"), tmp_path / "step.png")
-    assert (
-        bode_figure(tuned_axis(axis, wild, "none", 1e-3), "wild")
-        ._suptitle.get_text()
-        .endswith(margins(wild, 1e-3).verdict)
-    )
+    assert bode_figure(tuned_axis(axis, wild, "none", 1e-3), "wild").title.endswith(margins(wild, 1e-3).verdict)
 
 
 def test_a_step_is_small_and_rounded_and_ends_at_its_size():

@@ -10,11 +10,12 @@ import pytest
 
 import motions
 import splinefeed as sf
+from splinefeed.report.files import of_run
 from splinefeed.report.html import page
 from splinefeed.report.record import record
 from studio_tools import PATIENCE
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.timeout(900)]
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450, axis_jerk=18000)
 
@@ -31,7 +32,8 @@ def address(tmp_path_factory) -> str:
     said["tracking_error_max"] = {"x": float(abs(response.tracking_error[:, 0]).max())}
     file = tmp_path_factory.mktemp("report") / "report.html"
     results = [each.result for each in traces]
-    file.write_text(page(run, said, results, {"arc-length": response, "taylor-2": response}), encoding="utf-8")
+    figures = of_run(run, {"arc-length": response, "taylor-2": response})
+    file.write_text(page(run, said, figures, results), encoding="utf-8")
     return file.as_uri()
 
 
@@ -40,7 +42,7 @@ def in_space(tmp_path_factory) -> str:
     """The report of a helix, as a file."""
     run = sf.run(sf.shapes.helix(), LIMITS, strategy="look-ahead")
     file = tmp_path_factory.mktemp("report") / "helix.html"
-    file.write_text(page(run, record(run, (), "helix", {}, ["hdf5"])), encoding="utf-8")
+    file.write_text(page(run, record(run, (), "helix", {}, ["hdf5"]), of_run(run)), encoding="utf-8")
     return file.as_uri()
 
 
@@ -81,7 +83,7 @@ def lines_of(drawn: Any) -> str:
 
 def test_all_figures_are_drawn_and_the_first_screen_tells_what_came_out(opened):
     shown = opened()
-    for name in ("path", "motion", "errors", "spectra", "binding"):
+    for name in ("path", "motion", "errors", "spectra", "limits"):
         assert shown.locator(f"#{name} .main-svg").count() > 0
     for words in ("cycle time", "largest share", "feed ripple", "contour error", "tracking error x"):
         box = shown.locator(".cards").get_by_text(words, exact=True).bounding_box()
@@ -212,7 +214,7 @@ LAYOUT = "(id) => ((l) => [l.width, l.height, l.paper_bgcolor])(document.getElem
 def test_it_prints_white_and_whole(opened):
     shown = opened(scheme="dark")
     shown.evaluate("window.dispatchEvent(new Event('beforeprint'))")
-    for name in ("path", "motion", "errors", "spectra", "binding"):
+    for name in ("path", "motion", "errors", "spectra", "limits"):
         width, height, paper = shown.evaluate(LAYOUT, name)
         assert paper.lower() == "#ffffff"
         assert width <= 700  # A4 has 718 pixels between its margins, and 1047 from top to bottom

@@ -1,22 +1,19 @@
-"""The figures show what the records say: units, limits and peaks, for every kind of path."""
+"""The figures say what the records say: units, limits and peaks, for every kind of path."""
 
 from __future__ import annotations
 
 import itertools
-import re
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d import Axes3D
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis.motion import axis_motion
-from splinefeed.report import drawing, theme
-from splinefeed.report.figures import axes_figure, feed_figure, ripple_figure
-from splinefeed.report.path_figure import path_figure
+from splinefeed.report import interactive, theme
+from splinefeed.report.figure import Axis, Coloured, Dots, Figure, Heat, Level, Line, Panel
+from splinefeed.report.layout import Dot, Stroke, Text, layout
+from splinefeed.report.motion_figures import law_panels, motion_figure, ripple_figure
+from splinefeed.report.path_figures import binding_figure, limits_figure, path_figure
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
 
@@ -40,132 +37,149 @@ PATHS = {
 }
 
 
-def motion_of(path):
-    law = sf.plan(path, LIMITS, period=1e-3)
-    points = sf.interpolate(path, law)
-    return law, points, axis_motion(points, path, law)
-
-
 def words(figure: Figure) -> list[str]:
-    found = [text.get_text() for text in figure.texts] + ([figure.get_suptitle()] if figure.get_suptitle() else [])
-    for ax in figure.axes:
-        found += [ax.get_xlabel(), ax.get_ylabel(), ax.get_title(loc="left"), *(text.get_text() for text in ax.texts)]
-    return [text for text in found if text]
+    """Everything that is written on the paper."""
+    return [item.text for item in layout(figure).items if isinstance(item, Text)]
+
+
+def marks(panel: Panel, kind: type) -> list:
+    return [mark for mark in panel.marks if isinstance(mark, kind)]
 
 
 @pytest.fixture(scope="module", params=PATHS)
-def case(request):
-    path = PATHS[request.param]
-    return path, *motion_of(path)
+def run(request):
+    return sf.run(PATHS[request.param], LIMITS, period=1e-3)
 
 
-def test_path_figure(case):
-    path, _, points, _ = case
-    figure = path_figure(path, points)
-    labels = words(figure)
-    assert any("mm/s" in text for text in labels)
-    assert f"{path.axes[0]} (mm)" in labels
-    ax = figure.axes[0]
-    if path.linear >= 3 and np.ptp(points.position[:, 2]) > 0:
-        assert isinstance(ax, Axes3D)
-        assert ax.get_zlabel() == "z (mm)"
-    elif path.linear > 1:
-        assert ax.get_aspect() == 1.0
-        assert any(text.startswith("start") for text in labels)
-    (lines,) = (each for each in ax.collections if each.get_array() is not None)
-    assert lines.norm.vmax == points.feed.max()
-    assert len(lines.get_array()) <= len(points)
+def test_the_path_is_coloured_by_its_feed(run):
+    figure = path_figure(run)
+    (panel,) = figure.panels
+    (path,) = marks(panel, Coloured)
+    assert path.shades["feed"].high == run.points.feed.max()
+    assert len(path.shades["feed"].values) == len(path.place) <= len(run.points)
+    found = words(figure)
+    assert "feed (mm/s)" in found
+    space = run.path.linear >= 3 and np.ptp(run.points.position[:, 2]) > 0
+    assert bool(panel.z) == space
+    assert any(text.startswith(f"{run.path.axes[0]} (mm)") for text in found)
+    if space:
+        assert any(text.startswith("z (mm): ") for text in found)
+    elif run.path.linear > 1:
+        assert any(text.startswith("start") for text in found)
 
 
-def test_feed_figure(case):
-    path, law, _, _ = case
-    figure = feed_figure(law, LIMITS, path.name)
-    assert [ax.get_ylabel() for ax in figure.axes] == [
-        "travelled (mm)",
-        "feed (mm/s)",
-        "acceleration (mm/s²)",
-        "jerk (mm/s³)",
-    ]
-    assert figure.axes[-1].get_xlabel() == "time (s)"
-    jerk = figure.axes[3].lines[0].get_ydata()
-    assert jerk.max() == pytest.approx(law.jerk(law.breaks[:-1]).max())
-    assert jerk.min() == pytest.approx(law.jerk(law.breaks[:-1]).min())
-    assert {"A = 500 mm/s²", "-D = -500 mm/s²", "J = 20000 mm/s³"} <= set(words(figure))
+@pytest.mark.parametrize("name", ["smooth", "flat in space", "upright", "corners"])
+def test_equal_scales_are_equal_on_paper(name):
+    run = sf.run(PATHS[name], LIMITS)
+    figure = path_figure(run)
+    (path,) = marks(figure.panels[0], Coloured)
+    drawn = [item.points for item in layout(figure).items if isinstance(item, Stroke) and item.width == 3.2]
+    on_paper = np.ptp(np.vstack(drawn), axis=0)
+    assert on_paper * np.ptp(path.place, axis=0)[::-1] == pytest.approx(
+        on_paper[::-1] * np.ptp(path.place, axis=0), rel=1e-9, abs=1e-9
+    )
 
 
-def test_axes_figure(case):
-    path, _, _, motion = case
-    figure = axes_figure(motion, path, LIMITS)
-    panels = dict(zip([ax.get_ylabel() for ax in figure.axes], figure.axes, strict=True))
-    assert len(panels) == 3 * len(path.axes)
-    for i, axis in enumerate(path.axes):
-        length = "mm" if i < path.linear else "°"
-        factor = 1.0 if i < path.linear else 180 / np.pi
-        ax = panels[f"{axis} acceleration ({length}/s²)"]
-        drawn = ax.lines[0].get_ydata()
-        assert np.abs(drawn).max() == pytest.approx(factor * np.abs(motion.acceleration[:, i]).max())
-        peak = np.abs(motion.acceleration[:, i]).max()
-        if i < path.linear and peak > 0:
-            assert f"{drawing.short(peak / 500)} times A" in ax.get_title(loc="left")
-        else:
-            assert "times" not in ax.get_title(loc="left")
-    assert "A = 500 mm/s² and J = 20000 mm/s³" in figure.get_suptitle()
+def test_the_motion_over_time(run):
+    figure = motion_figure(run)
+    labels = [panel.y.label for panel in figure.panels]
+    assert labels[:4] == ["s (mm)", "feed (mm/s)", "acceleration (mm/s²)", "jerk (mm/s³)"]
+    (jerk,) = marks(figure.panels[3], Line)
+    assert jerk.y.max() == pytest.approx(run.law.jerk(run.law.breaks[:-1]).max())
+    assert jerk.y.min() == pytest.approx(run.law.jerk(run.law.breaks[:-1]).min())
+    assert {"A = 500 mm/s²", "-D = -500 mm/s²", "J = 20000 mm/s³", "time (s)"} <= set(words(figure))
+    lines = {each.name: each for panel in figure.panels for each in marks(panel, Line)}
+    for k, axis in enumerate(run.path.axes):
+        rotary = k >= run.path.linear
+        assert f"axis acceleration ({'°' if rotary else 'mm'}/s²)" in labels
+        factor = 180 / np.pi if rotary else 1.0
+        largest = factor * np.abs(run.motion.acceleration[:, k]).max()
+        assert np.abs(lines[f"{axis} acceleration"].y).max() == pytest.approx(largest)
 
 
-def test_peaks_beyond_the_path_are_coloured_and_very_high_ones_get_a_logarithm():
-    path = motions.butterfly()
-    _, _, motion = motion_of(path)
-    figure = axes_figure(motion, path, LIMITS)
-    velocity, jerk = figure.axes[0], figure.axes[4]
-    assert velocity.get_yscale() == "linear"
-    assert jerk.get_yscale() == "symlog"
-    title = jerk.title if jerk.title.get_text() else jerk._left_title
-    assert to_hex(title.get_color()) == theme.VERMILION.lower()
-    assert re.search(r"peak \S+ = \d+ times J at ", title.get_text())
+def test_what_an_axis_does_beside_what_the_path_was_planned_with():
+    run = sf.run(motions.butterfly(), LIMITS)
+    panel = next(panel for panel in motion_figure(run).panels if panel.y.label == "axis acceleration (mm/s²)")
+    most = np.abs(run.motion.acceleration).max()
+    assert panel.note.endswith(f"{theme.short(most / 500)} times A along the path (green)")
+    assert [level.value for level in marks(panel, Level)] == [500, -500]
 
 
-def test_ripple_figure():
+def test_the_ripple_of_methods():
     path = PATHS["smooth"]
     law = sf.plan(path, LIMITS, period=1e-3)
     traces = list(sf.compare(path, law, methods=["taylor-1", "milne-simpson", "arc-length"]))
     figure = ripple_figure(traces, "a path")
-    assert [ax.get_title(loc="left").split("\n")[0] for ax in figure.axes] == [t.result.method for t in traces]
-    for ax, trace in zip(figure.axes, traces, strict=True):
-        assert ax.get_yscale() == "log"
-        drawn = ax.lines[0].get_ydata()
-        assert drawn.max() == pytest.approx(np.abs(trace.relative).max())
-        assert trace.result.ripple_floor == pytest.approx(ax.lines[1].get_ydata()[0], rel=1.0)
-        low, high = ax.get_ylim()
-        assert low < trace.result.ripple_floor < high
-        assert trace.result.ripple_max < high
+    assert [panel.y.label for panel in figure.panels] == [trace.result.method for trace in traces]
+    for panel, trace in zip(figure.panels, traces, strict=True):
+        assert panel.y.log
+        (ripple,), (floor,) = marks(panel, Line), marks(panel, Level)
+        assert ripple.y.max() == pytest.approx(np.abs(trace.relative).max())
+        assert trace.result.ripple_floor == pytest.approx(floor.value, rel=1.0)
+        assert panel.y.low < trace.result.ripple_floor < panel.y.high
+        assert trace.result.ripple_max < panel.y.high
 
 
 def test_motions_too_short_for_a_ripple():
     path = line([0, 0], [1e-3, 0])
     law = sf.plan(path, LIMITS, period=0.01)
-    ripple_figure(list(sf.compare(path, law, methods=["arc-length"])), "short")
-    points = sf.interpolate(path, law)
-    path_figure(path, points)
-    feed_figure(law, LIMITS, "short")
-    axes_figure(axis_motion(points, path, law), path, LIMITS)
+    short = sf.run(path, LIMITS, period=0.01)
+    figures = [ripple_figure(list(sf.compare(path, law, methods=["arc-length"])), "short"), path_figure(short)]
+    for figure in (*figures, motion_figure(short), limits_figure(short.use, short.points, "short")):
+        assert len(words(figure)) > 3
 
 
 def test_limits_that_are_not_there_are_not_drawn():
-    path = PATHS["smooth"]
-    law, _, motion = motion_of(path)
     limits = sf.Limits(feed=1e6)
-    figure = feed_figure(law, limits, "free")
-    limit_words = [text for text in words(figure) if "=" in text]
-    assert limit_words == ["limit = 1e6 mm/s: beyond this scale"]
-    assert "\n" not in axes_figure(motion, path, limits).get_suptitle()
+    law = sf.plan(PATHS["smooth"], LIMITS, period=1e-3)
+    figure = Figure("free", tuple(law_panels(law, limits)))
+    assert [text for text in words(figure) if "=" in text] == ["limit = 1e6 mm/s: beyond this scale"]
+    assert not any(panel.levels() for panel in figure.panels)
 
 
 def test_different_limits_of_speeding_up_and_down():
-    path = PATHS["smooth"]
     limits = sf.Limits(feed=60, acceleration=500, deceleration=300, jerk=20000, deceleration_jerk=9000)
-    law = sf.plan(path, limits, period=1e-3)
-    found = words(feed_figure(law, limits, "two"))
+    law = sf.plan(PATHS["smooth"], limits, period=1e-3)
+    found = words(Figure("two", tuple(law_panels(law, limits))))
     assert {"A = 500 mm/s²", "-D = -300 mm/s²", "slowing J = 9000 mm/s³", "slowing -J = -9000 mm/s³"} <= set(found)
+
+
+def test_each_part_of_the_path_has_the_colour_of_its_limit():
+    run = sf.run(motions.smooth(), sf.Limits(feed=60, axis_acceleration=450, axis_jerk=18000), strategy="time-optimal")
+    (panel,) = binding_figure(run).panels
+    drawn = np.sum([np.isfinite(each.x) for each in marks(panel, Line)], axis=0)
+    assert drawn.min() == 1  # no gap,
+    assert np.mean(drawn == 1) > 0.5  # and two colours where they meet alone
+    parts = [float(each.name.split()[-1].rstrip("%")) for each in marks(panel, Line)]
+    assert sum(parts) == pytest.approx(100.0, abs=len(parts))
+    (heat,) = marks(limits_figure(run.use, run.points, "a path").panels[1], Heat)
+    assert heat.share.max() == run.use.share.max()
+
+
+def test_values_that_are_not_finite_leave_a_gap():
+    t = np.linspace(0.0, 1.0, 9)
+    y = np.where(np.arange(9) == 4, np.nan, np.where(np.arange(9) == 7, np.inf, t))
+    dots = Dots(t, y, words=("a",))
+    figure = Figure("gaps", (Panel(Axis("t (s)"), Axis("y (mm)"), (Line(t, y, "y"), dots, Level(np.inf, "none"))),))
+    sheet = layout(figure)
+    assert np.isfinite([(item.x, item.y) for item in sheet.items if isinstance(item, Dot | Text)]).all()
+    assert sum(isinstance(item, Dot) for item in sheet.items) == 7
+    from splinefeed.report.svg import to_text
+
+    assert "nan" not in to_text(figure).lower()
+    assert "inf" not in to_text(figure).lower()
+
+
+def test_paper_and_page_draw_the_same_curves(run):
+    figure = motion_figure(run)
+    plain = interactive.to_plain(figure)
+    assert [each["name"] for each in plain["data"]] == [
+        mark.name for panel in figure.panels for mark in marks(panel, Line)
+    ]
+    told = " ".join(each["text"] for each in plain["layout"]["annotations"])
+    for panel in figure.panels:
+        assert panel.y.label in told
+        assert panel.y.label in words(figure)
 
 
 @pytest.mark.parametrize(
@@ -188,4 +202,15 @@ def test_ticks(value, text):
     ("value", "text"), [(1539.6, "1540"), (1.43e5, "1.43e5"), (0.129, "0.129"), (60.0, "60"), (1e-9, "1e-9")]
 )
 def test_short_numbers(value, text):
-    assert drawing.short(value) == text
+    assert theme.short(value) == text
+
+
+def test_ticks_lie_on_the_axis_and_apart():
+    for low, high, log in ((0.0, 1.65, False), (-3.3e-7, 9e-7, False), (1e-14, 0.6, True), (3.0, 40.0, True)):
+        t = np.array([0.0, 1.0])
+        panel = Panel(Axis("t (s)"), Axis("y (mm)", low, high, log=log), (Line(t, np.array([low, high])),))
+        sheet = layout(Figure("", (panel,)))
+        labels = [item for item in sheet.items if isinstance(item, Text) and item.anchor == "end"]
+        heights = np.sort([item.y for item in labels])
+        assert 2 <= len(labels) <= 8
+        assert np.diff(heights).min() >= 12.0

@@ -8,14 +8,18 @@ import gzip
 import html.parser
 import json
 import re
+import sys
 
 import numpy as np
 import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.report import library, plotly_figures, plotly_path
+from splinefeed.report import interactive, library
+from splinefeed.report.files import of_run
 from splinefeed.report.html import page
+from splinefeed.report.motion_figures import COLUMNS, motion_figure
+from splinefeed.report.path_figures import path_figure
 from splinefeed.report.record import record
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450, axis_jerk=18000)
@@ -33,7 +37,7 @@ def made():
         response,
         traces,
         said,
-        page(run, said, [each.result for each in traces], {"arc-length": response, "taylor-2": response}),
+        page(run, said, of_run(run, {"arc-length": response, "taylor-2": response}), [t.result for t in traces]),
     )
 
 
@@ -63,7 +67,7 @@ def test_it_stands_alone_and_is_small(made):
         assert not {"src", "href"} & set(attributes)
     ids = [attributes["id"] for _, attributes in tags if "id" in attributes]
     assert len(ids) == len(set(ids))
-    assert set(data_of(text)["figures"]) == {"path", "motion", "errors", "spectra", "binding"} <= set(ids)
+    assert set(data_of(text)["figures"]) == {"path", "motion", "errors", "spectra", "limits"} <= set(ids)
 
 
 def test_the_first_screen_says_what_came_out(made):
@@ -75,7 +79,7 @@ def test_the_first_screen_says_what_came_out(made):
         assert name.replace("_", " ").replace(".", " ") in text
     assert said["command"].replace("'", "&#x27;") in text
     broken = dataclasses.replace(run, verdict=sf.check(run.points, run.path, dataclasses.replace(LIMITS, feed=30.0)))
-    over = page(broken, {**said, "ok": False, "problems": list(broken.verdict.problems)})
+    over = page(broken, {**said, "ok": False, "problems": list(broken.verdict.problems)}, of_run(run))
     assert "Not kept: feed." in over
     assert "% over the limit of 30 mm/s" in over
 
@@ -83,15 +87,13 @@ def test_the_first_screen_says_what_came_out(made):
 def test_peaks_survive_thinning(made):
     run = made[0]
     lines = {line["name"]: line for line in data_of(made[-1])["figures"]["motion"]["data"]}
-    for name, values in (
-        ("feed", run.points.feed),
-        ("jerk", run.law.jerk(run.points.t)),
-        ("x jerk", run.motion.jerk[:, 0]),
-    ):
+    law, inner = run.law, run.law.breaks[1:-1]
+    at = np.concatenate([run.points.t, inner, np.nextafter(inner, 0.0)])  # both sides of where the jerk jumps
+    for name, values in (("feed", law.feed(at)), ("jerk", law.jerk(at)), ("x jerk", run.motion.jerk[:, 0])):
         drawn = np.frombuffer(base64.b64decode(lines[name]["y"]["bdata"]))
         assert drawn.max() == values.max()
         assert drawn.min() == values.min()
-        assert len(drawn) <= 2 * plotly_figures.COLUMNS + 2
+        assert len(drawn) <= 2 * COLUMNS + 2
     colours = data_of(made[-1])["colours"]
     assert max(colours["feed"]["values"]) == pytest.approx(run.points.feed.max(), rel=1e-4)
     assert {"feed", "curvature", "contour error", "nearest limit", "share of axis jerk x"} <= set(colours)
@@ -100,7 +102,7 @@ def test_peaks_survive_thinning(made):
 def test_hostile_names_stay_text(made):
     run, _, _, said, _ = made
     name = '</script><script>alert(1)</script> & "x" ${title} \x00'
-    text = page(run, {**said, "name": name, "notes": [name], "settings": {"source": name}})
+    text = page(run, {**said, "name": name, "notes": [name], "settings": {"source": name}}, of_run(run))
     assert "<script>alert(1)" not in text
     assert "&lt;/script&gt;&lt;script&gt;alert(1)" in text
 
@@ -113,37 +115,39 @@ def test_in_space_on_one_axis_and_with_a_rotary_one():
     ]
     for path in paths:
         run = sf.run(path)
-        figure, colours, space = plotly_path.path(run, None)
+        drawn = path_figure(run)
+        figure, colours, space = (
+            interactive.to_plain(drawn),
+            interactive.colours_of(drawn),
+            interactive.in_space(drawn),
+        )
         assert space == (path.linear == 3)
         assert len(figure["data"][0 if space else 1]["customdata"]) == len(colours["feed"]["values"])
-        json.dumps(plotly_figures.motion(run), allow_nan=False)
+        json.dumps(interactive.to_plain(motion_figure(run)), allow_nan=False)
 
 
 def test_without_plotly_the_mend_is_said(made, monkeypatch):
-    real = library.resources.files
-
-    def files(name):
-        if name == "plotly":
-            raise ModuleNotFoundError(name)
-        return real(name)
-
-    monkeypatch.setattr(library.resources, "files", files)
+    monkeypatch.setitem(sys.modules, "plotly", None)
     library.compressed.cache_clear()
-    with pytest.raises(sf.SplinefeedError, match=r"pip install 'splinefeed\[report\]'"):
-        page(made[0], made[3])
+    with pytest.raises(sf.SplinefeedError, match=r'pip install "splinefeed\[plots\]"'):
+        page(made[0], made[3], of_run(made[0]))
 
 
-def test_the_library_is_packed_whole_with_its_licence():
-    script = library.script()
+def test_the_library_is_packed_whole_with_its_licence(monkeypatch, tmp_path):
+    monkeypatch.setattr(library.platformdirs, "user_cache_path", lambda *_, **__: tmp_path / "cache")
+    library.compressed.cache_clear()
+    script, packed = library.script(), library.compressed()
+    (kept,) = (tmp_path / "cache").iterdir()
+    library.compressed.cache_clear()
+    assert library.compressed() == kept.read_text() == packed
     assert gzip.decompress(base64.b64decode(library.compressed())).decode() == script
     assert "MIT license" in script[:300]
     assert script.rstrip().endswith("window.Plotly = Plotly;})();")
 
 
 def test_a_library_of_another_make_is_taken_as_it_is(monkeypatch, tmp_path):
-    (tmp_path / "package_data").mkdir()
-    (tmp_path / "package_data" / "plotly.min.js").write_text("/* of its own kind */ window.Plotly = {};")
-    monkeypatch.setattr(library.resources, "files", lambda name: tmp_path)
+    (tmp_path / "plotly.min.js").write_text("/* of its own kind */ window.Plotly = {};")
+    monkeypatch.setattr(library, "file", lambda: tmp_path / "plotly.min.js")
     assert library.script() == "/* of its own kind */ window.Plotly = {};"
 
 
@@ -151,6 +155,7 @@ def test_a_library_of_another_make_is_taken_as_it_is(monkeypatch, tmp_path):
 def test_the_word_at_the_start_stays_inside_the_picture(turned, side):
     """At 400 pixels a word in the middle above the rightmost point was cut off at the edge."""
     t = turned + np.linspace(0.0, 2.0 * np.pi, 101)
-    ends = plotly_path._ends(np.column_stack([np.cos(t), np.sin(t)]), "xy")
+    place = np.column_stack([np.cos(t), np.sin(t)])
+    ends = interactive._ends(place[:1], place, ("start and end",), "xy")
     assert ends["text"] == ["start and end"]
     assert ends["textposition"] == [f"top {side}"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import control
 import numpy as np
 import pytest
 
@@ -13,6 +12,10 @@ from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.machine import Axis, Friction
 from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins
+
+control = pytest.importorskip("control", reason="python-control is of the extra slow")
+
+pytestmark = pytest.mark.slow
 
 NYQUIST = math.pi / PERIOD
 TIME = np.arange(600) * PERIOD
@@ -147,10 +150,3 @@ def test_margins_of_random_loops_are_those_of_python_control() -> None:
     rng = np.random.default_rng(20250)
     stable = sum(compared(random_axis(rng)) for _ in range(25))
     assert stable >= 8
-
-
-@pytest.mark.torture
-def test_margins_of_very_many_loops_are_those_of_python_control() -> None:
-    rng = np.random.default_rng(1)
-    for _ in range(2000):
-        compared(random_axis(rng))

@@ -302,3 +302,16 @@ def test_no_machine_makes_a_nan(machine: Table, seed: int, sub_steps: int) -> No
     axis = machine.axes["x"]
     if axis.transmission.stiffness is None:
         assert same(response, follow(points, machine, sub_steps=sub_steps))
+
+
+@settings(max_examples=25)
+@given(machine=machines(), seed=st.integers(0, 2**31), sub_steps=st.integers(1, 4))
+def test_plain_python_and_the_compiled_loop_give_the_same_bits(machine: Table, seed: int, sub_steps: int) -> None:
+    points = setpoints(np.cumsum(np.random.default_rng(seed).normal(scale=0.03, size=60)))
+    found = []
+    for run_axis in (servo.run_axis.plainly, servo.run_axis.compiled):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(servo.run_axis, "for_work", lambda count, run_axis=run_axis: run_axis)
+            found.append(follow(points, machine, sub_steps=sub_steps))
+    assert same(*found)
+    assert found[0].position.tobytes() == found[1].position.tobytes()

@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from simulation.axes import setpoints
 from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Motor, Scale, Table, Transmission
@@ -165,6 +166,7 @@ def check(seed: int) -> str:
     return "stopped"
 
 
+@pytest.mark.slow
 def test_200_machines_follow_or_stop_with_a_reason() -> None:
     ends = [check(seed) for seed in range(200)]
     assert ends.count("followed") >= 100

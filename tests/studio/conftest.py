@@ -14,7 +14,6 @@ from urllib.parse import urlsplit
 
 import pytest
 
-import splinefeed
 from studio_tools import PATIENCE
 
 #: Kernels are loaded, and on a machine that has never run them compiled, ms.
@@ -26,11 +25,10 @@ class Studio:
 
     def __init__(self, folder: Path) -> None:
         self.history = folder / "history.sqlite"
-        home = str(Path(splinefeed.__file__).parents[1])
         self.temporary = folder / "tmp"
         self.temporary.mkdir()
         words = [sys.executable, "-m", "splinefeed", "studio", "--no-browser", "--json", "--history", str(self.history)]
-        env = {**os.environ, "PYTHONPATH": home, "TMPDIR": str(self.temporary)}
+        env = {**os.environ, "TMPDIR": str(self.temporary)}
         self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=env)
         text = ""
         while "}" not in text:
@@ -65,7 +63,9 @@ def opened(studio, chromium) -> Iterator[Any]:
     """Open a page of the studio, ready and planned; whatever its console complains of fails the test."""
     contexts, said = [], []
 
-    def open_page(width: int = 1280, height: int = 900, *, address: str | None = None, scheme: str = "light") -> Any:
+    def open_page(
+        width: int = 1280, height: int = 900, *, address: str | None = None, scheme: str = "light", shown: str = "final"
+    ) -> Any:
         context = chromium.new_context(
             viewport={"width": width, "height": height}, accept_downloads=True, color_scheme=scheme
         )
@@ -75,7 +75,7 @@ def opened(studio, chromium) -> Iterator[Any]:
         page.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: said.append(str(error)))
         page.goto(address or studio.address)
-        page.wait_for_selector("body[data-shown=final]", timeout=WARMING)
+        page.wait_for_selector(f"body[data-shown={shown}]", timeout=WARMING)
         return page
 
     yield open_page

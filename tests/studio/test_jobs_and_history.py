@@ -12,7 +12,7 @@ from studio_tools import PATIENCE, rest, value
 
 expect = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed").expect
 expect.set_options(timeout=PATIENCE)
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.timeout(900)]
 
 #: Every control has a name that a screen reader can say.
 NAMELESS = """[...document.querySelectorAll('input, select, textarea, button, canvas, [role=tab]')].filter((each) =>
@@ -28,7 +28,7 @@ def test_fifty_megabytes_are_taken_and_read(opened, tmp_path):
     assert large.stat().st_size > 50_000_000
     rest(page, lambda: page.set_input_files("#file", str(large)))
     assert page.inner_text("#source-name") == "large.dxf"
-    made = sf.run(sf.read(large), sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000), strategy="look-ahead")
+    made = sf.run(sf.read(large), sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000))
     assert value(page, "duration_s") == made.law.duration
 
 
@@ -82,7 +82,7 @@ def test_a_long_job_outlives_a_refresh_is_seen_by_other_tabs_and_can_be_cancelle
     page.wait_for_selector(".job progress")
     page.reload()
     page.wait_for_selector(".job progress")
-    other = opened(1000, 700)
+    other = opened(1000, 700, shown="preview")  # the final plan waits for its turn behind the job
     job = other.locator(".job", has_text="tune xytheta")
     job.get_by_role("button", name="Cancel").click()
     for each in (page, other):

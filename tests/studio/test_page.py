@@ -12,7 +12,7 @@ from studio_tools import rest, value
 
 #: Where the picture begins on the page.
 BOX = "(() => { const box = document.getElementById('path').getBoundingClientRect(); return [box.x, box.y]; })()"
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.timeout(900)]
 
 
 def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(opened, data_dir):
@@ -21,11 +21,11 @@ def test_a_dxf_is_dropped_a_limit_moved_and_the_numbers_are_those_of_the_api(ope
     rest(page, lambda: page.set_input_files("#file", str(file)))
     limits = {"feed": 60.0, "axis_acceleration": 500.0, "axis_jerk": 20000.0}
     path = sf.read(file, path=1)
-    made = sf.run(path, sf.Limits(**limits), strategy="look-ahead")
+    made = sf.run(path, sf.Limits(**limits))
     assert value(page, "duration_s") == made.law.duration
     before = page.inner_text("#verdict")
     rest(page, lambda: (page.fill("#limit-feed", "1200 mm/min"), page.press("#limit-feed", "Enter")))
-    made = sf.run(path, sf.Limits(**{**limits, "feed": 20.0}), strategy="look-ahead")
+    made = sf.run(path, sf.Limits(**{**limits, "feed": 20.0}))
     numbers = made.numbers()
     assert value(page, "duration_s") == numbers["duration_s"]
     assert value(page, "ripple_max") == numbers["ripple_max"]

@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from studio_tools import rest, value
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.timeout(900)]
 
 
 def test_while_a_slider_moves_look_ahead_stands_in_and_says_so(opened):
@@ -81,7 +81,7 @@ def test_control_points_are_moved_by_table_and_by_hand_and_back(opened):
     assert document["weights"][1] == 0.5
     curve = sf.NurbsCurve(document["degree"], document["knots"], document["control_points"], document["weights"])
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
-    assert value(page, "duration_s") == sf.run(sf.Path([curve]), limits, strategy="look-ahead").law.duration
+    assert value(page, "duration_s") == sf.run(sf.Path([curve]), limits).law.duration
     rest(page, lambda: page.click("#undo"))
     assert value(page, "duration_s") == before
     # the corner beyond the upper right of the circle, where the picture has it

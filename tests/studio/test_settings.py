@@ -17,7 +17,7 @@ def test_the_usual_settings_are_the_butterfly(tmp_path):
     wanted = resolve({}, tmp_path)
     assert wanted.path.name == "butterfly"
     assert wanted.limits == sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
-    assert (wanted.period, wanted.strategy, wanted.table) == (1e-3, "look-ahead", None)
+    assert (wanted.period, wanted.strategy, wanted.table) == (1e-3, "time-optimal", None)
 
 
 def test_fields_take_units_and_single_axes(tmp_path):
@@ -55,6 +55,7 @@ def _text(name: str) -> str:
         ({"limits": {"sped": 3}}, "limits.feed", "unknown limit"),
         ({"period": "soon"}, "period", "'soon' cannot be read; expected a time such as"),
         ({"strategy": "fast"}, "strategy", "'fast' is not known; there are"),
+        ({"strategy": "seven-phase"}, "strategy", "axis_acceleration, axis_jerk: the seven-phase strategy cannot hold"),
         ({"method": "euler"}, "method", "'euler' is not known; there are"),
         ({"machine": "router/../../etc"}, "machine", "is no machine; there are"),
         ({"machine": {"name": "x", "toml": "[axis.x]\n"}}, "machine", "axis.x.motor: missing"),
@@ -124,7 +125,7 @@ class NoMail:
 
 def test_while_a_slider_moves_a_page_gets_what_it_looks_at_and_the_same_numbers(tmp_path):
     bench = Bench(tmp_path, tmp_path, lambda words: None, NoMail())
-    settings = {"source": {"shape": "circle?radius=10"}, "period": "5 ms"}
+    settings = {"source": {"shape": "circle?radius=10"}, "period": "5 ms", "strategy": "look-ahead"}
     whole = plan({"settings": settings}, bench)
     moving = plan({"settings": settings, "look": {"figure": "binding", "colour": "curvature"}}, bench)
     assert moving["result"]["numbers"] == whole["result"]["numbers"]

@@ -40,6 +40,7 @@ def mpiexec() -> str:
     return found
 
 
+@pytest.mark.slow
 def test_three_processes_of_mpi_give_the_rows_of_one(mpiexec, tmp_path):
     (tmp_path / "mpi.toml").write_text(SPEC)
     rows = list(sf.sweep(tmp_path / "mpi.toml", workers=0, folder=tmp_path / "one"))

@@ -79,6 +79,7 @@ def test_processes_threads_and_this_process_agree_to_the_bit(serial, tmp_path):
     assert (tmp_path / "one" / part).read_bytes() == (tmp_path / "two" / part).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_that_loses_a_worker_gives_the_same(serial, tmp_path):
     distributed = pytest.importorskip("distributed")
     with (
@@ -106,6 +107,7 @@ for row in sf.sweep(json.loads(sys.argv[1]), workers=0, folder=sys.argv[2]):
 """
 
 
+@pytest.mark.slow
 def test_kill_9_at_any_moment_loses_at_most_what_was_in_flight(serial, tmp_path, monkeypatch):
     monkeypatch.setattr(stores, "PART", 5)
     folder = tmp_path / "kept"
@@ -154,6 +156,7 @@ def runs(process: int) -> bool:
     return not about.parent.parent.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs kill -9")
 def test_workers_end_with_the_process_that_started_them(tmp_path):
     (tmp_path / "one.py").write_text(ORPHANS)
@@ -209,6 +212,7 @@ class Breaking(Executor):
         return future
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_given_up_and_the_rest_is_done(serial):
     rows = by_index(sf.sweep(SPEC, lambda: Breaking(7), workers=2))
     assert len(rows) == 24

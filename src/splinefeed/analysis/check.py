@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 from splinefeed.analysis.check_bounds import Bounds, Fault
 from splinefeed.analysis.check_law import check_law, worse
@@ -56,9 +55,11 @@ def check(
 ) -> Verdict:
     """Whether setpoints, whole or in chunks, lie on `path`, cover it, keep their period, and hold every limit.
 
-    A limit holds if worst <= limit (1 + 1e-9) + floor. Of a difference of order k the floor is
+    A limit holds if worst <= limit (1 + 1e-9) + floor at every place. Of a difference the floor is what the rounding of
+    its own setpoints makes of it: up to 2^k r / T^k at order k,
 
-        2^k (eps X + resolution / 2) / T^k,   X = max(length of the path, |u| |C'(u)|), for an axis besides + max |x|
+        r = eps max(length of the path, |u| |C'(u)|)             along the path
+        r = |dx/ds| that + eps X + resolution / 2                on an axis, X as large as the numbers x is made of
 
     What the limits bound is measured as k! times the divided difference of the setpoints: a mean of the derivative
     over k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
@@ -91,9 +92,13 @@ def check(
 
 
 def _blocks(points: Setpoints | Iterable[Setpoints], path: Path) -> Iterator[tuple[Setpoints, bool]]:
-    """Blocks of at most BLOCK ticks, and whether each is the last; the last one is the last tick alone."""
-    held: Setpoints | None = None
+    """Blocks of BLOCK ticks, and whether each is the last; the last one is the last tick alone.
+
+    However the chunks are cut, the blocks are the same.
+    """
     first: Setpoints | None = None
+    waiting: list[Setpoints] = []
+    count = 0
     for chunk in [points] if isinstance(points, Setpoints) else points:
         if not isinstance(chunk, Setpoints):
             raise InputError(f"setpoints are needed, got {type(chunk).__name__}")
@@ -102,21 +107,19 @@ def _blocks(points: Setpoints | Iterable[Setpoints], path: Path) -> Iterator[tup
             raise InputError(f"the setpoints have axes {chunk.axes}, the path {path.axes}; they must be the same")
         if chunk.period != number(first.period, "period") or not chunk.period > 0.0:
             raise InputError(f"a chunk has a period of {chunk.period:g} s, the first one {first.period:g} s")
-        for start in range(0, len(chunk), BLOCK):
-            if held is not None:
-                yield held, False
-            held = _part(chunk, slice(start, start + BLOCK))
-    if held is not None:
-        if len(held) > 1:
-            yield _part(held, slice(0, -1)), False
-        yield _part(held, slice(-1, None)), True
-
-
-def _part(points: Setpoints, part: slice) -> Setpoints:
-    columns: dict[str, Any] = {
-        name: getattr(points, name)[part] for name in ("t", "curve", "u", "s", "feed", "position")
-    }
-    return replace(points, **columns)
+        start = 0
+        while start < len(chunk):
+            if count == BLOCK:
+                yield Setpoints.joined(waiting), False
+                waiting, count = [], 0
+            part = chunk.part(start, min(start + BLOCK - count, len(chunk)))
+            start, count = start + len(part), count + len(part)
+            waiting.append(part)
+    if count:
+        block = Setpoints.joined(waiting)
+        if count > 1:
+            yield block.part(0, count - 1), False
+        yield block.part(count - 1, count), True
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
         "end_reached": "end" not in judge.faults,
         "off_curve_max_mm": judge.off_path,
         "tolerance_mm": judge.allowed,
-        "rounding_scale_mm": float(judge.scale[0]),
+        "rounding_scale_mm": judge.scale,
     }
     if law is not None:
         numbers |= {"ripple_max": judge.ripple, "law_drift_max_mm": judge.drift}

@@ -9,7 +9,7 @@ import numpy as np
 
 from splinefeed.analysis.check_corners import Corners, passable
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import pieces as rows
+from splinefeed.kernels import layout
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, Limits
 
 #: The limit of how much the velocity of an axis may jump at a corner.
@@ -18,32 +18,37 @@ STEP = "axis_velocity_step"
 
 @dataclass
 class Worst:
-    """The worst of one limit so far; order of its difference, and column of the steps: 0 the path, 1 + k axis k."""
+    """The worst of one limit so far; order of its difference, and column of the steps: 0 the path, 1 + k axis k.
+
+    value, floor  what it is there, and what rounding alone can make of it; over  how many were over the limit
+    """
 
     limit: float
     order: int
     column: int
     value: float = 0.0
+    floor: float = 0.0
     t: float = 0.0
     s: float = 0.0
     over: int = 0
 
-    def see(self, values: Array, t: Array, s: Array, floor: float, limits: Array | None = None) -> int | None:
-        """Take note of values (n,) at times t and arc lengths s (n,), NaN being nothing; the index of a new worst.
+    def see(self, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None) -> None:
+        """Take note of values and their rounding, floor (n,), at times t and arc lengths s (n,); NaN is nothing.
 
-        limits (n,) if the limit changes from place to place: the worst is the value nearest to its own, or furthest
-        over it, and `limit` becomes that one.
+        The worst is the value that is, but for its rounding, nearest to its limit or furthest over it. limits (n,) if
+        the limit changes from place to place: `limit` becomes that of the worst.
         """
         if not len(values):
-            return None
-        known = np.where(np.isnan(values), -np.inf, values)
-        own = np.full(len(known), self.limit) if limits is None else limits
-        self.over += int(np.count_nonzero(known > own * (1.0 + KEPT) + floor))
-        k = int(np.argmax(known if limits is None else (known - floor) / own))
-        if not (known[k] - floor) / own[k] > (self.value - floor) / self.limit:
-            return None
-        self.value, self.t, self.s, self.limit = float(known[k]), float(t[k]), float(s[k]), float(own[k])
-        return k
+            return
+        own = np.full(len(values), self.limit) if limits is None else limits
+        beyond = values - floor
+        beyond = np.where(np.isnan(beyond), -np.inf, beyond)
+        self.over += int(np.count_nonzero(beyond > own * (1.0 + KEPT)))
+        share = beyond / own
+        k = int(np.argmax(share))
+        if share[k] > (self.value - self.floor) / self.limit:
+            self.value, self.floor, self.limit = float(values[k]), float(floor[k]), float(own[k])
+            self.t, self.s = float(t[k]), float(s[k])
 
 
 @dataclass
@@ -94,7 +99,7 @@ class Bounds:
         degree, axes, linear, _ = path.shape
         if linear > 0:  # so says the shape where every curve moves a linear axis
             return np.zeros(0)
-        first = rows.ORIGIN + axes
+        first = layout.ORIGIN + axes
         moved = np.any(path.table[:, first : first - linear * (degree + 1)] != 0.0, axis=1)
         return path.curve_starts[:-1][~np.logical_or.reduceat(moved, path.curve_rows[:, 0])]
 

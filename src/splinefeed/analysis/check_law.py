@@ -7,19 +7,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
+from splinefeed.analysis.law_motion import LawMotion, breaks_apart, times_at
+from splinefeed.analysis.rows import EPSILON, Rows
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import check as kernels
-from splinefeed.records import AXIS_LIMITS, KEPT, Array, LimitResult, TimeLaw, unit_along
+from splinefeed.records import Array, LimitResult, TimeLaw, unit_along
 
-EPSILON = float(np.finfo(np.float64).eps)
+#: Limits that only setpoints can keep or exceed.
+BY_SETPOINTS = ("chord_error", "travel.")
 #: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
 ROUNDINGS = 64.0
 #: A jump of the feed or the acceleration below this share of the largest one is rounding.
 NO_JUMP = 1e-9
 #: Corners that a note names one by one.
 LISTED = 3
-#: Bisections that find when a law is at a corner.
-BISECTIONS = 60
 
 
 @dataclass(frozen=True)
@@ -34,61 +34,39 @@ class LawFindings:
 def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
     """Hold a law's exact derivatives to the limits, at many instants of each of its pieces; period in s."""
     path = bounds.path
-    axes = len(path.axes)
-    worst = np.zeros((kernels.AXES + 3 * axes, 4))
-    jumps = np.zeros((3, 3))
     rounding = 4.0 * EPSILON * path.length
-    irregular = kernels.law_extremes(
-        law.breaks, law.coefficients, path.table, bounds.row_feeds, path.shape, rounding, worst, jumps
-    )
-    rows = {
-        "feed": kernels.FEED,
-        "acceleration": kernels.SPEED_UP,
-        "deceleration": kernels.SLOW_DOWN,
-        "jerk": kernels.JERK_UP,
-        "deceleration_jerk": kernels.JERK_DOWN,
-        "centripetal": kernels.CENTRIPETAL,
-    }
-    for order, name in enumerate(AXIS_LIMITS):
-        rows |= {f"{name}.{axis}": kernels.AXES + order * axes + k for k, axis in enumerate(path.axes)}
-    results = {}
-    for name, wanted in bounds.worsts().items():
-        if name in rows:
-            value, t, s, row = (float(x) for x in worst[rows[name]])
-            if name == "feed" and path.feeds is not None:  # a limit that changes from curve to curve
-                share, t, s, row = (float(x) for x in worst[kernels.SHARE])
-                if share == 0.0:
-                    continue
-                wanted.limit = float(bounds.row_feeds[int(row)])
-                value = share * wanted.limit
-            results[name] = _result(wanted, path, value, t, s)
-        elif name.startswith(STEP):
-            corners = bounds.corners.s
-            times = _times_at(law, corners)
-            each = _least_feeds(law, corners, rounding) * bounds.corners.jumps[:, wanted.column - 1]
-            if len(each):
-                k = int(np.argmax(each))
-                results[name] = _result(wanted, path, float(each[k]), float(times[k]), float(corners[k]))
+    motion = LawMotion(law, Rows(path), bounds.limits, path.axes, rounding)
+    worsts = {name: worst for name, worst in bounds.worsts().items() if not name.startswith(BY_SETPOINTS)}
+    steps = {name: worst for name, worst in worsts.items() if name.startswith(STEP)}
+    held = {name: worst for name, worst in worsts.items() if name not in steps}
+    motion.hold(held, None if path.feeds is None else bounds.row_feeds)
+    corners = bounds.corners.s
+    times, feeds = times_at(law, corners), _least_feeds(law, corners, rounding)
+    for worst in steps.values():
+        worst.see(feeds * bounds.corners.jumps[:, worst.column - 1], times, corners, np.zeros(len(corners)))
+    results = {name: _result(worst, path) for name, worst in worsts.items() if name not in steps or len(corners)}
     problems: list[str] = []
     notes: list[str] = []
-    _ends(law, bounds, worst, problems)
-    _jumps(bounds, worst, jumps, period, problems, notes)
-    if irregular:
+    _ends(law, bounds, motion, problems)
+    _jumps(law, bounds, motion, period, problems, notes)
+    if motion.irregular:
         notes.append(
-            f"at {irregular} instants of the law C' = 0 within the rounding of s, where exact derivatives of the axes "
-            "are 0/0; there the differences of the setpoints decide"
+            f"at {motion.irregular} instants of the law C' = 0 within the rounding of s, where exact derivatives of "
+            "the axes are 0/0; there the differences of the setpoints decide"
         )
     notes += _corner_notes(law, bounds)
     return LawFindings(results, tuple(problems), tuple(notes))
 
 
-def _result(wanted: Worst, path: Path, value: float, t: float, s: float) -> LimitResult:
-    axis = path.axes[wanted.column - 1] if wanted.column else None
-    over = int(value > wanted.limit * (1.0 + KEPT))
-    return LimitResult(limit=wanted.limit, worst=value, at_s=s, at_t=t, axis=axis, by="law", over=over)
+def _result(worst: Worst, path: Path) -> LimitResult:
+    axis = path.axes[worst.column - 1] if worst.column else None
+    return LimitResult(
+        limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=worst.floor, axis=axis, by="law",
+        over=worst.over,
+    )  # fmt: skip
 
 
-def _ends(law: TimeLaw, bounds: Bounds, worst: Array, problems: list[str]) -> None:
+def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, problems: list[str]) -> None:
     """The law runs from 0 to the end of the path, forwards, with the feeds at its ends that the limits say."""
     length, limits = bounds.path.length, bounds.limits
     unit = unit_along(bounds.path.axes)
@@ -97,8 +75,8 @@ def _ends(law: TimeLaw, bounds: Bounds, worst: Array, problems: list[str]) -> No
     start = float(law(0.0))
     if abs(start) > bounds.tolerance + ROUNDINGS * EPSILON * length:
         problems.append(f"law: begins at s = {start:.6g} {unit} instead of 0")
-    top = worst[kernels.FEED, 0]
-    value, t, s, _ = worst[kernels.BACKWARDS]
+    top = motion.top
+    value, t, s = motion.backwards
     if value > NO_JUMP * top:
         problems.append(f"law: goes back at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}")
     for name, time in (("start_feed", 0.0), ("end_feed", law.duration)):
@@ -109,18 +87,19 @@ def _ends(law: TimeLaw, bounds: Bounds, worst: Array, problems: list[str]) -> No
             )
 
 
-def _jumps(bounds: Bounds, worst: Array, jumps: Array, period: float, problems: list[str], notes: list[str]) -> None:
+def _jumps(
+    law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float, problems: list[str], notes: list[str]
+) -> None:
     """Jumps of s and of the feed between pieces are faults; of the acceleration, an infinite jerk."""
     length, limits = bounds.path.length, bounds.limits
     along = unit_along(bounds.path.axes)
-    top = worst[kernels.FEED, 0]
-    steepest = max(worst[kernels.SPEED_UP, 0], worst[kernels.SLOW_DOWN, 0])
+    top, steepest = motion.top, motion.steepest
     kinds = (
         ("s", along, ROUNDINGS * EPSILON * length + NO_JUMP * top * period),
         ("its feed", f"{along}/s", NO_JUMP * top),
         ("its acceleration", f"{along}/s^2", NO_JUMP * steepest),
     )
-    for k, ((what, unit, rounding), (value, t, s)) in enumerate(zip(kinds, jumps, strict=True)):
+    for k, ((what, unit, rounding), (value, t, s)) in enumerate(zip(kinds, breaks_apart(law), strict=True)):
         if not value > rounding:
             continue
         text = f"law: {what} jumps by {value:.6g} {unit} at t = {t:.9g} s, s = {s:.9g} {along}"
@@ -138,7 +117,7 @@ def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
     limits = bounds.limits
     if not corners or (limits.axis_jerk is None and limits.axis_acceleration is None):
         return []
-    high = _times_at(law, np.array([corner.s for corner in corners]))
+    high = times_at(law, np.array([corner.s for corner in corners]))
     moving = law.feed(high) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
     notes = []
     unit = unit_along(bounds.path.axes)
@@ -166,19 +145,9 @@ def _listed(places: list[float]) -> str:
     return ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
 
 
-def _times_at(law: TimeLaw, s: Array) -> Array:
-    """When a law first reaches arc lengths s (n,), by bisection, s."""
-    low, high = np.zeros(len(s)), np.full(len(s), law.duration)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        ahead = law(middle) < s
-        low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
-    return high
-
-
 def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
     """Least feed of a law within the rounding of arc lengths s (n,), mm/s: where it rests, it is 0 at a break there."""
-    first, last = _times_at(law, s - rounding), _times_at(law, s + rounding)
+    first, last = times_at(law, s - rounding), times_at(law, s + rounding)
     least: Array = np.minimum(law.feed(first), law.feed(last))
     begin, end = np.searchsorted(law.breaks, first, "left"), np.searchsorted(law.breaks, last, "right")
     for k in np.flatnonzero(end > begin):

@@ -115,25 +115,26 @@ class _Rolling(Judge):
     @property
     def curve(self) -> int:
         """The curve on which the last tick lies."""
-        return int(np.searchsorted(self.bounds.path.curve_rows[:, 0], self._row[0], side="right")) - 1
+        assert self._place is not None
+        return int(np.searchsorted(self.bounds.path.curve_rows[:, 0], self._place.row[0], side="right")) - 1
 
     def move_on(self, bounds: Bounds, left: int) -> float:
         """Go on with a path that lacks the first `left` curves and goes on further; the length that is lacking, mm."""
-        curve, path = self.curve, self.bounds.path
-        gone, within = float(path.curve_starts[left]), int(self._row[0] - path.curve_rows[curve, 0])
+        assert self._place is not None
+        path, start = self.bounds.path, self._follower
+        gone, row = float(path.curve_starts[left]), int(path.curve_rows[left, 0])
         self._know(bounds)
-        self._row[0] = bounds.path.curve_rows[curve - left, 0] + within
-        self._state[2] = self._row[0]
+        self._follower.go_on(start, gone)
+        self._place = replace(self._place, row=self._place.row - row)
         self.seen -= gone
         self.shift(-gone)
         return gone
 
     def shift(self, by: float) -> None:
         """Count arc length from elsewhere, mm."""
-        self._state[:2] += by
-        self._last[1] += by
-        self.last_s += by
-        self._step_places[:, 1:] += by
+        if self._place is not None:
+            self._place = replace(self._place, s=self._place.s + by)
+        self._step_places[1:] += by
         for worst in self.worst.values():
             worst.s += by
         for fault in self.faults.values():

@@ -1,17 +1,24 @@
-"""The part of the check that looks at setpoints alone: place, order, period, and differences, block by block."""
+"""The part of the check that looks at setpoints alone: place, order, period, and differences, block by block.
+
+Every number that is looked at has its rounding beside it. A setpoint is known to
+
+    along the path   d = eps max(L, |u| |C'(u)|)            of arc lengths, up to the path's, and of the parameter
+    on an axis       |dx/ds| d + eps X + resolution / 2     X the numbers that its position is made of
+
+and what differences make of that, through their own stencil, is the floor of each of them: no other is allowed for.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from splinefeed.analysis import between
 from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
 from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
-from splinefeed.geometry.nearest import Nearest
-from splinefeed.kernels import check as kernels
-from splinefeed.kernels import check_place as search
-from splinefeed.records import Array, BoolArray, IntArray, LimitResult, Setpoints, TimeLaw, unit_along
+from splinefeed.analysis.place import Follower, Located
+from splinefeed.analysis.rows import EPSILON, Rows
+from splinefeed.records import Array, BoolArray, LimitResult, Setpoints, TimeLaw, unit_along
 
-EPSILON = float(np.finfo(np.float64).eps)
 #: A setpoint may be this many roundings of the largest coordinate off the curve, besides the tolerance.
 ROUNDINGS = 64.0
 #: A tick that is early or late by less than this, in periods, is on time.
@@ -27,12 +34,13 @@ SKIP_FEED = 2.0
 REPEAT = 64.0
 #: Ripple is measured where the law moves by more than this share of its longest step, as in `ripple.FEED_SHARE`.
 RIPPLE_SHARE = 0.1
-#: Steps longer than this share of the longest tell how much an axis turns along the path, rad/mm.
-TURN_SHARE = 1e-3
 
 
 class Judge:
-    """Sees all setpoints of one motion once, in order, and remembers what is worst."""
+    """Sees all setpoints of one motion once, in order, and remembers what is worst.
+
+    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k.
+    """
 
     def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None) -> None:
         path = bounds.path
@@ -43,93 +51,70 @@ class Judge:
         self.ticks = 0
         self.short: float | None = None
         self._start = self.start_error = self.end_error = 0.0
-        self.drift = self.ripple = self.off_path = self.turned_off = 0.0
-        self.scale = np.zeros(1 + len(path.axes))  # of rounding, mm or rad: along the path, then each axis
-        self.allowed = 0.0
+        self.drift = self.ripple = self.off_path = 0.0
+        self.scale = self.allowed = 0.0
         self._know(bounds)
-        self.last_position = np.full(len(path.axes), np.nan)
-        self.last_s = self._centripetal_feed = 0.0
-        self._state = np.zeros(3)
-        self._row = np.zeros(1, dtype=np.int64)
-        self._last = np.zeros(3)  # t, s, u of the last tick
-        self._steps = np.zeros((0, self.scale.size))
+        columns = 1 + len(path.axes)
+        self._t, self._planned = 0.0, np.zeros(1)
+        self._place: Located | None = None  # of the last tick
+        self._steps, self._errors = np.zeros((columns, 0)), np.zeros((columns, 0))
         self._dt = np.zeros(0)
-        self._step_places = np.zeros((0, 3))  # t and s at the start of a step, s at its end
+        self._step_places = np.zeros((3, 0))  # t and s at the start of a step, s at its end
         top = 0.0 if law is None else float(np.max(law.feed(np.linspace(0.0, law.duration, 2048))))
         self._ripple_from = RIPPLE_SHARE * top * self.period
 
     def _know(self, bounds: Bounds) -> None:
         """Hold the setpoints to these bounds, on their path."""
         path, self.bounds = bounds.path, bounds
-        self._nearest = Nearest(path.table, path.shape)
-        size = float(np.max(np.abs(self._nearest.boxes[1]), initial=0.0))
+        self.rows = Rows(path)
+        size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
         off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
-        self.allowed, self.scale[0] = max(self.allowed, off), max(self.scale[0], path.length)
-
-    def rounding(self, column: int) -> float:
-        """Rounding of one coordinate, or of the arc length, mm or rad: eps X + resolution / 2."""
-        digit = 0.5 * self.bounds.resolution * (np.sqrt(self.bounds.path.linear) if column == 0 else 1.0)
-        return float(EPSILON * self.scale[column] + digit)
-
-    def floor(self, order: int, column: int) -> float:
-        """Rounding floor of a difference of that order: 2^k (eps X + resolution / 2) / T^k."""
-        return float(2.0**order * self.rounding(column) / self.period**order)
+        self.allowed, self.scale = max(self.allowed, off), max(self.scale, path.length)
+        self._follower = Follower(path, self.rows)
 
     def see(self, points: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
         self._check_finite(points)
-        t, position = points.t, np.where(np.isfinite(points.position), points.position, np.nan)
-        rows, found = self._locate(points)
-        s, u = found[:, search.S], found[:, search.U]
-        dt = self._check_times(t, s, last)
+        t, place = points.t, self._locate(points)
+        dt = self._check_times(t, place.s, last)
         rest = self.bounds.limits.start_feed == 0.0
-        if self.ticks == 0:
-            self._start = float(t[0])
-            self._check_end("start", found[0], position[0], at_start=True)
-            self._row, self._last = rows[:1].copy(), np.array([t[0] - self.period, s[0], u[0]])
-            self.last_position = position[0].copy()
+        if self._place is None:
+            self._start, self._t = float(t[0]), float(t[0]) - self.period
+            self._check_end("start", place.part(0, 1), at_start=True)
             if rest:  # what came before is a stand
-                stand = 2 * BESIDE
-                self._steps, self._dt = np.zeros((stand, self.scale.size)), np.full(stand, self.period)
-                self._step_places = np.full((stand, 3), [t[0], s[0], s[0]])
-        rows = np.concatenate([self._row, rows])
-        u = np.concatenate([self._last[2:], u])
-        travelled, least = np.empty(len(t)), np.empty(len(t))
-        path = self.bounds.path
-        kernels.steps(path.table, path.shape, rows, u, self.bounds.row_feeds, travelled, least)
+                self._stand(float(t[0]), float(place.s[0]))
+            self._place = place.part(0, 1)
+        both = self._place.joined(place)
+        feeds = None if self.bounds.path.feeds is None else self.bounds.row_feeds
+        travelled, least = between.lengths(self.rows, both.row, both.u, feeds)
         with np.errstate(divide="ignore", invalid="ignore"):
             # over several curves the limit of the mean feed is the way through the least time that their feeds allow
-            feeds = np.where(least > 0.0, travelled / least, np.inf)
-        corners = np.vstack([self.last_position, position])
-        steps = np.column_stack([travelled, np.diff(corners, axis=0)])
-        before = np.concatenate([self._last[1:2], s[:-1]])
-        places = np.column_stack([np.concatenate([self._last[:1], t[:-1]]), before, s])
-        places[:, 0] = np.maximum(places[:, 0], 0.0 if self.ticks == 0 else -np.inf)
-        linear = path.linear
-        if len(self.scale) > 1 + linear:
-            long = np.abs(travelled) > TURN_SHARE * np.fmax.reduce(np.abs(travelled), initial=0.0)
-            turns = np.abs(steps[long, 1 + linear :] / travelled[long, None])
-            tops = np.fmax.reduce(np.abs(position[:, linear:]), axis=0, initial=0.0)
-            tops = tops + self.scale[0] * np.fmax.reduce(turns, axis=0, initial=0.0)
-            self.scale[1 + linear :] = np.fmax(self.scale[1 + linear :], np.where(np.isfinite(tops), tops, 0.0))
-        self._chords(rows, u, corners, travelled, dt, places)
-        self._follow_law(t, s, travelled)
+            limits = None if feeds is None else np.where(least > 0.0, travelled / least, np.inf)
+        steps = np.concatenate([travelled[None], np.diff(both.position, axis=1)])
+        rounding = self._rounding(both)
+        errors = rounding[:, :-1] + rounding[:, 1:]
+        began = np.concatenate([[self._t], t[:-1]])
+        if self.ticks == 0:
+            began[0] = max(began[0], 0.0)
+        places = np.stack([began, both.s[:-1], place.s])
+        self._chords(both, travelled, errors, dt, places)
+        self._follow_law(t, place.s, travelled)
         for name, worst in self.worst.items():
             if name.startswith("travel."):
                 low, high = self.bounds.limits.travel[name.removeprefix("travel.")]
-                away = np.abs(position[:, worst.column - 1] - 0.5 * (low + high))
-                worst.see(away, t, s, self.floor(0, worst.column))
+                away = np.abs(place.position[worst.column - 1] - 0.5 * (low + high))
+                worst.see(away, t, place.s, rounding[worst.column, 1:])
         skip = 0 if rest or self.ticks else 1  # before a start in motion nothing is known
-        self._row, self._last = rows[-1:].copy(), np.array([t[-1], s[-1], found[-1, search.U]])
-        self.last_position, self.last_s = position[-1].copy(), float(s[-1])
+        self._t, self._place = float(t[-1]), place.part(len(t) - 1, len(t))
         first = self.ticks + skip
         self.ticks += len(t)
         if skip and len(t) > 1:
-            self._edge(2.0 * (float(travelled[1]) / dt[1] - self.bounds.limits.start_feed) / dt[1], places[1])
-        self._differences(steps[skip:], dt[skip:], feeds[skip:], places[skip:], first)
+            self._edge(steps[0, 1], errors[0, 1], float(dt[1]), self.bounds.limits.start_feed, 1.0, places[:, 1])
+        ends = steps[:, skip:], errors[:, skip:], dt[skip:], places[:, skip:]
+        self._differences(*ends, None if limits is None else limits[skip:], first)
         if last:
-            self._check_end("end", found[-1], position[-1], at_start=False)
+            self._check_end("end", self._place, at_start=False)
             self._finish(float(dt[-1]))
 
     # --- single ticks ------------------------------------------------------------------------------------------------
@@ -162,7 +147,7 @@ class Judge:
     def _check_times(self, t: Array, s: Array, last: bool) -> Array:
         """Time of each step that ends at a tick, s: the period, but for a last one that is shorter."""
         T = self.period
-        begin = self._last[0] if self.ticks else t[0] - T
+        begin = self._t if self.ticks else t[0] - T
         with np.errstate(invalid="ignore"):
             dt = np.diff(np.concatenate([[begin], t]))
             if last and self.ticks and ON_TIME * T < dt[-1] < T * (1.0 - ON_TIME):
@@ -175,125 +160,124 @@ class Judge:
             taken[-1] = self.short
         return taken
 
-    def _locate(self, points: Setpoints) -> tuple[IntArray, Array]:
-        """Rows of the path's table and what `search.locate` finds, with what is off the curve or misplaced."""
-        path = self.bounds.path
-        rows = np.empty(len(points), dtype=np.int64)
-        found = np.empty((len(points), search.FOUND))
-        along = np.zeros(1)
-        done = search.placed(
-            path.table, path.curve_rows, path.shape, self.allowed, points.curve, points.u, points.position,
-            self._state, rows, found, along,
-        )  # fmt: skip
-        if done < len(points):
-            along[0] = max(along[0], search.locate(
-                path.table, path.curve_rows, path.shape, self._nearest.cells, self._nearest.boxes, self.allowed,
-                points.curve[done:], points.u[done:], points.position[done:], self._state, rows[done:], found[done:],
-            ))  # fmt: skip
-        self.scale[0] = max(self.scale[0], float(along[0]))
-        tops = np.fmax.reduce(np.abs(points.position[:, : path.linear]), axis=0)
-        of_linear = self.scale[1 : 1 + path.linear]
-        of_linear[:] = np.fmax(of_linear, self.scale[0] + np.where(np.isfinite(tops), tops, 0.0))
-        t, s = points.t, found[:, search.S]
-        apart, turned, astray = (found[:, k] for k in (search.APART, search.TURNED, search.ASTRAY))
-        self.off_path = max(self.off_path, float(np.fmax.reduce(apart, initial=0.0)))
-        self.turned_off = max(self.turned_off, float(np.fmax.reduce(turned, initial=0.0)))
-        self._fault("off the curve", apart > self.allowed, apart, t, s)
-        self._fault("turned off", turned > self.allowed, turned, t, s)
-        wrong_u = (astray > self.allowed) & (apart <= self.allowed) & (turned <= self.allowed)
-        self._fault("misplaced", wrong_u, astray, t, s)
-        return rows, found
+    def _locate(self, points: Setpoints) -> Located:
+        """Where the setpoints are on the path, with what is off the curve or misplaced."""
+        place = self._follower.locate(points, self.allowed)
+        t, s = points.t, place.s
+        self.off_path = max(self.off_path, float(np.fmax.reduce(place.apart, initial=0.0)))
+        with np.errstate(invalid="ignore"):
+            self._fault("off the curve", place.apart > self.allowed, place.apart, t, s)
+            self._fault("turned off", place.turned > self.allowed, place.turned, t, s)
+            on_curve = (place.apart <= self.allowed) & (place.turned <= self.allowed)
+            self._fault("misplaced", (place.astray > self.allowed) & on_curve, place.astray, t, s)
+        return place
 
-    def _check_end(self, kind: str, found: Array, position: Array, at_start: bool) -> None:
+    def _rounding(self, place: Located) -> Array:
+        """How far rounding alone can move setpoints along the path and on each axis, (1 + axes, n), mm or rad."""
+        rows, path, digit = self.rows, self.bounds.path, 0.5 * self.bounds.resolution
+        along = EPSILON * np.maximum(path.length, rows.parameters[place.row] * place.speed)
+        of_axes = EPSILON * rows.sizes[:, place.row] + digit
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(place.speed > 0.0, np.abs(place.velocity) / place.speed, 1.0)
+        known = along + digit * np.sqrt(path.linear)
+        if not self.placed:  # as good as the positions by which they were placed
+            known = known + np.max(EPSILON * rows.sizes[: path.linear or None, place.row], axis=0)
+        self.scale = max(self.scale, float(np.fmax.reduce(along, initial=0.0)) / EPSILON)
+        return np.concatenate([known[None], share * along + of_axes])
+
+    def _check_end(self, kind: str, place: Located, at_start: bool) -> None:
         """Whether the first or last setpoint is the path's, by position and, for closed paths, by arc length."""
         path = self.bounds.path
         curve = path.curves[0 if at_start else -1]
-        apart = position - curve(curve.domain[0 if at_start else 1])
-        s_missing = abs(found[search.S] - (0.0 if at_start else path.length))
+        apart = place.position[:, 0] - curve(curve.domain[0 if at_start else 1])
+        s = float(place.s[0])
+        s_missing = abs(s - (0.0 if at_start else path.length))
         missing, tick = max(float(np.linalg.norm(apart[: path.linear])), s_missing), 0 if at_start else self.ticks - 1
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
         if at_start:
             self.start_error = missing
         else:
             self.end_error = missing
-        if not (missing <= self.allowed + 16.0 * EPSILON * self.scale[0] and turned <= self.allowed):
+        if not (missing <= self.allowed + 16.0 * EPSILON * self.scale and turned <= self.allowed):
             besides = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
             detail = f"{missing:.6g} {unit_along(path.axes)}{besides}"
-            self.faults[kind] = Fault(1, missing, tick, self._last[0], found[search.S], detail)
+            self.faults[kind] = Fault(1, missing, tick, self._start if at_start else self._t, s, detail)
 
     # --- steps -------------------------------------------------------------------------------------------------------
 
-    def _chords(self, rows: IntArray, u: Array, corners: Array, travelled: Array, dt: Array, places: Array) -> None:
-        path = self.bounds.path
-        out = np.empty(len(travelled))
+    def _chords(self, both: Located, travelled: Array, errors: Array, dt: Array, places: Array) -> None:
+        """Chord error and centripetal acceleration of the steps between n + 1 places."""
+        linear = self.bounds.path.linear
         if (worst := self.worst.get("chord_error")) is not None:
-            kernels.chords(path.table, path.shape, rows, u, corners, worst.value, out)
-            worst.see(out, places[:, 0], places[:, 1], self.chord_floor)
+            error = between.chord_errors(self.rows, both.row, both.u, both.position, worth=worst.limit)
+            floor = 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0)
+            worst.see(error, places[0], places[1], floor)
         if (worst := self.worst.get("centripetal")) is not None:
             # somewhere within the step the feed was its mean: with the least curvature there this is safe to say
-            kernels.least_curvatures(path.table, path.shape, rows, u, out)
+            least = between.least_curvatures(self.rows, both.row, both.u)
             with np.errstate(invalid="ignore"):
                 feed = np.abs(travelled) / dt
-                k = worst.see(feed * feed * out, places[:, 0], places[:, 1], 0.0)
-            self._centripetal_feed = self._centripetal_feed if k is None else float(feed[k])
-
-    @property
-    def chord_floor(self) -> float:
-        """Rounding of the distance of a point from a chord, mm: that of a second difference, without a period."""
-        return 4.0 * max((self.rounding(1 + k) for k in range(self.bounds.path.linear)), default=0.0)
+                worst.see(feed * feed * least, places[0], places[1], 2.0 * errors[0] / dt * feed * least)
 
     def _follow_law(self, t: Array, s: Array, travelled: Array) -> None:
         if self.law is None:
             return
         planned = self.law(t)
-        before = self.law(np.concatenate([self._last[:1], t[:-1]]))
+        before = np.concatenate([self._planned if self.ticks else self.law(t[:1] - self.period), planned[:-1]])
+        self._planned = planned[-1:]
         with np.errstate(invalid="ignore", divide="ignore"):
             self.drift = max(self.drift, float(np.fmax.reduce(np.abs(s - planned), initial=0.0)))
             ripple = np.abs(travelled / (planned - before) - 1.0)[planned - before > self._ripple_from]
         self.ripple = max(self.ripple, float(np.fmax.reduce(ripple, initial=0.0)))
 
-    def _differences(self, steps: Array, dt: Array, feeds: Array, places: Array, tick: int) -> None:
-        """Feed, acceleration and jerk of path and axes over new steps (n, 1 + axes) that took dt (n,), s.
+    def _stand(self, t: float, s: float) -> None:
+        """Steps that stand still before the first one."""
+        shape = (len(self._steps), 2 * BESIDE)
+        self._steps, self._errors = np.zeros(shape), np.zeros(shape)
+        self._dt = np.full(shape[1], self.period)
+        self._step_places = np.repeat([[t], [s], [s]], shape[1], axis=1)
 
-        feeds (n,): the limit of the feed over each step, mm/s.
+    def _differences(
+        self, steps: Array, errors: Array, dt: Array, places: Array, feeds: Array | None, tick: int
+    ) -> None:
+        """Feed, acceleration and jerk of path and axes over new steps (1 + axes, n) that took dt (n,), s.
 
-        Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3).
-        places (n, 3) are t and s at the start of each step and s at its end, what spans several is placed in the
-        middle; `tick` is where the first step ends.
+        errors (1 + axes, n): the rounding of the steps; feeds (n,): the limit of the feed over each, mm/s, if it
+        changes; `tick` is where the first one ends. places (3, n) are t and s at the start of each step and s at its
+        end; what spans several is placed in the middle.
+
+        Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3),
+        and their rounding by the same formulas, with the sum in place of the difference.
         """
-        n = len(steps)
-        steps = np.concatenate([self._steps, steps])
+        n = steps.shape[1]
+        steps, errors = np.concatenate([self._steps, steps], axis=1), np.concatenate([self._errors, errors], axis=1)
         dt = np.concatenate([self._dt, dt])
-        places = np.concatenate([self._step_places, places])
+        places = np.concatenate([self._step_places, places], axis=1)
         last = slice(-n - 2, None)
-        self._check_steps(steps[last, 0], places[last, 0], places[last, 1], n, tick)
+        self._check_steps(steps[0, last], errors[0, last], places[0, last], places[1, last], n, tick)
+        two, three = 0.5 * (dt[1:] + dt[:-1]), (dt[2:] + dt[1:-1] + dt[:-2]) / 3.0
         with np.errstate(invalid="ignore"):
-            v = steps / dt[:, None]
-            a = np.diff(v, axis=0) / (0.5 * (dt[1:] + dt[:-1]))[:, None]
-            j = np.diff(a, axis=0) / ((dt[2:] + dt[1:-1] + dt[:-2]) / 3.0)[:, None]
-            # a step shorter than the period has a higher floor: only what is above that counts
-            error = 2.0 / dt
-            error2 = (error[1:] + error[:-1]) / (0.5 * (dt[1:] + dt[:-1]))
-            error3 = (error2[1:] + error2[:-1]) / ((dt[2:] + dt[1:-1] + dt[:-2]) / 3.0)
-        values = (v[-n:], a[max(len(a) - n, 0) :], j[max(len(j) - n, 0) :])
-        ends = [places[len(places) - len(each) :] for each in values]
-        extra = []
-        for order, (each, e) in enumerate(zip(values, (error, error2, error3), strict=True), start=1):
-            high = e[len(e) - len(each) :] if len(each) else e[:0]
-            extra.append(np.maximum(high - (2.0 / self.period) ** order * (1.0 + 1e-12), 0.0))
-        growing, falling = self._signs(a, len(values[2]))
+            v, v_floor = steps / dt, errors / dt
+            a, a_floor = np.diff(v, axis=1) / two, (v_floor[:, 1:] + v_floor[:, :-1]) / two
+            j, j_floor = np.diff(a, axis=1) / three, (a_floor[:, 1:] + a_floor[:, :-1]) / three
+        rounded = v_floor, a_floor, j_floor
+        values, floors = ([each[:, max(each.shape[1] - n, 0) :] for each in kind] for kind in ((v, a, j), rounded))
+        growing, falling = self._signs(a[0], values[2].shape[1])
         jerk, other = self.bounds.limits.jerk, float(self.bounds.limits.deceleration_jerk or np.inf)
         corners = self.bounds.corners.s
         if len(corners):
-            self._corner_steps(v, places, range(max(len(v) - n - BESIDE, 1), len(v) - BESIDE))
+            self._corner_steps(v, v_floor, places, max(v.shape[1] - n - BESIDE, 1), v.shape[1] - BESIDE)
         for name, worst in self.worst.items():
             order, column = worst.order, worst.column
             if order == 0 or name == "centripetal" or name.startswith(STEP):
                 continue
-            each = values[order - 1][:, column]
-            if len(corners) and column and order > 1 and len(each):  # what straddles a corner is that corner's step
-                begin = places[len(places) - len(each) - order + 1 : len(places) - order + 1, 1]
-                each = np.where(contain(corners, begin, ends[order - 1][:, 2]), np.nan, each)
+            each, floor = values[order - 1][column], floors[order - 1][column]
+            count, end = len(each), places.shape[1]
+            t, s, until = places[:, end - count :]
+            if len(corners) and column and order > 1 and count:  # what straddles a corner is that corner's step
+                each = np.where(
+                    contain(corners, places[1, end - count - order + 1 : end - order + 1], until), np.nan, each
+                )
             if name == "deceleration":
                 each = -each
             elif name == "jerk":
@@ -302,45 +286,50 @@ class Judge:
                 each = np.where(growing | (~falling & (other < jerk)), 0.0, np.abs(each))
             elif name != "acceleration":
                 each = np.abs(each)
-            t, s, _ = ends[order - 1].T
-            local = feeds if name == "feed" and self.bounds.path.feeds is not None else None
-            worst.see(each - self.rounding(column) * extra[order - 1], t, s, self.floor(order, column), local)
-        self._steps, self._dt, self._step_places = (each[-2 * BESIDE :] for each in (steps, dt, places))
+            worst.see(each, t, s, floor, feeds if name == "feed" else None)
+        kept = slice(-2 * BESIDE, None)
+        self._steps, self._errors, self._dt = steps[:, kept], errors[:, kept], dt[kept]
+        self._step_places = places[:, kept]
 
-    def _corner_steps(self, v: Array, places: Array, ready: range) -> None:
-        """Jump of each axis' velocity at the corners within steps of these indices; v, places as in `_differences`."""
+    def _corner_steps(self, v: Array, floors: Array, places: Array, first: int, stop: int) -> None:
+        """Jump of each axis' velocity at the corners within steps `first` to `stop`; the rest as in `_differences`."""
         corners, limits, axes = self.bounds.corners, self.bounds.limits, self.bounds.path.axes
-        begin, end, floor = places[:, 1], places[:, 2], self.floor(1, 0)
-        for k, s in enumerate(corners.s):
-            for i in (j for j in np.flatnonzero((begin < s) & (s <= end)).tolist() if j in ready):
-                feed = corners.least_feed(k, v[:, 0], i, float(s - begin[i]), floor, self.period, limits, axes)
-                for name, worst in self.worst.items():
-                    if name.startswith(STEP):
-                        jump = np.array([feed * corners.jumps[k, worst.column - 1]])
-                        worst.see(jump, places[i : i + 1, 0], np.array([s]), self.floor(1, worst.column))
+        t, begin, end = places
+        low, high = (np.searchsorted(corners.s, each[first:stop], side="right") for each in (begin, end))
+        count = np.where(np.isfinite(end[first:stop]), np.maximum(high - low, 0), 0)
+        step = np.repeat(np.arange(len(count)), count)
+        if not len(step):
+            return
+        k = low[step] + np.arange(len(step)) - (np.cumsum(count) - count)[step]
+        i = first + step
+        s, floor = corners.s[k], floors[0, i]
+        feed = corners.least_feeds(k, v[0], i, s - begin[i], floor, self.period, limits, axes)
+        for name, worst in self.worst.items():
+            if name.startswith(STEP):
+                jump = corners.jumps[k, worst.column - 1]
+                worst.see(feed * jump, t[i], s, floor * jump)
 
     @staticmethod
     def _signs(a: Array, n: int) -> tuple[BoolArray, BoolArray]:
         """Where the feed grows, and where it falls, throughout the last n third differences, (n,)."""
         if n == 0:
             return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
-        one, two = a[-n - 1 : -1, 0], a[-n:, 0]
+        one, two = a[-n - 1 : -1], a[-n:]
         with np.errstate(invalid="ignore"):
             bend = np.abs(two - one)
             return np.minimum(one, two) > bend, np.maximum(one, two) < -bend
 
-    def _check_steps(self, d: Array, t: Array, s: Array, n: int, tick: int) -> None:
+    def _check_steps(self, d: Array, floor: Array, t: Array, s: Array, n: int, tick: int) -> None:
         """Progress: no step back, none skipped, none said twice.
 
-        d (m + n,) with t and s at their starts; the last n are new, the first of these ends at `tick`.
+        d (m + n,) and its rounding with t and s at the starts; the last n are new, the first of these ends at `tick`.
         """
-        floor = 2.0 * EPSILON * self.scale[0] + self.bounds.resolution
         tick -= len(d) - n
         with np.errstate(invalid="ignore"):
             new = np.arange(len(d)) >= len(d) - n
             self._fault("back", new & (d < -floor), -d, t, s, tick=tick)
             before, here, after = d[:-2], d[1:-1], d[2:]
-            near = np.maximum(before, after)
+            near, floor = np.maximum(before, after), floor[1:-1]
             most = SKIP_FEED * float(np.max(self.bounds.feeds)) * self.period
             alone = here > SKIP * near + floor
             if np.any(alone):  # from one stop to the next, a whole stretch may take a single period
@@ -356,45 +345,43 @@ class Judge:
 
     def _finish(self, last_dt: float) -> None:
         """What follows the last setpoint: a stand, or motion of which only the feed is known."""
-        place = np.array([self._last[0], self.last_s, self.last_s])
+        assert self._place is not None
+        s = float(self._place.s[0])
+        place = np.array([self._t, s, s])
         T = self.period
         crept = abs(self.duration - (self.ticks - 2) * T - last_dt)
         if "period" not in self.faults and crept > CREEP * T + CREEP_SHARE * self.ticks * T:
-            self.faults["period"] = Fault(1, crept, self.ticks - 1, float(place[0]), self.last_s)
+            self.faults["period"] = Fault(1, crept, self.ticks - 1, self._t, s)
         feed = self.bounds.limits.end_feed
         if feed == 0.0:
-            still = np.zeros((3, self.scale.size))
-            nothing = np.full(3, np.inf)
-            self._differences(still, np.full(3, self.period), nothing, np.tile(place, (3, 1)), self.ticks)
-        elif len(self._steps):
-            v = self._steps / self._dt[:, None]
-            self._corner_steps(v, self._step_places, range(max(len(v) - BESIDE, 1), len(v) - 1))
-            self._edge(2.0 * (feed - float(self._steps[-1, 0]) / last_dt) / last_dt, place)
+            still = np.zeros((len(self._steps), 3))
+            feeds = None if self.bounds.path.feeds is None else np.full(3, np.inf)
+            self._differences(still, still, np.full(3, T), np.repeat(place[:, None], 3, axis=1), feeds, self.ticks)
+        elif self._steps.shape[1]:
+            v, floor = self._steps / self._dt, self._errors / self._dt
+            count = v.shape[1]
+            self._corner_steps(v, floor, self._step_places, max(count - BESIDE, 1), count - 1)
+            self._edge(self._steps[0, -1], self._errors[0, -1], last_dt, feed, -1.0, place)
 
-    def _edge(self, a: float, place: Array) -> None:
-        """Acceleration from or to the feed at an end, the mean over one step weighted towards it, mm/s^2."""
-        for name, sign in (("acceleration", 1.0), ("deceleration", -1.0)):
+    def _edge(self, step: float, error: float, dt: float, feed: float, sign: float, place: Array) -> None:
+        """Acceleration from (sign 1) or to the feed at an end, the mean over one step weighted towards it, mm/s^2."""
+        a = 2.0 * sign * (step / dt - feed) / dt
+        for name, value in (("acceleration", a), ("deceleration", -a)):
             if name in self.worst:
-                self.worst[name].see(np.array([sign * a]), place[:1], place[1:2], self.floor(2, 0))
+                self.worst[name].see(np.array([value]), place[:1], place[1:2], np.array([2.0 * error / (dt * dt)]))
 
     @property
     def duration(self) -> float:
         """From the first setpoint to the last, s, by their own times."""
-        return float(self._last[0]) - self._start
+        return self._t - self._start
 
     def results(self) -> dict[str, LimitResult]:
         """Every limit by the setpoints alone."""
-        out = {}
-        for name, worst in self.worst.items():
-            floor = self.floor(worst.order, worst.column)
-            if name == "chord_error":
-                floor = self.chord_floor
-            elif name == "centripetal":  # (v + floor of v)^2 kappa
-                feed = self._centripetal_feed
-                floor = 2.0 * floor * worst.value / feed if feed > 0.0 else 0.0
-            axis = self.bounds.path.axes[worst.column - 1] if worst.column else None
-            out[name] = LimitResult(
-                limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=floor, axis=axis,
-                over=worst.over,
-            )  # fmt: skip
-        return out
+        axes = self.bounds.path.axes
+        return {
+            name: LimitResult(
+                limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=worst.floor,
+                axis=axes[worst.column - 1] if worst.column else None, over=worst.over,
+            )
+            for name, worst in self.worst.items()
+        }  # fmt: skip

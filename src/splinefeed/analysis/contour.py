@@ -7,16 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from splinefeed.analysis.rows import Places, Rows
+from splinefeed.analysis.search import MOST, Search, on_rows
 from splinefeed.errors import InputError
-from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import contour as kernels
-from splinefeed.kernels import pieces
-from splinefeed.records import Array, check_finite, number
+from splinefeed.records import Array, BoolArray, IntArray, check_finite, number
 
 #: The two notions of the nearest point, as `Contour.notion` names them.
 NEAR_COMMAND = "near the commanded point"
 WHOLE_PATH = "whole path"
+#: A coordinate beyond this, mm, has a square that is no number.
+FARTHEST = 1e150
+#: A derivative this much shorter than the next ones over a row is none.
+VANISHING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +62,8 @@ class ContourMeter:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._nearest = Nearest(path.table, path.shape)
+        self._rows = Rows(path)
+        self._search = Search(path, self._rows)
 
     def measure(
         self,
@@ -96,30 +100,62 @@ class ContourMeter:
             raise InputError(f"window is {width:g} mm; it must not be negative")
         if width > 0.0 and s_hint is None:
             raise InputError("window is a distance from the commanded arc length; give s_hint too")
-        if s_hint is None:
-            found = self._of_whole_path(points)
-        else:
-            hint = _hints(s_hint, len(points), path.length)
-            found = np.empty((len(points), 3))
-            cells, boxes = self._nearest.cells, self._nearest.boxes
-            kernels.nearest_in_window(path.table, path.shape, cells, boxes, path.closed, width, points, hint, found)
-        s = np.empty(len(points))
-        kernels.arc_lengths(path.table, found, s)
-        error = found[:, kernels.DISTANCE].copy()
+        if points.size and np.abs(points).max() > FARTHEST:
+            raise InputError(f"position: a coordinate is beyond {FARTHEST:g} mm; distances to it cannot be told")
+        q = np.ascontiguousarray(points.T)
+        hint = None if s_hint is None else _hints(s_hint, len(points), path.length)
+        notion = WHOLE_PATH if hint is None else NEAR_COMMAND
+        if not path.linear:  # nothing to be away from: every position is on the path
+            return Contour(np.zeros(len(points)), np.zeros(len(points)) if hint is None else hint, notion, signed)
+        found = self._search.whole(q) if hint is None else self._search.near(q, hint, width)
+        t, at_low, at_high = on_rows(self._rows, found)
+        s = self._rows.arc_length(found.row, t)
+        error = np.sqrt(found.square)
         if signed:
-            side = np.empty(len(points))
-            kernels.sides(path.table, path.shape, path.closed, points, found, side)
-            error *= side
-        return Contour(error, s, WHOLE_PATH if s_hint is None else NEAR_COMMAND, signed)
+            for start in range(0, len(s), MOST):
+                part = slice(start, start + MOST)
+                error[part] *= self._sides(q[:, part], found.row[part], t[part], at_low[part], at_high[part])
+        return Contour(error, s, notion, signed)
 
-    def _of_whole_path(self, points: Array) -> Array:
-        """What `kernels.contour` calls found, (n, 3), of the nearest point of the whole path."""
-        rows, u, distance = self._nearest.find(points)
-        table = self.path.table
-        # an end of a piece is met exactly, for there the pieces on both sides say what is left and right
-        place = (u - table[rows, pieces.MIDDLE]) * table[rows, pieces.SCALE]
-        place = np.where(u <= table[rows, pieces.LOW], -1.0, np.where(u >= table[rows, pieces.HIGH], 1.0, place))
-        return np.ascontiguousarray(np.column_stack([distance, rows, place]))
+    def _sides(self, q: Array, row: IntArray, t: Array, at_low: BoolArray, at_high: BoolArray) -> Array:
+        """1 for a position (2, n) left of the path at t (n,) of rows (n,), -1 for right of it, (n,).
+
+        Left of the sum of the unit tangents before and behind the point: at a corner that is right for every position
+        whose nearest point the corner is. Where the path turns straight back the tangent before it decides.
+        """
+        rows, last = self._rows, len(self._rows) - 1
+        point, before = _direction(rows, row, t, before=True)
+        behind = before.copy()
+        ends = np.flatnonzero(at_low | at_high)
+        if len(ends):
+            row, t, low, closed = row[ends], t[ends], at_low[ends], self.path.closed
+            other = np.where(low, row - 1, row + 1)
+            other = np.where(other < 0, last if closed else 0, np.where(other > last, 0 if closed else last, other))
+            beyond = (low & (row == 0) | ~low & (row == last)) & (not closed)
+            other_t = np.where(beyond, t, -t)
+            first_row, first_t = np.where(low, other, row), np.where(low, other_t, t)
+            next_row, next_t = np.where(low, row, other), np.where(low, t, other_t)
+            before[:, ends] = _direction(rows, first_row, first_t, before=True)[1]
+            point[:, ends], behind[:, ends] = _direction(rows, next_row, next_t, before=False)
+        x, y = before + behind
+        back = np.hypot(x, y) <= 1e-9
+        x, y = np.where(back, before[0], x), np.where(back, before[1], y)
+        return np.where(x * (q[1] - point[1]) - y * (q[0] - point[0]) >= 0.0, 1.0, -1.0)
+
+
+def _direction(rows: Rows, row: IntArray, t: Array, *, before: bool) -> tuple[Array, Array]:
+    """Point and unit tangent, (2, n) each, at t (n,) of rows (n,); where C' = 0 its limit from before or behind t."""
+    places = Places(rows, row)
+    point, *derivatives = (each[:2] for each in places.derivatives(t, 3))
+    sizes = [np.hypot(*each) / places.scale**k for k, each in enumerate(derivatives, start=1)]
+    # a derivative that is below the rounding of the next ones counts as none
+    none = sizes[0] <= VANISHING * np.maximum(sizes[1], sizes[2])
+    second = none & (sizes[1] > VANISHING * sizes[2])
+    chosen = np.where(
+        second, (-1.0 if before else 1.0) * derivatives[1], np.where(none, derivatives[2], derivatives[0])
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return point, np.nan_to_num(chosen / np.hypot(*chosen))
 
 
 def contour_error(

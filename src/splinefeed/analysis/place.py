@@ -2,52 +2,259 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+
 import numpy as np
 
-from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.rows import EPSILON, Places, Rows
+from splinefeed.analysis.search import Found, Search
 from splinefeed.errors import InputError
-from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import check_place as search
-from splinefeed.records import Array, Setpoints
+from splinefeed.records import Array, BoolArray, IntArray, Setpoints
 
 #: A closed path's end counts as its start for a first setpoint within this, relative to the length of the path.
 AT_SEAM = 1e-6
+#: A step along the path this many times as long as its chord may have taken a turn back over the path.
+LONGER = 1.05
+#: Places that are as near as each other but for so many roundings of arc length are alike.
+ROUNDINGS = 64.0
+#: Positions that are placed by their chords from one known place on, at first and at most, as long as none is further
+#: from where that lets it be expected than so many steps.
+FIRST_AHEAD, MOST_AHEAD, DRIFT = 32, 4096, 32.0
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """Setpoints on their path, n of them, in this order of time; NaN where a position is not finite.
+
+    row, u    (n,)       row of the path's table, and the parameter on it
+    s         (n,)       arc length, mm
+    apart     (n,)       distance from the path's point there over the linear axes, mm
+    turned    (n,)       largest deviation of a rotary axis there, rad
+    astray    (n,)       distance from the point that curve and u name, mm; 0 if that is right, or if they name none
+    speed     (n,)       |C'(u)|, mm a unit of u; velocity  (axes, n)  C'(u)
+    position  (axes, n)  as it was given
+    """
+
+    row: IntArray
+    u: Array
+    s: Array
+    apart: Array
+    turned: Array
+    astray: Array
+    speed: Array
+    velocity: Array
+    position: Array
+
+    def part(self, low: int, high: int) -> Located:
+        """Those from `low` to the one before `high`."""
+        return Located(*(getattr(self, each.name)[..., low:high] for each in fields(self)))
+
+    def joined(self, other: Located) -> Located:
+        """These, and the others behind them."""
+        names = [each.name for each in fields(self)]
+        return Located(*(np.concatenate([getattr(self, n), getattr(other, n)], axis=-1) for n in names))
+
+
+class Follower:
+    """Finds setpoints on the path, one block after the other.
+
+    A setpoint whose curve and u name the point where it is, is there. Others are placed by their positions alone, each
+    near where the ones before it let expect, for a path may cross itself or run straight back over itself.
+    """
+
+    def __init__(self, path: Path, rows: Rows, *, turned: bool = True) -> None:
+        self.path, self.rows = path, rows
+        self._turned = turned and rows.turns is not None
+        self._s, self._q = 0.0, np.zeros(0)  # of the last setpoint: arc length, and its position as `Search` counts it
+        self._ahead = FIRST_AHEAD
+
+    @cached_property
+    def search(self) -> Search:
+        """Nearest points of the path; where only rotary axes move, also over these."""
+        return Search(self.path, self.rows, turned=self._turned)
+
+    def locate(self, points: Setpoints, allowed: float) -> Located:
+        """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
+        rows = self.rows
+        position: Array = np.ascontiguousarray(points.position.T)
+        position = np.where(np.isfinite(position), position, np.nan)
+        finite = np.all(np.isfinite(position), axis=0)
+        named = finite & np.isfinite(points.u) & (points.curve >= 0) & (points.curve < len(rows.curves))
+        row, u = rows.find(np.where(named, points.curve, 0), np.where(named, points.u, 0.0))
+        place = self._at(row, u, position)
+        astray = np.zeros(len(u))
+        good = named & (place.apart <= allowed) & (place.turned <= allowed)
+        if not good.all():
+            bad = np.flatnonzero(named & ~good)
+            astray[bad] = place.apart[bad]
+            if len(bad):
+                found = self.search.near(self.metric(position[:, bad]), place.s[bad], closed=False)
+                row[bad], u[bad] = found.row, self._parameter(found)
+                place.s[bad] = rows.arc_length(found.row, found.t)
+            for run in _runs(finite & ~named, finite):
+                self._carry(place.s, position, finite, int(run[0]))
+                found = self.follow(position[:, run], allowed)
+                row[run], u[run] = found.row, self._parameter(found)
+                place.s[run] = rows.arc_length(found.row, found.t)
+            place = self._at(row, u, position)
+        self._carry(place.s, position, finite, len(u))
+        lost = ~finite
+        if lost.any():
+            for each in (place.u, place.s, place.apart, place.turned, place.speed):
+                each[lost] = np.nan
+            place.velocity[:, lost] = np.nan
+        return replace(place, astray=astray)
+
+    def _at(self, row: IntArray, u: Array, position: Array) -> Located:
+        """Positions (axes, n) at u (n,) of rows (n,)."""
+        linear = self.rows.linear
+        places = Places(self.rows, row)
+        t = places.t(u)
+        at, velocity = places.derivatives(t, 1)
+        square, turned = np.zeros(len(u)), np.zeros(len(u))
+        with np.errstate(invalid="ignore", over="ignore"):
+            for a, off in enumerate(position - at):
+                if a < linear:
+                    square += off * off
+                else:
+                    turned = np.maximum(turned, np.abs(off))
+        speed = np.sqrt(places.product(velocity, velocity))
+        s = self.rows.arc_length(row, t)
+        return Located(row, u, s, np.sqrt(square), turned, turned, speed, velocity, position)
+
+    def metric(self, position: Array) -> Array:
+        """Positions (axes, n) as `search` counts them, (dims, n)."""
+        return np.asarray(position[: self.search.dims] * self.search.unit[:, None])
+
+    def _parameter(self, found: Found) -> Array:
+        rows, row = self.rows, found.row
+        return np.clip(rows.middle[row] + found.t / rows.scale[row], rows.low[row], rows.high[row])
+
+    def _carry(self, s: Array, position: Array, finite: BoolArray, count: int) -> None:
+        """Take note of the last of the first `count` setpoints that has a place."""
+        known = np.flatnonzero(finite[:count])
+        if len(known):
+            self._s, self._q = float(s[known[-1]]), position[:, known[-1]]
+
+    def go_on(self, other: Follower, gone: float) -> None:
+        """Follow on where another one is, along a path that lacks the first `gone` mm of that one's."""
+        self._s, self._q = other._s - gone, other._q
+
+    def start_at(self, s: float) -> None:
+        """Expect the next setpoint at arc length s, mm."""
+        self._s, self._q = s, np.zeros(0)
+
+    def follow(self, position: Array, allowed: float) -> Found:
+        """Places of positions (axes, n), none of them named, behind the last one."""
+        q, count = self.metric(position), position.shape[1]
+        out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+        if not len(self._q):  # nothing was before: the path's own place there
+            row = self.rows.at(np.array([self._s]))
+            t = self.rows.parameter(row, np.array([self._s]) - self.rows.start[row])
+            self._q = Places(self.rows, row).derivatives(t, 0)[0][:, 0]
+        last, before, apart = self._s, self.metric(self._q[:, None]), 0.0
+        slack = max(allowed, ROUNDINGS * EPSILON * self.path.length)
+        begin = 0
+        while begin < count:
+            index = np.arange(begin, min(begin + self._ahead, count))
+            here = q[:, index]
+            way = np.sqrt(_squares(np.diff(np.concatenate([before, here], axis=1), axis=1)))
+            hint = np.minimum(last + np.cumsum(way), self.path.length)
+            found = self.search.near(here, hint, closed=False)
+            s = self.rows.arc_length(found.row, found.t)
+            done = self._onward(here, way, slack, last, apart, found, s)
+            drifted = np.abs(s - hint) > DRIFT * np.maximum.accumulate(way) + slack
+            if drifted[:done].any():
+                done = max(int(np.argmax(drifted)), 1)
+            self._ahead = min(2 * self._ahead, MOST_AHEAD) if done == len(index) else FIRST_AHEAD
+            out.put(index[:done], found.take(np.arange(done)))
+            last, before = float(s[done - 1]), here[:, done - 1 : done]
+            apart = float(np.sqrt(found.square[done - 1]))
+            begin += done
+        self._s, self._q = last, position[:, -1]
+        return out
+
+    def _onward(self, q: Array, way: Array, slack: float, last: float, apart: float, found: Found, s: Array) -> int:
+        """How many of the places found are right, or made so: the first that had to be moved is the last of them.
+
+        Where a path runs back over itself a position has two places. The tool goes on: from a place behind it to the
+        one as far ahead, and not to one that is further along the path than the `way` (n,) from position to position
+        lets expect, if there is one before it. Where there is only one place, that stays.
+        """
+        distance = np.sqrt(found.square)
+        before = np.concatenate([[last], s[:-1]])
+        step = s - before
+        loose = slack + distance + np.concatenate([[apart], distance[:-1]])
+        doubtful = np.flatnonzero((step < -loose) | (step > LONGER * way + loose))
+        if not len(doubtful):
+            return len(s)
+        step, before, near = step[doubtful], before[doubtful], distance[doubtful] + slack
+        moved, others = [], []
+        for side in (0.0, 1.0):  # the first place ahead, and from a place behind the last one that as far ahead
+            other = self.search.near(
+                q[:, doubtful], np.minimum(before + side * np.abs(step), self.path.length), closed=False
+            )
+            at = self.rows.arc_length(other.row, other.t) - before
+            better = (np.sqrt(other.square) <= near) & (at >= 0.0) & (at <= LONGER * np.abs(step) + slack)
+            moved.append(better & (np.abs(at - step) > 2.0 * slack) & ((side == 0.0) | (step < 0.0)))
+            others.append((other, at))
+        if not (moved[0] | moved[1]).any():
+            return len(s)
+        k = int(np.argmax(moved[0] | moved[1]))
+        first = int(doubtful[k])
+        other, at = others[0 if moved[0][k] else 1]
+        found.put(np.array([first]), other.take(np.array([k])))
+        s[first] = at[k] + before[k]
+        return first + 1
+
+
+def _runs(wanted: BoolArray, known: BoolArray) -> list[IntArray]:
+    """Indices of each run of what is `wanted` (n,) among what is `known` (n,)."""
+    index = np.flatnonzero(known)
+    picked = np.flatnonzero(wanted[index])
+    return [index[run] for run in np.split(picked, np.flatnonzero(np.diff(picked) > 1) + 1) if len(run)]
+
+
+def _squares(vectors: Array) -> Array:
+    total = np.zeros(vectors.shape[1])
+    for each in vectors:
+        total += each * each
+    return total
 
 
 class Placer:
     """Commanded arc length of setpoints that come in order, whole or in chunks."""
 
     def __init__(self, path: Path) -> None:
-        self.path = path
-        self._nearest = Nearest(path.table, path.shape)
-        self._state: Array | None = None
+        self.path, self.rows = path, Rows(path)
+        self._follower: Follower | None = None
         #: Largest distance so far of a setpoint without arc length from the path, mm.
         self.apart = 0.0
 
     def place(self, points: Setpoints) -> Array:
         """Arc length (n,), mm: what the setpoints say, or else the nearest point next to where the last ones went.
 
-        The first setpoint is placed on the whole path, each one after it near the place that its two forerunners let
+        The first setpoint is placed on the whole path, each one after it near the place that its forerunner lets
         expect, so that a path that crosses itself or turns back is followed in order. Raises InputError for setpoints
         that lack a linear axis of the path.
         """
         if np.isfinite(points.s).all():
             return np.clip(points.s, 0.0, self.path.length)
-        position = self._position(points)
-        n = len(points)
-        if self._state is None:
-            first = ContourMeter(self.path).measure(position[:1]).s[0]
+        position = np.ascontiguousarray(self._position(points).T)
+        follower = self._follower
+        if follower is None:
+            turned = set(self.path.axes) <= set(points.axes)
+            follower = self._follower = Follower(self.path, self.rows, turned=turned)
+            found = follower.search.whole(follower.metric(position[:, :1]))
+            first = float(self.rows.arc_length(found.row, found.t)[0])
             if self.path.closed and first >= (1.0 - AT_SEAM) * self.path.length:
                 first = 0.0
-            self._state = np.array([first, first, 0.0])
-        rows, found = np.empty(n, dtype=np.int64), np.empty((n, search.FOUND))
-        search.locate(
-            self.path.table, self.path.curve_rows, self.path.shape, self._nearest.cells, self._nearest.boxes, 0.0,
-            np.full(n, -1), np.full(n, np.nan), position, self._state, rows, found,
-        )  # fmt: skip
-        self.apart = max(self.apart, float(np.max(found[:, search.APART], initial=0.0)))
-        return np.clip(found[:, search.S], 0.0, self.path.length)
+            follower.start_at(first)
+        found = follower.follow(position, 0.0)
+        self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
+        return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.path.length)
 
     def _position(self, points: Setpoints) -> Array:
         """The positions in the order of the path's axes; rotary axes that the setpoints lack are 0."""

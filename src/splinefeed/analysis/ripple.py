@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinefeed.analysis import between
+from splinefeed.analysis.rows import EPSILON, Places, Rows
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import measure
 from splinefeed.records import Array, Setpoints, TimeLaw
 
 #: Ripple is measured where the feed is above this share of its top; near rest a step is smaller than the rounding of s.
 FEED_SHARE = 0.1
-EPSILON = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +44,10 @@ def steps(points: Setpoints, path: Path) -> Array:
 
     By adaptive quadrature of |C'(u)|, independent of the arc-length table that the interpolators use.
     """
-    out = np.zeros(max(len(points) - 1, 0))
-    if not out.size:
-        return out
-    # rows of the arc-length table, for they end at cusps; their arc-length polynomials are not looked at
-    measure.travelled_each(path.table, path.curve_rows, path.shape, path.curve_starts, points.curve, points.u, out)
-    return out
+    if len(points) < 2:
+        return np.zeros(0)
+    rows = Rows(path)
+    return between.lengths(rows, *rows.find(points.curve, points.u))[0]
 
 
 def feed_ripple(points: Setpoints, path: Path, law: TimeLaw, top: float | None = None) -> Ripple:
@@ -78,7 +76,9 @@ def drift(points: Setpoints, law: TimeLaw) -> Array:
 
 def chord_errors(points: Setpoints, path: Path) -> Array:
     """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
-    out = np.zeros(max(len(points) - 1, 0))
-    if out.size:
-        measure.chord_errors(path.table, path.curve_rows, path.shape, points.curve, points.u, out)
-    return out
+    if len(points) < 2:
+        return np.zeros(0)
+    rows = Rows(path)
+    row, u = rows.find(points.curve, points.u)
+    places = Places(rows, row)
+    return between.chord_errors(rows, row, u, places.derivatives(places.t(u), 0)[0])

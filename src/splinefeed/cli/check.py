@@ -48,7 +48,7 @@ def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) 
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("check") as say:
+    with busy() as say:
         verdict, page = _check(setpoints, given, say)
     if as_json:
         output.print_json(page)

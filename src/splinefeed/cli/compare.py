@@ -42,7 +42,7 @@ def command(source: str | None, as_json: bool, names: tuple[str, ...] | None, **
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("compare") as say:
+    with busy() as say:
         page, results = _compare(source, names, given, say)
     if as_json:
         output.print_json(page)
@@ -91,7 +91,7 @@ def _compare(
         "length_mm": path.length,
         "ticks": Interpolator(path, law, method=names[0]).ticks,
         "period_s": period,
-        "strategy": strategy,
+        "strategy": law.strategy,
         "corrections": given["corrections"],
         "limits": limits.as_dict(),
         "ripple_floor": max(result.ripple_floor for result in results),

@@ -49,7 +49,7 @@ def command(source: str, target: str, as_json: bool, **given: Any) -> None:
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("convert") as say:
+    with busy() as say:
         from splinefeed.cli.source import read_contents
         from splinefeed.formats import registry
         from splinefeed.formats.contents import Contents

@@ -38,16 +38,27 @@ def quiet_stop() -> Iterator[None]:
     """Turn Ctrl-C and a closed pipe into StoppedError, before click has its own say on them."""
     try:
         yield
-        sys.stdout.flush()
     except KeyboardInterrupt:
         raise StoppedError(INTERRUPTED) from None
     except BrokenPipeError:
-        _write_no_more()
         raise StoppedError(NO_READER) from None
 
 
 def guarded(call: Callable[[], Any]) -> int:
-    """The exit code of `call`, whose errors are printed as one line each."""
+    """The exit code of `call`, whose errors are printed as one line each; what it printed is written when this ends."""
+    code = _exit_code(call)
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        code = NO_READER if code in (DONE, NOT_KEPT) else code
+    except OSError as error:
+        code = _say(_system_error(error), BAD_INPUT, error) if code in (DONE, NOT_KEPT) else code
+    finally:
+        _write_no_more()
+    return code
+
+
+def _exit_code(call: Callable[[], Any]) -> int:
     try:
         code = call()
     except click.ClickException as error:
@@ -55,19 +66,24 @@ def guarded(call: Callable[[], Any]) -> int:
     except (StoppedError, click.Abort, KeyboardInterrupt) as stop:
         code = getattr(stop, "exit_code", INTERRUPTED)
         return _say("interrupted; no half-written file is left", code) if code == INTERRUPTED else code
+    except SystemExit as ended:  # by SIGTERM
+        code = ended.code
     except SplinefeedError as error:
         return _say(str(error), BAD_INPUT, error)
     except MemoryError as error:
         return _say("not enough memory for so many points; raise the period, or take a smaller path", BAD_INPUT, error)
     except OSError as error:
-        _write_no_more()
-        from splinefeed.formats.atomic import reason_of
-
-        return _say(f"{error.filename or 'output'}: {reason_of(error)}", BAD_INPUT, error)
+        return _say(_system_error(error), BAD_INPUT, error)
     except Exception as error:
         place = f"{type(error).__name__}: {error}"
         return _say(f"internal fault: {place}; {DEBUG}=1 shows where, please report it", INTERNAL, error)
     return code if isinstance(code, int) else DONE
+
+
+def _system_error(error: OSError) -> str:
+    from splinefeed.formats.atomic import reason_of
+
+    return f"{error.filename or 'output'}: {reason_of(error)}"
 
 
 def usage_text(error: click.ClickException) -> str:
@@ -105,8 +121,12 @@ def _say(text: str, code: int, error: BaseException | None = None) -> int:
 
 
 def _write_no_more() -> None:
-    """Let what is still in the buffer of stdout go nowhere: Python would complain about it at its end."""
-    with suppress(OSError, ValueError, AttributeError):
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
+    """Let what stdout and stderr still hold and cannot write go nowhere: Python would complain about it at its end."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            with suppress(OSError, ValueError):
+                nowhere = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(nowhere, stream.fileno())
+                os.close(nowhere)

@@ -34,7 +34,7 @@ Examples:
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
 @click.option("--linear", is_flag=True, help="Without friction, play, counts, converter codes and limits.")
-@click.option("--figures/--no-figures", default=True, help="Draw figures, SVG and PNG.  [default: figures]")
+@options.figures
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
 @options.as_json
 @click.pass_context
@@ -48,7 +48,7 @@ def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) 
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("follow") as say:
+    with busy() as say:
         page = _follow(setpoints, given, say)
     if as_json:
         output.print_json(page)
@@ -71,9 +71,10 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured
-    from splinefeed.report import files
+    from splinefeed.report import files, saving
     from splinefeed.simulation.follow import CHUNK
 
+    drawing = options.figure_formats(given)
     table = Table.load(given["machine"])
     say(f"reading {file}")
     chunks, notes = read_setpoints_chunks(file, given, CHUNK)
@@ -99,11 +100,12 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
         except InputError as error:
             raise FormatError(f"{file}: {error}") from None
         names = [files.RESPONSE]
-        if given["figures"]:
+        if drawing:
             say("drawing")
             beside = pictured.deviation(path) if path is not None else None
             drawn = files.servo_figures({first.method: overview.response}, name, table.name, beside)
-            names += files.save_figures(drawn, stage)
+            names += saving.save_figures(drawn, stage, drawing)
+            notes += saving.missing(drawing)
         if servo.off_path > 0.0:
             notes.append(f"the setpoints lie off the path by at most {servo.off_path:.3g} mm")
         numbers = servo.tally.numbers()

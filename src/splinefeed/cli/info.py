@@ -37,7 +37,7 @@ def command(source: str, as_json: bool, every: bool, **given: Any) -> None:
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("info") as say:
+    with busy() as say:
         from splinefeed.cli.program import program_page
         from splinefeed.cli.source import read_contents
 

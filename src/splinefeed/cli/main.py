@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import click
 
@@ -71,6 +71,13 @@ class LazyGroup(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """Read the options; --help and --version print here, and their reader may go away, too."""
+        with quiet_stop():
+            return super().make_context(info_name, args, parent, **extra)
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; Ctrl-C and a reader that went away leave quietly."""
         with quiet_stop():
@@ -107,6 +114,8 @@ def command_line(ctx: click.Context) -> None:
 
 def main() -> NoReturn:
     """Run the command line and leave with its exit code."""
+    sys.stdout = sys.stdout or _nowhere()  # None where the shell closed it: >&-
+    sys.stderr = sys.stderr or _nowhere()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a terminal that lacks a letter is no reason to stop
@@ -114,6 +123,11 @@ def main() -> NoReturn:
         signal.signal(signal.SIGTERM, _terminated)  # so that files begun are taken away, as after Ctrl-C
     command_line.main(prog_name="splinefeed")
     raise AssertionError("main returns by sys.exit")
+
+
+def _nowhere() -> TextIO:
+    """A stream that keeps nothing, open until the program ends."""
+    return open(os.open(os.devnull, os.O_WRONLY), "w", closefd=False)
 
 
 def _terminated(number: int, frame: object) -> NoReturn:

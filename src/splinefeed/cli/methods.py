@@ -47,7 +47,7 @@ def _method(method: Any) -> dict[str, Any]:
         "order": method.order,
         "exact": method.anchor,
         "history": method.history,
-        "source": _source(method.step),
+        "source": _source(method.fill or method.step),
     }
 
 

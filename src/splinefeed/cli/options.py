@@ -136,6 +136,27 @@ def quantity(*names: str, kind: str, text: str) -> Callable[[F], F]:
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else, on stdout.")
 
+#: Files of figures, and none of them.
+figures = _all(
+    click.option(
+        "--figures",
+        type=click.Choice(["svg", "png", "pdf"]),
+        multiple=True,
+        help="Format of the figures; may be repeated.  [default: svg]",
+    ),
+    click.option("--no-figures", is_flag=True, help="Draw nothing."),
+)
+
+
+def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
+    """Formats of the figures, none with --no-figures."""
+    from splinefeed.errors import InputError
+
+    if given["no_figures"] and given["figures"]:
+        raise InputError("--no-figures: draws nothing; leave it out, or --figures")
+    return () if given["no_figures"] else tuple(given["figures"] or ("svg",))
+
+
 #: How a SOURCE is read, but for the tolerance.
 reading_alone = _all(
     click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
@@ -249,7 +270,8 @@ limits = _all(
     click.option(
         "--strategy",
         metavar="NAME",
-        help="How to plan.  [default: time-optimal if an axis, chord or centripetal limit is given, else seven-phase]",
+        help="How to plan.  [default: automatic: seven-phase for feed, acceleration and jerk along the path alone, "
+        "else time-optimal]",
     ),
 )
 
@@ -270,9 +292,6 @@ _ALONG_PATH = {
     "end_feed": "end_feed",
 }
 
-#: Limits that the paper's strategy knows, and soft limits, which any strategy looks after.
-_TANGENTIAL = {*_ALONG_PATH, "axis_minimum", "axis_maximum"}
-
 corrections = click.option(
     "--corrections", type=int, default=1, show_default=True, help="Passes of a method's corrector, 0 to 100."
 )
@@ -280,15 +299,15 @@ corrections = click.option(
 
 def limits_from(
     given: dict[str, Any], machine: Table | None = None, axes: Sequence[str] = ()
-) -> tuple[Limits, float, str]:
-    """Limits, period and strategy from what the options of `limits` were `given`.
+) -> tuple[Limits, float, str | None]:
+    """Limits, period and strategy, None if it is left open, from what the options of `limits` were `given`.
 
     Without a file of limits the paper's stand in for what is not said, but not where limits of the axes say enough.
     The limits of the `axes` of a machine hold where neither file nor options say others.
     """
     from splinefeed.formats import limits_toml
     from splinefeed.pipeline.limits import over_machine
-    from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, PAPER_PERIOD, TIME_OPTIMAL
+    from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD
     from splinefeed.records import Limits
 
     file = given["limits_file"]
@@ -301,8 +320,7 @@ def limits_from(
             flat = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **flat}
         flat = {"feed": PAPER_LIMITS.feed, **flat}
     period = PAPER_PERIOD if given["period"] is None else given["period"]
-    strategy = given["strategy"] or (DEFAULT_STRATEGY if kinds <= _TANGENTIAL else TIME_OPTIMAL)
-    return Limits.from_dict(flat), period, strategy
+    return Limits.from_dict(flat), period, given["strategy"]
 
 
 def as_programmed(limits: Limits, path: Path | PathParts, given: Mapping[str, Any]) -> tuple[Limits, list[str]]:

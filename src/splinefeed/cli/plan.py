@@ -43,7 +43,7 @@ def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: A
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("plan") as say:
+    with busy() as say:
         page = _plan(source, given, say)
     if as_json:
         output.print_json(page)

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from splinefeed.cli.failures import one_line
+
+if TYPE_CHECKING:
+    from rich.text import Text
 
 #: How to say what is being done now.
 Say = Callable[[str], None]
 
-COMPILING = "compiling the kernels for this machine, once, about half a minute"
+COMPILING = "compiling kernels for this machine, once, up to half a minute"
 #: Where stderr is no terminal, work that lasts less than this, s, is not spoken of, and longer work not more often.
 PATIENCE = 5.0
 #: Kernels are spoken of sooner, s, but not before a mistake in the input would have ended the program.
@@ -20,43 +25,53 @@ FIRST_WORD = 1.5
 
 
 @contextmanager
-def busy(command: str) -> Iterator[Say]:
-    """Give a function that says what is being done now; say so if `command` must compile its kernels first."""
-    import numba
-
-    from splinefeed.kernels.jit import cache_directory
-
-    done_before = cache_directory() / f"{command}.ready"
-    first = not numba.config.DISABLE_JIT and not done_before.exists()
-    with _on_terminal(first) if sys.stderr.isatty() else _in_lines(first) as say:
+def busy() -> Iterator[Say]:
+    """Give a function that says what is being done now; say so, too, when kernels are compiled for it."""
+    with _on_terminal() if sys.stderr.isatty() else _in_lines() as say:
         yield say
-    if first:
-        with suppress(OSError):
-            done_before.touch()
+
+
+def _compiling() -> bool:
+    """Whether this process has had to compile a kernel."""
+    jit = sys.modules.get("splinefeed.kernels.jit")
+    return jit is not None and bool(jit.compiled_here)
+
+
+class _Status:
+    """What stands beside the spinner; it is asked again at every turn."""
+
+    what = "starting"
+
+    def __rich__(self) -> Text:
+        from rich.text import Text
+
+        return Text(f"{self.what} ({COMPILING})" if _compiling() else self.what)
 
 
 @contextmanager
-def _on_terminal(first: bool) -> Iterator[Say]:
+def _on_terminal() -> Iterator[Say]:
     from rich.console import Console
-    from rich.text import Text
 
-    suffix = f" ({COMPILING})" if first else ""
-    console = Console(stderr=True, highlight=False, emoji=False)
-    with console.status(Text(f"starting{suffix}")) as status:
-        yield lambda what: status.update(Text(f"{what}{suffix}"))
+    shown = _Status()
+    with Console(stderr=True, highlight=False, emoji=False).status(shown):
+        yield lambda what: setattr(shown, "what", what)
 
 
 @contextmanager
-def _in_lines(first: bool) -> Iterator[Say]:
+def _in_lines() -> Iterator[Say]:
     doing = ""
     ended = threading.Event()
 
     def speak() -> None:
         said = ""
-        if first and not ended.wait(FIRST_WORD):
-            print(f"splinefeed: {COMPILING}", file=sys.stderr, flush=True)
-        while not ended.wait(PATIENCE):
-            if doing != said:
+        told = False
+        began = time.monotonic()
+        while not ended.wait(FIRST_WORD):
+            if _compiling() and not told:
+                told = True
+                print(f"splinefeed: {COMPILING}", file=sys.stderr, flush=True)
+            if doing != said and time.monotonic() - began >= PATIENCE:
+                began = time.monotonic()
                 said = doing
                 print(f"splinefeed: {one_line(said)}", file=sys.stderr, flush=True)
 

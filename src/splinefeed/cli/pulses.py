@@ -67,7 +67,7 @@ def command(file: str, as_json: bool, **given: Any) -> None:
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("pulses") as say:
+    with busy() as say:
         page = _decoded(file, given, say) if given["decode"] else _encoded(file, given, say)
     if as_json:
         output.print_json(page)

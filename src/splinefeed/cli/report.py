@@ -36,7 +36,7 @@ def command(ctx: click.Context, /, folder: str, output: str | None, as_json: boo
     from splinefeed.cli.output import counted, print_json, print_text
     from splinefeed.cli.progress import busy
 
-    with busy("report") as say:
+    with busy() as say:
         page = _report(folder, output, say)
     if as_json:
         print_json(page)
@@ -84,7 +84,8 @@ def _report(folder: str, output: str | None, say: Say) -> dict[str, Any]:
     results = [MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT
     say(f"writing {target}")
-    files.write_report(html.page(run, page, results, responses), target)
+    drawn = files.of_run(run, responses, str(page.get("machine", "")))
+    files.write_report(html.page(run, page, drawn, results), target)
     return {**page, "files": [str(target)]}
 
 

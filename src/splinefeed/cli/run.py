@@ -42,7 +42,7 @@ Examples:
     help="Scale the limits down until the machine's contour error keeps this; see splinefeed tune-feed.",
 )
 @click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
-@click.option("--method", metavar="NAME", help="Interpolation method.  [default: milne-simpson-anchored]")
+@click.option("--method", metavar="NAME", help="The method.  [default: arc-length; the paper's without SOURCE]")
 @options.corrections
 @options.reading
 @options.smoothing
@@ -53,7 +53,7 @@ Examples:
     multiple=True,
     help="Format of the setpoints; may be repeated.  [default: hdf5]",
 )
-@click.option("--figures/--no-figures", default=True, help="Draw figures, SVG and PNG.  [default: figures]")
+@options.figures
 @click.option("--no-compare", is_flag=True, help="Leave out the other methods, with their table and figure.")
 @click.option(
     "--by-windows",
@@ -72,13 +72,13 @@ def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: A
     end of the path is missed, or an axis runs away.
 
     Without SOURCE the paper's experiment runs: a NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on the
-    paper's table as we model it (or another --machine), by the paper's two methods and the default.
+    paper's table as we model it (or another --machine), by the paper's two methods and milne-simpson-anchored.
     """
     from splinefeed.cli import output, run_windows
     from splinefeed.cli.progress import busy
 
     traces: list[MethodTrace] = []
-    with busy("run-windows" if given["by_windows"] else "run") as say:
+    with busy() as say:
         if given["by_windows"]:
             page = run_windows.run(source, given, say)
         else:
@@ -102,7 +102,6 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
 
     from splinefeed.cli.folder import default_name, staged
     from splinefeed.cli.source import read_path
-    from splinefeed.cli.warm import helper
     from splinefeed.errors import InputError
     from splinefeed.interpolation import registry
     from splinefeed.machine.table import Table
@@ -114,12 +113,13 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.report import files
     from splinefeed.report.record import documented, record
 
+    drawing = options.figure_formats(given)
     table = Table.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
     of_paper = source is None
     planned_for = None if of_paper else table  # the paper's experiment has the paper's limits, whatever the machine
     if planned_for is None:
         options.limits_from(given)  # a slip of the hand is told before anything is read
-    method = given["method"] or registry.DEFAULT_METHOD
+    method = given["method"] or (PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
     registry.method(method)
     source = PAPER_SHAPE if source is None else source
     reading = options.reading_from(given) | options.smoothing_from(given)
@@ -131,7 +131,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     limits, period, strategy = options.limits_from(given, planned_for, path.axes)
     limits, assumed = options.as_programmed(limits, path, given)
     folder = default_name(path.name) if given["output"] is None else given["output"]
-    with staged(folder) as stage, helper("run", table is not None) as helped:
+    with staged(folder) as stage:
         if given["contour_tolerance"] is not None:
             if table is None:
                 raise InputError("--contour-tolerance: needs a machine; give --machine NAME or --machine FILE")
@@ -142,7 +142,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
         say("planning and interpolating")
         result = run_any(
             path, limits, period=period, strategy=strategy, method=method, corrections=corrections, table=table,
-            before_measuring=helped, on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
+            on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
         )  # fmt: skip
         served: list[Served] = []
         servo: dict[str, Any] | None = None
@@ -159,12 +159,13 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
         traces: list[MethodTrace] = []
         for name in () if given["no_compare"] or long else BESIDE_A_RUN:
             say(f"comparing methods: {name}")
-            traces += compare(path, result.law, methods=[name], corrections=corrections)
+            traces += compare(path, result.law, methods=[name], corrections=corrections, timed=False)
         page = record(result, traces, source, reading, formats, servo)
         page["notes"] = [*assumed, *options.smoothing_note(path, given), *page["notes"], *([LONG_NOTE] if long else [])]
+        page["notes"] += files.missing(drawing)
         say("writing setpoints and figures")
         result = documented(result, page)
         names = files.write(
-            result, stage, formats=formats, traces=traces, with_figures=given["figures"], record=page, served=served
+            result, stage, formats=formats, traces=traces, figure_formats=drawing, record=page, served=served
         )
     return traces, {**page, "files": [str(Path(folder) / name) for name in names]}

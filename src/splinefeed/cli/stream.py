@@ -80,7 +80,7 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     from splinefeed.live.recording import response_of
 
     knob = _knob(given)
-    with ended_by_signals(), busy("stream") as say:
+    with ended_by_signals(), busy() as say:
         made = _made(source, given, say)
     motion, sink = made.motion, made.sink
     state = _streamed(made, knob, given)

@@ -142,11 +142,12 @@ def print_methods(results: Sequence[MethodResult], unit: str) -> None:
             f"{each.ripple_rms:.1e}",
             f"{each.drift_mm:+.1e} {unit}",
             f"{each.chord_error_mm:.2e} mm",
-            f"{each.ns_per_tick:.0f}",
+            *([] if each.ns_per_tick is None else [f"{each.ns_per_tick:.0f}"]),
         ]
         for each in results
     ]
-    print_table(["method", "ripple max", "ripple rms", "drift at end", "chord error", "ns a tick"], rows)
+    heads = ["method", "ripple max", "ripple rms", "drift at end", "chord error", "ns a tick"]
+    print_table(heads[: len(rows[0])] if rows else heads, rows)
     for each in results:
         if each.replaced:
             print_text(

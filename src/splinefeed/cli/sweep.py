@@ -105,7 +105,7 @@ def _engine(given: dict[str, Any]) -> Iterator[Executor | None]:
         except ImportError:
             raise InputError("--dask needs Dask: pip install 'splinefeed[dask]'") from None
         try:
-            with Client(given["dask"], timeout="10s") as client:  # type: ignore[no-untyped-call]
+            with Client(given["dask"], timeout="10s") as client:
                 yield client.get_executor(pure=False, retries=3)
         except OSError as error:
             raise InputError(f"--dask: {given['dask']}: no scheduler answers ({error})") from None
@@ -179,17 +179,19 @@ def _progress(total: int) -> Iterator[tuple[Callable[[int], None], Callable[[str
 
 
 def _show(folder: str) -> dict[str, Any]:
-    """The summary of the runs in a folder; sweep.html is written beside them where Plotly is installed."""
+    """The summary of the runs in a folder; sweep.html is written beside them, or a note says what that needs."""
     from pathlib import Path
 
     from splinefeed.report import library, sweep_page
     from splinefeed.report.files import write_report
+    from splinefeed.report.saving import EXTRA
     from splinefeed.sweeps.store import load
     from splinefeed.sweeps.summary import summary
 
     about, rows = load(folder)
     page = summary(about, rows)
     page["files"] = [str(Path(folder) / "rows")]
+    page["notes"] = [] if library.available() else [f"no {sweep_page.NAME}: it needs Plotly, {EXTRA}"]
     if library.available():
         target = Path(folder) / sweep_page.NAME
         write_report(sweep_page.page(about, rows, page), target)
@@ -199,6 +201,7 @@ def _show(folder: str) -> dict[str, Any]:
 
 def _print(page: dict[str, Any]) -> None:
     from splinefeed.cli.output import counted, number, print_table, print_text
+    from splinefeed.cli.summary import print_notes
 
     print_text(f"{page['name']}: {page['there']} of {page['runs']} runs")
     print_text(
@@ -216,5 +219,6 @@ def _print(page: dict[str, Any]) -> None:
     if page["pareto"]:
         best = ", ".join(f"{each['index']} ({each['source']})" for each in page["pareto"][:8])
         print_text(f"front     cycle time against contour error: runs {best}")
+    print_notes(page["notes"])
     print_text()
     print_text(f"wrote {' '.join(page['files'])}")

@@ -60,6 +60,7 @@ _FOR_PATH = (
 @click.option("--seed", type=int, metavar="N", help="Rule path: seed of the random draws.  [default: 0]")
 @options.limits
 @click.option("--write", "machine_file", metavar="FILE", help="Write the machine with the new gains, TOML.")
+@options.figures
 @click.option("-o", "--output", metavar="DIR", help="Draw Bode and step figures to this folder.  [default: none]")
 @options.as_json
 @click.pass_context
@@ -72,7 +73,7 @@ def command(ctx: click.Context, /, machine: str, as_json: bool, **given: Any) ->
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("tune") as say:
+    with busy() as say:
         page = _tune(machine, given, say)
     if as_json:
         output.print_json(page)
@@ -88,7 +89,11 @@ def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.formats.plain import plain
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.tuning import PATH_RULE
+    from splinefeed.report import saving
 
+    drawing = options.figure_formats(given)
+    if given["figures"] and given["output"] is None:
+        raise InputError("--figures: needs a folder; give -o DIR")
     table = Table.load(machine)
     names = given["axes"] or tuple(table.axes)
     for name in names:
@@ -106,6 +111,7 @@ def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
             "machine_file": machine,
             "rule": given["rule"],
             **found.page,
+            "notes": [] if given["output"] is None else saving.missing(drawing),
             "program": f"splinefeed {splinefeed.__version__}",
         }
     )
@@ -115,7 +121,7 @@ def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
         files.append(given["machine_file"])
     if given["output"] is not None:
         say("drawing")
-        files += _draw(given["output"], table, page, found.curves())
+        files += _draw(given["output"], table, page, found.curves(), drawing)
     return {**page, "files": files}
 
 
@@ -169,15 +175,17 @@ def _on_path(table: Table, names: tuple[str, ...], given: Mapping[str, Any], say
     return found
 
 
-def _draw(folder: str, table: Table, page: dict[str, Any], pictures: list[TunedAxis]) -> list[str]:
+def _draw(
+    folder: str, table: Table, page: dict[str, Any], pictures: list[TunedAxis], drawing: tuple[str, ...]
+) -> list[str]:
     """Write figures and the page of numbers to a folder; their names as seen from the current folder."""
     from pathlib import Path
 
     from splinefeed.cli.folder import staged
-    from splinefeed.report import files
+    from splinefeed.report import files, saving
 
     with staged(folder, files.TUNE_RECORD, files.tune_names(table.axes)) as stage:
-        names = [*files.save_figures(files.tune_figures(pictures, table.name), stage), files.TUNE_RECORD]
+        names = [*saving.save_figures(files.tune_figures(pictures, table.name), stage, drawing), files.TUNE_RECORD]
         files.write_record({**page, "files": names}, stage / files.TUNE_RECORD)
     return [str(Path(folder) / name) for name in names]
 
@@ -185,7 +193,7 @@ def _draw(folder: str, table: Table, page: dict[str, Any], pictures: list[TunedA
 def _print(page: Mapping[str, Any]) -> None:
     from splinefeed import units
     from splinefeed.cli.output import number, print_table, print_text
-    from splinefeed.cli.summary import length
+    from splinefeed.cli.summary import length, print_notes
 
     print_text(
         f"{page['machine']}: {page['rule']}, servo period {units.format_quantity(page['period_s'], 'time')}"
@@ -216,6 +224,7 @@ def _print(page: Mapping[str, Any]) -> None:
     for name, each in page["axes"].items():
         for when, ending in (("old", "_before"), ("new", "")):
             print_text(f"{name}, {when} gains: {each[f'margins{ending}']['verdict']}{_hunting(each, ending)}")
+    print_notes(page["notes"])
     if page["files"]:
         print_text()
         print_text(f"wrote {' '.join(page['files'])}")

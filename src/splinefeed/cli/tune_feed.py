@@ -41,10 +41,10 @@ Examples:
 )
 @options.limits
 @click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
-@click.option("--method", metavar="NAME", help="Interpolation method.  [default: milne-simpson-anchored]")
+@click.option("--method", metavar="NAME", help="Interpolation method.  [default: arc-length]")
 @options.corrections
 @options.reading
-@click.option("--figures/--no-figures", default=True, help="Draw the curve, SVG and PNG.  [default: figures]")
+@options.figures
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-for-MACHINE]")
 @options.as_json
 @click.pass_context
@@ -58,7 +58,7 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    with busy("tune-feed") as say:
+    with busy() as say:
         page = _tune_feed(source, given, say)
     if as_json:
         output.print_json(page)
@@ -81,10 +81,12 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.interpolation import registry
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.contour_feed import tune_feed
-    from splinefeed.report import files
+    from splinefeed.report import files, saving
     from splinefeed.report.record import command as command_line
     from splinefeed.report.record import source_of
+    from splinefeed.report.servo_figures import feed_curve_figure
 
+    drawing = options.figure_formats(given)
     table = Table.load(given["machine"])
     method = given["method"] or registry.DEFAULT_METHOD
     registry.method(method)
@@ -110,8 +112,8 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
             save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])
             save(tuning.served.response, stage / files.RESPONSE)
             names += [files.LIMITS, files.SETPOINTS["hdf5"], files.RESPONSE]
-        if given["figures"]:
-            names += files.save_figures(files.feed_curve(tuning, path.name, table.name), stage)
+        drawn = [("feed-curve", feed_curve_figure(tuning, path.name, table.name))]
+        names += saving.save_figures(drawn, stage, drawing)
         names.append(files.TUNE_FEED_RECORD)
         page: dict[str, Any] = plain(
             {
@@ -120,12 +122,17 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
                 "machine": table.name,
                 "machine_file": given["machine"],
                 "period_s": period,
-                "strategy": strategy,
+                "strategy": tuning.trials[-1].law.strategy,
                 "method": method,
                 "vary": given["vary"],
                 "limits_asked": limits.as_dict(),
                 **tuning.numbers(),
-                "notes": [*path.findings, *(tuning.served.notes if tuning.served else ()), *tuning.notes],
+                "notes": [
+                    *path.findings,
+                    *(tuning.served.notes if tuning.served else ()),
+                    *tuning.notes,
+                    *saving.missing(drawing),
+                ],
                 "least_error_mm": tuning.least.error,
                 "least_error_feed_mm_s": tuning.least.feed,
                 "program": f"splinefeed {splinefeed.__version__}",

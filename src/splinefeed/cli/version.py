@@ -19,7 +19,7 @@ Examples:
 #: Settings of the surroundings that change what splinefeed does, or where it keeps things.
 SETTINGS = ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS", "MPLCONFIGDIR", "SOURCE_DATE_EPOCH")
 #: Extras that users may add, in the order of docs/decisions/0013-extras.md.
-EXTRAS = ("report", "cad", "parquet", "studio", "dask", "mpi")
+EXTRAS = ("plots", "cad", "parquet", "studio", "dask", "mpi")
 
 
 @click.command(epilog=EXAMPLES)
@@ -49,7 +49,7 @@ def _surroundings() -> dict[str, Any]:
     import splinefeed
     from splinefeed.interpolation.registry import DEFAULT_METHOD
     from splinefeed.kernels.jit import cache_directory
-    from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_PERIOD
+    from splinefeed.pipeline.run import PAPER_PERIOD
     from splinefeed.report.record import version_of
 
     page: dict[str, Any] = {"python": platform.python_version(), "system": platform.platform()}
@@ -59,7 +59,7 @@ def _surroundings() -> dict[str, Any]:
         for extra in EXTRAS
     }
     page["settings"] = {name: os.environ.get(name, "not set") for name in SETTINGS}
-    page["defaults"] = {"method": DEFAULT_METHOD, "strategy": DEFAULT_STRATEGY, "period": f"{PAPER_PERIOD:g} s"}
+    page["defaults"] = {"method": DEFAULT_METHOD, "strategy": "by the limits given", "period": f"{PAPER_PERIOD:g} s"}
     page["package"] = str(Path(splinefeed.__file__).parent)
     page["compiled_kernels"] = str(cache_directory())
     return page

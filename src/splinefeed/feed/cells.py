@@ -9,7 +9,7 @@ import numpy as np
 
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import pieces
+from splinefeed.kernels import layout as pieces
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: A cell may be this much longer than its neighbour: a jump of the grid costs accuracy of q'.

@@ -23,6 +23,8 @@ from splinefeed.feed.look_ahead_window import (
     row_at,
     row_feeds,
 )
+from splinefeed.feed.planning import strategy_for
+from splinefeed.feed.soft_limits import check_travel
 from splinefeed.geometry.corners import STOP_ANGLE
 from splinefeed.geometry.differential import unit_tangents
 from splinefeed.geometry.path import Path
@@ -79,6 +81,7 @@ class LookAhead:
         self.limits, self.axes, self.period = limits, tuple(axes), positive(period, "period")
         if int(window) < LEAST_WINDOW:
             raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
+        strategy_for(limits, STRATEGY)
         limit = limit_row(limits, self.axes, self.period)
         self._limit, self._cells = limit, int(window)
         self._window: Window | None = None
@@ -118,10 +121,11 @@ class LookAhead:
     def push(self, path: Path) -> list[Block]:
         """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
 
-        Raises CurveError for other axes or a gap.
+        Raises CurveError for other axes or a gap, LimitsError where the path leaves the travel of an axis.
         """
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
+        check_travel(path, self.limits)
         self._join(path)
         self._take(path)
         return list(self._drain(whole=False))

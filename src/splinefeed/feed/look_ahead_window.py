@@ -17,6 +17,7 @@ from splinefeed.kernels import look_ahead_window as kernels
 from splinefeed.kernels.look_ahead_path import AT_CORNER, ON_ROW, PERIOD
 from splinefeed.kernels.pieces import START, Shape
 from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, Array, BoolArray, Limits
+from splinefeed.records.arrays import read_only
 
 STRATEGY = "look-ahead"
 #: Periods that motion lasts at least from or to a rest that nobody asked for: in one, a part of the path seems skipped.
@@ -106,7 +107,8 @@ class Window:
         """
         ahead = row_at(table, self.low) + self.rows
         chosen = slice(row_at(table, self.needed), ahead)
-        rows, tops = np.ascontiguousarray(table[chosen]), np.ascontiguousarray(feeds[chosen])
+        # read-only, as a path's own table is: to the compiler an array that may be written to is another type
+        rows, tops = read_only(np.ascontiguousarray(table[chosen])), np.ascontiguousarray(feeds[chosen])
         limit = min(stop, float(table[ahead, START]) if ahead < len(table) else stop)
         if not limit < math.inf:
             limit = float(table[-1, START])

@@ -1,4 +1,4 @@
-"""`plan`: from a path and limits to a time law, by a strategy of that name."""
+"""`plan`: from a path and limits to a time law, by a strategy that holds every limit given."""
 
 from __future__ import annotations
 
@@ -6,58 +6,103 @@ import dataclasses
 import difflib
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import CurveError, InputError
-from splinefeed.feed.look_ahead import plan_look_ahead
-from splinefeed.feed.look_ahead_window import STRATEGY as LOOK_AHEAD
-from splinefeed.feed.seven_phase import STRATEGY, Stretched, plan_seven_phase
+from splinefeed.errors import CurveError, InputError, LimitsError
+from splinefeed.feed.optimal.plan import LOOK_AHEAD, TIME_OPTIMAL, plan_look_ahead, plan_time_optimal
+from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
+from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.stretches import check_ends, close_gaps, with_dwells
-from splinefeed.feed.time_optimal import STRATEGY as TIME_OPTIMAL
-from splinefeed.feed.time_optimal import plan_time_optimal
 from splinefeed.geometry.path import Path
-from splinefeed.records import Limits, TimeLaw, positive
+from splinefeed.records import TRAVEL_ENDS, Limits, TimeLaw, positive
 
-#: A strategy makes a law for a path whose stops and length were checked, under limits, for a period in s or none.
-#: What else it asks of the path is its own affair, hence Any.
-Strategy = Callable[[Any, Limits, float | None], TimeLaw]
+#: Fields of Limits that bound the motion along the path, whatever its shape.
+SHAPELESS = frozenset({"feed", "acceleration", "jerk", "deceleration", "deceleration_jerk"})
+#: Those that every strategy holds: the ends of the path, and travel, which `plan` looks after itself.
+ENDS = frozenset({"start_feed", "end_feed", *TRAVEL_ENDS})
+EVERY_LIMIT = frozenset(each.name for each in fields(Limits))
+
+
+@dataclass(frozen=True)
+class Strategy:
+    """One way to plan.
+
+    make   makes a law for a path whose stops and length were checked, under limits, for a period in s or none; what
+           else it asks of the path is its own affair, hence Any
+    holds  fields of Limits that its laws keep: any other that is given is refused
+    needs  fields of Limits without which it makes no law
+    """
+
+    make: Callable[[Any, Limits, float | None], TimeLaw]
+    holds: frozenset[str]
+    needs: frozenset[str] = frozenset()
+
 
 #: Every strategy by the name that `plan` and the command line know it by; a new one is one entry.
 STRATEGIES: dict[str, Strategy] = {
-    STRATEGY: plan_seven_phase,
-    LOOK_AHEAD: plan_look_ahead,
-    TIME_OPTIMAL: plan_time_optimal,
+    SEVEN_PHASE: Strategy(plan_seven_phase, holds=SHAPELESS | ENDS, needs=SHAPELESS),
+    LOOK_AHEAD: Strategy(plan_look_ahead, holds=EVERY_LIMIT),
+    TIME_OPTIMAL: Strategy(plan_time_optimal, holds=EVERY_LIMIT),
 }
 
 
-def plan(path: Stretched, limits: Limits, strategy: str = STRATEGY, period: float | None = None) -> TimeLaw:
-    """Time law s(t) of a motion along `path` that obeys `limits`, resting at the path's stops.
+def strategy_for(limits: Limits, strategy: str | None = None) -> str:
+    """The name of the strategy that plans under `limits`: the one named, which must hold every limit given.
 
-    path      a Path, whose feeds and dwells count besides; for "seven-phase" anything with `length` (mm) and `stops`
-              (arc lengths inside it, mm, where the tangent jumps)
-    strategy  a name in STRATEGIES; "seven-phase" obeys the tangential limits only, not those of the axes
-    period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
-
-    Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so. Where the path waits, the law
-    has a piece of constant s, whole periods long.
-    Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (period not
-    positive, or longer than the motion; the path leaves the travel of an axis; feeds at the ends that the path
-    contradicts), PlanError (a stretch too short for its change of feed).
+    None chooses "seven-phase" where feed, acceleration and jerk along the path are given and nothing but what it holds,
+    else "time-optimal". Raises InputError (unknown strategy), LimitsError (the strategy named does not hold a limit).
     """
+    given = dict.fromkeys(name.partition(".")[0] for name in limits.as_dict())
+    if strategy is None:
+        simple = STRATEGIES[SEVEN_PHASE]
+        return SEVEN_PHASE if simple.needs <= given.keys() <= simple.holds else TIME_OPTIMAL
     if strategy not in STRATEGIES:
         close = difflib.get_close_matches(str(strategy), STRATEGIES, n=1)
         hint = f"did you mean {close[0]!r}? The known ones are" if close else "the known ones are"
         raise InputError(f"strategy {strategy!r} is not known; {hint}: {', '.join(sorted(STRATEGIES))}")
+    beyond = [name for name in given if name not in STRATEGIES[strategy].holds]
+    if beyond:
+        able = [name for name, each in STRATEGIES.items() if given.keys() <= each.holds]
+        raise LimitsError(
+            f"{', '.join(beyond)}: the {strategy} strategy cannot hold {'it' if len(beyond) == 1 else 'them'}; choose "
+            f"{' or '.join(sorted(able, reverse=True))}, or leave the strategy open"
+        )
+    return strategy
+
+
+def plan(path: Stretched, limits: Limits, *, strategy: str | None = None, period: float | None = None) -> TimeLaw:
+    """Time law s(t) of a motion along `path` that obeys `limits`, resting at the path's stops.
+
+    path      a Path, whose feeds and dwells count besides; for "seven-phase" anything with `length` (mm) and `stops`
+              (arc lengths inside it, mm, where the tangent jumps)
+    strategy  a name in STRATEGIES; None chooses one that holds every limit given, see `strategy_for`
+    period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
+
+    Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so. Where the path waits, the law
+    has a piece of constant s, whole periods long.
+    Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (a limit that the
+    strategy named does not hold; a chord error without a period; period not positive, or longer than the motion; the
+    path leaves the travel of an axis; feeds at the ends that the path contradicts), PlanError (a stretch too short for
+    its change of feed).
+    """
+    if strategy is None and not isinstance(path, Path):
+        strategy = SEVEN_PHASE
+    strategy = strategy_for(limits, strategy)
     if period is not None:
         period = positive(period, "period")
+    elif limits.chord_error is not None and limits.chord_error < math.inf:
+        raise LimitsError("chord_error: needs the servo period, from tick to tick of which the chord runs; give period")
     _check_path(path)
     if isinstance(path, Path):
         check_travel(path, limits)
         check_ends(path, limits)
-    law = STRATEGIES[strategy](path, limits, period)
+    elif limits.travel:
+        raise LimitsError(f"travel.{next(iter(limits.travel))}: the path has no axes, only a length; give a Path")
+    law = STRATEGIES[strategy].make(path, limits, period)
     if isinstance(path, Path):
         law = with_dwells(law, path.dwells, path.length)
     law = close_gaps(law)

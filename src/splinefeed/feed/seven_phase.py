@@ -67,7 +67,7 @@ class SevenPhase:
         """
         row = np.zeros(kernels.ROW)
         length = positive(length, "length")
-        if kernels.seven_phase(length, *_kernel_limits(limits), row) != kernels.SOLVED:
+        if kernels.seven_phase.for_work(1)(length, *_kernel_limits(limits), row) != kernels.SOLVED:
             raise _no_room(f"a path of {length:g} mm", length, limits.start_feed, limits.end_feed, limits)
         return cls._from_row(row)
 
@@ -79,7 +79,7 @@ class SevenPhase:
         """
         row = self._row()
         period = positive(period, "period")
-        return self._from_row(row, period) if kernels.to_periods(row, period, 0.0) > 0.0 else self
+        return self._from_row(row, period) if kernels.to_periods.for_work(1)(row, period, 0.0) > 0.0 else self
 
     def law(self) -> TimeLaw:
         """The profile as a TimeLaw: one cubic piece a phase that has a length, exact."""
@@ -124,13 +124,16 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
     rows = np.zeros((len(marks) - 1, kernels.ROW))
     along = _kernel_limits(limits)
     feeds = least_feeds(path, limits, marks) if isinstance(path, Path) else np.full(len(rows), along[0])
-    failed = kernels.prepare(marks, feeds, *along[1:], rows)
+    failed = kernels.prepare.for_work(len(rows))(marks, feeds, *along[1:], rows)
     if failed < 0:
         rounding = float(np.spacing(rows[:, kernels.DURATION].sum()))
         _, up, down, jerk, deceleration_jerk, start_feed, end_feed = along
-        calm = kernels.lasting_jerk(up, jerk, rounding), kernels.lasting_jerk(down, deceleration_jerk, rounding)
+        calm = (
+            kernels.lasting_jerk.for_work(1)(up, jerk, rounding),
+            kernels.lasting_jerk.for_work(1)(down, deceleration_jerk, rounding),
+        )
         if calm != (jerk, deceleration_jerk):
-            failed = kernels.prepare(marks, feeds, up, down, *calm, start_feed, end_feed, rows)
+            failed = kernels.prepare.for_work(len(rows))(marks, feeds, up, down, *calm, start_feed, end_feed, rows)
     if failed >= 0:
         last = len(rows) - 1
         length = float(marks[failed + 1] - marks[failed])
@@ -168,7 +171,9 @@ def _law(marks: Array, rows: Array, period: float | None) -> TimeLaw:
     breaks = np.zeros(7 * len(rows) + 1)
     coefficients = np.zeros((7 * len(rows), LAW_COEFFICIENTS))
     late = np.zeros(len(rows))
-    pieces = kernels.lay_out(marks, rows, 0.0 if period is None else period, breaks, coefficients, late)
+    pieces = kernels.lay_out.for_work(len(rows))(
+        marks, rows, 0.0 if period is None else period, breaks, coefficients, late
+    )
     return TimeLaw(
         breaks=breaks[: pieces + 1],
         coefficients=coefficients[:pieces],
@@ -220,11 +225,13 @@ def _no_room(what: str, length: float, start_feed: float | None, end_feed: float
     steepest = (deceleration, deceleration_jerk) if down else (acceleration, jerk)
     slow, fast = min(start, end), max(start, end)
     rise = fast - slow
-    least = kernels.ramp_distance(slow, rise, *steepest) * (1.0 - 0.5 * kernels.ROUNDING)  # the kernel's own tolerance
+    least = kernels.ramp_distance.for_work(1)(slow, rise, *steepest) * (
+        1.0 - 0.5 * kernels.ROUNDING
+    )  # the kernel's own tolerance
     # Raising the slow end: its length grows with the rise, then may fall again (a full stop can be shorter than a
     # brake to a third), but at the full rise it is still too long: so from the first rise that does not fit, none does.
-    higher = fast - _largest(lambda x: kernels.ramp_distance(fast - x, x, *steepest) <= length, rise)
-    lower = slow + _largest(lambda x: kernels.ramp_distance(slow, x, *steepest) <= length, rise)
+    higher = fast - _largest(lambda x: kernels.ramp_distance.for_work(1)(fast - x, x, *steepest) <= length, rise)
+    lower = slow + _largest(lambda x: kernels.ramp_distance.for_work(1)(slow, x, *steepest) <= length, rise)
     at_most = f"of at most {_outward(lower, ROUND_FLOOR, slow)} mm/s"
     at_least = f"of at least {_outward(higher, ROUND_CEILING, fast)} mm/s"
     mends = []

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from splinefeed.geometry.differential import cusps, unit_tangents
-from splinefeed.kernels import arc_length as arc_kernels
-from splinefeed.kernels import pieces
+from splinefeed.kernels import layout as pieces
 from splinefeed.records import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
@@ -209,15 +208,16 @@ def _turn(path: Path, sizes: Array, curve: IntArray, u: Array, side: str) -> tup
 def _cusps(path: Path) -> tuple[IntArray, Array]:
     """Curve and parameter (m,) of every cusp inside a knot span, in order."""
     flat, rows = path.flat, path.curve_rows
-    ranges = np.empty((len(flat), 2))
     curved = np.flatnonzero(flat.degrees > 1)
-    arc_kernels.speed_ranges(path.table, rows[curved], ranges[: len(curved)])
-    slow = curved[ranges[: len(curved), 0] <= NO_CUSP * ranges[: len(curved), 1]]
-    curves, places = [np.empty(0, dtype=np.int64)], [np.empty(0)]
-    for i in slow:
-        grid = path.table[rows[i, 0] : rows[i, 1] + 1]
-        columns = slice(path.linear, None) if flat.sizes(slice(path.linear))[i] == 0.0 else slice(path.linear)
-        at = cusps(path.curves[int(i)], np.append(grid[:, pieces.LOW], grid[-1, pieces.HIGH]), columns)
-        curves.append(np.full(len(at), i))
-        places.append(at)
-    return np.concatenate(curves), np.concatenate(places)
+    least, greatest = path.arc_pieces.speed_ranges(curved).T
+    slow = curved[least <= NO_CUSP * greatest]
+    if not len(slow):
+        return slow, np.empty(0)
+    counts = rows[slow, 1] - rows[slow, 0] + 2  # the starts of all pieces, and the end of the last
+    curve = np.repeat(slow, counts)
+    place = np.arange(len(curve)) - np.repeat(np.cumsum(counts) - counts, counts)
+    row = np.minimum(rows[curve, 0] + place, rows[curve, 1])
+    grid = np.where(row == rows[curve, 0] + place, path.table[row, pieces.LOW], path.table[row, pieces.HIGH])
+    still = flat.sizes(slice(path.linear)) == 0.0
+    counted = (np.arange(len(path.axes)) >= path.linear) == still[:, None]
+    return cusps(flat, path.span_pieces, curve, grid, counted.astype(np.float64))

@@ -13,6 +13,7 @@ from splinefeed.records import Array, IntArray, check_finite, frozen_array
 
 if TYPE_CHECKING:
     from splinefeed.geometry.arc_length import ArcLength
+    from splinefeed.geometry.pieces import Pieces
 
 MAX_DEGREE = 12
 MAX_AXES = 6
@@ -244,16 +245,12 @@ class NurbsCurve:
         At a knot the piece on its right is taken, or with side="left" the one on its left.
         Raises InputError for an order outside 0 to 3 and a parameter outside the domain.
         """
-        from splinefeed.kernels import pieces
-
         if order not in (0, 1, 2, 3):
             raise InputError(f"order is {order!r}; derivatives of order 0 to 3 are there")
         if side not in ("right", "left"):
             raise InputError(f"side is {side!r}; choose 'right' or 'left'")
         values = self.check_parameters(u)
-        out = np.empty((values.size, order + 1, self.axes))
-        table, shape = self.table
-        pieces.evaluate(table, 0, len(table) - 1, shape, values.ravel(), order, side == "left", out)
+        out = self._pieces.evaluate(None, values.ravel(), order, side == "left")
         return out.reshape(*values.shape, order + 1, self.axes)
 
     def check_parameters(self, u: ArrayLike) -> Array:
@@ -270,20 +267,21 @@ class NurbsCurve:
             raise InputError(f"parameter {first:g} is outside the curve's domain [{start:g}, {end:g}]")
         return np.clip(values, start, end)
 
-    @cached_property
+    @property
     def table(self) -> tuple[Array, tuple[int, int, int, int]]:
-        """The knot spans, some in parts, as polynomial pieces (pieces, width) and their shape; see `kernels.pieces`."""
-        from splinefeed.kernels import pieces, span_rows
+        """The knot spans, some in parts, as polynomial pieces (pieces, width) and their shape; see `kernels.layout`."""
+        return self._pieces.table, self._pieces.shape
+
+    @cached_property
+    def _pieces(self) -> Pieces:
+        """`table`, to be evaluated."""
+        from splinefeed.geometry.curves import Flat
+        from splinefeed.geometry.pieces import Pieces
+        from splinefeed.geometry.tables import span_rows
 
         shape = (self.degree, self.axes, self.axes, int(self.rational))
-        table = np.zeros((len(self.breaks) - 1, pieces.width(shape)))
-        while True:
-            needed = span_rows.fill_rows(table, 0, self.knots, self.control_points, self.kernel_weights, shape, shape)
-            if needed == len(table):
-                break
-            table = np.zeros((needed, pieces.width(shape)))
-        table.setflags(write=False)
-        return table, shape
+        table, rows = span_rows(Flat.of([self]), shape)
+        return Pieces(table, shape, rows)
 
     @cached_property
     def spans(self) -> IntArray:

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import pieces
-from splinefeed.kernels.pieces import DEGREES
-from splinefeed.records import Array
+from splinefeed.geometry.curves import Flat
+from splinefeed.geometry.pieces import Pieces, last_below
+from splinefeed.kernels import layout as pieces
+from splinefeed.kernels.layout import DEGREES
+from splinefeed.records import Array, IntArray
 
 #: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
 VANISHING = 1e-12
@@ -128,40 +130,50 @@ def _limit_direction(curve: NurbsCurve, u: float, linear: Axes, backwards: bool)
     return np.zeros(axes)[_columns(linear)]
 
 
-def cusps(curve: NurbsCurve, grid: Array, linear: Axes = None) -> Array:
-    """Parameters (m,) strictly between knots at which the curve, over the axes `linear`, turns straight back.
+def cusps(flat: Flat, spans: Pieces, curve: IntArray, grid: Array, counts: Array) -> tuple[IntArray, Array]:
+    """Curve and parameter (m,), strictly between knots, at which curves turn straight back.
 
     There C' = 0 within rounding: the speed falls below CUSP_SPEED of its greatest value, and the tangents before and
-    after have an obtuse angle. grid (n,) increases over the domain and is finer at cusps, as arc-length pieces are.
+    after have an obtuse angle.
+    curve, grid (n,)  curves in order, and on each of them parameters that increase over its domain and are finer at
+                      cusps, as arc-length pieces are
+    counts (curves, axes)  1 for the axes that count, or 0; spans  the knot spans of `flat`
     """
-    if curve.degree == 1:
-        return np.empty(0)
     fractions = np.linspace(0.0, 1.0, CUSP_SAMPLES, endpoint=False)
-    u = np.append((grid[:-1, None] + np.diff(grid)[:, None] * fractions).ravel(), grid[-1])
+    wide = np.append(curve[1:] == curve[:-1], False)
+    steps = np.where(wide, np.append(np.diff(grid), 0.0), 0.0)
+    taken = wide[:, None] | (np.arange(CUSP_SAMPLES) == 0)  # the end of a curve is one sample alone
+    u = (grid[:, None] + steps[:, None] * fractions)[taken]
+    owner = np.repeat(curve, taken.sum(axis=1))
 
-    def velocity(at: Array) -> Array:
-        return curve.derivatives(at, 1)[:, 1, _columns(linear)]
+    def velocity(index: IntArray, at: Array) -> Array:
+        return spans.evaluate(index, at, 1, False)[:, 1] * counts[index]
 
-    def speed(at: Array) -> Array:
-        return np.asarray(np.linalg.norm(velocity(at), axis=1))
+    def speed(index: IntArray, at: Array) -> Array:
+        return np.asarray(np.linalg.norm(velocity(index, at), axis=1))
 
-    values = speed(u)
-    greatest = float(values.max())
-    low = (values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] < 0.1 * greatest)
-    dip = 1 + np.flatnonzero(low)
-    left, right = u[dip - 1], u[dip + 1]
+    values = speed(owner, u)
+    first = np.flatnonzero(np.append(True, owner[1:] != owner[:-1]))
+    top = np.repeat(np.maximum.reduceat(values, first), np.diff(np.append(first, len(u))))
+    low = (values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] < 0.1 * top[1:-1])
+    dip = 1 + np.flatnonzero(low & (owner[:-2] == owner[2:]))
+    left, right, owner, top = u[dip - 1], u[dip + 1], owner[dip], top[dip]
     for _ in range(GOLDEN_STEPS if len(dip) else 0):  # golden section, all dips at once
         a, b = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
-        lower = speed(a) <= speed(b)
+        lower = speed(owner, a) <= speed(owner, b)
         left, right = np.where(lower, left, a), np.where(lower, b, right)
     at = 0.5 * (left + right)
-    span = np.clip(np.searchsorted(curve.breaks, at), 1, len(curve.breaks) - 1)
-    start, end = curve.breaks[span - 1], curve.breaks[span]
+    ends = flat.knot_starts[owner] + flat.degrees[owner], flat.knot_starts[owner + 1] - flat.degrees[owner] - 2
+    knot = last_below(flat.knots, *ends, at)
+    start, end = flat.knots[knot], flat.knots[knot + 1]
     width = end - start
-    cusp = (at - start > AT_KNOT * width) & (end - at > AT_KNOT * width) & (speed(at) <= CUSP_SPEED * greatest)
+    cusp = (at - start > AT_KNOT * width) & (end - at > AT_KNOT * width) & (speed(owner, at) <= CUSP_SPEED * top)
     before, after = np.maximum(at - CUSP_ARM * width, start), np.minimum(at + CUSP_ARM * width, end)
-    cusp &= np.sum(velocity(before) * velocity(np.nextafter(after, start)), axis=1) < 0.0
-    return np.unique(at[cusp])
+    cusp &= np.sum(velocity(owner, before) * velocity(owner, np.nextafter(after, start)), axis=1) < 0.0
+    owner, at = owner[cusp], at[cusp]
+    same = (np.diff(owner) == 0) & (np.diff(at) <= 0.0)  # two samples as slow give one place twice
+    keep = np.append(True, ~same)[: len(at)]
+    return owner[keep], at[keep]
 
 
 def bounding_box(curve: NurbsCurve) -> tuple[Array, Array]:

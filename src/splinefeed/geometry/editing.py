@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry import blossoms
 from splinefeed.geometry.curve import MAX_AXES, MAX_DEGREE, NurbsCurve
-from splinefeed.kernels import nurbs
 from splinefeed.records import Array, check_finite, frozen_array
 
 
@@ -36,13 +36,12 @@ def _from_homogeneous(curve: NurbsCurve, degree: int, knots: Array, points: Arra
 
 def _refined(curve: NurbsCurve, new_knots: Array) -> NurbsCurve:
     points, origin = _homogeneous(curve)
-    out = np.empty((len(new_knots) - curve.degree - 1, points.shape[1]))
     # control points next to the ends of an unclamped curve are seen from spans before its first knots: more of those,
     # with control points that count for nothing
     p, (start, end) = curve.degree, curve.domain
     more = (end - start) * np.arange(1.0, p + 2.0)
     knots = np.concatenate([curve.knots[0] - more[::-1], curve.knots, curve.knots[-1] + more])
-    nurbs.refine(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots, out)
+    out = blossoms.refined(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots)
     return _from_homogeneous(curve, curve.degree, new_knots, out, origin)
 
 
@@ -140,9 +139,8 @@ def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
     knots, degree = whole.knots, whole.degree
     for _ in range(times):
         new_knots = np.sort(np.concatenate([knots, np.unique(knots)]))
-        out = np.empty((len(new_knots) - degree - 2, points.shape[1]))
-        nurbs.elevate(knots, points, degree, new_knots, out)
-        knots, points, degree = new_knots, out, degree + 1
+        points = blossoms.elevated(knots, points, degree, new_knots)
+        knots, degree = new_knots, degree + 1
     return _from_homogeneous(whole, degree, knots, points, origin)
 
 

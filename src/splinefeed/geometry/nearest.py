@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from splinefeed.errors import InputError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import cells as cell_kernels
+from splinefeed.kernels import layout as pieces
 from splinefeed.kernels import nearest as kernels
-from splinefeed.kernels import pieces
 from splinefeed.records import Array, IntArray, check_finite
 
 #: A query coordinate beyond this, mm, has a square that is no number.
@@ -19,7 +19,7 @@ FARTHEST = 1e150
 class Nearest:
     """Nearest points over the linear axes of an arc-length table; made once, asked often.
 
-    table  (pieces, width) and shape as in `kernels.pieces`: of a curve's `arc`, or of a `Path`
+    table  (pieces, width) and shape as in `kernels.layout`: of a curve's `arc`, or of a `Path`
     """
 
     def __init__(self, table: Array, shape: pieces.Shape) -> None:

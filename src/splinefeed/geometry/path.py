@@ -20,9 +20,8 @@ from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
 from splinefeed.geometry.markers import Marker as Marker
 from splinefeed.geometry.path_checks import check_joints, check_still, checked_axes, of_curves
+from splinefeed.geometry.pieces import Pieces
 from splinefeed.geometry.tables import arc_rows, read_only, span_rows
-from splinefeed.kernels import arc_length as arc_kernels
-from splinefeed.kernels import measure, pieces
 from splinefeed.records import Array, BoolArray, IntArray, frozen_array
 
 #: Up to so many curves are faster looked at one by one than as arrays.
@@ -193,7 +192,7 @@ class Path:
     def shape(self) -> tuple[int, int, int, int]:
         """Highest degree, axes, linear axes, and whether any curve is rational: the shape of `table`.
 
-        Minus the number of linear axes, if somewhere only rotary ones move; see `kernels.pieces`.
+        Minus the number of linear axes, if somewhere only rotary ones move; see `kernels.layout`.
         """
         mixed = bool(self.flat.turning(self.linear).any())
         degree, rational = int(self.flat.degrees.max()), int(self.flat.rational.max())
@@ -215,12 +214,21 @@ class Path:
         if len(self.flat) == 1 and self.linear == len(self.axes):
             arc = self.curves[0].arc
             return arc.table, read_only(np.array([[0, len(arc.table) - 1]])), read_only(np.array([0.0, arc.length]))
-        spans = None if self.shape[0] == 1 and not self.shape[3] else self.spans
-        return arc_rows(self.flat, self.shape, spans, self._joined)
+        return arc_rows(self.flat, self.shape, self._joined, "curve {} of the path: ")
+
+    @cached_property
+    def arc_pieces(self) -> Pieces:
+        """`table`, to be searched by arc length and parameter."""
+        return Pieces(self.table, self.shape, self.curve_rows)
+
+    @cached_property
+    def span_pieces(self) -> Pieces:
+        """`spans`, to be evaluated."""
+        return Pieces(self.spans[0], self.shape, self.spans[1])
 
     @property
     def table(self) -> Array:
-        """All arc-length pieces of the path, (pieces, width), in the shape of the path; see `kernels.pieces`."""
+        """All arc-length pieces of the path, (pieces, width), in the shape of the path; see `kernels.layout`."""
         return self._tables[0]
 
     @property
@@ -260,9 +268,7 @@ class Path:
         if np.any(outside):
             raise InputError(f"arc length {values[outside].flat[0]:g} mm is outside the path's [0, {self.length:g}] mm")
         flat = np.clip(values, 0.0, self.length).ravel()
-        table = self.table
-        out = np.empty(flat.size)
-        arc_kernels.parameters_at(table, 0, len(table) - 1, flat, out)
+        out = self.arc_pieces.parameters(flat)
         out[flat == self.length] = self.flat.domains[-1, 1]  # not a rounding may keep a path from its end
         curve = np.clip(np.searchsorted(self.curve_starts, flat, side="right") - 1, 0, len(self.curves) - 1)
         return curve.reshape(values.shape).astype(np.int64), out.reshape(values.shape)
@@ -282,27 +288,20 @@ class Path:
             return self.curves[0].derivatives(values, order, side=side)
         if order not in (0, 1, 2, 3):
             raise InputError(f"order is {order!r}; derivatives of order 0 to 3 are there")
-        out = np.empty((values.size, order + 1, len(self.axes)))
-        table, rows = self.spans
-        pieces.evaluate_on(table, rows, self.shape, index.ravel(), values.ravel(), order, _is_left(side), out)
+        out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, _is_left(side))
         return out.reshape(*values.shape, order + 1, len(self.axes))
 
     def turning(self, curve: ArrayLike, u: ArrayLike, *, side: str = "right") -> BoolArray:
         """Whether only rotary axes move, (...), at parameters u (...) of the curves `curve` (...)."""
         index, values = self._places(curve, u)
-        out = np.zeros(values.size, dtype=bool)
-        if self.shape[2] <= 0:
-            table, rows = self.spans
-            pieces.turning_at(table, rows, self.shape, index.ravel(), values.ravel(), _is_left(side), out)
-        return out.reshape(values.shape)
+        if self.shape[2] > 0:
+            return np.zeros(values.shape, dtype=bool)
+        return self.span_pieces.turning(index.ravel(), values.ravel(), _is_left(side)).reshape(values.shape)
 
     def arc_length(self, curve: ArrayLike, u: ArrayLike) -> Array:
         """Arc length along the path, mm, (...), at parameters u (...) of the curves `curve` (...)."""
         index, values = self._places(curve, u)
-        out = np.empty(values.size)
-        rows = self.curve_rows[index.ravel()]
-        arc_kernels.lengths_on(self.table, rows, values.ravel(), out)
-        return out.reshape(values.shape)
+        return self.arc_pieces.lengths_at(index.ravel(), values.ravel()).reshape(values.shape)
 
     def _places(self, curve: ArrayLike, u: ArrayLike) -> tuple[IntArray, Array]:
         """Curve indices and parameters in one shape; InputError for a curve that is not there or a u outside of it."""
@@ -375,7 +374,7 @@ class Path:
     def minimum_radius(self) -> float:
         """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
         degree, _, _, rational = self.shape
-        top = measure.greatest_curvature(self.table, self.shape) if degree > 1 or rational else 0.0
+        top = self.arc_pieces.greatest_curvature() if degree > 1 or rational else 0.0
         return 1.0 / top if top > 0.0 else float("inf")
 
     def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:

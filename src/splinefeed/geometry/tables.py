@@ -1,26 +1,68 @@
-"""Tables of pieces of many curves, made in a few calls of a kernel each."""
+"""Tables of pieces of many curves at once: their knot spans as polynomials, and the arc length fitted on each."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 
 from splinefeed.errors import CurveError
-from splinefeed.geometry.arc_length import MAX_ROWS, ArcLength
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
-from splinefeed.kernels import pieces
-from splinefeed.kernels.arc_fitting import fill_curves
-from splinefeed.kernels.span_rows import fill_spans
-from splinefeed.records import Array, IntArray, frozen_array
+from splinefeed.geometry.pieces import arc, chunks, coefficients, speed
+from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
+from splinefeed.records import Array, BoolArray, IntArray
 
 T = TypeVar("T", Array, IntArray)
 
-#: Rows of a table that a curved span is given room for at first, and the least room that is added.
-ROWS_A_SPAN = 8
-MORE_ROWS = 4096
+#: Pieces made in one go, and of them those fitted in one go: what is made of them stays in a core's cache.
+BLOCK = 4096
+FITTED = 256
+#: A piece may give back the roundings of its control points this often ...
+MOST_ROUNDINGS = 128.0
+#: ... unless it covers no more than this share of its knot span: weights that differ by many decades.
+LEAST_SHARE = 2.0**-20
+#: More pieces than this and a curve is refused: it would take more memory than it is worth.
+MAX_ROWS = 2_000_000
+#: Chebyshev nodes a piece; the first ARC_TERMS - 1 coefficients are kept, the others must have died out.
+NODES = 16
+#: Largest Chebyshev coefficient that may be dropped, relative to the largest speed on the piece.
+TAIL = 1e-14
+#: ... or, as an arc length, relative to that of the whole curve: below the rounding of s nothing is gained.
+NEGLIGIBLE = 2e-16
+#: How much a misfit of the speed at one place counts, against a coefficient: values carry more rounding than they.
+END_SHARE = 0.1
+#: Bisections of a knot span; a cusp inside a span is closed in on until it is NEGLIGIBLE, well before this.
+MAX_DEPTH = 60
+#: A speed that is nowhere at the nodes below this share of its greatest there: a polynomial of degree 9 through them
+#: stays above 0.35 of it, as |p| <= max at the nodes / cos(9 pi / 32) (Ehlich, Zeller, Math. Z. 86, 1964).
+FALLING = 0.5
+#: Samples of the fitted speed among which its least values are looked for, and Newton steps from there.
+PROBES = 33
+PROBE_STEPS = 6
+
+
+def _chebyshev_matrices() -> tuple[Array, Array, Array]:
+    """Nodes (16,), values -> Chebyshev coefficients (16, 16), coefficients -> power form of the integral (11, 10)."""
+    angles = (np.arange(NODES) + 0.5) * math.pi / NODES
+    nodes = np.cos(angles)
+    transform = 2.0 / NODES * np.cos(np.outer(np.arange(NODES), angles))
+    transform[0] *= 0.5
+    integral = np.zeros((ARC_TERMS, ARC_TERMS - 1))
+    for k in range(ARC_TERMS - 1):
+        unit = np.zeros(k + 1)
+        unit[k] = 1.0
+        antiderivative = np.polynomial.chebyshev.chebint(unit, lbnd=-1.0)
+        integral[: k + 2, k] = np.polynomial.chebyshev.cheb2poly(antiderivative)
+    return nodes, transform, integral
+
+
+CHEBYSHEV_NODES, CHEBYSHEV_TRANSFORM, CHEBYSHEV_INTEGRAL = _chebyshev_matrices()
+#: Weights of Fejer's rule on the same nodes.
+FEJER = np.sin((np.arange(NODES) + 0.5) * math.pi / NODES) * math.pi / NODES
 
 
 def read_only(array: T) -> T:
@@ -29,50 +71,339 @@ def read_only(array: T) -> T:
     return array
 
 
-def span_rows(flat: Flat, shape: pieces.Shape) -> tuple[Array, IntArray]:
+@dataclass(frozen=True)
+class Spans:
+    """Knot spans that are not empty, or parts of them, of curves of one degree, (n,) each.
+
+    curve, knot, point  number of the curve, and where the span's 2 p + 2 knots and p + 1 control points begin in `flat`
+    low, high, share    interval of u, and which share of its knot span it is
+    """
+
+    flat: Flat
+    degree: int
+    rational: int
+    curve: IntArray
+    knot: IntArray
+    point: IntArray
+    low: Array
+    high: Array
+    share: Array
+
+    @classmethod
+    def of(cls, flat: Flat) -> list[Spans]:
+        """All knot spans, those of curves of one degree, rational or not, together."""
+        owner = np.repeat(np.arange(len(flat)), np.diff(flat.point_starts))
+        point = np.arange(len(flat.points)) - flat.degrees[owner]
+        knot = flat.knot_starts[owner] + (point - flat.point_starts[owner])
+        last = knot + flat.degrees[owner]  # the knot at which the span begins
+        wide = (point >= flat.point_starts[owner]) & (flat.knots[last] < flat.knots[last + 1])
+        kind = 2 * flat.degrees + flat.rational
+        found = []
+        for each in np.unique(kind).tolist():
+            chosen = np.flatnonzero(wide & (kind[owner] == each))
+            low, high = flat.knots[last[chosen]], flat.knots[last[chosen] + 1]
+            share = np.ones(len(chosen))
+            found.append(cls(flat, each // 2, each % 2, owner[chosen], knot[chosen], point[chosen], low, high, share))
+        return found
+
+    def __len__(self) -> int:
+        return len(self.curve)
+
+    @property
+    def line(self) -> bool:
+        """Whether they are straight: each its own arc-length piece."""
+        return self.degree == 1 and not self.rational
+
+    def chosen(self, index: slice | IntArray | BoolArray) -> Spans:
+        """Some of them."""
+        each = (self.curve, self.knot, self.point, self.low, self.high, self.share)
+        return Spans(self.flat, self.degree, self.rational, *(values[index] for values in each))  # type: ignore[arg-type]
+
+    def blocks(self, count: int) -> Iterator[Spans]:
+        """All of them, `count` at a time."""
+        return (self.chosen(slice(first, first + count)) for first in range(0, len(self), count))
+
+    def halves(self) -> Spans:
+        """Both halves of each."""
+        middle = 0.5 * (self.low + self.high)
+        curve, knot, point = (np.repeat(each, 2) for each in (self.curve, self.knot, self.point))
+        low, high = np.stack([self.low, middle], axis=1).ravel(), np.stack([middle, self.high], axis=1).ravel()
+        share = np.repeat(0.5 * self.share, 2)
+        return Spans(self.flat, self.degree, self.rational, curve, knot, point, low, high, share)
+
+    def columns(self, shape: Shape) -> Array:
+        """Interval, origin and coefficients as columns (width, n) of a table of `shape`; arc length columns are 0."""
+        points, p, axes = self.flat.points, self.degree, self.flat.points.shape[1]
+        out = np.zeros((width(shape), len(self)))
+        middle, half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
+        out[LOW], out[HIGH], out[MIDDLE], out[SCALE] = self.low, self.high, middle, 2.0 / (self.high - self.low)
+        out[ORIGIN : ORIGIN + axes] = points[self.point + p // 2].T
+        local = np.empty((p + 1, axes + self.rational, len(self)))
+        for i in range(p + 1):
+            local[i, :axes] = points[self.point + i].T
+            local[i, :axes] -= out[ORIGIN : ORIGIN + axes]
+            if self.rational:
+                local[i, axes] = self.flat.weights[self.point + i]
+                local[i, :axes] *= local[i, axes]
+        knots = self.flat.knots[self.knot + np.arange(2 * p + 2)[:, None]]
+        every = coefficients(out, shape)
+        every[: axes + self.rational, : p + 1] = power_form(knots, local, middle, half).transpose(1, 0, 2)
+        if shape[3] > self.rational:
+            every[axes, 0] = 1.0
+        return out
+
+    def own(self, c: Array, shape: Shape) -> tuple[Array, Shape]:
+        """Coefficients (axes + rational, degree + 1, n) of columns of `shape`, and the shape, of these curves alone."""
+        axes = shape[1]
+        narrow = coefficients(c, shape)[: axes + self.rational, : self.degree + 1]
+        return narrow, (self.degree, axes, shape[2], self.rational)
+
+
+def power_form(knots: Array, points: Array, middle: Array, half: Array) -> Array:
+    """Coefficients of t^k, t = (u - middle) / half, of spans' polynomials: out[k] = half^k C^(k)(middle) / k!.
+
+    knots (2 p + 2, n) and points (p + 1, columns, n) are those of the spans; out (p + 1, columns, n).
+    The derivatives come from differences of control points over their own knots (The NURBS Book, 2nd ed., eq. 3.8)
+    and de Boor's recursion on them: a narrow span beside wide ones loses no digits, as a Bezier form of it would.
+    """
+    p = len(points) - 1
+    out = np.empty_like(points)
+    factor = np.ones_like(middle)
+    for k in range(p + 1):
+        # points are the control points k ... p of the k-th derivative, a spline of degree p - k
+        work = points
+        for r in range(1, p - k + 1):
+            left, right = knots[k + r : p + 1], knots[p + 1 : 2 * p - k + 2 - r]
+            across = right - left
+            # both from their own end: weights of very different size keep their digits
+            work = ((right - middle) / across)[:, None] * work[:-1] + ((middle - left) / across)[:, None] * work[1:]
+        out[k] = factor * work[0]
+        factor = factor * (half / (k + 1))
+        across = knots[p + 1 : 2 * p - k + 1] - knots[k + 1 : p + 1]
+        points = (p - k) * (points[1:] - points[:-1]) / across[:, None]
+    return out
+
+
+def keeps_digits(weights: Array | None, degree: int, share: Array) -> BoolArray:
+    """Whether power forms that cover `share` (n,) of their knot span give points as good as their rounding, (n,).
+
+    (1 + share)^p sum_k |w_k| / min w  is how often the roundings of the control points come back, at most; weights
+    (degree + 1, n), or None for polynomials.
+    """
+    growth = (1.0 + share) ** degree
+    held: BoolArray = growth <= MOST_ROUNDINGS
+    if weights is not None:
+        total = np.abs(weights).sum(axis=0)
+        t = np.linspace(-1.0, 1.0, 5)[:, None]
+        value = weights[-1] + 0.0 * t
+        for k in range(degree - 1, -1, -1):
+            value = value * t + weights[k]
+        held &= growth * total <= MOST_ROUNDINGS * np.minimum(value.min(axis=0), total)
+    held |= share <= LEAST_SHARE
+    return held
+
+
+def fits(spans: Spans, c: Array, shape: Shape, totals: Array) -> BoolArray:
+    """Fit |dC/dt| on each piece (n,) by a polynomial of degree 9, write its integral into c; whether it is good enough.
+
+    totals  (n,) rough lengths of the curves, mm. A line of degree 1 is exact.
+    """
+    a, own = spans.own(c, shape)
+    if spans.line:
+        c[ARC] = c[ARC + 1] = speed(a, own, np.zeros(1))
+        return np.ones(len(spans), dtype=bool)
+    values = speed(a[:, :, None], own, CHEBYSHEV_NODES[:, None])
+    top = values.max(axis=0)
+    series = np.zeros_like(values)
+    for i in range(NODES):
+        series += CHEBYSHEV_TRANSFORM[:, i, None] * values[i]
+    tail = np.abs(series[ARC_TERMS - 1 :]).max(axis=0)
+    integral = c[ARC : ARC + ARC_TERMS]
+    for i in range(ARC_TERMS - 1):
+        integral += CHEBYSHEV_INTEGRAL[:, i, None] * series[i]
+    allowed = np.maximum(TAIL * top, NEGLIGIBLE * totals)
+    good: BoolArray = tail <= allowed
+    # a cusp between an end and its node, or two cusps between two nodes, are not seen by the nodes: all lie on
+    # one smooth line, which falls below zero where the speed turns back up
+    ends, falling = np.flatnonzero(good), np.flatnonzero(good & (values.min(axis=0) < FALLING * top))
+    which, t = slow_places(integral[:, falling])
+    which = np.concatenate([ends, ends, falling[which]])
+    t = np.concatenate([np.full(len(ends), -1.0), np.ones(len(ends)), t])
+    fitted = np.zeros_like(t)
+    for k in range(ARC_TERMS - 1, 0, -1):
+        fitted = fitted * t + k * integral[k, which]
+    misfit = END_SHARE * np.abs(speed(a[..., which], own, t) - fitted)
+    good[which[~(misfit <= allowed[which])]] = False
+    good &= keeps_digits(a[-1] if spans.rational else None, spans.degree, spans.share)
+    return good
+
+
+def slow_places(integral: Array) -> tuple[IntArray, Array]:
+    """Number of the piece and t (m,) where dS/dt is least inside; S (terms, pieces).
+
+    From each of PROBES samples Newton's method goes downhill to where the slope vanishes, if that is short of the next.
+    """
+    count = integral.shape[1]
+    bend = integral * (np.arange(len(integral)) * (np.arange(len(integral)) - 1.0))[:, None]  # t^2 d2S/dt2
+    step = 2.0 / (PROBES - 1)
+    start = np.linspace(-1.0, 1.0, PROBES)[:, None]
+    which = np.repeat(np.arange(count)[None], PROBES, axis=0)
+    t, moves = _downhill(bend[:, None], start, start, step)
+    which, start, t = which[moves], np.broadcast_to(start, moves.shape)[moves], t[moves]
+    near = bend[:, which]
+    for _ in range(PROBE_STEPS - 1):
+        t, _ = _downhill(near, start, t, step)
+    inside = np.abs(t) < 1.0
+    return which[inside], t[inside]
+
+
+def _downhill(bend: Array, start: Array, t: Array, step: float) -> tuple[Array, BoolArray]:
+    """t after one Newton step towards d2S/dt2 = 0, where that is a least speed within `step` of the start; whether."""
+    value, slope = bend[-1] + 0.0 * t, 0.0 * bend[-1] * t
+    for k in range(len(bend) - 2, 1, -1):
+        slope = slope * t + value
+        value = value * t + bend[k]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        after = t - value / slope
+    moves = (slope > 0.0) & (np.abs(after - start) <= step)
+    return np.where(moves, after, t), moves
+
+
+def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> Iterator[tuple[IntArray, Array]]:
+    """Curve (n,) and columns (width, n) of pieces, bisected until `holds` says of each that it is good.
+
+    Raises TooManyPiecesError for a curve that would need more of them than MAX_ROWS.
+    """
+    kept = np.zeros(len(spans.flat), dtype=np.int64)
+    for depth in range(MAX_DEPTH + 1):
+        counts = kept + np.bincount(spans.curve, minlength=len(kept))
+        if counts.max() > MAX_ROWS:
+            raise TooManyPiecesError(int(counts.argmax()))
+        bad = np.ones(len(spans), dtype=bool)
+        for first, part in zip(range(0, len(spans), BLOCK), spans.blocks(BLOCK), strict=True):
+            c = part.columns(shape)
+            done = holds(part, c) | (part.low >= c[MIDDLE]) | (part.high <= c[MIDDLE]) | (depth == MAX_DEPTH)
+            bad[first : first + BLOCK] = ~done
+            if done.all():
+                yield part.curve, c
+            elif done.any():
+                yield part.curve[done], c[:, done]
+        if not bad.any():
+            return
+        kept += np.bincount(spans.curve[~bad], minlength=len(kept))
+        spans = spans.chosen(bad).halves()
+
+
+def compensated_sums(steps: Array) -> Array:
+    """0, x_1, x_1 + x_2 ... (n + 1,) of steps x (n,): the roundings of the running sum are summed and put back.
+
+    Source: Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26(6), 2005, doi
+    10.1137/030601818, algorithm 4.4.
+    """
+    sums = np.concatenate([[0.0], np.cumsum(steps)])
+    before, after = sums[:-1], sums[1:]
+    added = after - before
+    lost = (before - (after - added)) + (steps - added)
+    sums[1:] += np.cumsum(lost)
+    return sums
+
+
+def _table(groups: list[Spans], shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> tuple[Array, IntArray]:
+    """Pieces that hold, of all curves in order, (pieces, width), and first and last row of each curve (n, 2)."""
+    flat = groups[0].flat
+    if len(groups) == 1 and groups[0].line:  # in order as they are, and so many that a second copy would be felt
+        table, curve = np.empty((len(groups[0]), width(shape))), groups[0].curve
+        first = 0
+        for _, c in halved(groups[0], shape, holds):
+            table[first : first + c.shape[1]] = c.T
+            first += c.shape[1]
+    else:
+        made = [each for group in groups for each in halved(group, shape, holds)]
+        curve = np.concatenate([each for each, _ in made])
+        order = np.lexsort((np.concatenate([c[LOW] for _, c in made]), curve))
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        curve = curve[order]
+        table = np.empty((len(order), width(shape)))
+        first = 0
+        for _, c in made:
+            table[place[first : first + c.shape[1]]] = c.T
+            first += c.shape[1]
+    ends = np.cumsum(np.bincount(curve, minlength=len(flat)))
+    return table, read_only(np.column_stack([np.concatenate([[0], ends[:-1]]), ends - 1]))
+
+
+def span_rows(flat: Flat, shape: Shape) -> tuple[Array, IntArray]:
     """Knot spans of all curves, some in parts, (pieces, width), in `shape`; first and last row of each curve (n, 2)."""
-    table = np.empty((int(np.sum(np.diff(flat.point_starts) - flat.degrees)), pieces.width(shape)))
-    rows = np.empty((len(flat), 2), dtype=np.int64)
-    curve = filled = 0
-    while True:
-        curve, filled = fill_spans(*flat.for_kernels, shape, curve, table, filled, rows)
-        if curve == len(flat):
-            return _kept(table, filled), read_only(rows)
-        table = _with_more_room(table, filled)
+
+    def holds(part: Spans, c: Array) -> BoolArray:
+        a, _ = part.own(c, shape)
+        return keeps_digits(a[-1] if part.rational else None, part.degree, part.share)
+
+    table, rows = _table(Spans.of(flat), shape, holds)
+    return read_only(table), rows
 
 
-def arc_rows(
-    flat: Flat, shape: pieces.Shape, spans: tuple[Array, IntArray] | None, curves: Sequence[NurbsCurve]
-) -> tuple[Array, IntArray, Array]:
+def rough_lengths(groups: list[Spans], shape: Shape) -> Array:
+    """Length of each curve, mm, good to a few digits: 16-point Chebyshev (Fejer) estimates; 0 for lines."""
+    total = np.zeros(len(groups[0].flat))
+    for group in groups:
+        for part in group.blocks(BLOCK) if not group.line else ():
+            a, own = part.own(part.columns(shape), shape)
+            for few in chunks(len(part), FITTED):
+                values = speed(a[:, :, None, few], own, CHEBYSHEV_NODES[:, None])
+                total += np.bincount(part.curve[few], (FEJER[:, None] * values).sum(axis=0), len(total))
+    return total
+
+
+def arc_rows(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str = "") -> tuple[Array, IntArray, Array]:
     """Arc-length pieces of all curves (pieces, width), first and last row (n, 2), and where each starts (n + 1,), mm.
 
-    spans  what `span_rows` gave, not needed for lines; curves  the same as `flat`. Raises CurveError that names a curve
-    without length, or one that would need too many pieces.
+    curves  the same as `flat`. Raises CurveError for a curve without length, or one that would need too many pieces,
+    which begins with `where`, filled in with the number of the curve.
     """
-    span_table, span_places = (np.empty((0, 0)), np.empty((0, 2), dtype=np.int64)) if spans is None else spans
-    counts = np.diff(flat.point_starts) - flat.degrees
-    curved = (flat.degrees > 1) | (flat.rational > 0)
-    table = np.empty((int(np.sum(np.where(curved, ROWS_A_SPAN * counts, counts))), pieces.width(shape)))
-    rows, starts, state = np.empty((len(flat), 2), dtype=np.int64), np.zeros(len(flat) + 1), np.zeros(2)
-    given = (*flat.for_kernels, shape[2], span_table, span_places, shape)
-    curve = filled = 0
-    while True:
-        curve, filled = fill_curves(*given, curve, MAX_ROWS, table, filled, rows, starts, state)
-        if filled < 0:
-            try:
-                ArcLength(curves[curve], shape[2])
-                raise CurveError("its length is no number greater than 0")
-            except CurveError as error:
-                raise CurveError(f"curve {curve} of the path: {error}") from None
-        if curve == len(flat):
-            return _kept(table, filled), read_only(rows), read_only(starts)
-        table = _with_more_room(table, filled)
+    groups = Spans.of(flat)
+    curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))
+    totals = rough_lengths(groups, shape)
+
+    def refused(i: int, why: str) -> CurveError:
+        return CurveError(f"{where.format(i)}{curves[i]!r} {why}")
+
+    def check(index: IntArray, lengths: Array) -> None:
+        for bad, why in (
+            (~np.isfinite(lengths), "is too long: its length is not finite; its coordinates are too large"),
+            (~(lengths > 0.0), "has no length over its linear axes"),
+        ):
+            if bad.any():
+                raise refused(int(index[np.argmax(bad)]), why)
+
+    def holds(part: Spans, c: Array) -> BoolArray:
+        if part.line:
+            good = fits(part, c, shape, totals)
+        else:
+            few = chunks(len(part), FITTED)
+            good = np.concatenate([fits(part.chosen(s), c[:, s], shape, totals[part.curve[s]]) for s in few])
+        low, high = ((c[k] - c[MIDDLE]) * c[SCALE] for k in (LOW, HIGH))
+        c[ARC] -= arc(c, low)  # t at the ends is not quite -1 and 1 if the middle had to be rounded
+        c[START] = arc(c, high)
+        return good
+
+    check(curved, totals[curved])
+    try:
+        table, rows = _table(groups, shape, holds)
+    except TooManyPiecesError as error:
+        raise refused(error.curve, f"would need more than {MAX_ROWS} arc-length pieces") from None
+    lengths = table[:, START].copy()
+    check(np.arange(len(flat)), np.add.reduceat(lengths, rows[:, 0]))
+    starts = compensated_sums(lengths)
+    table[:, START] = starts[:-1]
+    starts[-1] = starts[-2] + lengths[-1]  # the length is S at the end, to the bit
+    return read_only(table), rows, read_only(starts[np.append(rows[:, 0], len(table))])
 
 
-def _with_more_room(table: Array, filled: int) -> Array:
-    return np.concatenate([table[:filled], np.empty((max(len(table) // 2, MORE_ROWS), table.shape[1]))])
+class TooManyPiecesError(CurveError):
+    """More than MAX_ROWS pieces of curve number `curve`."""
 
-
-def _kept(table: Array, rows: int) -> Array:
-    """The first rows of a table, read-only, without the room behind them."""
-    return frozen_array(table[:rows], "table", 2) if rows < len(table) else read_only(table)
+    def __init__(self, curve: int) -> None:
+        super().__init__(f"curve {curve} would need more than {MAX_ROWS} pieces")
+        self.curve = curve

@@ -1,30 +1,62 @@
-"""Newton's method on S(u) = l(t), with no memory beyond the last point."""
+"""Newton's method on S(u) = l(t): no tick needs another one, so arrays of them go through each formula at once."""
 
 from __future__ import annotations
 
-from splinefeed.interpolation import stepping
-from splinefeed.interpolation.stepping import NEXT_S
-from splinefeed.kernels.jit import hot_kernel
-from splinefeed.kernels.pieces import Shape
-from splinefeed.records import Array, IntArray
+import numpy as np
+
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.pieces import arc, chunks, columns, derivatives, place_on
+from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
+from splinefeed.records import Array, IntArray, TimeLaw
+
+#: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
+AT_END = 64.0 * 2.0**-52
 
 
-@hot_kernel
-def step(
-    u: Array,
-    rate: Array,
-    law: Array,
-    period: float,
-    table: Array,
-    cursor: IntArray,
-    shape: Shape,
-    corrections: int,
-    tolerance: float,
-    memory: Array,
-) -> float:
-    """u_{k+1} solves S(u) = l(t_{k+1}); Newton starts from one Euler step, S is a piecewise polynomial of degree 10.
+def fill(
+    path: Path, law: TimeLaw, time: Array, curve: IntArray, u: Array, s: Array, feed: Array, position: Array
+) -> None:
+    """Curve (n,), u (n,), s (n,), mm, feed (n,), mm/s, and position (n, axes) at times (n,), s, of a law, in any order.
 
+    u solves S(u) = l(t); S is a piecewise polynomial of degree 10. The bits of a tick do not depend on the others.
     Source: the idea of an arc-length table is B. Guenter, R. Parent, "Computing the arc length of parametric curves",
-    IEEE Computer Graphics and Applications 10(3), 1990, doi 10.1109/38.55155; the table is `kernels.arc_length`.
+    IEEE Computer Graphics and Applications 10(3), 1990, doi 10.1109/38.55155; the table is `kernels.layout`.
     """
-    return stepping.anchored(u[0] + period * rate[0], law[NEXT_S], table, cursor)
+    pieces, length, ends = path.arc_pieces, path.length, path.curve_starts[1:-1]
+    curve[:] = 0
+    for part in chunks(len(time)):
+        wanted, feed[part] = motion(law, time[part])
+        np.minimum(np.maximum(wanted, 0.0, out=wanted), length, out=wanted)
+        late = time[part] >= law.duration * (1.0 - AT_END)
+        if late.any():  # where a law ends is the end, not a rounding before it: a rotary axis may turn far in that
+            wanted[late & (length - wanted <= AT_END * length)] = length
+        row = pieces.row_by_length(wanted)
+        c = columns(pieces.table, row)
+        place = place_on(c, pieces.lengths.take(row), wanted)
+        if wanted.max() >= length:
+            place[wanted >= length] = pieces.table[-1, HIGH]
+        t = (place - c[MIDDLE]) * c[SCALE]
+        derivatives(c, pieces.shape, t, 0, position[part, None])
+        u[part], s[part] = place, c[START] + arc(c, t)
+        if len(ends):
+            curve[part] = np.searchsorted(ends, wanted, side="right")
+
+
+def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:
+    """s (n,), mm, and feed (n,), mm/s, not below 0, of a law at times (n,), s; beyond its ends the end holds.
+
+    s = sum_k c_k tau^k, tau = t - breaks[piece]
+    """
+    time = np.minimum(np.maximum(time, 0.0), law.duration)
+    piece = np.minimum(np.searchsorted(law.breaks, time, side="right") - 1, len(law.coefficients) - 1)
+    c = columns(law.coefficients, piece)
+    tau = time - law.breaks[piece]
+    s = c[5] * tau
+    s += c[4]
+    feed = c[5] * np.ones_like(tau)
+    for k in (3, 2, 1, 0):
+        feed *= tau
+        feed += s
+        s *= tau
+        s += c[k]
+    return s, np.maximum(feed, 0.0, out=feed)

@@ -7,9 +7,6 @@ import types
 from collections.abc import Callable
 from typing import Any
 
-import numba
-import numpy as np
-
 from splinefeed.interpolation.stepping import (
     ACCELERATION,
     AT_END,
@@ -22,7 +19,7 @@ from splinefeed.interpolation.stepping import (
     runge_kutta,
 )
 from splinefeed.kernels.arc_length import arc_length
-from splinefeed.kernels.jit import kernel
+from splinefeed.kernels.jit import Kernel, Leaf, own_floats
 from splinefeed.kernels.law import law_at
 from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape, point, speed, walk_to
 from splinefeed.records import Array, IntArray
@@ -89,13 +86,13 @@ def _loop(
     u = floats[:RATES]
     rate = floats[RATES:MEMORY]
     memory = floats[MEMORY:NOW]
-    law = np.empty(5)
+    law = own_floats(5)
     # in variables of their own, not in the arrays: the compiler then keeps them out of memory from tick to tick
     before, feed_before, acceleration = floats[NOW], floats[NOW + 1], floats[NOW + 2]
     piece, current, steps = integers[PIECE], integers[CURVE], integers[STEPS]
-    end = breaks[breaks.shape[0] - 1]
+    end = breaks[len(breaks) - 1]
     last_curve = curve_rows.shape[0] - 1
-    for i in range(u_out.shape[0]):
+    for i in range(len(u_out)):
         tick = first_tick + i
         time = min(tick * period, end)
         passed = time - before
@@ -126,7 +123,8 @@ def _loop(
             cursor[1] = first_row
             cursor[2] = last_row
             steps = 0
-            memory[:] = 0.0
+            for k in range(len(memory)):
+                memory[k] = 0.0
             after = placed(table[first_row, LOW], s, table, cursor)
         else:
             if starting or uneven:
@@ -167,18 +165,19 @@ def _loop(
     integers[PIECE], integers[CURVE], integers[STEPS] = piece, current, steps
 
 
-def loop_for(method_step: Callable[..., float], name: str, shape: Shape, *, cached: bool) -> Callable[..., None]:
-    """The loop with `method_step` in the place of `step`, for paths of `shape`; compiled on first use.
+#: Ticks that plain Python does in the time that a loop takes to compile: 10 to 30 us each, and 1.3 to 2.8 s.
+WORTH = 100_000
 
-    Handing a compiled function to a compiled loop as an argument would work too, but Numba cannot find such a loop in
-    its disk cache again. A function of its own name, whose global `step` is the method, it can.
+
+def loop_for(method_step: Kernel, name: str, shape: Shape) -> Leaf[Callable[..., None]]:
+    """The loop with `method_step` in the place of `step`, for paths of `shape`.
+
+    Handing a compiled function to a compiled loop as an argument would work too, but then no loop could be found in
+    the disk cache. A function of its own name, whose global `step` is the method, can.
     """
     fixed = shape if shape in UNROLLED_SHAPES else FIXED_SHAPE
     function = types.FunctionType(_loop.__code__, {**globals(), "step": method_step, "FIXED_SHAPE": fixed}, "_loop")
     function.__qualname__ = "_".join(["_loop", name.replace("-", "_"), *(str(number) for number in fixed)])
     function.__module__ = __name__
     function.__doc__ = _loop.__doc__
-    if cached:
-        return kernel(function)
-    compiled: Callable[..., None] = numba.njit(error_model="numpy")(function)
-    return compiled
+    return Leaf(function, WORTH, rows=("position",))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from splinefeed.interpolation import stepping
+from splinefeed.interpolation.stepping import milne_simpson
 from splinefeed.kernels.jit import hot_kernel
 from splinefeed.kernels.pieces import Shape
 from splinefeed.records import Array, IntArray
@@ -26,4 +26,4 @@ def step(
     Nothing damps its second root at -1, so every kick stays as a ripple that changes sign at each tick: faithful to
     the paper, and not what a machine should run; see docs/math/milne-simpson.md. Source: `stepping.milne_simpson`.
     """
-    return stepping.milne_simpson(u, rate, law, period, table, cursor, shape, corrections, tolerance)
+    return milne_simpson(u, rate, law, period, table, cursor, shape, corrections, tolerance)

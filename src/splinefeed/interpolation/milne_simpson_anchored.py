@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from splinefeed.interpolation import stepping
-from splinefeed.interpolation.stepping import NEXT_S
+from splinefeed.interpolation.stepping import NEXT_S, anchored, milne_simpson
 from splinefeed.kernels.jit import hot_kernel
 from splinefeed.kernels.pieces import Shape
 from splinefeed.records import Array, IntArray
@@ -27,5 +26,5 @@ def step(
     The history that the next step reads is that of the anchored points. Source: `stepping.milne_simpson` and
     `kernels.arc_length`; the correction is this project's.
     """
-    guess = stepping.milne_simpson(u, rate, law, period, table, cursor, shape, corrections, tolerance)
-    return stepping.anchored(guess, law[NEXT_S], table, cursor)
+    guess = milne_simpson(u, rate, law, period, table, cursor, shape, corrections, tolerance)
+    return anchored(guess, law[NEXT_S], table, cursor)

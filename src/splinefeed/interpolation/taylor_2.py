@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from splinefeed.interpolation.stepping import ACCELERATION, FEED
 from splinefeed.kernels.jit import hot_kernel
@@ -32,7 +32,7 @@ def step(
     row = walk_to(table, cursor, u[0])
     square, product = first_two(table, row, shape, (u[0] - table[row, MIDDLE]) * table[row, SCALE])
     if square == 0.0:  # C' = 0: no series in T exists; at rest the curve is left by the shared loop's fallback
-        return np.nan
+        return math.nan
     feed = law[FEED]
-    bend = law[ACCELERATION] / np.sqrt(square) - feed * feed * product / (square * square)
+    bend = law[ACCELERATION] / math.sqrt(square) - feed * feed * product / (square * square)
     return u[0] + period * rate[0] + 0.5 * period * period * bend  # eq. (3)

@@ -40,10 +40,11 @@ def step(
     feed = law[FEED]
     acceleration = law[ACCELERATION]
     jerk = 2.0 * (law[NEXT_FEED] - feed - acceleration * period) / (period * period)
-    second = inverse * (acceleration - (feed * inverse) ** 2 * slope)
+    ahead = feed * inverse
+    second = inverse * (acceleration - ahead * ahead * slope)
     third = inverse * (
         jerk
-        - 3.0 * acceleration * feed * slope * inverse**2
-        + feed**3 * inverse**3 * (3.0 * slope * slope * inverse - bend)
+        - 3.0 * acceleration * ahead * inverse * slope
+        + ahead * ahead * ahead * (3.0 * slope * slope * inverse - bend)
     )
     return u[0] + period * (rate[0] + period * (0.5 * second + period / 6.0 * third))

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.kernels.pieces import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, SCALE, START, find_row
-from splinefeed.records import Array, IntArray
+from splinefeed.kernels.layout import ARC, ARC_TERMS, START
+from splinefeed.records import Array
 
 #: Samples of the fitted speed among which its least values are looked for, Newton steps from there, and most of them.
 PROBES = 33
 PROBE_STEPS = 6
-#: Intervals of a row at whose ends `speed_ranges` looks.
-SPEED_SAMPLES = 8
 SLOW_PLACES = PROBES + 2
 #: Newton steps of one inversion, bisections among them; steps or bracket shrink at each.
 MAX_STEPS = 80
@@ -57,22 +55,6 @@ def slow_places(table: Array, row: int, out: Array) -> int:
             out[count] = t
             count += 1
     return count
-
-
-@kernel
-def speed_ranges(table: Array, rows: IntArray, out: Array) -> None:
-    """Least and greatest |C'| at SPEED_SAMPLES places of every row, by its arc length, of each curve, into out (n, 2).
-
-    rows (n, 2): first and last row of each curve.
-    """
-    for i in range(rows.shape[0]):
-        out[i, 0] = math.inf
-        out[i, 1] = 0.0
-        for row in range(rows[i, 0], rows[i, 1] + 1):
-            for k in range(SPEED_SAMPLES + 1):
-                value = fitted_speed(table, row, 2.0 * k / SPEED_SAMPLES - 1.0)[0] * table[row, SCALE]
-                out[i, 0] = min(out[i, 0], value)
-                out[i, 1] = max(out[i, 1], value)
 
 
 @hot_kernel
@@ -131,33 +113,3 @@ def parameter_in_row(table: Array, row: int, s: float, guess: float) -> float:
         if step < SMALL_STEP or high - low < 4e-16:
             break
     return t
-
-
-@kernel
-def lengths_at(table: Array, first: int, last: int, u: Array, out: Array) -> None:
-    """S(u), mm, at every u (n,) within rows [first, last], into out (n,)."""
-    for i in range(u.shape[0]):
-        row = find_row(table, first, last, LOW, u[i])
-        out[i] = arc_length(table, row, (u[i] - table[row, MIDDLE]) * table[row, SCALE])
-
-
-@kernel
-def lengths_on(table: Array, rows: IntArray, u: Array, out: Array) -> None:
-    """S, mm, at every u (n,), each within its own rows (n, 2), first and last, into out (n,)."""
-    for i in range(u.shape[0]):
-        row = find_row(table, rows[i, 0], rows[i, 1], LOW, u[i])
-        out[i] = arc_length(table, row, (u[i] - table[row, MIDDLE]) * table[row, SCALE])
-
-
-@kernel
-def parameters_at(table: Array, first: int, last: int, s: Array, out: Array) -> None:
-    """u with S(u) = s, at every s (n,), mm, within rows [first, last], into out (n,)."""
-    for i in range(s.shape[0]):
-        row = find_row(table, first, last, START, s[i])
-        ahead = s[i] - table[row, START]
-        length = arc_length(table, row, (table[row, HIGH] - table[row, MIDDLE]) * table[row, SCALE]) - table[row, START]
-        if ahead <= 0.0 or ahead >= length:  # ends are met exactly
-            out[i] = table[row, LOW] if ahead <= 0.0 and length > 0.0 else table[row, HIGH]
-            continue
-        t = parameter_in_row(table, row, s[i], 2.0 * ahead / length - 1.0)
-        out[i] = min(max(table[row, MIDDLE] + t / table[row, SCALE], table[row, LOW]), table[row, HIGH])

@@ -1,6 +1,6 @@
 """A curve or a path as cells of little turn in a tree of boxes, with bounds of the distance that hold.
 
-A cell is a part of one row of an arc-length table (see `kernels.pieces`) over which the tangent turns little.
+A cell is a part of one row of an arc-length table (see `kernels.layout`) over which the tangent turns little.
 Row of the cells (cells, 6 + 2 linear):
 
     ROW, T_LOW, T_HIGH   which part of which row

@@ -1,41 +1,58 @@
-"""The one decorator of all kernels: Numba with a disk cache that knows when any kernel's source has changed."""
+"""The decorators of all kernels: Numba, imported when one first compiles, and a disk cache that knows what changed.
+
+A compiled kernel is kept under a digest of its bytecode, of the constants that it names, and of all kernels that it
+calls. So a changed line costs the compile of that kernel and its callers, and a clean clone costs none.
+
+A `leaf` is a kernel that is worth its compile only for long work: `leaf.for_work(ticks)` is plain Python before that.
+"""
 
 from __future__ import annotations
 
+import functools
+import glob
 import hashlib
 import os
+import pickle
 import stat
+import sys
 import tempfile
+import time
+import types
 from collections.abc import Callable
-from functools import lru_cache
+from contextlib import suppress
+from functools import cached_property, lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
-import numba
+import numpy as np
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: Rooms that hold kernels. Numba looks only at the file of the function that it loads, so a change in a kernel that
-#: another one calls would go unseen; a cache folder named after all the sources together cannot go stale.
-_ROOMS = ("kernels", "interpolation")
+#: Names of the kernels that this process found in no cache, in the order in which it began to compile them.
+compiled_here: list[str] = []
+
+#: What it costs to have a kernel that is in the cache, as a share of compiling it: to read it, 20 to 40 ms, and to
+#: import Numba before, 0.2 s, where a compile takes about 3 s.
+LOADING = 0.01
+LOADING_WITH_NUMBA = 0.1
+
+#: A kernel that nobody loaded for this long, s, is removed when the next one is kept.
+UNUSED = 90 * 86400.0
+#: The time of a file says to this, s, when it was last loaded.
+USED_LATELY = 86400.0
 
 
 @lru_cache(maxsize=1)
 def cache_directory() -> Path:
     """Folder of the compiled kernels: below $NUMBA_CACHE_DIR, the user's cache folder, or the temporary folder.
 
-    Numba runs the machine code that it finds there, so below the temporary folder, where anybody may have been first,
-    only a folder counts that is ours and that nobody else can write to.
+    What is found there is run as machine code, so below the temporary folder, where anybody may have been first, only
+    a folder counts that is ours and that nobody else can write to.
     """
-    package = Path(__file__).parents[1]
-    digest = hashlib.sha256(numba.__version__.encode())
-    for room in _ROOMS:
-        for source in sorted((package / room).glob("*.py")):
-            digest.update(source.read_bytes())
-    name = f"splinefeed-{digest.hexdigest()[:16]}"
     for base in (os.environ.get("NUMBA_CACHE_DIR"), _user_cache(), _own_temporary()):
         if base:
-            folder = Path(base) / "splinefeed" / name
+            folder = Path(base) / "splinefeed" / "kernels"
             try:
                 folder.mkdir(parents=True, exist_ok=True)
             except OSError:
@@ -71,7 +88,7 @@ def _own_temporary() -> str | None:
 
 def kernel(function: F) -> F:
     """Compile `function` in nopython mode on first call, cached on disk; no fastmath, so streams repeat bit for bit."""
-    return _compiled(function)
+    return cast(F, Kernel(function))
 
 
 def hot_kernel(function: F) -> F:
@@ -79,14 +96,271 @@ def hot_kernel(function: F) -> F:
 
     A call that is not inlined costs more than its arithmetic, as arrays are counted in and out of it.
     """
-    return _compiled(function, forceinline=True)
+    return cast(F, Kernel(function, forceinline=True))
 
 
-def _compiled(function: F, **options: bool) -> F:
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_directory())
+def _empty(count: int) -> Any:
+    """Room for `count` floats of a leaf's own: an array when compiled, a list in plain Python."""
+    return np.empty(count)
+
+
+def leaf(*, worth: int, rows: tuple[str, ...] = (), lists: tuple[str, ...] = ()) -> Callable[[F], Leaf[F]]:
+    """A kernel that `Leaf.for_work` runs as plain Python where it is not worth its compile.
+
+    worth  units of work, say ticks, that plain Python does in the time of the compile
+    rows   names of two-dimensional arrays of which the function takes whole rows
+    lists  names of small arrays that the function only reads: lists of Python's floats are the fastest to read
+    """
+    return lambda function: Leaf(function, worth, rows, lists)
+
+
+class Kernel:
+    """A function that Numba compiles when it is first called, from Python or from another compiled function."""
+
+    def __init__(self, function: Callable[..., Any], **options: bool) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self.options = {"error_model": "numpy", **options}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the compiled function, or the plain one with NUMBA_DISABLE_JIT."""
+        return self.compiled(*arguments)
+
+    def __reduce__(self) -> str:
+        return self.py_func.__qualname__
+
+    @property
+    def name(self) -> str:
+        """Module and name of the function."""
+        return f"{self.py_func.__module__}.{self.py_func.__qualname__}"
+
+    @cached_property
+    def compiled(self) -> Callable[..., Any]:
+        """Numba's dispatcher with our cache; the plain function with NUMBA_DISABLE_JIT."""
+        if _disabled():
+            return self.py_func
+        import numba
+
+        dispatcher: Callable[..., Any] = numba.njit(**self.options)(self.py_func)
+        if hasattr(dispatcher, "_cache"):
+            dispatcher._cache = _Cache(self)
+        return dispatcher
+
+    @cached_property
+    def plain(self) -> Callable[..., Any]:
+        """The function as plain Python: what it calls is plain, too, and not looked up in a kernel at each call."""
+        function = self.py_func
+        around = dict(function.__globals__)
+        made = types.FunctionType(
+            function.__code__, around, function.__name__, function.__defaults__, function.__closure__
+        )
+        self.__dict__["plain"] = made  # before what it calls is made plain: a kernel may call itself
+        around.update({name: value.plain for name, value in _named(function) if isinstance(value, Kernel)})
+        return made
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba asks an object for that a compiled function names: the type of the dispatcher."""
+        return self.compiled._numba_type_  # type: ignore[attr-defined]
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all that decides what this kernel compiles to but the types of its arguments and the processor."""
+        found: dict[str, Kernel] = {}
+        waiting = [self]
+        while waiting:
+            for called in waiting.pop().calls:
+                if called._own not in found:
+                    found[called._own] = called
+                    waiting.append(called)
+        parts = (_numba_version(), sys.implementation.cache_tag, self._own, *sorted(found))
+        return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()
+
+    @cached_property
+    def calls(self) -> list[Kernel]:
+        """The kernels that this one names."""
+        return [value for _, value in _named(self.py_func) if isinstance(value, Kernel)]
+
+    @cached_property
+    def _own(self) -> str:
+        """Digest of the function alone: bytecode and constants; of what it calls only the names."""
+        text = [self.name, repr(sorted(self.options.items())), _spelled(self.py_func.__code__)]
+        text += [f"{name}={_spelled(value)}" for name, value in _named(self.py_func)]
+        return hashlib.sha256("\n".join(text).encode()).hexdigest()
+
+    @property
+    def _file(self) -> str:
+        """What the names of its files in the cache begin with."""
+        return f"{self.py_func.__name__}-{self.digest[:24]}-"
+
+
+class Leaf(Kernel, Generic[F]):
+    """A kernel that is not worth its compile for short work; see `leaf`."""
+
+    def __init__(self, function: F, worth: int, rows: tuple[str, ...] = (), lists: tuple[str, ...] = ()) -> None:
+        super().__init__(function)
+        self.worth = worth
+        self._work = 0
+        places = function.__code__.co_varnames
+        self._rows, self._lists = ([places.index(name) for name in names] for names in (rows, lists))
+
+    def for_work(self, count: int) -> F:
+        """The function for `count` more units of work: plain Python until that has done as much as a compile costs.
+
+        So work costs at most twice what it would if its length were known, and short work nothing but itself. The bits
+        are the same either way.
+        """
+        self._work += count
+        if _disabled() or self._work <= self.worth * self._price():
+            return cast(F, self.plainly)
+        return cast(F, self.compiled)
+
+    def _price(self) -> float:
+        """What it costs to have the compiled function, as a share of compiling it."""
+        if getattr(self.__dict__.get("compiled"), "signatures", ()):
+            return 0.0
+        if not any(cache_directory().glob(f"{glob.escape(self._file)}*.nbc")):
+            return 1.0
+        return LOADING if "numba" in sys.modules else LOADING_WITH_NUMBA
+
+    def plainly(self, *arguments: Any) -> Any:
+        """Call the function as plain Python, on memoryviews in place of arrays: their elements are Python's floats.
+
+        Where Python raises and compiled code goes on with inf or nan, as it does after a division by zero, or where a
+        function computes with whole arrays, they are put back to what they were and the compiled function takes over.
+        """
+        given: list[Any] = list(arguments)
+        before = [(each, each.copy()) for each in given if isinstance(each, np.ndarray) and each.flags.writeable]
+        for place, each in enumerate(given):
+            if not isinstance(each, np.ndarray):
+                continue
+            if place in self._lists:
+                given[place] = each.tolist()
+            elif place in self._rows:
+                given[place] = [row.data for row in each]
+            else:
+                given[place] = each.data
+        try:
+            return self.plain(*given)
+        except Exception:
+            for array, kept in before:
+                array[...] = kept
+            with np.errstate(all="ignore"):  # nothing to a compiled function, but it may be plain
+                return self.compiled(*arguments)
+
+
+own_floats = Kernel(_empty, forceinline=True)
+own_floats.plain = lambda count: [0.0] * count
+
+
+def _disabled() -> bool:
+    """Whether the user wants no compiler."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+
+
+@lru_cache(maxsize=1)
+def _numba_version() -> str:
     try:
-        compiled: F = numba.njit(cache=True, error_model="numpy", **options)(function)
-    finally:
-        numba.config.CACHE_DIR = before
-    return compiled
+        return version("numba")
+    except PackageNotFoundError:
+        return ""
+
+
+def _named(function: Callable[..., Any]) -> list[tuple[str, Any]]:
+    """Names in the bytecode of `function` that are globals of its module or cells of its closure, and their values."""
+    names: set[str] = set()
+    codes = [function.__code__]
+    while codes:
+        code = codes.pop()
+        names.update(code.co_names)
+        codes += [constant for constant in code.co_consts if isinstance(constant, types.CodeType)]
+    around = function.__globals__
+    found = [(name, around[name]) for name in sorted(names) if name in around]
+    cells = function.__closure__ or ()
+    return found + [(name, cell.cell_contents) for name, cell in zip(function.__code__.co_freevars, cells, strict=True)]
+
+
+def _spelled(value: Any) -> str:
+    """A constant as text that is the same in every process and differs when the constant does."""
+    if isinstance(value, Kernel):
+        return f"kernel {value.name}"
+    if isinstance(value, types.CodeType):
+        lists = (value.co_varnames, value.co_names, value.co_freevars, value.co_cellvars)
+        constants = [_spelled(constant) for constant in value.co_consts]
+        return f"code {value.co_argcount} {value.co_flags} {value.co_code.hex()} {lists} {constants}"
+    if isinstance(value, np.ndarray):
+        return f"array {value.dtype.str} {value.shape} {value.tobytes().hex()}"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_spelled, value))})"
+    if isinstance(value, frozenset):
+        return f"frozenset {sorted(map(_spelled, value))}"
+    if isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] != __name__.partition(".")[0]:
+        return f"module {value.__name__}"
+    if isinstance(value, types.BuiltinFunctionType):
+        return f"builtin {value.__module__}.{value.__qualname__}"
+    if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
+        return f"{type(value).__name__} {value!r}"
+    raise TypeError(
+        f"a kernel names {value!r}; it may name kernels, numbers, texts, tuples, arrays and modules of others"
+    )
+
+
+class _Cache:
+    """Where the dispatcher of one kernel looks for what is compiled, and leaves it: a file for each signature.
+
+    It stands in the place of `numba.core.caching.FunctionCache`, which goes by the age of the source file. One file a
+    signature, written whole, has no index that two processes could spoil for each other. Whatever goes wrong here,
+    Numba compiles.
+    """
+
+    def __init__(self, kernel: Kernel) -> None:
+        self._kernel = kernel
+
+    @property
+    def cache_path(self) -> str:
+        """The folder, for Numba's own statistics."""
+        return str(cache_directory())
+
+    def _file(self, signature: Any, codegen: Any) -> Path:
+        """The file of one signature on this processor."""
+        types_and_processor = f"{signature} {codegen.magic_tuple()}"
+        key = hashlib.sha256(types_and_processor.encode()).hexdigest()
+        return cache_directory() / f"{self._kernel._file}{key[:16]}.nbc"
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """What is compiled for the argument types `signature`; None if it is not here."""
+        with suppress(Exception):
+            from numba.core.compiler import CompileResult
+
+            context.refresh()
+            file = self._file(signature, context.codegen())
+            result = CompileResult._rebuild(context, *pickle.loads(file.read_bytes()))
+            if tuple(result.signature.args) == tuple(signature):
+                if time.time() - file.stat().st_mtime > USED_LATELY:
+                    os.utime(file)
+                return result
+        compiled_here.append(self._kernel.name)
+        return None
+
+    def save_overload(self, signature: Any, result: Any) -> None:
+        """Keep what was compiled for the argument types `signature`."""
+        if result.library.has_dynamic_globals or result.lifted:
+            return
+        with suppress(Exception):
+            from numba.core.serialize import dumps
+
+            file = self._file(signature, result.library.codegen)
+            written = file.with_suffix(f".{os.getpid()}")
+            written.write_bytes(dumps(result._reduce()))
+            written.replace(file)
+            _remove_unused(file.parent)
+
+
+@lru_cache(maxsize=1)
+def _remove_unused(folder: Path) -> None:
+    """Remove, once a process, what no process has loaded for long: kernels of versions that are gone."""
+    oldest = time.time() - UNUSED
+    for file in folder.iterdir():
+        with suppress(OSError):
+            if file.stat().st_mtime < oldest:
+                file.unlink()

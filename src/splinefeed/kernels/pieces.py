@@ -1,44 +1,22 @@
-"""A curve as a table of polynomial pieces, one contiguous row a piece, and the arithmetic on one row.
-
-Row of a table (pieces, width), with `shape = (degree, axes, linear, rational)`:
-
-    LOW, HIGH        parameter interval of the piece
-    MIDDLE, SCALE    t = (u - MIDDLE) * SCALE runs over [-1, 1]
-    START            arc length at LOW, mm
-    ARC + k          S(u) - START = sum_k arc_k t^k, k = 0 ... 10
-    ORIGIN + a       a point near the piece, one per axis
-    then per column  (axes, and the weight if rational) degree + 1 coefficients of t^k
-
-The curve is origin + A(t) / w(t). Taken about a near point and a middle parameter, the power basis loses no digits
-that matter up to degree 12, and Horner's rule on it is the fastest evaluation there is.
-
-The first `linear` axes make the arc length; those behind them are rotary. On a row over which no linear axis moves the
-rotary ones make it, 1 degree counting as 1 mm. A table that has such rows says so by `linear` <= 0: minus the number of
-linear axes. So a table without them, as almost all are, pays nothing for it.
-"""
+"""The arithmetic on one row of a table of pieces, for what goes from tick to tick; see `kernels.layout`."""
 
 from __future__ import annotations
 
 import math
 
 from splinefeed.kernels.jit import hot_kernel, kernel
-from splinefeed.records import Array, BoolArray, IntArray
-
-LOW, HIGH, MIDDLE, SCALE, START, ARC = 0, 1, 2, 3, 4, 5
-ARC_TERMS = 11
-ORIGIN = ARC + ARC_TERMS
-
-#: Length of a row on which only rotary axes move, for each rad: degrees.
-DEGREES = 180.0 / math.pi
-
-#: (degree, axes, linear axes or minus their number, 1 if rational else 0)
-Shape = tuple[int, int, int, int]
-
-
-def width(shape: Shape) -> int:
-    """Number of columns of a table."""
-    degree, axes, _, rational = shape
-    return ORIGIN + axes + (degree + 1) * (axes + rational)
+from splinefeed.kernels.layout import ARC as ARC
+from splinefeed.kernels.layout import ARC_TERMS as ARC_TERMS
+from splinefeed.kernels.layout import DEGREES as DEGREES
+from splinefeed.kernels.layout import HIGH as HIGH
+from splinefeed.kernels.layout import LOW as LOW
+from splinefeed.kernels.layout import MIDDLE as MIDDLE
+from splinefeed.kernels.layout import ORIGIN as ORIGIN
+from splinefeed.kernels.layout import SCALE as SCALE
+from splinefeed.kernels.layout import START as START
+from splinefeed.kernels.layout import Shape as Shape
+from splinefeed.kernels.layout import width as width
+from splinefeed.records import Array, IntArray
 
 
 @kernel
@@ -249,47 +227,3 @@ def way_to_rest(c: float, b: float, d: float) -> float:
         return math.inf if c > 0.0 else 0.0
     x = 2.0 * c / steep
     return x * (c - x * (b / 2.0 + x * d / 6.0))
-
-
-@kernel
-def evaluate(table: Array, first: int, last: int, shape: Shape, u: Array, order: int, left: bool, out: Array) -> None:
-    """Points and derivatives to `order` at every u (n,), rows [first, last], into out (n, order + 1, axes).
-
-    At a break the piece on its right is taken, or with `left` the one on its left.
-    """
-    row = first
-    for i in range(u.shape[0]):
-        value = u[i]
-        if value < table[row, LOW] or value >= table[row, HIGH]:
-            row = find_row(table, first, last, LOW, value)
-        if left and row > first and value == table[row, LOW]:
-            row -= 1
-        t = (value - table[row, MIDDLE]) * table[row, SCALE]
-        derivatives(table, row, shape, t, order, out[i])
-
-
-@kernel
-def evaluate_on(
-    table: Array, rows: IntArray, shape: Shape, curve: IntArray, u: Array, order: int, left: bool, out: Array
-) -> None:
-    """`evaluate` at u (n,) of the curves `curve` (n,), whose first and last rows are in rows (curves, 2)."""
-    row = 0
-    for i in range(u.shape[0]):
-        value = u[i]
-        first = rows[curve[i], 0]
-        last = rows[curve[i], 1]
-        if row < first or row > last or value < table[row, LOW] or value >= table[row, HIGH]:
-            row = find_row(table, first, last, LOW, value)
-        at = row - 1 if left and row > first and value == table[row, LOW] else row
-        derivatives(table, at, shape, (value - table[at, MIDDLE]) * table[at, SCALE], order, out[i])
-
-
-@kernel
-def turning_at(
-    table: Array, rows: IntArray, shape: Shape, curve: IntArray, u: Array, left: bool, out: BoolArray
-) -> None:
-    """Whether the row at u (n,) of the curves `curve` (n,) turns, into out (n,); sides as in `evaluate_on`."""
-    for i in range(u.shape[0]):
-        first = rows[curve[i], 0]
-        row = find_row(table, first, rows[curve[i], 1], LOW, u[i])
-        out[i] = turns(table, row - 1 if left and row > first and u[i] == table[row, LOW] else row, shape)

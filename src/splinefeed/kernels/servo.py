@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from splinefeed.kernels.jit import hot_kernel, kernel
+from splinefeed.kernels.jit import hot_kernel, leaf
 from splinefeed.kernels.mechanics import (
     ACCELERATION_FORWARD,
     CASCADE,
@@ -35,6 +35,9 @@ from splinefeed.kernels.mechanics import (
     clamp,
 )
 from splinefeed.records import Array
+
+#: Ticks of one axis that plain Python does in the time that its loop takes to compile: 20 to 30 us each, and 3 s.
+WORTH = 125_000
 
 
 @hot_kernel
@@ -94,7 +97,7 @@ def quantise(position: float, resolution: float) -> float:
     return math.floor(position / resolution + 0.5) * resolution
 
 
-@kernel
+@leaf(worth=WORTH, lists=("table", "parameters"))
 def run_axis(
     command: Array,
     table: Array,
@@ -112,7 +115,7 @@ def run_axis(
     encoder or scale say, V, and 1 where the output is at its limit. memory (MEMORY,) and scratch (SCRATCH,) carry on.
     """
     on_load = parameters[ON_LOAD] != 0.0
-    for k in range(command.shape[0]):
+    for k in range(len(command)):
         position[k] = memory[LOAD]
         seen = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
         measured[k] = seen
@@ -127,16 +130,16 @@ def run_axis(
             applied = memory[PENDING]
             memory[PENDING] = volts
         advance(memory, applied, table, parameters, scratch)
-    return int(command.shape[0])
+    return len(command)
 
 
-@kernel
+@leaf(worth=WORTH, lists=("table", "parameters"))
 def run_open(
     volts: Array, table: Array, parameters: Array, memory: Array, scratch: Array, position: Array, measured: Array
 ) -> None:
     """The plant alone over n periods of `volts` (n,): position of the load and what is measured before each, (n,)."""
     on_load = parameters[ON_LOAD] != 0.0
-    for k in range(volts.shape[0]):
+    for k in range(len(volts)):
         position[k] = memory[LOAD]
         measured[k] = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
         applied = convert(volts[k], parameters)
@@ -147,7 +150,7 @@ def run_open(
         advance(memory, applied, table, parameters, scratch)
 
 
-@kernel
+@leaf(worth=WORTH, lists=("table", "parameters"))
 def run_relay(
     relay: float,
     hysteresis: float,
@@ -161,7 +164,7 @@ def run_relay(
     """A relay in place of the controller: -`relay` V above +`hysteresis` (mm or rad), +`relay` below; fills (n,)."""
     on_load = parameters[ON_LOAD] != 0.0
     volts = relay
-    for k in range(measured.shape[0]):
+    for k in range(len(measured)):
         seen = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
         measured[k] = seen
         if seen > hysteresis:

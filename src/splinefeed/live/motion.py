@@ -127,5 +127,5 @@ def through(
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:
     """The straight way from where axes rest to where they are to rest, (axes,), within limits, obeying the knob too."""
     path = Path.polyline(np.array([start, end]), axes, name="approach")
-    law = plan(path, with_reserve(limits), "time-optimal", period)
+    law = plan(path, with_reserve(limits), period=period)
     return along(path, law, limits, highest=1.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -21,8 +21,7 @@ TIMING = 0.02
 TIMING_RUNS = 50
 
 
-#: Methods that a run is set beside: the paper's, the classical ones and ours. Each that is added here makes the first
-#: run compile longer, so the others of the literature are left to `compare`.
+#: Methods that a run is set beside: the paper's, the classical ones and ours; the others are left to `compare`.
 BESIDE_A_RUN = (
     "taylor-1",
     "taylor-2",
@@ -42,7 +41,8 @@ class MethodResult:
     ripple_max, ripple_rms  relative feed error of the steps; ripple_floor  what the rounding of s alone may make
     drift_mm        how far it was ahead of the law at the end (behind: negative), runs beyond the path's end included
     drift_max_mm    the largest |drift| on the way; chord_error_mm  largest, to the true curve
-    ns_per_tick     time of a setpoint, point included, on this machine; replaced  steps without a finite result
+    ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if that was asked for
+    replaced        steps without a finite result
     """
 
     method: str
@@ -53,7 +53,7 @@ class MethodResult:
     drift_mm: float
     drift_max_mm: float
     chord_error_mm: float
-    ns_per_tick: float
+    ns_per_tick: float | None
     replaced: int
 
     def as_dict(self) -> dict[str, Any]:
@@ -78,9 +78,11 @@ def compare(
     methods: Iterable[str] | None = None,
     corrections: int = 1,
     tolerance: float = 0.0,
+    timed: bool = True,
 ) -> Iterator[MethodTrace]:
     """Run each method over the whole motion and measure it; one trace at a time, in the order asked (default: all).
 
+    timed  how long a setpoint takes, too: each method is compiled for it, and run again and again
     Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.
     """
     if period is not None or law.period is not None:
@@ -89,28 +91,19 @@ def compare(
     for name in names:
         registry.method(name)
     for name in names:
-        yield _measure(path, law, period, name, corrections, tolerance)
+        yield _measure(path, law, period, name, corrections, tolerance, timed)
 
 
 def _measure(
-    path: Path, law: TimeLaw, period: float | None, name: str, corrections: int, tolerance: float
+    path: Path, law: TimeLaw, period: float | None, name: str, corrections: int, tolerance: float, timed: bool
 ) -> MethodTrace:
     def fresh() -> Interpolator:
-        return Interpolator(path, law, period=period, method=name, corrections=corrections, tolerance=tolerance)
+        return Interpolator(
+            path, law, period=period, method=name, corrections=corrections, tolerance=tolerance, compiled=timed
+        )
 
     source = fresh()
     points = source.block()
-    best = np.inf
-    spent = 0.0
-    for _ in range(TIMING_RUNS):
-        again = fresh()
-        start = time.perf_counter()
-        again.block()
-        took = time.perf_counter() - start
-        best = min(best, took)
-        spent += took
-        if spent > TIMING:
-            break
     ripple = feed_ripple(points, path, law)
     ahead = drift(points, law)
     return MethodTrace(
@@ -123,9 +116,25 @@ def _measure(
             drift_mm=float(ahead[-1]) + source.overrun,
             drift_max_mm=float(np.max(np.abs(ahead))),
             chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
-            ns_per_tick=1e9 * best / len(points),
+            ns_per_tick=1e9 * _seconds(fresh) / len(points) if timed else None,
             replaced=source.replaced,
         ),
         ripple.t,
         ripple.relative,
     )
+
+
+def _seconds(fresh: Callable[[], Interpolator]) -> float:
+    """The least time of a whole motion, s."""
+    best = np.inf
+    spent = 0.0
+    for _ in range(TIMING_RUNS):
+        again = fresh()
+        start = time.perf_counter()
+        again.block()
+        took = time.perf_counter() - start
+        best = min(best, took)
+        spent += took
+        if spent > TIMING:
+            break
+    return float(best)

@@ -134,7 +134,7 @@ def tune_feed(
     tolerance: float,
     *,
     period: float,
-    strategy: str,
+    strategy: str | None = None,
     method: str = DEFAULT_METHOD,
     corrections: int = 1,
     vary: str = "all",

@@ -16,7 +16,7 @@ from splinefeed.feed.look_ahead_window import STRATEGY, WINDOW
 from splinefeed.geometry.curves import Lines
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.path import Path
-from splinefeed.pipeline.long_run import MOST_IN_COLUMN, joined
+from splinefeed.pipeline.long_run import MOST_IN_COLUMN
 from splinefeed.records import Array, Limits, Setpoints
 
 #: Curves of one part of a path that is there as a whole.
@@ -116,7 +116,11 @@ class _Walk:
         for block in planner.finish():
             yield from self._block(block)
         last = self.parts[-1]
-        yield self._made(last, np.array([last.path.length]), np.zeros(1))
+        final = self._made(last, np.array([last.path.length]), np.full(1, self.limits.end_feed))
+        late = (
+            abs(planner.time - float(final.t[0])) > ON_TICK * self.period
+        )  # in motion: the last period is a short one
+        yield replace(final, t=np.full(1, planner.time)) if late else final
 
     def _block(self, block: Block) -> Iterator[Setpoints]:
         """Setpoints of the ticks in a block, those at its end left to what follows."""
@@ -170,10 +174,10 @@ def _collected(pieces: Iterator[Setpoints], chunk: int) -> Iterator[Setpoints]:
         count += len(piece)
         if count < chunk:
             continue
-        whole = joined(held)
+        whole = Setpoints.joined(held)
         full = count // chunk * chunk
         for start in range(0, full, chunk):
             yield whole.part(start, start + chunk)
         held, count = ([whole.part(full, count)] if count > full else []), count - full
     if held:
-        yield joined(held)
+        yield Setpoints.joined(held)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,7 @@ from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.table import Table
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.follow import Servo
-from splinefeed.pipeline.long_meter import SAID, CountedUse, Meter
+from splinefeed.pipeline.long_meter import CountedUse, Meter
 from splinefeed.pipeline.run import Run, run
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw
 
@@ -78,10 +78,9 @@ def run_any(
     limits: Limits,
     *,
     period: float,
-    strategy: str,
+    strategy: str | None = None,
     law: TimeLaw | None = None,
     table: Table | None = None,
-    before_measuring: Callable[[], None] = lambda: None,
     on_progress: Progress | None = None,
     **how: Any,
 ) -> Run:
@@ -98,8 +97,7 @@ def run_any(
             f"raise the period or the feed"
         )
     if ticks <= LONG:
-        return run(path, limits, before_measuring=before_measuring, **asked)
-    before_measuring()
+        return run(path, limits, **asked)
     return run_long(path, limits, table=table, on_progress=on_progress, **asked)
 
 
@@ -108,7 +106,7 @@ def run_long(
     limits: Limits,
     *,
     period: float,
-    strategy: str,
+    strategy: str | None = None,
     method: str = DEFAULT_METHOD,
     corrections: int = 1,
     tolerance: float = 0.0,
@@ -211,13 +209,7 @@ def _beside(before: Setpoints | None, chunk: Setpoints, behind: Setpoints | None
         each for each in (before, chunk, None if behind is None else behind.part(0, NEIGHBOURS)) if each is not None
     ]
     first = 0 if before is None else len(before)
-    return joined(parts), slice(first, first + len(chunk)), chunk
-
-
-def joined(parts: Sequence[Setpoints]) -> Setpoints:
-    """Setpoints that follow each other, in one record."""
-    columns: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in parts]) for name in SAID}
-    return replace(parts[-1], **columns)
+    return Setpoints.joined(parts), slice(first, first + len(chunk)), chunk
 
 
 def _told(chunks: Iterator[Setpoints], what: str, ticks: int, say: Progress) -> Iterator[Setpoints]:

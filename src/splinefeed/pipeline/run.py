@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -25,9 +25,6 @@ from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict
 PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
 PAPER_PERIOD = 1e-3
 PAPER_SHAPE = "naca:0025?perimeter=33"
-DEFAULT_STRATEGY = "seven-phase"
-#: The strategy that knows the limits of the axes.
-TIME_OPTIMAL = "time-optimal"
 #: The last setpoint is the end of the path within this, relative to the path's size: rounding.
 END_TOLERANCE = 1e-9
 #: Most ticks of a run that is kept in memory, above an hour at 1 ms; `long_run.run_long` knows no such bound.
@@ -148,23 +145,20 @@ def run(
     limits: Limits = PAPER_LIMITS,
     *,
     period: float = PAPER_PERIOD,
-    strategy: str = DEFAULT_STRATEGY,
+    strategy: str | None = None,
     method: str = DEFAULT_METHOD,
     corrections: int = 1,
     tolerance: float = 0.0,
     law: TimeLaw | None = None,
-    before_measuring: Callable[[], None] = lambda: None,
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
     law  if it is planned already
-    before_measuring is called when the setpoints are there, before they are measured and checked.
     Raises what `plan` and `interpolate` raise, and LimitsError for more than MOST_TICKS ticks.
     """
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     check_ticks(law, period)
     points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
-    before_measuring()
     return measured(path, limits, law, points)
 
 

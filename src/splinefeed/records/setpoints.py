@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -54,6 +54,15 @@ class Setpoints:
         """Setpoints start ... stop - 1, as views of these."""
         columns = {name: getattr(self, name)[start:stop] for name in ("t", "curve", "u", "s", "feed", "position")}
         return replace(self, **columns)
+
+    @staticmethod
+    def joined(parts: Sequence[Setpoints]) -> Setpoints:
+        """Setpoints that follow each other, at least one, in one record."""
+        if len(parts) == 1:
+            return parts[0]
+        names = ("t", "curve", "u", "s", "feed", "position")
+        columns: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in parts]) for name in names}
+        return replace(parts[-1], **columns)
 
     def __len__(self) -> int:
         return len(self.t)

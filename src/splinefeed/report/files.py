@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import logging
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.setpoints import FORMATS, save
 from splinefeed.pipeline.compare import MethodTrace
-from splinefeed.pipeline.contour_feed import FeedTuning
 from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
-from splinefeed.records import Response, unit_along
+from splinefeed.records import Response
+from splinefeed.report.saving import FORMATS as FIGURE_FORMATS
+from splinefeed.report.saving import save_figures
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+    from splinefeed.report.figure import Figure
     from splinefeed.simulation.curves import TunedAxis
     from splinefeed.sweeps.spec import Task
 
@@ -43,10 +42,9 @@ REPORT = "report.html"
 RESPONSE = "response.h5"
 #: Names of setpoint files by format.
 SETPOINTS = {name: f"setpoints{each.suffixes[0]}" for name, each in FORMATS.items()}
-FIGURES = ("path", "feed", "axes", "limits", "binding", "ripple")
+FIGURES = ("path", "motion", "limits", "binding", "ripple")
 #: Limits along the path; figures of what binds are drawn where there are others besides.
 _ALONG = {"feed", "acceleration", "deceleration", "jerk"}
-FIGURE_FORMATS = ("svg", "png")
 SERVO_FIGURES = ("errors", "contour")
 #: Everything that a run may leave, and that following setpoints may.
 FOLLOW_NAMES = (
@@ -71,32 +69,42 @@ NAMES = (
 )
 
 
-def figures(run: Run, traces: Sequence[MethodTrace]) -> Iterator[tuple[str, Figure]]:
-    """Name and figure, one at a time; those of what binds and of methods only where there is something to show."""
-    from splinefeed.report.figures import axes_figure, feed_figure, ripple_figure
-    from splinefeed.report.limits_figure import binding_figure, limits_figure
-    from splinefeed.report.path_figure import path_figure
+def of_run(run: Run, responses: Mapping[str, Response] | None = None, machine: str = "") -> dict[str, Figure]:
+    """The figures of a run for its page, by name; responses: what a machine did, by method, the run's own first."""
+    from splinefeed.report.motion_figures import motion_figure
+    from splinefeed.report.path_figures import limits_figure, path_figure
+    from splinefeed.report.servo_figures import errors_figure, spectra_figure
 
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would talk of fonts and cache folders on stderr
-    long = isinstance(run, LongRun)
-    yield "path", path_figure(run.path, run.points, run.thread if long else None)
-    yield "feed", feed_figure(run.law, run.limits, run.path.name, unit_along(run.path.axes))
-    yield "axes", axes_figure(run.motion, run.path, run.limits)
-    if not _ALONG.issuperset(run.use.names):
-        yield "limits", limits_figure(run.use, run.points, run.path.name)
-        yield "binding", binding_figure(run.use, run.path, run.points, run.thread if long else None)
+    followed = {name: each for name, each in (responses or {}).items() if len(each)}
+    own = next(iter(followed.values()), None)
+    found = {"path": path_figure(run, own), "motion": motion_figure(run)}
+    if run.use.names:
+        found["limits"] = limits_figure(run.use, run.points, run.path.name)
+    if own is not None:
+        found["errors"] = errors_figure(followed, run.path.name, machine)
+        if not isinstance(run, LongRun):  # a spectrum needs every tick
+            found["spectra"] = spectra_figure(own)
+    return found
+
+
+def figures(
+    run: Run, traces: Sequence[MethodTrace], drawn: Mapping[str, Figure], beside: Deviation | None = None,
+    machine: str = "",
+) -> Iterator[tuple[str, Figure]]:  # fmt: skip
+    """Name and figure of those that become files; of limits and of methods only where there is something to show."""
+    from splinefeed.report.motion_figures import ripple_figure
+    from splinefeed.report.path_figures import binding_figure, contour_figure
+
+    bound = not _ALONG.issuperset(run.use.names)
+    for name in ("path", "motion", *(("limits",) if bound else ()), "errors"):
+        if name in drawn:
+            yield name, drawn[name]
+    if bound:
+        yield "binding", binding_figure(run)
     if traces:
         yield "ripple", ripple_figure(traces, run.path.name)
-
-
-def save_figure(figure: Figure, file: str | os.PathLike[str]) -> None:
-    """Write `figure` as what its suffix says, whole or not at all; the same figure gives the same file."""
-    from splinefeed.report import theme
-
-    form = File(file).suffix[1:]
-    metadata = {"Date": None} if form == "svg" else {"Software": "splinefeed"}
-    with theme.applied(), atomic_write(file) as temporary:
-        figure.savefig(temporary, format=form, dpi=theme.DPI, metadata=metadata)
+    if beside is not None:
+        yield "contour", contour_figure(beside, run.path.name, machine)
 
 
 def write(
@@ -105,12 +113,13 @@ def write(
     *,
     formats: Iterable[str] = ("hdf5",),
     traces: Sequence[MethodTrace] = (),
-    with_figures: bool = True,
+    figure_formats: Iterable[str] = FIGURE_FORMATS[:1],
     record: Mapping[str, Any] | None = None,
     served: Sequence[Served] = (),
 ) -> list[str]:
     """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
 
+    figure_formats  of the figures; without any there is no report either
     served  what a machine did with the setpoints, the ones of the run itself last; of a long run not kept as a file
     """
     place = File(folder)
@@ -124,22 +133,30 @@ def write(
     if served and not long:
         names.append(RESPONSE)
         save(served[-1].response, place / RESPONSE)
-    if with_figures:
-        names += save_figures(figures(run, traces), place)
-        if served:
-            responses = {each.points.method: each.response for each in served}
-            machine = str((record or {}).get("machine", ""))
-            beside = None if long else deviation(served[-1].response, run.path, run.points.s)
-            names += save_figures(servo_figures(responses, run.path.name, machine, beside), place)
+    wanted = tuple(figure_formats)
+    if wanted:
         from splinefeed.report import html, library
 
+        machine = str((record or {}).get("machine", ""))
+        own_first = {each.points.method: each.response for each in reversed(served)}
+        drawn = of_run(run, own_first, machine)
+        beside = deviation(served[-1].response, run.path, run.points.s) if served and not long else None
+        names += save_figures(figures(run, traces, drawn, beside, machine), place, wanted)
         if library.available():
-            own_first = {each.points.method: each.response for each in reversed(served)}
             names.append(REPORT)
-            write_report(html.page(run, record or {}, [trace.result for trace in traces], own_first), place / REPORT)
+            write_report(html.page(run, record or {}, drawn, [trace.result for trace in traces]), place / REPORT)
     names.append(RECORD)
     write_record({**(record or {}), "files": names}, place / RECORD)
     return names
+
+
+def missing(figure_formats: Iterable[str]) -> list[str]:
+    """A sentence for each page and picture that is wanted and cannot be drawn here: which extra brings it."""
+    from splinefeed.report import library, saving
+
+    wanted = tuple(figure_formats)
+    page = [] if library.available() or not wanted else [f"no {REPORT}: it needs Plotly, {saving.EXTRA}"]
+    return page + saving.missing(wanted)
 
 
 def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: Task, run: Run) -> None:
@@ -152,7 +169,7 @@ def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: 
         from splinefeed.report import html
 
         numbers = {**run.numbers(), "name": f"{run.path.name}, run {task.index}", "settings": task.settings}
-        write_report(html.page(run, numbers), place / REPORT)
+        write_report(html.page(run, numbers, of_run(run)), place / REPORT)
 
 
 def write_report(page: str, file: File) -> None:
@@ -161,23 +178,13 @@ def write_report(page: str, file: File) -> None:
         temporary.write_text(page, encoding="utf-8")
 
 
-def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File) -> list[str]:
-    """Write each figure in every format, and give the names of the files."""
-    names = []
-    for name, figure in drawn:
-        for suffix in FIGURE_FORMATS:
-            names.append(f"{name}.{suffix}")
-            save_figure(figure, folder / names[-1])
-    return names
-
-
 def servo_figures(
     responses: Mapping[str, Response], name: str, machine: str, beside: Deviation | None = None
 ) -> Iterator[tuple[str, Figure]]:
-    """Name and figure of what the axes of a machine did, one at a time; `responses` by what led to them."""
-    from splinefeed.report.servo_figures import contour_figure, errors_figure
+    """Name and figure of what the axes of a machine did; `responses` by what led to them."""
+    from splinefeed.report.path_figures import contour_figure
+    from splinefeed.report.servo_figures import errors_figure
 
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     yield "errors", errors_figure(responses, name, machine)
     if beside is not None:
         yield "contour", contour_figure(beside, name, machine)
@@ -190,10 +197,9 @@ def tune_names(axes: Iterable[str]) -> tuple[str, ...]:
 
 
 def tune_figures(axes: Sequence[TunedAxis], machine: str) -> Iterator[tuple[str, Figure]]:
-    """Name and figure of tuned axes, one at a time: a Bode plot of each, and the steps of all."""
-    from splinefeed.report.bode import bode_figure, step_figure
+    """Name and figure of tuned axes: a Bode plot of each, and the steps of all."""
+    from splinefeed.report.servo_figures import bode_figure, step_figure
 
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     for tuned in axes:
         yield _bode_name(tuned.axis.name), bode_figure(tuned, machine)
     yield "step", step_figure(axes, machine)
@@ -202,14 +208,6 @@ def tune_figures(axes: Sequence[TunedAxis], machine: str) -> Iterator[tuple[str,
 def _bode_name(axis: str) -> str:
     """The name of an axis's figure; of an axis with a strange name only what is harmless in a file's name."""
     return f"bode-{re.sub(r'[^A-Za-z0-9_-]', '-', axis)[:32]}"
-
-
-def feed_curve(tuning: FeedTuning, name: str, machine: str) -> Iterator[tuple[str, Figure]]:
-    """Name and figure of a search for the highest feed."""
-    from splinefeed.report.feed_curve import feed_curve_figure
-
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    yield "feed-curve", feed_curve_figure(tuning, name, machine)
 
 
 def write_record(page: Mapping[str, Any], file: File) -> None:

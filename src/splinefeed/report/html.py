@@ -11,12 +11,11 @@ from typing import Any
 
 from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
-from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, Response, unit_along
-from splinefeed.report import library, plotly_figures, plotly_path
-from splinefeed.report.drawing import short
-from splinefeed.report.limits_figure import words_of
+from splinefeed.records import ROTARY_AXES, unit_along
+from splinefeed.report import interactive, library
+from splinefeed.report.figure import Figure
+from splinefeed.report.theme import limit_words, short
 
 _UNITS = {
     "feed": "mm/s", "acceleration": "mm/s²", "deceleration": "mm/s²", "jerk": "mm/s³", "chord_error": "mm",
@@ -26,35 +25,24 @@ _UNITS = {
 
 
 def page(
-    run: Run,
-    record: Mapping[str, Any],
-    results: Sequence[MethodResult] = (),
-    responses: Mapping[str, Response] | None = None,
+    run: Run, record: Mapping[str, Any], figures: Mapping[str, Figure], results: Sequence[MethodResult] = ()
 ) -> str:
     """The report of a run as the text of one HTML file.
 
-    record     the page of numbers, as `run.json` has it; responses  what a machine did, by method, the run's own first
+    record  the page of numbers, as `run.json` has it; figures  by name, `figures.of_run` makes them: those with a place
+    on the page are drawn
 
     Raises InputError where Plotly is not installed.
     """
-    followed = dict(responses or {})
-    own = next(iter(followed.values()), None)
-    path, colours, space = plotly_path.path(run, own)
-    figures = {"path": path, "motion": plotly_figures.motion(run)}
-    sections = []
-    if followed and own is not None:
-        figures["errors"] = plotly_figures.errors(followed)
-        sections.append(_section("Errors of the axes", "errors", "errors of the axes over time"))
-        if not isinstance(run, LongRun):  # a spectrum needs every tick
-            figures["spectra"] = plotly_figures.spectra(own)
-            sections.append(_section("Spectra of the tracking errors", "spectra", "amplitude over frequency"))
-    if run.use.names:
-        figures["binding"] = plotly_figures.binding(run)
-        sections.append(_section("Which limit binds", "binding", "the share of each limit over time"))
+    shown = {name: figure for name, figure in figures.items() if name in ("path", "motion", *SECTIONS)}
+    sections = [_section(name, *SECTIONS[name]) for name in SECTIONS if name in shown]
     if results:
         sections.append(_methods(results, unit_along(run.path.axes)))
     parts = {name: resources.files("splinefeed.report").joinpath("page", name) for name in _PARTS}
-    data = json.dumps({"figures": figures, "colours": colours, "space": space}, separators=(",", ":"), allow_nan=False)
+    colours = interactive.colours_of(figures["path"])
+    plain = {name: interactive.to_plain(figure) for name, figure in shown.items()}
+    told = {"figures": plain, "colours": colours, "space": interactive.in_space(figures["path"])}
+    data = json.dumps(told, separators=(",", ":"), allow_nan=False)
     return Template(parts["page.html"].read_text(encoding="utf-8")).substitute(
         title=_text(record.get("name", run.path.name)),
         subtitle=_text(_subtitle(run)),
@@ -76,6 +64,12 @@ def page(
     )
 
 
+#: Figures below those of path and motion: title, and what a screen reader says.
+SECTIONS = {
+    "errors": ("Errors of the axes", "errors of the axes over time"),
+    "spectra": ("Spectra of the following errors", "amplitude over frequency"),
+    "limits": ("Which limit binds", "feed, maximum velocity and the share of each limit over time"),
+}
 _PARTS = ("page.html", "page.css", "dress.js", "page.js")
 
 
@@ -95,7 +89,7 @@ def _subtitle(run: Run) -> str:
 def _verdict(run: Run, record: Mapping[str, Any]) -> str:
     if record.get("ok", run.ok):
         return f"Checked: every limit holds, in {run.law.duration:.6g} s."
-    over = [words_of(name) for name, each in run.verdict.limits.items() if not each.holds]
+    over = [limit_words(name) for name, each in run.verdict.limits.items() if not each.holds]
     return f"Not kept: {', '.join(over) if over else 'see the problems below'}."
 
 
@@ -107,7 +101,7 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         cards.append(("lower bound", f"{bound:.6g} s", gap))
     worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
     if worst is not None:
-        cards.append(("largest share", f"{100.0 * worst[1].share:.4g} %", words_of(worst[0])))
+        cards.append(("largest share", f"{100.0 * worst[1].share:.4g} %", limit_words(worst[0])))
     cards += [
         ("feed ripple", f"{run.ripple.max:.2g}", f"rounding alone {run.ripple.floor:.2g}"),
         ("end error", _length(run.end_error_mm, unit_along(run.path.axes)), ""),
@@ -151,7 +145,7 @@ def _limits(run: Run) -> str:
         width = min(100.0 * each["share"], 100.0)
         part = bound.get(name, 0.0)
         rows.append(
-            f"<tr><td>{_text(words_of(name))}</td>"
+            f"<tr><td>{_text(limit_words(name))}</td>"
             f'<td class="{state}">{"holds" if each["ok"] else "OVER"}</td><td>{100.0 * each["share"]:.4f} %</td>'
             f'<td class="share"><span class="{state}" style="width:{width:.2f}%"></span></td>'
             f"<td>{short(each['worst'])} {unit}</td><td>{short(each['limit'])} {unit}</td>"
@@ -167,15 +161,15 @@ def _methods(results: Sequence[MethodResult], along: str) -> str:
     for r in results:
         rows.append(
             f"<tr><td>{_text(r.method)}</td><td>{r.ripple_max:.2g}</td><td>{r.ripple_rms:.2g}</td>"
-            f"<td>{r.drift_mm:+.2g} {unit}</td><td>{_length(r.chord_error_mm)}</td><td>{r.ns_per_tick:.0f}</td></tr>"
+            f"<td>{r.drift_mm:+.2g} {unit}</td><td>{_length(r.chord_error_mm)}</td></tr>"
         )
-    names = ("method", "ripple max", "ripple rms", "drift at end", "chord error", "ns a tick")
+    names = ("method", "ripple max", "ripple rms", "drift at end", "chord error")
     head = "".join(f"<th>{name}</th>" for name in names)
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
     return f'<section><h2>Methods compared</h2><div class="scroll">{table}</div></section>'
 
 
-def _section(title: str, place: str, label: str) -> str:
+def _section(place: str, title: str, label: str) -> str:
     return (
         f'<section><h2>{_text(title)}</h2><div id="{place}" class="figure" role="img" '
         f'aria-label="{_text(label)}"></div></section>'

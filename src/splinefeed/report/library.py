@@ -4,10 +4,17 @@ from __future__ import annotations
 
 import base64
 import gzip
+import hashlib
+from contextlib import suppress
 from functools import lru_cache
-from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
+
+import platformdirs
 
 from splinefeed.errors import InputError
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.report.saving import EXTRA
 
 #: The library between these is wrapped in a function for other module systems, which browsers parse twice for it.
 _BEGIN, _END = '"use strict";var Plotly=', "window.Plotly = Plotly;"
@@ -15,22 +22,29 @@ _BEGIN, _END = '"use strict";var Plotly=', "window.Plotly = Plotly;"
 _EFFORT = 6
 
 
+def file() -> Path | None:
+    """The library as the package `plotly` brings it, found without importing that; None where it is not installed."""
+    spec = find_spec("plotly")
+    places = [] if spec is None else list(spec.submodule_search_locations or ())
+    found = [Path(place) / "package_data" / "plotly.min.js" for place in places]
+    return next((each for each in found if each.is_file()), None)
+
+
 def available() -> bool:
     """Whether Plotly, which pages are drawn with, is installed."""
-    try:
-        import plotly  # noqa: F401
-    except ImportError:
-        return False
-    return True
+    return file() is not None
+
+
+def _file() -> Path:
+    found = file()
+    if found is None:
+        raise InputError(f"report.html needs Plotly: {EXTRA}")
+    return found
 
 
 def script() -> str:
     """The library as a script that sets `window.Plotly`; InputError where Plotly is not installed."""
-    try:
-        place = resources.files("plotly").joinpath("package_data", "plotly.min.js")
-    except ModuleNotFoundError:
-        raise InputError("report.html needs Plotly: pip install 'splinefeed[report]'") from None
-    text = place.read_text(encoding="utf-8")
+    text = _file().read_text(encoding="utf-8")
     begin, end, licence = text.find(_BEGIN), text.rfind(_END), text.find("*/") + 2
     if not licence <= begin < end:  # a Plotly of another make is taken as it is
         return text
@@ -39,5 +53,22 @@ def script() -> str:
 
 @lru_cache(maxsize=1)
 def compressed() -> str:
-    """`script` through gzip, in base64, for pages that hold it themselves; page.js unpacks it."""
-    return base64.b64encode(gzip.compress(script().encode(), _EFFORT, mtime=0)).decode()
+    """`script` through gzip, in base64, for pages that hold it themselves; page.js unpacks it.
+
+    Compressing takes longer than all figures of a run, so the user's cache folder keeps what came out.
+    """
+    source = _file()
+    about = source.stat()
+    key = hashlib.sha256(f"{source} {about.st_size} {about.st_mtime_ns} {_EFFORT}".encode()).hexdigest()[:16]
+    kept = None
+    with suppress(OSError, ValueError, RuntimeError, KeyError):  # the latter two: no home folder is known
+        kept = platformdirs.user_cache_path("splinefeed", appauthor=False) / f"plotly-{key}.txt"
+        return kept.read_text(encoding="ascii")
+    text = base64.b64encode(gzip.compress(script().encode(), _EFFORT, mtime=0)).decode()
+    with suppress(OSError, InputError):
+        if kept is None:
+            return text
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_write(kept) as temporary:
+            temporary.write_text(text, encoding="ascii")
+    return text

@@ -1,177 +1,218 @@
-"""What the axes of a machine did: their errors over time, side by side for setpoints of several methods."""
+"""Figures of what the axes of a machine did: errors over time, their spectra, and how tuned axes answer."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 
-from splinefeed.analysis.thinning import cells
-from splinefeed.pipeline.deviation import Deviation
-from splinefeed.records import ROTARY_AXES, Array, BoolArray, Response
+from splinefeed.analysis.spectrum import tracking_spectra
+from splinefeed.analysis.thinning import extremes
+from splinefeed.pipeline.contour_feed import FeedTuning
+from splinefeed.records import ROTARY_AXES, Array, Response
 from splinefeed.report import theme
-from splinefeed.report.drawing import curve, finite_peak, short
+from splinefeed.report.figure import Axis, Dots, Figure, Level, Line, Mark, Panel, peak
+from splinefeed.report.motion_figures import TIME, thin
+from splinefeed.simulation.curves import TunedAxis
+from splinefeed.simulation.linear import ComplexArray, Margins
 
-#: Lengths below this, mm, are written in micrometres.
-MICROMETRES_BELOW = 1.0
-#: Points of the true path in its picture, and the share of it that the largest error is enlarged to.
-PATH_POINTS = 3000
-ENLARGED_TO = 0.12
-#: Room for one panel more, inches.
-PANEL = (3.3, 1.55)
-
-
-@dataclass(frozen=True, eq=False)
-class _Row:
-    """One quantity of all responses: its label with the unit, and what its values are multiplied by."""
-
-    label: str
-    unit: str
-    values: tuple[Array, ...]
-    saturated: tuple[BoolArray | None, ...]
+#: Lines of a spectrum at most.
+LINES = 2000
+#: Decibels below the largest value that are shown of a loop, and degrees of its phase.
+DEPTH = 60.0
+PHASES = (-300.0, -30.0)
 
 
-def errors_figure(responses: Mapping[str, Response], name: str, machine: str) -> Figure:
-    """Tracking error of each axis and the contour error over time, one column a response, one scale a row.
+def errors_figure(responses: Mapping[str, Response], name: str = "", machine: str = "") -> Figure:
+    """Contour error and the following error of each axis over time, one colour a method (fig. 5 of the paper).
 
-    Where the output of an axis is at its limit the foot of its panel is marked. Fig. 5 of the paper.
+    Where the output of an axis is at its limit that is marked; the notes tell of the first method.
     """
-    shown = list(responses.values())
-    rows = _rows(shown)
-    columns = len(shown)
-    title = f"{theme.words(name)} on {theme.words(machine)}: errors over time"
-    with theme.applied():
-        width = max(PANEL[0] * columns + 1.0, 6.4)
-        titled = 2 if columns > 1 else 1
-        figure = theme.new_figure(
-            width, PANEL[1] * len(rows) + 1.1, title, gaps=(0.16, 0.34), grid=(len(rows), columns), titles=titled
+    first = next(iter(responses.values()))
+    panels = []
+    if first.contour_error is not None:
+        shown = {key: each.contour_error for key, each in responses.items() if each.contour_error is not None}
+        panels.append(_errors(responses, {key: 1e3 * each for key, each in shown.items()}, "contour error", "µm", None))
+    for column, axis in enumerate(first.axes):
+        factor, unit = (180.0 / np.pi, "°") if axis in ROTARY_AXES else (1e3, "µm")
+        values = {key: factor * each.tracking_error[:, column] for key, each in responses.items()}
+        panels.append(_errors(responses, values, f"{theme.words(axis, 12)} following error", unit, column))
+    title = f"{theme.words(name)} on {theme.words(machine)}: errors over time" if name else "errors over time"
+    return Figure(title, tuple(panels), legend=True)
+
+
+def _errors(
+    responses: Mapping[str, Response], values: Mapping[str, Array], label: str, unit: str, column: int | None
+) -> Panel:
+    """One error of all methods over time."""
+    marks: list[Mark] = [
+        thin(responses[method].t, each, theme.words(method, 30), theme.colour(k), named=len(values) > 1)
+        for k, (method, each) in enumerate(values.items())
+    ]
+    own = next(iter(responses.values()))
+    (at, most), *others = (peak(each) for each in values.values())
+    note = f"at most {theme.short(most)} {unit} at {theme.short(float(own.t[at]))} s" if most > 0.0 else "none"
+    note += f"; {', '.join(theme.short(each) for _, each in others)}" if others else ""
+    if column is not None and own.saturated[:, column].any():
+        at_limit = np.where(own.saturated[:, column], 0.0, np.nan)
+        marks.append(Line(own.t, at_limit, "output at its limit", theme.VERMILION, 4.0, named=True))
+    if own.stopped is not None and len(own):
+        marks.append(Level(float(own.t[-1]), "stopped", upright=True, always=True))
+    return Panel(TIME, Axis(f"{label} ({unit})"), tuple(marks), note=note)
+
+
+def spectra_figure(response: Response) -> Figure:
+    """Amplitude spectra of the following errors, both scales logarithmic."""
+    lines = []
+    for k, (axis, found) in enumerate(tracking_spectra(response).items()):
+        kept = extremes(found.amplitude[1:], LINES // 2) + 1
+        factor, unit = (180.0 / np.pi, "°") if axis in ROTARY_AXES else (1e3, "µm")
+        amplitude = np.maximum(factor * found.amplitude[kept], 1e-12)
+        lines.append(Line(found.frequency[kept], amplitude, f"{axis} ({unit})", theme.colour(k), named=True))
+    panel = Panel(Axis("frequency (Hz)", log=True), Axis("amplitude", log=True), tuple(lines), height=260)
+    return Figure("spectra of the following errors", (panel,), legend=True)
+
+
+def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
+    """Gain and phase of the opened loop with gain and phase margin, and gain of the closed loop with its bandwidth."""
+    old, new, after = tuned.old, tuned.new, tuned.margins
+    gain: list[Mark] = []
+    phase: list[Mark] = []
+    closed: list[Mark] = []
+    for curves, loop, (name, colour, dash) in ((old, tuned.before, _OLD), (new, after, _NEW)):
+        label = name if loop.stable else f"{name}: unstable"
+        gain.append(Line(curves.frequency, _decibels(curves.loop), label, colour, dash=dash, named=True))
+        phase.append(Line(curves.frequency, _phase(curves.loop), label, colour, dash=dash))
+        if loop.stable:  # an unstable loop has no response to show
+            closed.append(Line(curves.frequency, _decibels(curves.closed), label, colour, dash=dash))
+    if tuned.identified is not None:
+        at, value = tuned.identified.frequency, tuned.identified.value
+        gain.append(Dots(at, _decibels(value), "measured by sines", colour=theme.INK, size=3.5, named=True))
+        phase.append(Dots(at, _phase(value), "measured by sines", colour=theme.INK, size=3.5))
+    top = float(np.max(_decibels(new.loop)))
+    most = max((float(np.max(mark.y)) for mark in closed if isinstance(mark, Line)), default=0.0)
+    _mark_margins(gain, phase, after)
+    if np.isfinite(after.bandwidth):
+        closed.append(_dot(after.bandwidth, -3.01, f"bandwidth {theme.short(after.bandwidth)} Hz"))
+    low, high = float(new.frequency[0]), float(new.frequency[-1])
+    frequency = Axis("frequency (Hz); the loop ends at half the servo rate", low, high, log=True)
+    rows = (
+        ("loop gain (dB)", gain, 0.0, max(top - 2.0 * DEPTH, -DEPTH), min(top, 2.0 * DEPTH) + 3.0),
+        ("loop phase (°)", phase, -180.0, *PHASES),
+        ("closed loop (dB)", closed, -3.0, -DEPTH / 2.0, min(max(most + 3.0, 6.0), 30.0)),
+    )
+    panels = tuple(
+        Panel(
+            frequency,
+            Axis(label, bottom, upper),
+            (*marks, Level(level, colour=theme.FAINT, always=True)),
+            height=190,
         )
-        grid = figure.subplots(len(rows), columns, sharex=True, sharey="row", squeeze=False)
-        panel = (width - theme.LEFT - theme.RIGHT - 0.16 * (columns - 1)) / columns
-        for i, row in enumerate(rows):
-            for j, (method, response) in enumerate(responses.items()):
-                ax = grid[i, j]
-                _panel(ax, response, row.values[j], row.saturated[j], row.unit)
-                if i == 0 and columns > 1:
-                    ax.set_title(f"{theme.words(method, 30)}\n{ax.get_title(loc='left')}", fontsize=9.5)
-            grid[i, 0].set_ylabel(f"{row.label} ({row.unit})")
-            grid[i, 0].yaxis.set_label_coords(-theme.LABEL_AT / panel, 0.5)
-        for ax in grid[-1]:
-            ax.set_xlabel("time (s)")
-            ax.locator_params(axis="x", nbins=6)
-            theme.plain_ticks(ax.xaxis)
-        return figure
+        for label, marks, level, bottom, upper in rows
+    )
+    axis = theme.words(tuned.axis.name, 12)
+    return Figure(f"{theme.words(machine)}, axis {axis}: {tuned.rule}\n{_margin_words(after)}", panels)
 
 
-def _rows(responses: list[Response]) -> list[_Row]:
-    """The axes, then the contour error where every response has one."""
-    rows = []
-    for column, axis in enumerate(responses[0].axes):
-        errors = [response.tracking_error[:, column] for response in responses]
-        saturated = tuple(response.saturated[:, column] for response in responses)
-        rows.append(_row(f"{theme.words(axis, 12)} error", errors, saturated, axis in ROTARY_AXES))
-    contours = [response.contour_error for response in responses]
-    if all(each is not None for each in contours):
-        found = [np.asarray(each) for each in contours]
-        rows.append(_row("contour error", found, (None,) * len(found), rotary=False))
-    return rows
+_OLD, _NEW = ("old gains", theme.FAINT, True), ("new gains", theme.BLUE, False)
 
 
-def _row(label: str, values: list[Array], saturated: tuple[BoolArray | None, ...], rotary: bool) -> _Row:
-    """Values in degrees, micrometres or millimetres, whichever suits the largest."""
-    if rotary:
-        return _Row(label, "°", tuple(np.rad2deg(each) for each in values), saturated)
-    small = max(finite_peak(each)[1] for each in values) < MICROMETRES_BELOW
-    return _Row(label, "µm" if small else "mm", tuple((1e3 if small else 1.0) * each for each in values), saturated)
+def _mark_margins(gain: list[Mark], phase: list[Mark], margins: Margins) -> None:
+    """The gain margin as a line from the loop up to 0 dB, the phase margin as one from -180 degrees up to the loop."""
+    if np.isfinite(margins.gain_margin):
+        at, low = margins.gain_frequency, -margins.gain_margin_db
+        gain.append(_upright(at, low, 0.0, "gain margin"))
+        gain.append(_dot(at, low, f"gain margin at {theme.short(at)} Hz"))
+        phase.append(Level(at, upright=True, always=True))
+    if np.isfinite(margins.phase_margin):
+        at, angle = margins.phase_frequency, -180.0 + margins.phase_margin
+        phase.append(_upright(at, -180.0, angle, "phase margin"))
+        phase.append(_dot(at, angle, f"phase margin at {theme.short(at)} Hz"))
+        gain.append(Level(at, upright=True, always=True))
 
 
-def _panel(ax: Axes, response: Response, values: Array, saturated: BoolArray | None, unit: str) -> None:
-    """One error over time, its largest marked and said, and the place where the axis was stopped."""
-    t = response.t
-    at, peak = finite_peak(values)
-    curve(ax, t, values, linewidth=1.0)
-    ax.axhline(0.0, color=theme.FAINT, linewidth=0.6)
-    ax.margins(x=0.01, y=0.1)
-    ax.locator_params(axis="y", nbins=5)
-    theme.plain_ticks(ax.yaxis)
-    ax.set_title(f"at most {short(peak)} {unit} at {short(float(t[at]))} s" if peak > 0.0 else "none", fontsize=9.0)
-    if peak > 0.0:
-        ax.plot(t[at], values[at], "o", color=theme.VERMILION, markersize=4)
-    if saturated is not None and saturated.any():
-        foot = np.where(saturated, 0.02, np.nan)
-        ax.plot(t, foot, color=theme.VERMILION, linewidth=3.0, transform=ax.get_xaxis_transform())
-        ax.annotate(
-            "red foot: output at its limit",
-            (0.995, 0.05),
-            xycoords="axes fraction",
-            ha="right",
-            color=theme.VERMILION,
-            fontsize=8.0,
+def _upright(x: float, low: float, high: float, name: str) -> Line:
+    return Line(np.array([x, x]), np.array([low, high]), name, theme.VERMILION, 2.4)
+
+
+def _dot(x: float, y: float, words: str) -> Dots:
+    return Dots(np.array([x]), np.array([y]), words=(words,))
+
+
+def _margin_words(margins: Margins) -> str:
+    if not margins.stable:
+        return margins.verdict
+    return (
+        f"gain margin {theme.short(margins.gain_margin)} ({margins.gain_margin_db:.1f} dB), phase margin "
+        f"{theme.short(margins.phase_margin)}°, delay margin {theme.short(1e3 * margins.delay_margin)} ms"
+    )
+
+
+def _decibels(values: ComplexArray) -> Array:
+    out: Array = 20.0 * np.log10(np.maximum(np.abs(values), 1e-12))
+    return out
+
+
+def _phase(values: ComplexArray) -> Array:
+    """Phase without jumps, deg, its start between -270 and 90."""
+    angle = np.degrees(np.unwrap(np.angle(values)))
+    out: Array = angle - 360.0 * np.round((angle[0] + 90.0) / 360.0)
+    return out
+
+
+def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
+    """What a small step does to each axis with its old and new gains, in its own unit; a panel an axis."""
+    panels = []
+    for tuned in axes:
+        factor, unit = (180.0 / np.pi, "°") if tuned.axis.rotary else (1e3, "µm")
+        marks: list[Mark] = []
+        for step, loop, (name, colour, dash) in zip(
+            tuned.steps, (tuned.before, tuned.margins), (_OLD, _NEW), strict=True
+        ):
+            state = "" if loop.stable else ": unstable"
+            label = f"{name}{state}{', stopped' if step.stopped else ''}"
+            marks.append(Line(1e3 * step.t, factor * step.position, label, colour, dash=dash, named=True))
+        size = factor * tuned.steps[1].size
+        marks.append(Level(size, "commanded", always=True))
+        worst = max(factor * float(np.max(np.abs(step.position), initial=0.0)) for step in tuned.steps)
+        axis, gap = theme.words(tuned.axis.name, 12), "" if tuned.axis.rotary else " "
+        y = Axis(
+            f"axis {axis}, step of {theme.short(size)}{gap}{unit} ({unit})",
+            -0.4 * size,
+            min(1.15 * max(worst, size), 2.5 * size),
         )
-    if response.stopped is not None:
-        ax.axvline(float(t[-1]), color=theme.VERMILION, linestyle=(0, (5, 3)), linewidth=1.0)
-        ax.annotate(
-            "stopped",
-            (float(t[-1]), 0.9),
-            xycoords=("data", "axes fraction"),
-            xytext=(-3, 0),
-            textcoords="offset points",
-            ha="right",
-            color=theme.VERMILION,
-            fontsize=8.5,
-        )
+        panels.append(Panel(Axis("time after the step (ms)"), y, tuple(marks), height=170))
+    title = f"{theme.words(machine)}: a small step, on the full model with friction, counts and codes"
+    return Figure(title, tuple(panels), legend=True)
 
 
-def contour_figure(deviation: Deviation, name: str, machine: str) -> Figure:
-    """Where the machine was beside the true path, its distance from the path enlarged and as colour."""
-    path, error = deviation.path, deviation.error
-    s = np.linspace(0.0, path.length, PATH_POINTS)
-    true = path(s)[:, :2]
-    size = float(np.max(np.ptp(true, axis=0)))
-    largest = float(np.max(error, initial=0.0))
-    enlarged = _enlargement(size, largest)
-    unit, factor = ("µm", 1e3) if largest < MICROMETRES_BELOW else ("mm", 1.0)
-    with theme.applied():
-        title = (
-            f"{theme.words(name)} on {theme.words(machine)}: contour error at most {short(factor * largest)} {unit}\n"
-            f"the distance from the path is drawn {enlarged:g} times as large"
-        )
-        shape = np.ptp(np.vstack([true, deviation.foot + enlarged * deviation.offset]), axis=0)
-        aspect = float(np.clip(shape[1] / shape[0] if shape[0] > 0.0 else 1.0, 0.25, 1.0))
-        figure = theme.new_figure(7.6, 6.1 * aspect + 1.6, title, right=1.25)
-        ax = figure.add_subplot()
-        ax.plot(true[:, 0], true[:, 1], color=theme.FAINT, linewidth=1.0)
-        drawn = deviation.foot + enlarged * deviation.offset
-        kept = cells(drawn)
-        thin, colours = drawn[kept], factor * error[kept]
-        lines = LineCollection(
-            list(np.stack([thin[:-1], thin[1:]], axis=1)), linewidths=1.8, cmap=theme.feed_colours(), capstyle="round"
-        )
-        lines.set_array(0.5 * (colours[:-1] + colours[1:]))
-        lines.set_clim(0.0, factor * largest if largest > 0.0 else 1.0)
-        ax.add_collection(lines)
-        at = int(np.argmax(error)) if len(error) else 0
-        ax.plot(*drawn[at], "o", color=theme.VERMILION, markersize=5)
-        ax.margins(0.06)
-        ax.set_aspect("equal", adjustable="datalim")
-        for axis, label in ((ax.xaxis, path.axes[0]), (ax.yaxis, path.axes[1])):
-            axis.set_label_text(f"{theme.words(label, 12)} (mm)")
-            theme.plain_ticks(axis)
-        box = ax.get_position()
-        bar = figure.add_axes((1.0 - 1.02 / 7.6, box.y0, 0.16 / 7.6, box.height))
-        theme.plain_ticks(figure.colorbar(lines, cax=bar, label=f"contour error ({unit})").ax.yaxis)
-        return figure
-
-
-def _enlargement(size: float, largest: float) -> float:
-    """A round number that makes the largest error some ENLARGED_TO of the picture, at least 1."""
-    if largest <= 0.0:
-        return 1.0
-    wanted = ENLARGED_TO * size / largest
-    power = 10.0 ** math.floor(math.log10(max(wanted, 1.0)))
-    return max(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= max(wanted, 1.0)), 1.0)
+def feed_curve_figure(tuning: FeedTuning, name: str, machine: str) -> Figure:
+    """Every trial: its contour error over its top feed, and its time over its contour error; the best one marked."""
+    sound = [trial for trial in tuning.trials if trial.stopped is None]
+    feed = np.array([trial.feed for trial in sound])
+    error = 1e3 * np.array([trial.error for trial in sound])
+    time = np.array([trial.duration for trial in sound])
+    tolerance, best = 1e3 * tuning.tolerance, tuning.best
+    title = f"{theme.words(name)} on {theme.words(machine)}: contour error by feed"
+    if best is not None:
+        title += f"\nwithin {theme.short(tolerance)} µm: top feed {theme.short(best.feed)} mm/s, "
+        title += f"{theme.short(best.duration)} s"
+    else:
+        title += f"\nnone of these feeds keeps {theme.short(tolerance)} µm"
+    words = f"tolerance {theme.short(tolerance)} µm"
+    panels = []
+    for x, y, labels, upright in (
+        (feed, error, ("top feed (mm/s)", "largest contour error (µm)"), False),
+        (error, time, ("largest contour error (µm)", "time of the motion (s)"), True),
+    ):
+        order = np.argsort(x)
+        marks: list[Mark] = [
+            Line(x[order], y[order]),
+            Dots(x, y, colour=theme.BLUE, size=5.0),
+            Level(tolerance, words, upright=upright, always=True),
+        ]
+        if best is not None:
+            at = (1e3 * best.error, best.duration) if upright else (best.feed, 1e3 * best.error)
+            marks.append(Dots(np.array([at[0]]), np.array([at[1]]), size=9.0))
+        panels.append(Panel(Axis(labels[0], log=True), Axis(labels[1], log=True), tuple(marks), height=260))
+    return Figure(title, tuple(panels), columns=2, width=860)

@@ -94,7 +94,8 @@ def swept_sine(
         volts = bias + amplitude * np.sin(angle)
         memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
         position, measured = np.empty(len(k)), np.empty(len(k))
-        servo.run_open(volts, table, numbers, memory, scratch, position, measured)
+        run_open = servo.run_open.for_work(len(k))
+        run_open(volts, table, numbers, memory, scratch, position, measured)
         columns = np.column_stack([np.sin(angle), np.cos(angle), np.ones(len(k)), k / ticks])[settle:]
         sine, cosine = np.linalg.lstsq(columns, measured[settle:], rcond=None)[0][:2]
         values[i] = (sine + 1j * cosine) / amplitude
@@ -179,7 +180,8 @@ def _swing(axis: Axis, period: float, volts: float, hysteresis: float, sub_steps
     while ticks <= LONGEST:
         memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
         measured, output = np.empty(ticks), np.empty(ticks)
-        servo.run_relay(volts, hysteresis, table, numbers, memory, scratch, measured, output)
+        run_relay = servo.run_relay.for_work(ticks)
+        run_relay(volts, hysteresis, table, numbers, memory, scratch, measured, output)
         rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0)) + 1
         if len(rises) > SWINGS and np.ptp(measured) > 0.0:
             return float(rises[-1] - rises[-1 - MEASURED_SWINGS]) * period / MEASURED_SWINGS

@@ -43,7 +43,8 @@ def make(what: str, form: str | None, settings: Mapping[str, Any], bench: Bench,
     elif what == "report":
         file = place / files.REPORT
         responses = {} if served is None else {run.points.method: served.response}
-        files.write_report(html.page(run, results.numbers(wanted, run, served), (), responses), file)
+        drawn = files.of_run(run, responses, results.machine_name(wanted) or "")
+        files.write_report(html.page(run, results.numbers(wanted, run, served), drawn), file)
     elif what == "numbers":
         file = place / files.RECORD
         page = results.numbers(wanted, run, served)

@@ -12,9 +12,12 @@ from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
 from splinefeed.pipeline.experiment import Served, servo_numbers
 from splinefeed.pipeline.run import Run
-from splinefeed.report import plotly_figures, plotly_path
-from splinefeed.report.limits_figure import words_of
+from splinefeed.report import interactive
+from splinefeed.report.motion_figures import motion_figure
+from splinefeed.report.path_figures import limits_figure, path_figure
 from splinefeed.report.record import record
+from splinefeed.report.servo_figures import errors_figure, spectra_figure
+from splinefeed.report.theme import limit_words
 from splinefeed.studio.settings import Wanted
 from splinefeed.studio.sources import MOST_EDITED
 
@@ -46,18 +49,19 @@ def result(wanted: Wanted, run: Run, served: Served | None, look: Mapping[str, A
     """All that a page shows of a run; look: only what shows now, the `figure` and the `colour` of the path."""
     response = None if served is None else served.response
     seen = None if look is None else look.get("figure")
-    picture, colours, space = plotly_path.path(run, response, None if look is None else str(look.get("colour")))
-    figures = {"motion": plotly_figures.motion(run)} if look is None or seen == "motion" else {}
+    path = path_figure(run, response, None if look is None else str(look.get("colour")))
+    figures = {"motion": motion_figure(run)} if look is None or seen == "motion" else {}
     if run.use.names and (look is None or seen == "binding"):
-        figures["binding"] = plotly_figures.binding(run)
+        figures["binding"] = limits_figure(run.use, run.points, run.path.name)
     if served is not None and len(served.response):
-        figures["errors"] = plotly_figures.errors({run.points.method: served.response})
-        figures["spectra"] = plotly_figures.spectra(served.response)
+        figures["errors"] = errors_figure({run.points.method: served.response})
+        figures["spectra"] = spectra_figure(served.response)
+    picture = interactive.to_plain(path)
     return {
         "numbers": numbers(wanted, run, served),
-        "words": {name: words_of(name) for name in run.verdict.limits},
-        "figures": figures,
-        "path": {"data": picture["data"], "layout": picture["layout"], "colours": colours, "space": space},
+        "words": {name: limit_words(name) for name in run.verdict.limits},
+        "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
+        "path": {**picture, "colours": interactive.colours_of(path), "space": interactive.in_space(path)},
         "curves": curves(run),
         "axes": list(run.path.axes),
     }

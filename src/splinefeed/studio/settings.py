@@ -12,7 +12,7 @@ from typing import Any
 
 from splinefeed import units
 from splinefeed.errors import CurveError, InputError, SplinefeedError
-from splinefeed.feed.planning import STRATEGIES
+from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry as methods
@@ -22,13 +22,13 @@ from splinefeed.pipeline.run import PAPER_PERIOD
 from splinefeed.records import BY_AXIS, Limits
 from splinefeed.studio import sources
 
-#: All that settings may say, with what holds where they are silent.
+#: All that settings may say, with what holds where they are silent; without a strategy the limits choose it.
 USUAL: dict[str, Any] = {
     "source": {"shape": "butterfly"},
     "tangential": False,
     "smooth": "",
     "limits": {"feed": "60", "axis_acceleration": "500", "axis_jerk": "20000"},
-    "strategy": "look-ahead",
+    "strategy": None,
     "method": methods.DEFAULT_METHOD,
     "corrections": 1,
     "period": "1 ms",
@@ -53,6 +53,7 @@ class Wanted:
     """Settings made into what `run` takes.
 
     asked  the settings, complete; notes  what was assumed, one sentence each; origin  where the path came from
+    strategy  the one that plans, chosen by the limits where none is named
     """
 
     asked: Mapping[str, Any]
@@ -82,7 +83,13 @@ def complete(asked: object) -> dict[str, Any]:
             hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(USUAL)}"
             raise SettingsError({"": f"{str(name)[:40]!r} is no setting; {hint}"})
     settings = {**USUAL, **asked}
-    kinds = {"source": Mapping, "tangential": bool, "limits": Mapping, "strategy": str, "method": str}
+    kinds: dict[str, Any] = {
+        "source": Mapping,
+        "tangential": bool,
+        "limits": Mapping,
+        "strategy": str | None,
+        "method": str,
+    }
     for name, kind in kinds.items():
         if not isinstance(settings[name], kind):
             raise SettingsError({name: f"is {str(settings[name])[:40]!r}, which is of the wrong kind"})
@@ -100,7 +107,7 @@ def resolve(asked: object, folder: File) -> Wanted:
     settings = complete(asked)
     problems: dict[str, str] = {}
     strategy, method = settings["strategy"], settings["method"]
-    if strategy not in STRATEGIES:
+    if strategy is not None and strategy not in STRATEGIES:
         problems["strategy"] = f"{strategy[:40]!r} is not known; there are {', '.join(STRATEGIES)}"
     if method not in methods.methods():
         problems["method"] = f"{method[:40]!r} is not known; there are {', '.join(methods.methods())}"
@@ -115,6 +122,10 @@ def resolve(asked: object, folder: File) -> Wanted:
     limits = _limits(settings["limits"], path, table, problems, notes)
     if problems or limits is None:
         raise SettingsError(problems)
+    try:
+        strategy = strategy_for(limits, strategy)
+    except SplinefeedError as error:
+        raise SettingsError({"strategy": str(error)}) from error
     return Wanted(
         asked=settings,
         path=path,

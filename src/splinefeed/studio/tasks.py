@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.look_ahead_window import STRATEGY as LOOK_AHEAD
+from splinefeed.feed.time_optimal import STRATEGY as TIME_OPTIMAL
 from splinefeed.pipeline.experiment import Served, serve
-from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, TIME_OPTIMAL, Run, run
+from splinefeed.pipeline.run import PAPER_LIMITS, Run, run
 from splinefeed.studio import results, sources
 from splinefeed.studio.settings import SettingsError, Wanted, complete, field_of, key_of, resolve
 
@@ -73,21 +74,21 @@ class Bench:
 
 
 def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """A run at once: by the strategy that is asked, or by `look-ahead` in its place where that takes its time.
+    """A run at once: by the strategy of the settings, or by `look-ahead` in its place where that takes its time.
 
     `final` says whether there is nothing to add: another strategy, or a machine to follow. A request that looks at one
     figure, `look`, gets no other, and the history does not hear of it.
     """
     settings = complete(request.get("settings"))
-    final = settings["strategy"] != TIME_OPTIMAL and not settings["machine"]
-    quick = {**settings, "strategy": LOOK_AHEAD} if settings["strategy"] == TIME_OPTIMAL else settings
-    wanted = resolve(quick, bench.uploads)
+    wanted = resolve(settings, bench.uploads)
+    final = wanted.strategy != TIME_OPTIMAL and wanted.table is None
+    quick = {**settings, "strategy": LOOK_AHEAD} if wanted.strategy == TIME_OPTIMAL else settings
     if len(wanted.path.curves) > MOST_WHILE_MOVING:
         return {"final": False, "shown": None}
     wanted, made, _ = bench.done(quick, follow=False)
     look = request.get("look")
     found = results.result(wanted, made, None, look if isinstance(look, Mapping) else None)
-    out = {"final": final, "shown": quick["strategy"], "result": found}
+    out = {"final": final, "shown": wanted.strategy, "result": found}
     return {**out, "entry": results.entry(wanted, found["numbers"], made)} if final and not look else out
 
 
@@ -151,11 +152,11 @@ def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
         for _ in range(2):
             motion.take(8, 1.0)
         return {}
-    wanted, made, _ = bench.done(usual)
+    wanted, made, _ = bench.done({**usual, "strategy": LOOK_AHEAD})
     results.result(wanted, made, None)
-    bench.done({**usual, "strategy": DEFAULT_STRATEGY, "limits": PAPER_LIMITS.as_dict()})
+    bench.done({**usual, "limits": PAPER_LIMITS.as_dict()})
     if request.get("all"):
-        wanted, made, served = bench.done({**usual, "strategy": TIME_OPTIMAL, "machine": {"name": "xytheta"}})
+        wanted, made, served = bench.done({**usual, "machine": {"name": "xytheta"}})
         results.result(wanted, made, served)
     return {}
 

@@ -12,7 +12,8 @@ from splinefeed.machine import writing
 from splinefeed.pipeline.experiment import serve
 from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
 from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
-from splinefeed.report import plotly_figures, plotly_tuning
+from splinefeed.report import interactive
+from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.studio import sources
 from splinefeed.studio.settings import SettingsError, Wanted
 
@@ -42,9 +43,9 @@ def tuned(settings: Mapping[str, Any], how: Mapping[str, Any], bench: Bench) -> 
         raise SettingsError({"": sources.words(error, bench.uploads)}) from error
     bench.say("drawing")
     old, new = before.tally.numbers(), after.tally.numbers()
-    figures = {"tuning": plotly_tuning.steps(found.curves())}
+    figures = {"tuning": step_figure(found.curves(), wanted.table.name)}
     if len(before.response) and len(after.response):
-        figures["errors"] = plotly_figures.errors({"old gains": before.response, "new gains": after.response})
+        figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
     page = {
         **found.page,
         "contour_error_max_before_mm": old.get("contour_error_max_mm"),
@@ -56,7 +57,7 @@ def tuned(settings: Mapping[str, Any], how: Mapping[str, Any], bench: Bench) -> 
     name = wanted.table.name if wanted.table.name.endswith("-tuned") else f"{wanted.table.name}-tuned"
     return {
         "numbers": plain(page),
-        "figures": figures,
+        "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
         "machine": {"name": name, "toml": writing.to_text(found.table)},
         "rule": how.get("rule"),
     }

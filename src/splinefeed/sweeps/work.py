@@ -20,7 +20,7 @@ from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.table import Table
 from splinefeed.pipeline.experiment import serve
 from splinefeed.pipeline.long_run import LongRun, run_any
-from splinefeed.pipeline.run import DEFAULT_STRATEGY, PAPER_LIMITS, PAPER_PERIOD, TIME_OPTIMAL, Run
+from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, Run
 from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
 
@@ -95,14 +95,10 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     table = _machine(settings)
     limits = _limits(settings, table, path)
     period = settings.get("period", PAPER_PERIOD)
-    beyond = set(limits.as_dict()) - _PLAIN_LIMITS
-    strategy = settings.get("strategy", TIME_OPTIMAL if beyond else DEFAULT_STRATEGY)
-    law = _law(task.source, tuple(limits.as_dict().items()), strategy, period)
+    law = _law(task.source, tuple(limits.as_dict().items()), settings.get("strategy"), period)
     method = settings.get("method", DEFAULT_METHOD)
     corrections = settings.get("corrections", 1)
-    run = run_any(
-        path, limits, law=law, period=period, strategy=strategy, method=method, corrections=corrections, table=table
-    )
+    run = run_any(path, limits, law=law, period=period, method=method, corrections=corrections, table=table)
     worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
     row: Row = {
         "status": DONE if run.ok else OVER,
@@ -138,11 +134,6 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     return row
 
 
-_PLAIN_LIMITS = {
-    "feed", "acceleration", "jerk", "deceleration", "deceleration_jerk", "start_feed", "end_feed",
-}  # fmt: skip
-
-
 @lru_cache(maxsize=16)
 def _path(source: str) -> Path:
     """The path of a source; a worker that meets it again has it at hand."""
@@ -150,7 +141,7 @@ def _path(source: str) -> Path:
 
 
 @lru_cache(maxsize=4)
-def _law(source: str, limits: tuple[tuple[str, float], ...], strategy: str, period: float) -> TimeLaw:
+def _law(source: str, limits: tuple[tuple[str, float], ...], strategy: str | None, period: float) -> TimeLaw:
     """The law of a motion; runs that differ in method or machine alone share it."""
     return plan(_path(source), Limits.from_dict(dict(limits)), strategy=strategy, period=period)
 

@@ -95,10 +95,9 @@ def test_both_read_the_same(file: Path, lines: list[str], repair: bool) -> None:
     agree(file, "\n".join(["N1 G1 F5", *lines]), repair)
 
 
-@pytest.mark.torture
-@pytest.mark.parametrize("seed", range(20))
-def test_both_read_the_same_ten_thousand_times(file: Path, seed: int) -> None:
-    rng = np.random.default_rng(seed)
+@pytest.mark.slow
+def test_both_read_the_same_five_thousand_times(file: Path) -> None:
+    rng = np.random.default_rng(1)
     letters = list("XYZABCUVWIJKRFPNGEMSTO/#xyz()[];%. -+0123456789\t\r\n\n") + [
         "G1 ",
         "G0 ",

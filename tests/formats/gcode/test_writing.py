@@ -63,6 +63,7 @@ def test_g5_2_keeps_every_plane_curve(tmp_path: Path, seed: int) -> None:
         assert np.max(np.abs(curve(u) - part(v))) < 1e-11 * scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("as_", ["g1", "arcs"])
 @pytest.mark.parametrize(
     ("shape", "tolerance"), [("butterfly", 0.05), ("naca", 1e-3), ("figure-eight", 0.01), ("ellipse", 3e-3)]

@@ -37,9 +37,9 @@ const dressedTrace = (trace) => {
 };
 
 // a colour bar across the top, where there is no room beside the figure
-const across = { orientation: "h", x: 0.5, xanchor: "center", y: 1, yanchor: "bottom", len: 1, thickness: 10 };
+const across = { orientation: "h", x: 0.5, xanchor: "center", y: 1, yanchor: "bottom", lenmode: "fraction", len: 1, thickness: 10 };
 const narrowTrace = (trace) => {
-  const own = (paint) => (paint?.colorbar ? { ...paint, colorbar: { ...paint.colorbar, ...across, title: { ...paint.colorbar.title, side: "top" } } } : paint);
+  const own = (paint) => (paint?.colorbar ? { ...paint, colorbar: { ...paint.colorbar, ...across, ypad: trace.type === "heatmap" ? 24 : 10, title: { ...paint.colorbar.title, side: "top" } } } : paint);
   return { ...own(trace), ...(trace.line ? { line: own(trace.line) } : {}), ...(trace.marker ? { marker: own(trace.marker) } : {}) };
 };
 
@@ -61,12 +61,14 @@ const dressedLayout = (layout, c) => {
 
 // a figure with less around it: for the width of a telephone
 const narrow = ({ data, layout }, width) => {
+  const heat = data.some((trace) => trace.type === "heatmap");
   const bar = data.some((trace) => trace.colorbar || trace.marker?.colorbar || trace.line?.colorbar);
-  const margin = { ...layout.margin, l: Math.min(layout.margin?.l ?? 62, 54), r: 14, ...(bar ? { t: 64 } : {}) };
+  const margin = { ...layout.margin, l: heat ? 124 : Math.min(layout.margin?.l ?? 62, 54), r: 14, ...(bar ? { t: heat ? 130 : 64 } : {}) };
   const out = { ...layout, margin };
-  if (data.some((trace) => trace.type === "heatmap")) {
-    out.yaxis = { ...layout.yaxis, automargin: true, tickfont: { size: 10.5 } };
-    out.height = layout.height + 40;
+  for (const { yaxis } of data.filter((trace) => trace.type === "heatmap")) { // room for the names of its rows
+    const key = yaxis.replace("y", "yaxis");
+    out[key] = { ...layout[key], tickfont: { size: 10.5 } };
+    out.height = layout.height + 100;
   }
   if (layout.scene || layout.yaxis?.scaleanchor) out.height = Math.round(0.95 * width);
   if (layout.scene) out.margin = { l: 4, r: 4, t: 64, b: 4 };

@@ -52,7 +52,7 @@ export class Settings {
   build(offer) {
     this.offer = offer;
     options($("shapes"), [["", "choose ..."], ...offer.shapes.map((each) => [each.example, `${each.name}: ${each.what}`])]);
-    options($("strategy"), offer.strategies.map((name) => [name, name]));
+    options($("strategy"), [["", "by the limits"], ...offer.strategies.map((name) => [name, name])]);
     options($("method"), offer.methods.map((each) => [each.name, each.name]));
     $("limits").replaceChildren(...LIMITS.map((limit) => this.row(limit)));
     $("more-limits").replaceChildren(...MORE.map((limit) => this.row(limit)));
@@ -66,7 +66,7 @@ export class Settings {
     });
     on("smooth", "change", (e) => { this.value.smooth = e.value.trim(); });
     on("tangential", "change", (e) => { this.value.tangential = e.checked; });
-    on("strategy", "change", (e) => { this.value.strategy = e.value; });
+    on("strategy", "change", (e) => { this.value.strategy = e.value || null; });
     on("method", "change", (e) => { this.value.method = e.value; });
     on("period", "change", (e) => { this.value.period = e.value.trim(); });
     on("machine", "change", (e) => { this.value.machine = e.value === "own:" ? this.ownMachine : e.value ? { name: e.value } : null; });
@@ -156,7 +156,7 @@ export class Settings {
     $("chord").value = source.chord ?? "";
     $("smooth").value = textOf(this.value.smooth);
     $("tangential").checked = this.value.tangential;
-    $("strategy").value = this.value.strategy;
+    $("strategy").value = this.value.strategy ?? "";
     $("method").value = this.value.method;
     $("period").value = textOf(this.value.period);
     for (const [name, { text }] of this.inputs) text.value = textOf(limits[name]);

@@ -1,0 +1,252 @@
+"""What lies between neighbouring setpoints: arc length by adaptive quadrature, distance from the chord, curvature.
+
+A step runs over a part of each piece of the path from one place to the next; all parts of many steps are looked at
+together, MOST of them at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.analysis.rows import Places, Rows
+from splinefeed.records import Array, BoolArray, IntArray
+
+#: Parts of pieces that are looked at together: they stay in the processor's cache.
+MOST = 4096
+#: Gauss-Kronrod quadrature, 7 nodes, 3 of them Gauss' (QUADPACK, doi:10.1007/978-3-642-61786-7).
+NODES = np.array([0.0, 0.434243749346802558, 0.774596669241483377, 0.960491268708020283])
+KRONROD = np.array([0.450916538658474142, 0.401397414775962223, 0.268488089868333441, 0.104656226026467265])
+GAUSS = np.array([8.0 / 9.0, 0.0, 5.0 / 9.0, 0.0])
+#: Both rules agree to this, relative: as the error of the finer one is about the square of that, it is rounding.
+AGREEMENT = 1e-9
+#: ... or to this of what the roundings of the coefficients make of |C'|: where C' = 0 there is nothing else.
+COEFFICIENT_ROUNDING = 1e-15
+#: Bisections of one part; at a cusp inside it the rest is then below rounding.
+BISECTIONS = 45
+#: Intervals in which a part is looked at for its distance from the chord, and Newton steps to the largest distance.
+INTERVALS, NEWTON_STEPS = 8, 4
+#: What is sampled below this share of what is looked for is not looked at more closely.
+WORTH_A_LOOK = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Parts of pieces, p of them, that steps run over, n of them.
+
+    step (p,), row (p,), low and high (p,)  whose part, of which row, from which u to which; low <= high
+    first (n,)  the first part of each step
+    """
+
+    step: IntArray
+    row: IntArray
+    low: Array
+    high: Array
+    first: IntArray
+
+
+def parts(rows: Rows, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
+    """Parts of the steps between places, row and u (n + 1,), whichever way they go, MOST or one step at a time.
+
+    Each slice is of steps; a step without a place at one of its ends has a part of no length.
+    """
+    lost = np.isnan(u[:-1]) | np.isnan(u[1:])
+    back = (row[1:] < row[:-1]) | ((row[1:] == row[:-1]) & (u[1:] < u[:-1]))
+    begin, end = np.where(back, row[1:], row[:-1]), np.where(back | lost, row[:-1], row[1:])
+    begin = np.where(lost, end, begin)
+    low, high = np.where(back, u[1:], u[:-1]), np.where(back, u[:-1], u[1:])
+    low, high = np.where(lost, rows.low[begin], low), np.where(lost, rows.low[begin], high)
+    count = end - begin + 1
+    until = np.cumsum(count)
+    start = 0
+    while start < len(count):
+        before = int(until[start - 1]) if start else 0
+        stop = max(int(np.searchsorted(until, before + MOST, side="right")), start + 1)
+        piece = slice(start, stop)
+        yield piece, _expanded(rows, begin[piece], low[piece], high[piece], count[piece])
+        start = stop
+
+
+def _expanded(rows: Rows, begin: IntArray, low: Array, high: Array, count: IntArray) -> Parts:
+    last = np.cumsum(count) - 1
+    first = last - count + 1
+    step = np.repeat(np.arange(len(count)), count)
+    if len(step) == len(count):
+        return Parts(step, begin, low, high, first)
+    row = begin[step] + (np.arange(len(step)) - first[step])
+    low_of, high_of = rows.low[row], rows.high[row]
+    low_of[first], high_of[last] = low, high
+    return Parts(step, row, low_of, high_of, first)
+
+
+def lengths(rows: Rows, row: IntArray, u: Array, feeds: Array | None = None) -> tuple[Array, Array]:
+    """Arc length from each place to the next, (n,), mm, negative where one goes back, by quadrature of |C'(u)|.
+
+    row, u (n + 1,); NaN where a place is unknown. The second array is the time, s, that the step takes at the largest
+    feed of every row, feeds (r,), mm/s, of the same sign.
+    """
+    out, time = np.empty(len(u) - 1), np.empty(len(u) - 1)
+    for steps, part in parts(rows, row, u):
+        each = _integral(rows, part)
+        out[steps] = np.add.reduceat(each, part.first)
+        if feeds is not None:
+            time[steps] = np.add.reduceat(each / feeds[part.row], part.first)
+    with np.errstate(invalid="ignore"):
+        back = (row[1:] < row[:-1]) | ((row[1:] == row[:-1]) & (u[1:] < u[:-1]))
+        sign = np.where(back, -1.0, 1.0)
+        sign[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
+    return sign * out, sign * time
+
+
+def _integral(rows: Rows, part: Parts) -> Array:
+    """Integral of |C'(u)| over every part, (p,), mm: those on which two rules differ are bisected until they agree."""
+    if rows.degree == 1 and not rows.rational:
+        places = Places(rows, part.row)
+        return places.speed(places.t(part.low)) * (part.high - part.low)
+    total = np.zeros(len(part.row))
+    owner, row, low, high = np.arange(len(part.row)), part.row, part.low, part.high
+    whole: Array | None = None
+    for depth in range(BISECTIONS + 1):
+        places = Places(rows, row)
+        half = 0.5 * (high - low)
+        middle = low + half
+        fine = KRONROD[0] * (speed := places.speed(places.t(middle)))
+        coarse = GAUSS[0] * speed
+        for node, weight, coarse_weight in zip(NODES[1:], KRONROD[1:], GAUSS[1:], strict=True):
+            before, behind = (places.speed(places.t(middle + sign * node * half)) for sign in (-1.0, 1.0))
+            pair = before + behind
+            fine += weight * pair
+            if coarse_weight:
+                coarse += coarse_weight * pair
+        fine, coarse = fine * half, coarse * half
+        whole = np.abs(fine) if whole is None else whole
+        apart = np.abs(fine - coarse)
+        open_ = apart > AGREEMENT * whole[owner]
+        if open_.any():
+            open_ &= apart > 2.0 * COEFFICIENT_ROUNDING * _largest_speed(rows, row) * half
+        if depth == BISECTIONS or not open_.any():
+            np.add.at(total, owner, fine)
+            return total
+        closed = ~open_
+        np.add.at(total, owner[closed], fine[closed])
+        owner, row = np.repeat(owner[open_], 2), np.repeat(row[open_], 2)
+        low, high = (
+            np.column_stack([low[open_], middle[open_]]).ravel(),
+            np.column_stack([middle[open_], high[open_]]).ravel(),
+        )
+    return total
+
+
+def _largest_speed(rows: Rows, row: IntArray) -> Array:
+    """What |C'(u)| of rows (n,) would be if no two of its terms cancelled: the measure of its rounding, mm a u."""
+    terms = np.abs(rows.terms[:, :, row])
+    weight, turn = 1.0, 0.0
+    if rows.rational:
+        weight = terms[rows.axes, 0]
+        turn = sum(k * terms[rows.axes, k] for k in range(1, rows.degree + 1)) / weight
+    total = np.zeros(len(row))
+    for a in range(rows.axes):
+        for k in range(rows.degree + 1):
+            total += (k + turn) * terms[a, k] / weight
+    return total * rows.scale[row]
+
+
+def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
+    """Largest distance of the curve from the line between neighbouring positions, (n,), mm, NaN without a place.
+
+    row, u (n + 1,), position (axes, n + 1), mm. Every part is looked at by itself, ends included, so that a corner at
+    a knot is never between two samples. With `worth`, mm, only steps are looked at closely that may be longer than
+    that, or as long as the longest.
+    """
+    linear = rows.linear
+    out = np.empty(len(u) - 1)
+    shares = np.arange(INTERVALS + 1)[:, None] / INTERVALS
+    for steps, part in parts(rows, row, u):
+        ends = position[:linear, steps.start : steps.stop + 1]
+        start = ends[:, part.step]
+        chord = (ends[:, 1:] - ends[:, :-1])[:, part.step]
+        width = part.high - part.low
+        places = Places(rows, part.row)
+        distance = _from_chord(places.derivatives(places.t(part.low + shares * width), 0)[0][:linear], start, chord)[0]
+        best = np.argmax(distance, axis=0)
+        each = distance[best, np.arange(len(best))]
+        near = np.arange(len(best))
+        if worth is not None:
+            near = np.flatnonzero(each >= WORTH_A_LOOK * min(worth, float(np.max(each, initial=0.0))))
+        begin, wide = part.low[near], width[near]
+        left, right = (
+            begin + wide * shares[np.maximum(best[near] - 1, 0), 0],
+            begin + wide * shares[np.minimum(best[near] + 1, INTERVALS), 0],
+        )
+        place = begin + wide * shares[best[near], 0]
+        places, start, chord = Places(rows, part.row[near]), start[:, near], chord[:, near]
+        for _ in range(NEWTON_STEPS if len(near) else 0):
+            c = [values[:linear] for values in places.derivatives(places.t(place), 2)]
+            far, apart, inside = _from_chord(c[0], start, chord)
+            each[near] = np.maximum(each[near], far)
+            # half the squared distance has the slope apart.C' and bends by C'.C' + apart.C'', less what runs along
+            slope, bend = np.zeros(len(near)), np.zeros(len(near))
+            along, square = np.zeros(len(near)), np.zeros(len(near))
+            for a in range(linear):
+                slope += apart[a] * c[1][a]
+                bend += c[1][a] * c[1][a] + apart[a] * c[2][a]
+                along += c[1][a] * chord[a]
+                square += chord[a] * chord[a]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                bend -= np.where(inside, along * along / square, 0.0)
+                place = np.where(bend < 0.0, np.clip(place - slope / bend, left, right), place)
+        if len(near):
+            far = _from_chord(places.derivatives(places.t(place), 0)[0][:linear], start, chord)[0]
+            each[near] = np.maximum(each[near], far)
+        out[steps] = np.maximum.reduceat(each, part.first)
+    out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
+    return out
+
+
+def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, list[Array], BoolArray]:
+    """Distance (..., n) of points (linear, ..., n) from straight lines, mm, as vectors, and where it is across them."""
+    linear = len(at)
+    square, along = np.zeros(chord.shape[1:]), np.zeros(at.shape[1:])
+    for a in range(linear):
+        square += chord[a] * chord[a]
+        along += (at[a] - start[a]) * chord[a]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(square > 0.0, along / square, 0.0)
+    inside = (share > 0.0) & (share < 1.0)
+    share = np.clip(share, 0.0, 1.0)
+    apart: list[Array] = [at[a] - start[a] - share * chord[a] for a in range(linear)]
+    total = np.zeros(at.shape[1:])
+    for each in apart:
+        total += each * each
+    return np.sqrt(total), apart, inside
+
+
+def least_curvatures(rows: Rows, row: IntArray, u: Array) -> Array:
+    """Least curvature between neighbouring places, (n,), 1/mm: at both ends and the middle of every part."""
+    out = np.empty(len(u) - 1)
+    thirds = np.array([0.0, 0.5, 1.0])[:, None]
+    for steps, part in parts(rows, row, u):
+        places = Places(rows, part.row)
+        curvature = curvatures(places, places.t(part.low + thirds * (part.high - part.low)))
+        out[steps] = np.minimum.reduceat(np.min(curvature, axis=0), part.first)
+    out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
+    return out
+
+
+def curvatures(places: Places, t: Array) -> Array:
+    """Curvature over the linear axes at t (..., n), 1/mm: infinite where C' = 0, 0 where only rotary axes move."""
+    _, first, second = places.derivatives(t, 2)
+    linear = places.linear
+    square, product = np.zeros(t.shape), np.zeros(t.shape)
+    for a in range(linear):
+        square += first[a] * first[a]
+        product += first[a] * second[a]
+    across = np.zeros(t.shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = product / square
+        for a in range(linear):
+            across += (second[a] - along * first[a]) ** 2
+        found = np.where(square > 0.0, np.sqrt(across) / square, np.inf)
+    return np.where(places.turning, 0.0, found)

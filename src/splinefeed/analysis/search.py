@@ -1,0 +1,583 @@
+"""The nearest point of a path, or of a stretch of it, to many positions at once.
+
+The path is cut into cells of little turn. Where D = |C - Q|^2 / 2 is convex all over the stretch that counts, Newton's
+method from the commanded place finds its only minimum; that is so for almost every position. Elsewhere cells that can
+hold a nearer point are found in a tree of boxes, and bisected until each part has one minimum at most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from splinefeed.analysis.rows import Rows, taken
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.pieces import taylor
+from splinefeed.kernels.layout import DEGREES
+from splinefeed.records import Array, BoolArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+#: Positions that are looked at together: they stay in the processor's cache.
+MOST = 2048
+#: Half-width of the window about the commanded arc length, in units of the distance from the commanded point.
+REACH = 4.0
+#: ... and at least this, relative to the length of the path.
+LEAST_WINDOW = 1e-9
+#: Doublings of a window: from the least one to any path.
+MOST_DOUBLINGS = 40
+#: A nearest point this close to the edge of its window, relative, or to the end of the path, lies on it.
+ON_EDGE = 1e-9
+#: Length of a cell times its greatest curvature: its tangent turns by no more, rad.
+CELL_TURN = 0.6
+#: A cell is cut by no more bisections than this, and none shorter than this, relative to the path.
+MAX_HALVINGS, NO_LENGTH = 50, 1e-14
+#: Places in a cell at which speed and bend are looked at, and what is allowed for between them.
+SAMPLES, MARGIN = 17, 1.2
+#: Places of a cell from which the search of the whole path begins.
+CELL_SAMPLES = 4
+#: Rounding of a length or a coordinate, relative, as bounds allow for it.
+ROUNDING = 1e-15
+#: Bisections of a cell before minima are looked for without proof that there is one at most.
+MAX_BISECTIONS = 4
+#: Newton steps where one minimum is sure, and inside a bracket; the step in t behind which the next is rounding.
+SURE_STEPS, MAX_STEPS, SMALL_STEP = 8, 60, 1e-9
+#: So many cells of a window are looked at without the tree, and pairs of a position and a node at a time.
+FEW_CELLS, MOST_PAIRS = 8, 1 << 20
+#: Neighbouring positions that share a search of the whole path, if it finds them no more cells than this.
+GROUP, MOST_OF_GROUP = 16, 12
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Parts of rows, c of them, in the order of the path.
+
+    row, low, high (c,)  which part of which row, in t;  s (c,)  arc length at low, mm
+    speed, bend (c,)     greatest |dC/dt|, mm, and curvature, 1/mm
+    reach (c,)           no point is further than this from the chord between the ends, mm
+    first, last (dims, c)  the ends
+    """
+
+    row: IntArray
+    low: Array
+    high: Array
+    s: Array
+    speed: Array
+    bend: Array
+    reach: Array
+    first: Array
+    last: Array
+
+
+@dataclass(eq=False)
+class Found:
+    """The nearest point to each of n positions: row, t (n,), squared distance (n,), mm^2."""
+
+    row: IntArray
+    t: Array
+    square: Array
+
+    def take(self, index: IntArray) -> Found:
+        """Those of these numbers."""
+        return Found(self.row[index], self.t[index], self.square[index])
+
+    def put(self, index: IntArray, other: Found) -> None:
+        """Have the others at these numbers."""
+        self.row[index], self.t[index], self.square[index] = other.row, other.t, other.square
+
+    def better(self, owner: IntArray, other: Found, slack: float = 0.0) -> None:
+        """Take the nearest of the others, each of the position `owner` (m,), where it is nearer; slack: relative."""
+        good = np.flatnonzero(other.square <= self.square[owner] * (1.0 + slack))
+        if np.all(owner[1:] > owner[:-1]):  # one each
+            who, least = owner[good], np.minimum(self.square[owner[good]], other.square[good])
+            self.row[who], self.t[who], self.square[who] = other.row[good], other.t[good], least
+        elif len(good):
+            order = good[np.lexsort((other.square[good], owner[good]))]
+            who, first = np.unique(owner[order], return_index=True)
+            least = np.minimum(self.square[who], other.square[order[first]])
+            self.put(who, other.take(order[first]))
+            self.square[who] = least
+
+
+class Search:
+    """Nearest points over the linear axes, or with `turned` over all, 1 degree as 1 mm."""
+
+    def __init__(self, path: Path, rows: Rows, *, turned: bool = False) -> None:
+        self.rows, self.length, self.closed = rows, path.length, path.closed
+        self.dims = rows.axes if turned else rows.linear
+        unit = np.where(np.arange(rows.axes) < rows.linear, 1.0, DEGREES)[: self.dims]
+        self.unit, self._turned = unit, turned
+        kept = np.r_[np.arange(self.dims), rows.axes : len(rows.terms)]
+        units = np.append(unit, 1.0)[: len(kept)] if rows.rational else unit
+        plain = bool(np.all(unit == 1.0))
+        same = len(kept) == len(rows.terms)
+        self._terms = rows.terms if same and plain else rows.terms[kept] * units[:, None, None]
+        self._origin = rows.origin[: self.dims] if plain else rows.origin[: self.dims] * unit[:, None]
+
+    # --- arithmetic --------------------------------------------------------------------------------------------------
+
+    def _taylor(self, terms: Array, t: Array, order: int) -> list[Array]:
+        """A / w and its derivatives by t over k!, (dims, n), at t (n,); terms (dims + weight, degree + 1, n)."""
+        return taylor(terms, int(self.rows.rational), t, order)
+
+    def _gathered(self, row: IntArray, q: Array) -> tuple[Array, Array]:
+        """Terms of rows (n,), and origin - Q of them, (dims, n): so a part far from zero loses nothing."""
+        return np.take(self._terms, row, axis=2), np.take(self._origin, row, axis=1) - q
+
+    def _squared(self, terms: Array, away: Array, t: Array) -> tuple[Array, Array, Array, Array]:
+        """|C - Q|^2, (C - Q).C', its derivative C'.C' + (C - Q).C'', and C'.C', by t, (n,) each; mm^2."""
+        c0, c1, c2 = self._taylor(terms, t, 2)
+        c0 = c0 + away
+        square, slope, along, velocity = c0[0] * c0[0], c0[0] * c1[0], c0[0] * c2[0], c1[0] * c1[0]
+        for a in range(1, self.dims):
+            square += c0[a] * c0[a]
+            slope += c0[a] * c1[a]
+            along += c0[a] * c2[a]
+            velocity += c1[a] * c1[a]
+        return square, slope, velocity + 2.0 * along, velocity
+
+    # --- cells -------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def cells(self) -> Cells:
+        """Every row, bisected until it turns by CELL_TURN."""
+        rows = self.rows
+        row = np.arange(len(rows))
+        low, high = ((end - rows.middle) * rows.scale for end in (rows.low, rows.high))
+        done: list[tuple[Any, ...]] = []
+        for halvings in range(MAX_HALVINGS + 1):
+            speed, bend, second = self._bends(row, low, high)
+            width = high - low
+            length = speed * width
+            with np.errstate(invalid="ignore"):
+                cut = (bend * length > CELL_TURN) & (length > NO_LENGTH * self.length)
+            if halvings == MAX_HALVINGS:
+                cut[:] = False
+            done.append(taken(~cut, row, low, high, speed, bend, second * width * width / 8.0))
+            if not cut.any():
+                break
+            middle = 0.5 * (low + high)
+            row = np.repeat(row[cut], 2)
+            low, high = (np.column_stack(pair).ravel() for pair in ((low[cut], middle[cut]), (middle[cut], high[cut])))
+        row, low, high, speed, bend, reach = (np.concatenate(each) for each in zip(*done, strict=True))
+        order = np.lexsort((low, row))
+        row, low, high, speed, bend, reach = taken(order, row, low, high, speed, bend, reach)
+        first, last = (self._taylor(self._terms[:, :, row], t, 0)[0] + self._origin[:, row] for t in (low, high))
+        largest = np.max(np.maximum(np.abs(first), np.abs(last)), axis=0, initial=0.0)
+        new = np.concatenate([[True], row[1:] != row[:-1]])
+        s = np.where(new, rows.start[row], rows.arc_length(row, low))
+        return Cells(row, low, high, s, speed, bend, reach + ROUNDING * largest, first, last)
+
+    def _bends(self, row: IntArray, low: Array, high: Array) -> tuple[Array, Array, Array]:
+        """Greatest |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,), with MARGIN."""
+        if self.rows.degree == 1 and not self.rows.rational:
+            square = np.zeros(len(row))
+            for a in range(self.dims):
+                square += self._terms[a, 1, row] ** 2
+            return np.sqrt(square), np.zeros(len(row)), np.zeros(len(row))
+        out = np.zeros((3, len(row)))
+        for start in range(0, len(row), MOST):
+            part = slice(start, start + MOST)
+            terms = self._terms[:, :, row[part]]
+            for k in range(SAMPLES):
+                t = low[part] + (high[part] - low[part]) * (k / (SAMPLES - 1))
+                _, c1, c2 = self._taylor(terms, t, 2)
+                square, product, bend, across = (np.zeros(len(t)) for _ in range(4))
+                for a in range(self.dims):
+                    square += c1[a] * c1[a]
+                    product += c1[a] * c2[a]
+                    bend += c2[a] * c2[a]
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    along = product / square
+                    for a in range(self.dims):
+                        across += (c2[a] - along * c1[a]) ** 2
+                    curvature = 2.0 * np.sqrt(across) / square
+                curvature = np.where(square > 0.0, curvature, np.where(bend > 0.0, np.inf, 0.0))
+                for have, seen in zip(out, (np.sqrt(square), curvature, 2.0 * np.sqrt(bend)), strict=True):
+                    np.maximum(have[part], seen, out=have[part])
+        turns = None if self._turned else self.rows.turns
+        if turns is not None:
+            out[:, turns[row]] = 0.0
+        return MARGIN * out[0], MARGIN * out[1], MARGIN * out[2]
+
+    @cached_property
+    def _boxes(self) -> tuple[Array, Array]:
+        """Least and greatest coordinates, (dims, 2 leaves): node i holds 2 i and 2 i + 1, leaves + i the cell i."""
+        cells = self.cells
+        count = len(cells.row)
+        leaves = 1 << (count - 1).bit_length()
+        least, greatest = np.full((self.dims, 2 * leaves), np.inf), np.full((self.dims, 2 * leaves), -np.inf)
+        least[:, leaves : leaves + count] = np.minimum(cells.first, cells.last) - cells.reach
+        greatest[:, leaves : leaves + count] = np.maximum(cells.first, cells.last) + cells.reach
+        while leaves > 1:
+            pair, half = slice(leaves, 2 * leaves), slice(leaves // 2, leaves)
+            least[:, half] = least[:, pair].reshape(self.dims, -1, 2).min(axis=2)
+            greatest[:, half] = greatest[:, pair].reshape(self.dims, -1, 2).max(axis=2)
+            leaves //= 2
+        return least, greatest
+
+    @cached_property
+    def _samples(self) -> tuple[Array, cKDTree]:
+        """t of CELL_SAMPLES places of each cell, (CELL_SAMPLES c,), and these in a tree of points."""
+        from scipy.spatial import cKDTree
+
+        cells = self.cells
+        share = (np.arange(CELL_SAMPLES) + 0.5) / CELL_SAMPLES
+        t = (cells.low[:, None] + (cells.high - cells.low)[:, None] * share).ravel()
+        row = np.repeat(cells.row, CELL_SAMPLES)
+        return t, cKDTree((self._taylor(self._terms[:, :, row], t, 0)[0] + self._origin[:, row]).T)
+
+    @cached_property
+    def _straight(self) -> tuple[Array, BoolArray] | None:
+        """Rows that only turn taken out of the arc length: what is left at the start of each row and all, (r + 1,), mm.
+
+        And the rows that turn; None without such rows, or where turning counts.
+        """
+        turns = self.rows.turns
+        if turns is None or self._turned:
+            return None
+        return np.concatenate([[0.0], np.cumsum(np.where(turns, 0.0, self.rows.end - self.rows.start))]), turns
+
+    # --- the whole path ----------------------------------------------------------------------------------------------
+
+    def whole(self, q: Array) -> Found:
+        """The nearest point of the whole path to positions (dims, n)."""
+        out = Found(np.zeros(q.shape[1], dtype=np.int64), np.zeros(q.shape[1]), np.zeros(q.shape[1]))
+        for start in range(0, q.shape[1], MOST):
+            index = np.arange(start, min(start + MOST, q.shape[1]))
+            out.put(index, self._whole(q[:, index]))
+        return out
+
+    def _whole(self, q: Array) -> Found:
+        cells = self.cells
+        samples, tree = self._samples
+        nearest = tree.query(q.T)[1]
+        own, t = nearest // CELL_SAMPLES, samples[nearest]
+        row = cells.row[own]
+        gathered = self._gathered(row, q)
+        square, slope, bend, _ = self._squared(*gathered, t)
+        found = Found(row, t, square)
+        # where the distance is convex over the whole cell its minimum is found at once, and is near the path's
+        h = np.maximum(cells.high[own] - t, t - cells.low[own]) * cells.speed[own]
+        with np.errstate(invalid="ignore"):
+            sure = np.flatnonzero((np.sqrt(square) + h) * cells.bend[own] < 1.0)
+        ends = cells.low[own], cells.high[own]
+        at, lowest, settled = self._newton(*taken(sure, *gathered, t, square, slope, bend, *ends))
+        sure = sure[settled]
+        found.put(sure, Found(row[sure], at[settled], lowest[settled]))
+        done = np.full(len(row), -1)
+        done[sure] = own[sure]
+        owner, cell = self._groups(q, found.square)
+        other = done[owner] != cell
+        owner, cell = owner[other], cell[other]
+        self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
+        return found
+
+    def _newton(
+        self, terms: Array, away: Array, t: Array, square: Array, slope: Array, bend: Array, low: Array, high: Array
+    ) -> tuple[Array, Array, BoolArray]:
+        """t (n,) in [low, high] of the least |C - Q|^2, mm^2, where this is convex, that, and whether it was found.
+
+        What has settled is not touched again, so that its bits do not depend on its neighbours.
+        """
+        settled, lowest = np.zeros(len(t), dtype=bool), square
+        for _ in range(SURE_STEPS):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                after = np.minimum(np.maximum(t - slope / bend, low), high)
+                least = np.maximum(square - slope * slope / bend, 0.0)
+            inner = (after > low) & (after < high)
+            lowest = np.where(settled, lowest, np.where(inner, np.minimum(least, square), square))
+            ends = np.where(inner, np.abs(after - t) < SMALL_STEP, after == t)
+            t = np.where(settled, t, after)
+            settled |= ends
+            if settled.all():
+                break
+            square, slope, bend, _ = self._squared(terms, away, t)
+        return t, lowest, settled
+
+    def _groups(self, q: Array, best: Array) -> tuple[IntArray, IntArray]:
+        """Pairs of a position and a cell that can be nearer than `best` (n,), mm^2, GROUP neighbours at a time.
+
+        All of a group are within r of its first position. A cell that is nearer to one of them than `best` is no
+        further from the first than that and r.
+        """
+        cells, count = self.cells, q.shape[1]
+        first = np.arange(0, count, GROUP)
+        of = np.arange(count) // GROUP
+        away = q - q[:, first][:, of]
+        reach = np.zeros(count)
+        for a in range(self.dims):
+            reach += away[a] * away[a]
+        reach = np.maximum.reduceat(np.sqrt(best) + np.sqrt(reach), first)
+        lowest, highest = np.zeros(len(first), dtype=np.int64), np.full(len(first), len(cells.row) - 1)
+        group, cell = self._candidates(q[:, first], lowest, highest, reach * reach * (1.0 + ROUNDING))
+        if len(group) > MOST_OF_GROUP * len(first):  # not neighbours at all
+            return self._candidates(q, np.zeros(count, dtype=np.int64), np.full(count, len(cells.row) - 1), best)
+        begin, end = np.searchsorted(group, of, side="left"), np.searchsorted(group, of, side="right")
+        owner = np.repeat(np.arange(count), end - begin)
+        cell = cell[np.arange(len(owner)) - np.repeat(np.cumsum(end - begin) - end, end - begin)]
+        near = self._cell_bound(q[:, owner], cell) <= best[owner]
+        return owner[near], cell[near]
+
+    def _candidates(self, q: Array, first: IntArray, last: IntArray, best: Array) -> tuple[IntArray, IntArray]:
+        """Pairs of a position and a cell in [first, last] (n,) that can be nearer than `best` (n,), mm^2."""
+        count = last - first + 1
+        if int(np.max(count)) <= FEW_CELLS:
+            owner = np.repeat(np.arange(len(count)), count)
+            cell = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count - first, count)
+        else:
+            least, greatest = self._boxes
+            owner, node, span = np.arange(len(first)), np.ones(len(first), dtype=np.int64), least.shape[1] // 2
+            leaves = span
+            while span > 1:
+                if len(owner) > MOST_PAIRS and len(first) > 1:  # far from everything: fewer positions at a time
+                    half = len(first) // 2
+                    one = self._candidates(q[:, :half], first[:half], last[:half], best[:half])
+                    two = self._candidates(q[:, half:], first[half:], last[half:], best[half:])
+                    return np.concatenate([one[0], two[0] + half]), np.concatenate([one[1], two[1]])
+                span //= 2
+                owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
+                node[1::2] += 1
+                begin = node * span - leaves
+                bound = np.zeros(len(owner))
+                for a in range(self.dims):
+                    at = q[a, owner]
+                    outside = np.maximum(least[a, node] - at, at - greatest[a, node])
+                    np.maximum(outside, 0.0, out=outside)
+                    bound += outside * outside
+                near = (bound <= best[owner]) & (begin <= last[owner]) & (begin + span > first[owner])
+                owner, node = owner[near], node[near]
+            cell = node - leaves
+        near = self._cell_bound(q[:, owner], cell) <= best[owner]
+        return owner[near], cell[near]
+
+    def _cell_bound(self, q: Array, cell: IntArray) -> Array:
+        """Squared distance (n,), mm^2, that no point of a cell falls below: to the chord, less its reach."""
+        cells = self.cells
+        first = cells.first[:, cell]
+        side, away = cells.last[:, cell] - first, q - first
+        chord, along, square = (np.zeros(len(cell)) for _ in range(3))
+        for a in range(self.dims):
+            chord += side[a] * side[a]
+            along += side[a] * away[a]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(chord > 0.0, np.clip(along / chord, 0.0, 1.0), 0.0)
+        for a in range(self.dims):
+            apart = away[a] - share * side[a]
+            square += apart * apart
+        return np.maximum(np.sqrt(square) - cells.reach[cell], 0.0) ** 2
+
+    def _refine(self, q: Array, owner: IntArray, cell: IntArray, low: Array, high: Array, found: Found) -> None:
+        """Better `found` (n,) by the nearest points of parts of cells, low to high, each for the position `owner`.
+
+        With arc length s, dD/ds = (C - Q).T and d2D/ds2 = 1 + (C - Q).kN. Within h of a place of distance d the last
+        term is at most b = (d + h) k, k the greatest curvature. So there
+            |C - Q| >= d - h  and  |C - Q|^2 >= d^2 - 2 |dD/ds| h - max(b - 1, 0) h^2   (nothing better: left out),
+            b < 1:  D is convex, it has one minimum;  |dD/ds| > h (1 + b):  D falls towards one end.
+        What is neither is bisected; after MAX_BISECTIONS it is so short that dD/dt is a cubic to all purposes: from an
+        end at which D falls inwards Newton's method comes to the minimum next to it, and a cubic has no others.
+        """
+        cells = self.cells
+        todo: list[tuple[Any, ...]] = []
+        for bisections in range(MAX_BISECTIONS + 1):
+            if not len(owner):
+                break
+            row, place = cells.row[cell], 0.5 * (low + high)
+            gathered = self._gathered(row, q[:, owner])
+            square, slope, bend, velocity = self._squared(*gathered, place)
+            found.better(owner, Found(row, place, square))
+            h = (high - place) * cells.speed[cell]
+            d, best = np.sqrt(square), found.square[owner]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                b = (d + h) * cells.bend[cell]
+                fall = np.where(velocity > 0.0, np.abs(slope) / np.sqrt(velocity), 0.0)
+                hopeless = (d > h) & ((d - h) ** 2 > best)
+                hopeless |= square - 2.0 * fall * h - np.maximum(b - 1.0, 0.0) * h * h > best
+                proven = (b < 1.0) | (fall > h * (1.0 + b))
+                newton = place - slope / bend
+            one = ~hopeless & proven & (slope != 0.0)
+            if one.any():  # D falls from here against its slope, to its only minimum or to the end
+                down = slope > 0.0
+                begin, end = np.where(down, low, place), np.where(down, place, high)
+                start = np.where(bend > 0.0, np.clip(newton, begin, end), np.where(down, low, high))
+                todo.append(taken(one, owner, row, begin, end, start))
+            more = ~hopeless & ~proven
+            owner, cell, low, high, place = taken(more, owner, cell, low, high, place)
+            if bisections < MAX_BISECTIONS:
+                owner, cell = np.repeat(owner, 2), np.repeat(cell, 2)
+                low, high = (np.column_stack(pair).ravel() for pair in ((low, place), (place, high)))
+                continue
+            row = cells.row[cell]
+            gathered = self._gathered(row, q[:, owner])
+            for end, inwards in ((low, -1.0), (high, 1.0)):
+                square, slope, bend, _ = self._squared(*gathered, end)
+                found.better(owner, Found(row, end, square))
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    start = np.where(bend > 0.0, np.clip(end - slope / bend, low, high), 0.5 * (low + high))
+                falls = slope * inwards > 0.0
+                todo.append(taken(falls, owner, row, low, high, start))
+        if todo:
+            owner, row, low, high, start = (np.concatenate(each) for each in zip(*todo, strict=True))
+            found.better(owner, self._descend(q[:, owner], row, low, high, start), slack=4.0 * ROUNDING)
+
+    def _descend(self, q: Array, row: IntArray, low: Array, high: Array, t: Array) -> Found:
+        """A minimum of |C - Q|^2 over t in [low, high] (n,): Newton's method on its slope, from t, in a bracket.
+
+        The last step is so small that the parabola tells the minimum to rounding.
+        """
+        found = Found(row, t.copy(), np.full(len(t), np.inf))
+        terms, away = self._gathered(row, q)
+        index, left, right, longest = np.arange(len(t)), low, high, high - low
+        left_seen, right_seen = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
+        for _ in range(MAX_STEPS):
+            if not len(index):
+                break
+            square, slope, bend, _ = self._squared(terms, away, t)
+            found.better(index, Found(row[index], t, square))
+            at_end = ((slope > 0.0) & (t <= left)) | ((slope < 0.0) & (t >= right)) | (slope == 0.0)
+            right, left = np.where(slope > 0.0, t, right), np.where(slope < 0.0, t, left)
+            right_seen, left_seen = right_seen | (slope > 0.0), left_seen | (slope < 0.0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                after = np.where(bend > 0.0, t - slope / bend, np.where(slope > 0.0, low - 1.0, high + 1.0))
+                lowest = np.maximum(square - slope * slope / bend, 0.0)
+            last = ~at_end & (np.abs(after - t) < SMALL_STEP) & (low <= after) & (after <= high)
+            if last.any():
+                ends = Found(row[index[last]], after[last], lowest[last])
+                found.better(index[last], ends, slack=4.0 * ROUNDING)
+            wide = ((after <= left) & left_seen) | ((after >= right) & right_seen) | (np.abs(after - t) > longest)
+            after = np.clip(np.where(wide, 0.5 * (left + right), after), left, right)
+            going = ~at_end & ~last & (after != t)
+            longest = 0.5 * np.abs(after - t)
+            index, left, right, low, high, longest, left_seen, right_seen, t, terms, away = taken(
+                going, index, left, right, low, high, longest, left_seen, right_seen, after, terms, away
+            )
+        return found
+
+    # --- near a place ------------------------------------------------------------------------------------------------
+
+    def near(self, q: Array, hint: Array, window: float = 0.0, *, closed: bool | None = None) -> Found:
+        """Nearest point to positions (dims, n) near arc lengths `hint` (n,), mm.
+
+        The window is [hint - h, hint + h] with h = max(window, REACH |Q - r(hint)|), doubled until its nearest point is
+        not one of its own ends, unless that is an end of the path; on a closed path it runs over the seam. It ends as
+        the whole path. Stretches on which only rotary axes move, and do not count, are points.
+        """
+        n = q.shape[1]
+        out = Found(np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(n))
+        for start in range(0, n, MOST):
+            index = np.arange(start, min(start + MOST, n))
+            out.put(index, self._near(q[:, index], hint[index], window, self.closed if closed is None else closed))
+        return out
+
+    def _near(self, q: Array, hint: Array, window: float, closed: bool) -> Found:
+        rows, cells = self.rows, self.cells
+        row = rows.at(hint)
+        t = rows.parameter(row, np.clip(hint - rows.start[row], 0.0, rows.end[row] - rows.start[row]))
+        terms, away = self._gathered(row, q)
+        square, slope, bend, _ = self._squared(terms, away, t)
+        found = Found(row, t, square)
+        half = np.maximum(max(window, LEAST_WINDOW * self.length), REACH * np.sqrt(square))
+        first = np.searchsorted(cells.s, hint - half, side="right") - 1
+        last = np.searchsorted(cells.s, hint + half, side="right") - 1
+        inside = (hint - half >= rows.start[row]) & (hint + half <= rows.end[row]) & (last - first <= 1)
+        first = np.maximum(first, 0)
+        turn = (np.sqrt(square) + half) * np.maximum(cells.bend[first], cells.bend[last])
+        sure = inside & (turn < 1.0)
+        if self._straight is not None:
+            sure &= ~self._straight[1][row]
+        index = np.flatnonzero(sure & (square > 0.0))
+        if len(index):
+            ends = np.full(len(t), 1.0)
+            every: tuple[Any, ...] = (terms, away, t, square, slope, bend, -ends, ends)
+            at, lowest, settled = self._newton(*(every if len(index) == len(t) else taken(index, *every)))
+            with np.errstate(invalid="ignore"):
+                settled &= np.abs(rows.arc_length(row[index], at) - hint[index]) < half[index] * (1.0 - ON_EDGE)
+            at, lowest, index = at[settled], lowest[settled], index[settled]
+            found.put(index, Found(row[index], at, lowest))
+        rest = found.square > 0.0
+        rest[index] = False
+        if rest.any():
+            index = np.flatnonzero(rest)
+            found.put(index, self._in_window(q[:, index], hint[index], half[index], found.take(index), closed))
+        return found
+
+    def _in_window(self, q: Array, hint: Array, half: Array, at_hint: Found, closed: bool) -> Found:
+        """As `near`, from a first half-width of each window and the place of each hint on."""
+        rows, length = self.rows, self.length
+        out = at_hint.take(np.arange(len(hint)))
+        index = np.arange(len(hint))
+        for _ in range(MOST_DOUBLINGS):
+            if not len(index):
+                break
+            s = hint[index]
+            back, forth = self.reach(s, half[index], -1), self.reach(s, half[index], 1)
+            covers = back + forth >= length if closed else (back >= s) & (forth >= length - s)
+            if covers.any():
+                out.put(index[covers], self.whole(q[:, index[covers]]))
+                index, back, forth, s = taken(~covers, index, back, forth, s)
+                if not len(index):
+                    break
+            found = at_hint.take(index)
+            owner = np.arange(len(index))
+            begin, end = np.maximum(s - back, 0.0), np.minimum(s + forth, length)
+            who = [owner]
+            if closed:  # the window runs over the seam
+                early, late = owner[s - back < 0.0], owner[s + forth > length]
+                who += [early, late]
+                begin = np.concatenate([begin, (s - back + length)[early], np.zeros(len(late))])
+                end = np.concatenate([end, np.full(len(early), length), (s + forth - length)[late]])
+            self._stretches(q[:, index], np.concatenate(who), begin, end, found)
+            at = rows.arc_length(found.row, found.t)
+            offset = at - s
+            if closed:
+                offset = np.where(offset > 0.5 * length, offset - length, offset)
+                offset = np.where(offset < -0.5 * length, offset + length, offset)
+            inside = (-back * (1.0 - ON_EDGE) < offset) & (offset < forth * (1.0 - ON_EDGE))
+            if not closed:
+                edge = ON_EDGE * half[index]
+                inside |= (at <= edge) | (at >= length - edge)
+            out.put(index, found)
+            half[index] *= 2.0
+            index = index[~inside & (found.square > 0.0)]
+        return out
+
+    def _stretches(self, q: Array, owner: IntArray, begin: Array, end: Array, found: Found) -> None:
+        """Better `found` by the nearest points from arc length begin to end (m,), mm, for positions `owner` (m,)."""
+        rows, cells = self.rows, self.cells
+        first, last = (np.maximum(np.searchsorted(cells.s, s, side="right") - 1, 0) for s in (begin, end))
+        low, high = (
+            rows.parameter(cells.row[cell], np.maximum(s - rows.start[cells.row[cell]], 0.0))
+            for cell, s in ((first, begin), (last, end))
+        )
+        pair, cell = self._candidates(q[:, owner], first, last, found.square[owner])
+        left = np.where(cell == first[pair], np.clip(low[pair], cells.low[cell], cells.high[cell]), cells.low[cell])
+        right = np.where(cell == last[pair], np.clip(high[pair], cells.low[cell], cells.high[cell]), cells.high[cell])
+        self._refine(q, owner[pair], cell, left, np.maximum(left, right), found)
+
+    def reach(self, s: Array, half: Array, way: int) -> Array:
+        """How far from arc lengths s (n,) a window reaches, mm, one way: `half`, rows that only turn not counted."""
+        if self._straight is None:
+            return half
+        (before, turns), rows = self._straight, self.rows
+        row = rows.at(s)
+        place = before[row] + np.where(turns[row], 0.0, s - rows.start[row]) + way * half
+        if way > 0:
+            row = np.minimum(np.searchsorted(before[1:], place, side="left"), len(rows) - 1)
+        else:
+            row = np.maximum(np.searchsorted(before[:-1], place, side="right") - 1, 0)
+        gone = np.where(
+            place < 0.0, -np.inf, np.where(place > before[-1], np.inf, rows.start[row] + place - before[row])
+        )
+        return np.where(np.isfinite(gone), way * (gone - s), np.inf)
+
+
+def on_rows(rows: Rows, found: Found) -> tuple[Array, BoolArray, BoolArray]:
+    """t (n,) of what was found, exactly -1 or 1 at the ends of its row, and whether it is at the start, or the end."""
+    row = found.row
+    at_low = found.t <= (rows.low[row] - rows.middle[row]) * rows.scale[row]
+    at_high = found.t >= (rows.high[row] - rows.middle[row]) * rows.scale[row]
+    return np.where(at_low, -1.0, np.where(at_high, 1.0, found.t)), at_low, at_high

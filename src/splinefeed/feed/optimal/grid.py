@@ -1,0 +1,240 @@
+"""Where the cells lie: by how much the path turns and how long the motion lasts over each, gently graded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.errors import PlanError
+from splinefeed.feed.optimal.limits.rows import FREE
+from splinefeed.feed.optimal.setting import INSIDE, REACH, Setting
+from splinefeed.records import Array, BoolArray
+
+#: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad; most halvings.
+SAMPLES, SAMPLE_TURN, HALVINGS = 5, 0.1, 40
+#: Most change of q from one sample to the next, as a share of it; q below this share of the greatest is slow.
+SAMPLE_CHANGE, SLOW = 0.4, 1e-3
+#: Samples are no nearer than this share of the window.
+SHORTEST = 1e-9
+#: Cells in a window along which nothing changes.
+STEADY = 30.0
+#: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
+CHANGING = 3.0
+#: Cells need not last less than this share of the time in which the top feed is reached.
+REACHED = 0.1
+#: Samples towards both ends, each at half the distance of the one before.
+TOWARDS_ENDS = 20
+#: No window has more cells.
+MOST_CELLS = 1_000_000
+#: Next to rest cells are about this share of their distance from it.
+GROWTH = 0.35
+#: The motion may pass a jump this much faster than is thought when cells are laid.
+FASTER = 1.03
+#: A cell is no more than this many times as long as its neighbour.
+RATIO = 2.2
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Places along a stretch, dense where it turns and where the feed changes.
+
+    s (n,), mm; top (n,), mm^2/s^2, about what limits of velocity and acceleration allow q to be, and q (n,), what the
+    acceleration along the path can follow of it; curvature (n,), 1/mm; push, twist  acceleration, mm/s^2, and jerk,
+    mm/s^3, along the path that are possible where it is straight
+    """
+
+    s: Array
+    top: Array
+    q: Array
+    curvature: Array
+    push: float
+    twist: float
+
+
+def sample(setting: Setting, low: float, high: float, q_low: float, q_high: float) -> Samples:
+    """Places between two ends with these q, halved until tangent and feed change little from one to the next."""
+    edges = np.concatenate([[low], setting.inside(low, high), [high]])
+    steps = np.diff(edges)
+    s = (edges[:-1, None] + steps[:, None] * np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)).ravel()
+    near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
+    s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
+    d = setting.track.derivatives(s)
+    least = SHORTEST * (high - low)
+    for _ in range(HALVINGS):
+        gap = np.diff(s)
+        tangent, kappa = d[:, 1, : setting.linear], np.linalg.norm(d[:, 2, : setting.linear], axis=1)
+        turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
+        turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
+        more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
+        if not len(more):
+            break
+        new = 0.5 * (s[more] + s[more + 1])
+        s, d = np.insert(s, more + 1, new), np.insert(d, more + 1, setting.track.derivatives(new), axis=0)
+    top, curvature, push, twist = _tops(setting, s)
+    for _ in range(HALVINGS):
+        q = profile(s, top, push, low, high, q_low, q_high)
+        slow = SLOW * np.max(q)
+        gap = np.diff(s)
+        change = np.abs(np.diff(q)) > SAMPLE_CHANGE * (np.maximum(q[1:], q[:-1]) + slow)
+        more = np.flatnonzero(change & (gap > least) & _same_piece(edges, s))
+        if push == np.inf or not len(more):
+            break
+        new = 0.5 * (s[more] + s[more + 1])
+        found = _tops(setting, new)
+        s = np.insert(s, more + 1, new)
+        top, curvature = np.insert(top, more + 1, found[0]), np.insert(curvature, more + 1, found[1])
+    q = profile(s, top, push, low, high, q_low, q_high)
+    return Samples(s, top, q, curvature, push, twist)
+
+
+def _same_piece(edges: Array, s: Array) -> BoolArray:
+    """Whether places (n,) and the next ones lie between the same edges, (n - 1,)."""
+    piece = np.searchsorted(edges, s)
+    return np.asarray(piece[1:] == piece[:-1])
+
+
+def _tops(setting: Setting, s: Array) -> tuple[Array, Array, float, float]:
+    """What limits of velocity and acceleration allow q to be at places, their curvature, and push and twist."""
+    places = setting.places(s)
+    rows = setting.rows(places)
+    with np.errstate(divide="ignore", over="ignore"):
+        a = np.max(np.abs(rows.linear[:, 0]), axis=0, initial=0.0)
+        j = np.max(np.abs(rows.jerk[:, 0]), axis=0, initial=0.0)
+        q = np.minimum(rows.top, np.minimum(1.0 / a, j ** (-2.0 / 3.0)))
+        q = np.minimum(q, 1.0 / np.max(rows.jump[:, 1], axis=(0, 1), initial=0.0))
+        push = float(np.float64(0.5) / np.max(np.abs(rows.linear[:, 1]), initial=0.0))
+        twist = float(np.float64(0.5) / np.max(np.abs(rows.jerk[:, 2]), initial=0.0))
+    return np.maximum(q, 1.0 / FREE), places.curvature, push, twist
+
+
+def profile(s: Array, top: Array, push: float, low: float, high: float, q_low: float, q_high: float) -> Array:
+    """The part of q (n,) at places s that an acceleration along the path can follow from and to the ends, mm^2/s^2."""
+    if push == np.inf:
+        return top
+    q = np.minimum.reduce([top, q_low + 2.0 * push * (s - low), q_high + 2.0 * push * (high - s)])
+    rise = 2.0 * push * (s - low)
+    q = np.minimum.accumulate(q - rise) + rise
+    found: Array = np.minimum.accumulate((q + rise)[::-1])[::-1] - rise
+    return np.maximum(found, 1.0 / FREE)
+
+
+def density(samples: Samples, q: Array, slow: float, turn: float, beat: float) -> Array:
+    """Cells a mm at samples: one for `turn` rad of the path, and where the feed changes one each `beat` sqrt(v / J).
+
+    v is the top feed, J the jerk along the path; without a limit of jerk the time in which v is reached counts.
+    """
+    v = np.sqrt(np.maximum(q, slow))
+    top = float(np.max(v))
+    time = max((top / samples.twist) ** 0.5, REACHED * top / samples.push) or np.inf
+    change = np.ones(len(q))
+    if samples.push < np.inf:
+        slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
+        slope = np.minimum(CHANGING * slope, 1.0)
+        change = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
+    steady = STEADY / (samples.s[-1] - samples.s[0])
+    found: Array = samples.curvature / turn + change / (beat * v * time) + steady
+    return found
+
+
+def lay(
+    setting: Setting,
+    samples: Samples,
+    q: Array,
+    low: float,
+    high: float,
+    ramps: tuple[float, float],
+    turn: float,
+    beat: float,
+) -> tuple[Array, BoolArray]:
+    """Nodes (n + 1,) from low + ramps[0] to high - ramps[1], mm, and at which of them the path jumps.
+
+    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J)
+    """
+    begin, end = low + ramps[0], high - ramps[1]
+    edges = np.concatenate([[begin], setting.inside(begin + ramps[0], end - ramps[1]), [end]])
+    edges = _with_reach(setting, samples, q, edges)
+    jumps = edges[1:-1]
+    slow = 2.0 * min(samples.push, 1e6) * max(*ramps, 1e-12)
+    wanted = density(samples, q, slow, turn, beat)
+    s = samples.s
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
+    at = np.interp(edges, s, total)
+    counts = np.ceil(np.diff(at) - 1e-9)
+    if not np.sum(counts) < MOST_CELLS:
+        raise PlanError(
+            f"from s = {low:.6g} to {high:.6g} mm the path bends too sharply for its limits: {np.sum(counts):.3g} "
+            "cells would be needed; smooth it there"
+        )
+    counts = np.maximum(counts, 1).astype(int)
+    first = np.repeat(np.arange(len(counts)), counts)
+    fraction = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[first]
+    nodes = np.interp(at[first] + fraction * np.diff(at)[first], total, s)
+    nodes[fraction == 0.0] = edges[:-1]
+    nodes = np.maximum.accumulate(np.append(nodes, end))
+    nodes = nodes[np.append(True, np.diff(nodes) > 0.0)]
+    for _ in range(HALVINGS):  # geometric from the ramps
+        most = np.full(len(nodes) - 1, np.inf)
+        if ramps[0] > 0.0:
+            most = np.minimum(most, np.maximum(GROWTH * (nodes[1:] - low), 0.5 * ramps[0]))
+        if ramps[1] > 0.0:
+            most = np.minimum(most, np.maximum(GROWTH * (high - nodes[:-1]), 0.5 * ramps[1]))
+        cut = np.diff(nodes) > most
+        if not cut.any():
+            break
+        nodes = np.sort(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))
+    nodes = graded(nodes, np.zeros(len(nodes) - 1, dtype=bool))
+    return nodes, np.isin(nodes, jumps)
+
+
+def _with_reach(setting: Setting, samples: Samples, q: Array, edges: Array) -> Array:
+    """Edges (k,) and, on both sides of each at which tangent or curvature jumps, those where its reach ends."""
+    real = edges[1:-1][np.isin(edges[1:-1], setting.real_jumps)]
+    if setting.period is None or not len(real):
+        return edges
+    reach = FASTER * REACH * setting.period * np.sqrt(np.interp(real, samples.s, q))
+    more = np.concatenate([real - reach, real + reach])
+    apart = 0.25 * np.concatenate([reach, reach])
+    beside = np.clip(np.searchsorted(edges, more), 1, len(edges) - 1)
+    clear = (more - edges[beside - 1] > apart) & (edges[beside] - more > apart)
+    return np.unique(np.concatenate([edges, more[clear]]))
+
+
+def counted(setting: Setting, low: float, high: float, turn: float, beat: float, cells: int, joins: float) -> float:
+    """How far about so many cells reach from `low`, mm: `high`, where the path ends, if only `joins` times as many do.
+
+    What lies behind does not matter, so that a path which comes in parts is cut as one that is known whole.
+    """
+    inner = setting.inside(low, high)
+    most = int(joins * cells)
+    far = float(inner[most]) if len(inner) > most else high
+    samples = sample(setting, low, far, FREE, FREE)
+    slow = 2.0 * min(samples.push, 1e6) * RATIO * 1e-3
+    wanted = density(samples, samples.top, slow, turn, beat)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(samples.s))])
+    edges = np.concatenate([[low], inner[inner < far], [far]])
+    each = np.maximum(np.ceil(np.diff(np.interp(edges, samples.s, total))), 1.0)
+    so_far = np.concatenate([[0.0], np.cumsum(each)])
+    if far == high and so_far[-1] <= joins * cells:
+        return high
+    return float(np.interp(cells, so_far, edges))
+
+
+def graded(nodes: Array, cut: BoolArray) -> Array:
+    """Nodes with the cells of `cut` (n,) halved, and others until none is more than RATIO times its neighbour."""
+    for _ in range(HALVINGS):
+        h = np.diff(nodes)
+        while True:
+            size = np.where(cut, 0.5, 1.0) * h
+            more = np.zeros(len(h), dtype=bool)
+            more[1:] |= h[1:] * np.where(cut[1:], 0.5, 1.0) > RATIO * size[:-1]
+            more[:-1] |= h[:-1] * np.where(cut[:-1], 0.5, 1.0) > RATIO * size[1:]
+            more &= ~cut
+            if not more.any():
+                break
+            cut = cut | more
+        if not cut.any():
+            break
+        nodes = np.sort(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))
+        cut = np.zeros(len(nodes) - 1, dtype=bool)
+    return nodes

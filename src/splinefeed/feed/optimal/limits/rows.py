@@ -1,0 +1,166 @@
+"""A limit as rows on y = (q, q', q'') at places of a path, and all of them stacked for the optimiser."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.records import Array
+
+#: A bound that never binds: a side of a row that has none, and the feed where nothing limits it.
+FREE = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where limits are asked for.
+
+    s       (n,)           arc length, mm
+    d       (n, 4, axes)   r, r', r'', r''' by arc length
+    linear                 how many axes the arc length counts
+    axes                   names of the axes
+    period                 servo period, s, or None
+    feed    (n,)           feed that the path asks for, mm/s, infinite where it says nothing
+    corner  (n,)           largest feed at a corner that is passed here, mm/s, infinite elsewhere
+    turn, bend (2, axes, n)  the sum of the jumps of r' and of r'' within reach of the place, those up and those down
+    rising  (n,)           1 where the motion surely speeds up, -1 where it slows down, 0 where it may do either
+    """
+
+    s: Array
+    d: Array
+    linear: int
+    axes: tuple[str, ...]
+    period: float | None
+    feed: Array
+    corner: Array
+    turn: Array
+    bend: Array
+    rising: Array
+
+    @property
+    def curvature(self) -> Array:
+        """|r''| over the axes that the arc length counts, 1/mm, (n,)."""
+        return np.asarray(np.linalg.norm(self.d[:, 2, : self.linear], axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Top:
+    """q <= q (n,), mm^2/s^2."""
+
+    name: str
+    q: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """low <= c0 q + c1 q' <= high, each (n,); normalised, so that the larger of -low and high is about 1."""
+
+    name: str
+    c0: Array
+    c1: Array
+    low: Array | float = -1.0
+    high: Array | float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Jerk:
+    """-1/sqrt(q) + down <= c0 q + c1 q' + c2 q'' <= 1/sqrt(q) - up, normalised by the limit.
+
+    up, down (2, n)  what jumps of the path take of it: a constant, and a factor of sqrt(q)
+    """
+
+    name: str
+    c0: Array
+    c1: Array
+    c2: Array
+    up: Array | None = None
+    down: Array | None = None
+
+
+Row = Top | Linear | Jerk
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """All rows at n places: tops in one, m linear ones, k of jerk.
+
+    top        (n,);  linear (m, 2, n), low and high (m, n);  jerk (k, 3, n), jump (2, 2, k, n): up and down, each a
+    constant and a factor of sqrt(q);  names of each: tops (t,) with their own q (t, n), linear (m,) and jerk (k,)
+    """
+
+    top: Array
+    tops: Array
+    linear: Array
+    low: Array
+    high: Array
+    jerk: Array
+    jump: Array
+    names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
+
+    def tightened(self, factor: Array) -> Rows:
+        """The same with q held to so much less, (n,): accelerations by the factor, jerk by its power 3/2."""
+        jerk = factor**-1.5
+        return Rows(
+            self.top * factor,
+            self.tops,
+            self.linear,
+            self.low * factor,
+            self.high * factor,
+            self.jerk * jerk,
+            self.jump * jerk,
+            self.names,
+        )
+
+    def without_jerk(self) -> Rows:
+        """All but the rows of jerk."""
+        names = (*self.names[:2], ())
+        return dataclasses.replace(self, jerk=self.jerk[:0], jump=self.jump[:, :, :0], names=names)
+
+    def shares(self, v: Array, a: Array, j: Array) -> Array:
+        """Share of each limit as a factor on q, (t + m + k, n), at feeds, accelerations and jerks along the path (n,).
+
+        q for tops, accelerations as they are, jerk to the power 2/3.
+        """
+        q = v * v
+        linear = self.linear[:, 0] * q + self.linear[:, 1] * (2.0 * a)
+        jerk = self.jerk[:, 0] * (q * v) + self.jerk[:, 1] * (2.0 * a * v) + self.jerk[:, 2] * (2.0 * j)
+        up = jerk + self.jump[0, 0] * v + self.jump[0, 1] * q
+        down = -jerk + self.jump[1, 0] * v + self.jump[1, 1] * q
+        return np.concatenate(
+            [
+                q / self.tops,
+                np.maximum(np.maximum(linear, 0.0) / self.high, np.minimum(linear, 0.0) / self.low),
+                np.maximum(np.maximum(up, down), 0.0) ** (2.0 / 3.0),
+            ]
+        )
+
+
+def stacked(rows: Sequence[Row], n: int) -> Rows:
+    """Rows in one."""
+    tops = [row for row in rows if isinstance(row, Top)]
+    linear = [row for row in rows if isinstance(row, Linear)]
+    jerk = [row for row in rows if isinstance(row, Jerk)]
+
+    def across(values: Sequence[object]) -> Array:
+        return np.array([np.broadcast_to(np.asarray(v, dtype=np.float64), n) for v in values]).reshape(len(values), n)
+
+    none = np.zeros((2, n))
+    jump = [[none if row.up is None else row.up, none if row.down is None else row.down] for row in jerk]
+    each = np.minimum(across([row.q for row in tops]), FREE**2)
+    return Rows(
+        top=np.min(each, axis=0),
+        tops=each,
+        linear=np.stack([across([row.c0 for row in linear]), across([row.c1 for row in linear])], axis=1),
+        low=np.maximum(across([row.low for row in linear]), -FREE),
+        high=np.minimum(across([row.high for row in linear]), FREE),
+        jerk=np.stack([across([getattr(row, name) for row in jerk]) for name in ("c0", "c1", "c2")], axis=1),
+        jump=np.moveaxis(np.array(jump).reshape(len(jerk), 2, 2, n), 0, 2),
+        names=(
+            tuple(row.name for row in tops),
+            tuple(row.name for row in linear),
+            tuple(row.name for row in jerk),
+        ),
+    )

@@ -1,0 +1,264 @@
+"""The strategies `time-optimal` and `look-ahead`: two modes of one planner."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from splinefeed.errors import LimitsError, PlanError
+from splinefeed.feed.optimal.audit import LOOKED_AT_LAST, worst_shares
+from splinefeed.feed.optimal.corners import SHARPEST, passed_corners
+from splinefeed.feed.optimal.periods import in_periods
+from splinefeed.feed.optimal.setting import Setting
+from splinefeed.feed.optimal.stretch import Mode, Plan, State, plan_window
+from splinefeed.feed.optimal.ticks import kept_at_ticks
+from splinefeed.feed.optimal.track import PathTrack
+from splinefeed.feed.optimal.window import KEPT, plan_stretch
+from splinefeed.feed.stretches import curve_feeds, lasting
+from splinefeed.geometry.path import Path
+from splinefeed.records import Array, Limits, TimeLaw
+
+#: What the modes are called.
+TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
+MODES = {
+    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=8, cells=8000, bounded=True),
+    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400),
+}
+#: A bend of a smaller radius, mm, is a cusp: 1 nm, what no drive follows.
+RESOLUTION = 1e-6
+#: A bend of a smaller radius, mm, is left to the planners of before.
+SHARP = 1e-3
+#: A motion that the audit finds over a limit by more than this, as a factor on q, is not taken.
+POOR = 1.02
+#: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
+RESERVES = (5e-3, 2e-2, 0.1)
+#: Halvings of a feed at an end until it is about the largest that limits allow.
+NEAREST = 10
+#: What the audit may not see of a peak between its places, as a factor on q.
+UNSEEN = 1e-6
+#: Stretches between so many rests, about 1 ms each, are left to compiled loops.
+MOST_RESTS = 10_000
+#: What rounding may make of a number of periods; a motion ends after a tick if it does by this share of a period.
+ROUNDING, LATE = 1e-12, 1e-9
+
+
+def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeLaw:
+    """Least time under all limits at once, at rest at the stops; see `plan_in_mode`."""
+    return _planned(path, limits, period, TIME_OPTIMAL)
+
+
+def plan_look_ahead(path: Path, limits: Limits, period: float | None) -> TimeLaw:
+    """Close to the least time, window by window; see `plan_in_mode`."""
+    return _planned(path, limits, period, LOOK_AHEAD)
+
+
+def _planned(path: Path, limits: Limits, period: float | None, strategy: str) -> TimeLaw:
+    """The motion by this planner or, where it has none, by the one of before; PlanError where neither has any."""
+    from splinefeed.feed.look_ahead import plan_look_ahead as by_windows
+    from splinefeed.feed.time_optimal import plan_time_optimal as by_cells
+
+    before = by_cells if strategy == TIME_OPTIMAL else by_windows
+    try:
+        law = plan_in_mode(path, limits, period, strategy)
+    except PlanError as error:
+        try:
+            return before(path, limits, period)
+        except PlanError:
+            raise error from None
+    return before(path, limits, period) if law is None else law
+
+
+def setting_of(path: Path, limits: Limits, period: float | None) -> Setting:
+    """What a motion along the path is planned under."""
+    feeds = curve_feeds(path, limits)
+    changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
+    track, passed = PathTrack(path), passed_corners(path, limits, period)
+    return Setting(
+        track,
+        limits,
+        path.axes,
+        path.linear,
+        period,
+        (path.curve_starts[changes], feeds[np.concatenate([[0], changes])]),
+        passed,
+        _rests(path, track, passed[0]),
+    )
+
+
+def _rests(path: Path, track: PathTrack, passed: Array) -> Array:
+    """Arc lengths (k,) strictly inside at which the motion rests, mm: stops that are not passed, and hidden cusps."""
+    stops = np.asarray(path.stops)
+    tips, curvature = track.tips
+    found = np.concatenate([stops[~np.isin(stops, passed)], tips[curvature * RESOLUTION > 1.0]])
+    found = np.unique(found[(found > RESOLUTION) & (found < path.length - RESOLUTION)])
+    return found[np.diff(found, prepend=-np.inf) > RESOLUTION]
+
+
+def plan_in_mode(path: Path, limits: Limits, period: float | None, strategy: str) -> TimeLaw | None:
+    """The motion in one of MODES; None where cusps, or what the audit finds, ask for the planners of before.
+
+    The law rests at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
+    acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
+    motion that the limits do not allow.
+    """
+    check_limits(limits, path.axes, strategy)
+    _check_jumps(path, limits, period)
+    with np.errstate(all="ignore"):  # what is no number is no motion to take
+        return _law(path, limits, period, strategy)
+
+
+def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> TimeLaw | None:
+    """The same, of limits that were looked at."""
+    setting, mode = setting_of(path, limits, period), MODES[strategy]
+    wanted = np.array([*path.stops, *(s for s, _ in path.dwells)])
+    inner = wanted[(wanted > 0.0) & (wanted < path.length) & ~np.isin(wanted, setting.passed[0])]
+    uneven = limits.deceleration_jerk != limits.jerk
+    many = len(setting.rests) >= MOST_RESTS
+    if many or uneven or _has_cusps(path, setting) or not np.all(np.isin(inner, setting.rests)):
+        return None
+    marks = np.concatenate([[0.0], setting.rests, [path.length]])
+    instants, rows, notes = [np.zeros(1)], [], []
+    bound, tick, late = 0.0, 0, 0.0
+    for low, high in pairwise(marks.tolist()):
+        start = State(limits.start_feed if low == 0.0 else 0.0)
+        stop = State(limits.end_feed if high == path.length else 0.0)
+        try:
+            plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
+        except PlanError:
+            if max(start.feed, stop.feed) > 0.0:
+                raise
+            return None
+        if plan.over > POOR or not plan.found:
+            return None
+        bound += plan.bound
+        rows.append(plan.pieces.coefficients)
+        breaks = float(instants[-1][-1]) + np.cumsum(plan.pieces.spans)
+        if period is not None:
+            tick += ticks
+            extra = max(plan.pieces.duration - ticks * period, 0.0) if max(start.feed, stop.feed) > 0.0 else 0.0
+            if extra > LATE * period:
+                late += extra
+                notes.append(_late(high, path.length, extra, period))
+            breaks[-1] = tick * period + late
+        instants.append(breaks)
+    times, coefficients = lasting(np.concatenate(instants), np.concatenate(rows))
+    if not np.all(np.isfinite(coefficients)):
+        return None
+    law = TimeLaw(
+        breaks=times,
+        coefficients=coefficients,
+        strategy=strategy,
+        period=period,
+        notes=tuple(notes),
+        settings={"lower_bound_s": bound} if strategy == TIME_OPTIMAL else {},
+    )
+    return law if kept_at_ticks(law, path, limits, setting.passed[0], setting.breaks) else None
+
+
+def _has_cusps(path: Path, setting: Setting) -> bool:
+    """Whether the path turns back, bends by a radius below SHARP, or moves rotary axes that have limits, or alone."""
+    corners = path.corners
+    names = ("axis_velocity", "axis_acceleration", "axis_jerk")
+    limited = [setting.limits.of_axes(name, path.axes)[path.linear :] for name in names]
+    if np.any(corners.angle[corners.stop] > SHARPEST) or path.shape[2] <= 0 or np.any(np.isfinite(limited)):
+        return True
+    before, after, _ = setting.beside
+    tips = setting.track.tips[1] if isinstance(setting.track, PathTrack) else np.zeros(0)
+    bends = (tips, np.abs(before[:, 2]), np.abs(after[:, 2]))
+    return not all(np.max(bend, initial=0.0) * SHARP < 1.0 for bend in bends)
+
+
+def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> tuple[Plan, int]:
+    """A stretch that lasts whole periods if it can, and how many.
+
+    From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With an end in
+    motion it is slowed down in between, and more of all limits is left unused until that stays within them.
+    """
+    period = setting.period
+    if max(start.feed, stop.feed) == 0.0:
+        plan = plan_stretch(setting, low, high, start, stop, mode)
+        if plan.over > POOR:
+            return plan, 0
+        over = plan.over * (1.0 + UNSEEN)
+        pieces = plan.pieces.stretched(math.sqrt(over)) if over > 1.0 else plan.pieces
+        if period is None:
+            return replace(plan, pieces=pieces), 0
+        ticks = max(math.ceil(pieces.duration / period * (1.0 - ROUNDING) - ROUNDING), 1)
+        return replace(plan, pieces=pieces.stretched(ticks * period / pieces.duration)), ticks
+    first: Plan | None = None
+    for tolerance in (mode.tolerance, *RESERVES):
+        try:
+            plan = plan_stretch(setting, low, high, start, stop, replace(mode, tolerance=tolerance))
+        except PlanError:
+            if first is None:
+                raise
+            break
+        if plan.over > KEPT:
+            if first is None:
+                raise _out_of_reach(setting, low, high, start, stop)
+            break
+        first = plan if first is None else first
+        if period is None:
+            return plan, 0
+        slower = in_periods(plan.pieces, high, (start.feed > 0.0, stop.feed > 0.0), period)
+        whole = round(plan.pieces.duration / period)
+        if abs(plan.pieces.duration - whole * period) <= ROUNDING * plan.pieces.duration + LATE * period:
+            return plan, whole
+        if slower is not None and np.max(worst_shares(setting, slower, high, LOOKED_AT_LAST)) <= KEPT:
+            return replace(plan, pieces=slower), round(slower.duration / period)
+    assert first is not None
+    assert period is not None
+    return first, math.floor(first.pieces.duration / period)
+
+
+def _late(high: float, length: float, late: float, period: float) -> str:
+    """The note on a stretch with a moving end that could not be made to last whole periods."""
+    place = f"the stop at {high:g} mm falls {late:.6g} s after a tick"
+    if high == length:
+        place = f"the last period is a short one, {late:.6g} s of {period:g} s"
+    return f"{place}: its end feeds leave nothing to slow down"
+
+
+def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> PlanError:
+    """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow."""
+    mode = replace(MODES[LOOK_AHEAD], rounds=2)
+
+    def possible(first: float, last: float) -> bool:
+        return plan_window(setting, low, high, State(first), State(last), mode, exact=True).over <= KEPT
+
+    at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start.feed, 0.0))
+    name, wanted = ("end_feed", stop.feed) if at_end else ("start_feed", start.feed)
+    least, most = 0.0, wanted
+    for _ in range(NEAREST):
+        middle = 0.5 * (least + most)
+        fits = possible(start.feed, middle) if at_end else possible(middle, stop.feed)
+        least, most = (middle, most) if fits else (least, middle)
+    return PlanError(
+        f"{name} is {wanted:g} mm/s; the limits between s = {low:.6g} and {high:.6g} mm allow at most {least:.6g} mm/s "
+        "there; lower it"
+    )
+
+
+def check_limits(limits: Limits, axes: tuple[str, ...], strategy: str) -> None:
+    """Raise LimitsError for limits that leave acceleration and jerk free."""
+    bounded = [limits.acceleration, limits.jerk]
+    for name in ("axis_acceleration", "axis_jerk"):
+        bounded += limits.of_axes(name, axes).tolist()
+    if not np.any(np.isfinite(bounded)):
+        raise LimitsError(
+            f"the {strategy} strategy needs a limit on acceleration or jerk, of the path or of its axes; none is given"
+        )
+
+
+def _check_jumps(path: Path, limits: Limits, period: float | None) -> None:
+    """Raise LimitsError for curvature that jumps under an axis jerk without a period."""
+    if period is None and np.any(np.isfinite(limits.of_axes("axis_jerk", path.axes))):
+        jumps = path.corners.s[~path.corners.stop]
+        if len(jumps):
+            raise LimitsError(
+                f"the curvature jumps at s = {jumps[0]:.6g} mm, where axis jerk is infinite at any feed; "
+                "give the servo period, over which a drive sees it"
+            )

@@ -1,0 +1,133 @@
+"""What a motion is planned under: the path, its limits, the period, and what jumps there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from splinefeed.feed.optimal.limits import Places, Rows, rows_at
+from splinefeed.feed.optimal.track import Track
+from splinefeed.records import Array, Limits
+
+#: A place is within reach of a jump of the path if the motion passes that less than so many periods before or behind.
+REACH = 1.0
+#: How far inside of a cell, as a share of it, derivatives are taken as those at its end, where they may jump.
+INSIDE = 1e-7
+#: A jump below this share of the derivative itself, or of what its own slope makes of it over INSIDE, is rounding.
+ROUNDING = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """A path and what the motion along it must keep.
+
+    feed_steps  (k,), (k + 1,)  arc lengths, mm, at which the feed that the path asks for changes, and the feeds, mm/s
+    passed      (p,), (p,)      arc lengths of corners that are passed in motion, mm, and the largest feed there, mm/s
+    rests       (r,)            arc lengths strictly inside at which the motion rests, mm
+    """
+
+    track: Track
+    limits: Limits
+    axes: tuple[str, ...]
+    linear: int
+    period: float | None
+    feed_steps: tuple[Array, Array]
+    passed: tuple[Array, Array]
+    rests: Array
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Where cells must end, mm."""
+        return np.unique(np.concatenate([self.track.breaks, self.feed_steps[0], self.passed[0], self.rests]))
+
+    def inside(self, low: float, high: float) -> Array:
+        """The breaks strictly between two places, mm."""
+        first, last = np.searchsorted(self.breaks, [low, high], side="right")
+        found = self.breaks[first:last]
+        return found[found < high]
+
+    @cached_property
+    def beside(self) -> tuple[Array, Array, Array]:
+        """r and its derivatives just before and behind the breaks, (k, 4, axes), and how far off, (k + 1,), mm."""
+        b = self.breaks
+        away = INSIDE * np.diff(np.concatenate([[0.0], b, [self.track.length]]))
+        return self.track.derivatives(b - away[:-1]), self.track.derivatives(b + away[1:]), away
+
+    @cached_property
+    def jumps(self) -> tuple[Array, Array]:
+        """Jumps of r' and of r'' at the breaks, (k, axes) each, 0 where there is none but rounding."""
+        b = self.breaks
+        if not len(b):
+            none = np.zeros((0, len(self.axes)))
+            return none, none
+        before, after, away = self.beside
+        found = []
+        for order in (1, 2):
+            jump = after[:, order] - before[:, order]
+            own = np.abs(before[:, order]) + np.abs(after[:, order])
+            slope = np.abs(before[:, order + 1]) * away[:-1, None] + np.abs(after[:, order + 1]) * away[1:, None]
+            found.append(np.where(np.abs(jump) > ROUNDING * own.max(axis=1, keepdims=True) + 3.0 * slope, jump, 0.0))
+        # differences across a corner that is passed are its step of velocity, and at rest there are none
+        other = np.isin(b, np.concatenate([self.passed[0], self.rests]))
+        for jump in found:
+            jump[other] = 0.0
+        return found[0], found[1]
+
+    @cached_property
+    def real_jumps(self) -> Array:
+        """The breaks at which r' or r'' jumps, mm."""
+        turn, bend = self.jumps
+        return self.breaks[np.any((turn != 0.0) | (bend != 0.0), axis=1)]
+
+    def feed_at(self, s: Array) -> Array:
+        """Feed that the path asks for, mm/s."""
+        steps, feeds = self.feed_steps
+        return feeds[np.searchsorted(steps, s, side="right")]
+
+    def corner_at(self, s: Array) -> Array:
+        """Largest feed at corners that are passed, mm/s: at the ends of the cells beside them, elsewhere infinite."""
+        corners, feeds = self.passed
+        found = np.full(len(s), np.inf)
+        if len(corners):
+            beside = 2.0 * INSIDE * np.diff(np.concatenate([[0.0], self.breaks, [self.track.length]]))
+            index = np.searchsorted(self.breaks, corners)
+            for k in (np.searchsorted(corners, s) - 1, np.searchsorted(corners, s)):
+                inside = (k >= 0) & (k < len(corners))
+                k = np.clip(k, 0, len(corners) - 1)
+                near = np.maximum(beside[index[k]], beside[index[k] + 1])
+                found = np.where(inside & (np.abs(s - corners[k]) <= near), np.minimum(found, feeds[k]), found)
+        return found
+
+    def places(self, s: Array, feed: Array | None = None, rising: Array | None = None) -> Places:
+        """Places at s (n,), no breaks; how fast the motion may be there, feed (n,), mm/s, tells what is in reach."""
+        n = len(s)
+        turn, bend = np.zeros((2, len(self.axes), n)), np.zeros((2, len(self.axes), n))
+        d = self.track.derivatives(s)
+        found, at = self.jumps, self.real_jumps
+        if self.period is not None and len(at):
+            real = np.isin(self.breaks, at)
+            v = np.minimum(self.limits.feed, self.feed_at(s)) if feed is None else feed
+            reach = REACH * (1.0 - 1e-9) * self.period * np.minimum(v, 1e6)
+            low, high = np.searchsorted(at, s - reach), np.searchsorted(at, s + reach, side="right")
+            for jump, out in zip(found, (turn, bend), strict=True):
+                for row, part in enumerate((np.maximum(jump[real], 0.0), np.maximum(-jump[real], 0.0))):
+                    total = np.concatenate([np.zeros((1, part.shape[1])), np.cumsum(part, axis=0)])
+                    out[row] = (total[high] - total[low]).T
+        return Places(
+            s=s,
+            d=d,
+            linear=self.linear,
+            axes=self.axes,
+            period=self.period,
+            feed=self.feed_at(s),
+            corner=self.corner_at(s),
+            turn=turn,
+            bend=bend,
+            rising=np.zeros(n) if rising is None else rising,
+        )
+
+    def rows(self, places: Places) -> Rows:
+        """All limits at places, those of corners that are passed included."""
+        return rows_at(places, self.limits)

@@ -1,0 +1,293 @@
+"""The optimiser: the least integral of ds / sqrt(q) under rows, by a primal-dual interior point on a band matrix.
+
+Nocedal and Wright, Numerical Optimization, 2nd ed., chapter 19: rows g <= 0 with slacks s and multipliers z, and Newton
+steps on
+
+    grad f + sum z grad g = 0        g + s = 0        z s = mu.
+
+All rows are rows on y = (q, q', q'') at a place, so that derivatives are put together there, in 3 x 3, and carried to
+the four coefficients of the cell once. One term keeps the problem from being convex, the bound 1 / sqrt(q) of jerk: its
+value and slope count at every step, its curvature is left out of the Newton matrix, which so stays positive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import lapack
+
+from splinefeed.errors import PlanError
+from splinefeed.feed.optimal.limits import Rows
+from splinefeed.feed.optimal.spline import DEGREE, Spline
+from splinefeed.records import Array, IntArray
+
+#: Rows and columns of the upper triangle of the 4 x 4 matrix of a cell, and of the 3 x 3 matrix of a place.
+UPPER, UPPER_3 = np.triu_indices(DEGREE + 1), np.triu_indices(DEGREE)
+#: Most Newton steps, and halvings of one.
+STEPS, HALVINGS = 80, 40
+#: A slack keeps this share of itself in a step; q keeps this share of itself.
+KEPT, KEPT_Q = 0.01, 0.1
+#: Slack of a row that is over its limit at the start, as a share of the limit.
+SLACK = 0.02
+#: Complementarity z s aimed at beside that of now: after long, fair and short steps.
+AIMS = ((0.8, 0.15), (0.3, 0.5), (0.0, 1.0))
+#: Multipliers of jerk may take this share of the weight of a place in a relaxation.
+CONVEX = 0.98
+#: Multipliers stay within this factor of what complementarity says.
+BALANCE = 1e10
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of a window: q and q' there, or rest, behind a ramp of this length, mm, on which q goes with s^(4/3).
+
+    Without a ramp and with q = 0 it is free.
+    """
+
+    ramp: float = 0.0
+    q: float = 0.0
+    slope: float = 0.0
+
+    @property
+    def rest(self) -> bool:
+        """Whether the motion begins or ends at rest here."""
+        return self.ramp > 0.0
+
+    @property
+    def free(self) -> bool:
+        """Whether the state here is anything."""
+        return self.ramp == 0.0 and self.q == 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Coefficients of q (m,), the time of it, s, multipliers to go on from, and how it came out.
+
+    floor  time less the sum of z s: a lower bound of the time, s, if the problem is convex
+
+    kept   whether every row holds
+    """
+
+    c: Array
+    time: float
+    floor: float
+    z: Array
+    kept: bool
+
+
+class Problem:
+    """Places, the splines that reach them, and their rows.
+
+    cell, x, weight (n,)  cell of each place, where it is, mm, and its weight in the time, the sum of weight / sqrt(q)
+    tilt (3, n)           added to the time: tilt . y, nothing but in a relaxation
+    """
+
+    def __init__(
+        self, spline: Spline, cell: IntArray, x: Array, weight: Array, rows: Rows, ends: tuple[End, End]
+    ) -> None:
+        self.spline, self.cell, self.weight, self.ends = spline, cell, weight, ends
+        self.tilt = np.zeros((3, len(x)))
+        self.basis = spline.basis(cell, x)
+        self.first = spline.first[cell]
+        self.gather = self.first + np.arange(DEGREE + 1)[:, None]
+        self.offset = np.zeros((3, len(x)))
+        self.given = np.full(spline.size, np.nan)  # coefficients that a state gives
+        self.ties: dict[int, float] = {}  # coefficients that follow their neighbour
+        for end, side in zip(ends, (1, -1), strict=True):
+            self._hold(end, side)
+        self.free = np.isnan(self.given)
+        self.free[list(self.ties)] = False
+        a, b = UPPER
+        self.carry = np.empty((len(a), len(UPPER_3[0]), len(x)))
+        for k, (i, j) in enumerate(zip(*UPPER_3, strict=True)):
+            half = self.basis[i][a] * self.basis[j][b]
+            self.carry[:, k] = half if i == j else half + self.basis[j][a] * self.basis[i][b]
+        self.hold(rows)
+
+    def _hold(self, end: End, side: int) -> None:
+        """Take the coefficients that an end decides out of the basis: q' = 4/3 q / ramp at rest, else q and q'."""
+        t, n = self.spline.t, self.spline.size
+        outer, inner, step = (0, 1, (t[4] - t[1]) / DEGREE) if side > 0 else (n - 1, n - 2, (t[-2] - t[-5]) / DEGREE)
+        if end.rest:
+            tie = 1.0 / (1.0 + 4.0 / 3.0 * step / end.ramp)
+            self.ties[outer] = tie
+            k, at = np.nonzero(self.gather == outer)
+            self.basis[:, k + side, at] += tie * self.basis[:, k, at]
+            self.basis[:, k, at] = 0.0
+            return
+        if end.free:
+            return
+        for index, value in ((outer, end.q), (inner, end.q + side * end.slope * step)):
+            k, at = np.nonzero(self.gather == index)
+            self.given[index] = value
+            self.offset[:, at] += value * self.basis[:, k, at]
+            self.basis[:, k, at] = 0.0
+
+    def hold(self, rows: Rows) -> None:
+        """From now on these rows."""
+        self.rows = rows
+        linear, jerk = rows.linear, rows.jerk
+        self.linear_pairs = np.stack([linear[:, 0] ** 2, linear[:, 0] * linear[:, 1], linear[:, 1] ** 2], axis=1)
+        self.jerk_pairs = np.stack([jerk[:, 1] ** 2, jerk[:, 1] * jerk[:, 2], jerk[:, 2] ** 2], axis=1)
+        self.count = (1 + 2 * len(linear) + 2 * len(jerk)) * linear.shape[2]
+        sizes = np.cumsum([1, len(linear), len(linear), len(jerk), len(jerk)])
+        self.parts = tuple(slice(int(a), int(b)) for a, b in pairwise(sizes))  # high, low, up, down behind the top
+
+    def complete(self, c: Array) -> Array:
+        """Coefficients with those that the ends decide."""
+        c = np.where(np.isnan(self.given), c, self.given)
+        for index, tie in self.ties.items():
+            c[index] = tie * c[1 if index == 0 else index - 1]
+        return c
+
+    def look(self, c: Array) -> tuple[Array, Array, Array]:
+        """y (3, n), 1 / sqrt(q) (n,) and g (rows, n), of which nothing may be above 0; empty where q is not > 0."""
+        y: Array = np.einsum("dkn,kn->dn", self.basis, c[self.gather]) + self.offset
+        q = y[0]
+        if not np.min(q) > 0.0:
+            return y, q, np.empty(0)
+        root = np.sqrt(q)
+        r = 1.0 / root
+        rows = self.rows
+        a = np.einsum("mdn,dn->mn", rows.linear, y[:2])
+        j = np.einsum("mdn,dn->mn", rows.jerk, y)
+        (up, up_root), (down, down_root) = rows.jump
+        over = (j - r + up + up_root * root, -j - r + down + down_root * root)
+        return y, r, np.concatenate([(q / rows.top - 1.0)[None], a - rows.high, rows.low - a, *over])
+
+    def newton(self, y: Array, r: Array, z: Array, s: Array, push: Array) -> Array | None:
+        """The Newton step in the coefficients, (m,): push (rows, n) = (mu + z (g + s)) / s; None if there is none."""
+        rows, (high, low, up, down) = self.rows, self.parts
+        w, jerk = self.weight, rows.jerk
+        stiff = z / s
+        r3 = r * r * r
+        rise, fall = self.slopes(r)
+        grad, hess = np.zeros((3, len(r))), np.zeros((6, len(r)))
+        grad += self.tilt
+        grad[0] += -0.5 * w * r3 + push[0] / rows.top
+        grad[:2] += np.einsum("mn,mdn->dn", push[high] - push[low], rows.linear)
+        grad[0] += np.sum(push[up] * rise - push[down] * fall, axis=0)
+        grad[1:] += np.einsum("mn,mdn->dn", push[up] - push[down], jerk[:, 1:])
+        hess[0] = 0.75 * w * r3 * r * r + stiff[0] / rows.top**2
+        hess[[0, 1, 3]] += np.einsum("mn,mdn->dn", stiff[high] + stiff[low], self.linear_pairs)
+        upward, downward = stiff[up] * rise, stiff[down] * fall
+        hess[0] += np.sum(upward * rise + downward * fall, axis=0)
+        hess[1:3] += np.einsum("mn,mdn->dn", upward + downward, jerk[:, 1:])
+        hess[3:] += np.einsum("mn,mdn->dn", stiff[up] + stiff[down], self.jerk_pairs)
+        local = np.einsum("abn,bn->an", self.carry, hess)
+        slope = np.einsum("dkn,dn->kn", self.basis, grad)
+        m = self.spline.size
+        band, total = np.zeros((DEGREE + 1, m)), np.zeros(m)
+        for a in range(DEGREE + 1):
+            total += np.bincount(self.first + a, slope[a], m)
+        for k, (a, b) in enumerate(np.transpose(UPPER).tolist()):
+            band[b - a] += np.bincount(self.first + a, local[k], m)
+        band[0, ~self.free] = 1.0
+        total[~self.free] = 0.0
+        _, step, info = lapack.dpbsv(band, -total, lower=1)
+        return step if info == 0 else None
+
+    def slopes(self, r: Array) -> tuple[Array, Array]:
+        """The factors of dq (k, n) in the rows of jerk upwards and, negative, downwards, at 1 / sqrt(q) (n,)."""
+        c0, jump = self.rows.jerk[:, 0], self.rows.jump
+        bound = 0.5 * r * r * r
+        return c0 + bound + 0.5 * jump[0, 1] * r, c0 - bound - 0.5 * jump[1, 1] * r
+
+    def change(self, y: Array, r: Array, dc: Array) -> tuple[Array, Array]:
+        """What a step in the coefficients does to q (n,) and, to first order, to g (rows, n)."""
+        rows = self.rows
+        dy = np.einsum("dkn,kn->dn", self.basis, dc[self.gather])
+        da = np.einsum("mdn,dn->mn", rows.linear, dy[:2])
+        dj = np.einsum("mdn,dn->mn", rows.jerk[:, 1:], dy[1:])
+        rise, fall = self.slopes(r)
+        return dy[0], np.concatenate([(dy[0] / rows.top)[None], da, -da, dj + rise * dy[0], -dj - fall * dy[0]])
+
+    def time(self, y: Array, r: Array) -> float:
+        """Sum of weight / sqrt(q) + tilt . y, s."""
+        return float(self.weight @ r + np.vdot(self.tilt, y))
+
+
+def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Solution:
+    """From coefficients c (m,), q > 0, to a time within the share `gap` of the least; z goes on from multipliers.
+
+    A row that is over its limit has a slack of its own until it is not; one that is not stays so. So whatever comes out
+    keeps every row unless one could not be kept at all, and steps may end anywhere.
+    """
+    c = problem.complete(c)
+    y, r, g = problem.look(c)
+    if not len(g):
+        raise PlanError("no feed was found that is above 0 everywhere: a limit leaves next to none")
+    time = problem.time(y, r)
+    s = np.maximum(-g, SLACK if z is None else SLACK**2)
+    mu = (0.1 if z is None else 0.01) * time / problem.count
+    z = mu / s if z is None else np.clip(z, 0.1 * mu / s, 10.0 * mu / s)
+    for _ in range(STEPS):
+        residual = g + s
+        dc = problem.newton(y, r, z, s, (mu + z * residual) / s)
+        if dc is None:
+            break
+        dq, dg = problem.change(y, r, dc)
+        ds = -residual - dg
+        dz = (mu - z * s - z * ds) / s
+        along = _longest(ds / s, 1.0 - KEPT, min(1.0, (1.0 - KEPT_Q) / max(float(np.max(-dq / y[0])), 1e-300)))
+        along_z = _longest(dz / z, 1.0 - KEPT, 1.0)
+        held = residual <= 0.0
+        for _ in range(HALVINGS):
+            new = c + along * dc
+            y_new, r_new, g_new = problem.look(new)
+            if len(g_new) and np.all((g_new <= -0.5 * KEPT * s) | ~held):
+                break
+            along *= 0.6
+        else:
+            break
+        s = np.where(held, -g_new, np.maximum(s + along * ds, -g_new))
+        c, y, r, g = new, y_new, r_new, g_new
+        time = problem.time(y, r)
+        z = z + along_z * dz
+        z = np.clip(z, mu / (BALANCE * s), BALANCE * mu / s)
+        complementary = float(np.sum(z * s))
+        least = min(along, along_z)
+        if np.max(g) < 0.0 and complementary < gap * time and least > 0.5:
+            break
+        aim = next(aim for length, aim in AIMS if least >= length)
+        mu = max(aim * complementary, 0.1 * gap * time) / problem.count
+    kept = bool(np.max(g) < 0.0)
+    # at an optimum of a convex problem sum z s is how far the time is from the least one
+    floor = max(time - float(np.sum(z * s)), 0.0) if kept else 0.0
+    return Solution(problem.complete(c), time, floor, z, kept)
+
+
+def _longest(ratio: Array, kept: float, most: float) -> float:
+    """The longest step, at most `most`, that takes no more than the share `kept`: ratio is change / value."""
+    return min(most, kept / max(float(np.max(-ratio)), 1e-300))
+
+
+def lower_bound(problem: Problem, solution: Solution, gap: float) -> float:
+    """A lower bound of the time on these cells, s, jerk included, by Lagrange's duality; 0 where none is known.
+
+    With multipliers z the Lagrangian is the sum of (weight - Z) / sqrt(q), Z the sum of the multipliers of jerk at a
+    place, and of what is linear in y. Where Z <= weight at all places it is convex: its least value is where its
+    gradient vanishes, at the solution, which so is the best of all and not only of those near it. Where Z is larger the
+    multipliers are taken smaller: any that are not negative give a bound, the least value of the Lagrangian under the
+    other limits, which then is one more problem, a convex one.
+    """
+    if not solution.kept:
+        return 0.0
+    rows, jerk = problem.rows, solution.z[problem.parts[2].start :]
+    Z = np.sum(jerk, axis=0)
+    jumps = np.any(rows.jump != 0.0, axis=(0, 1, 2)) & (Z > 0.0)
+    if np.all(problem.weight >= Z) and not np.any(jumps):
+        return solution.floor
+    share = np.minimum(1.0, CONVEX * problem.weight / np.maximum(Z, 1e-300))
+    up, down = solution.z[problem.parts[2]], solution.z[problem.parts[3]]
+    up, down = (np.where(jumps, 0.0, share * each) for each in (up, down))
+    weight, tilt = problem.weight, problem.tilt
+    problem.hold(rows.without_jerk())
+    problem.weight = weight - np.sum(up + down, axis=0)
+    problem.tilt = np.einsum("mn,mdn->dn", up - down, rows.jerk)
+    found = solve(problem, solution.c, gap).floor
+    problem.weight, problem.tilt = weight, tilt
+    problem.hold(rows)
+    return found

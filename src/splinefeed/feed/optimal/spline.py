@@ -1,0 +1,81 @@
+"""q(s) = feed^2 as a cubic spline: four coefficients reach into each cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.records import Array, BoolArray, IntArray
+
+DEGREE = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """Cubic B-splines on the cells between nodes (n + 1,), mm; C2, but C1 at nodes where the path itself jumps.
+
+    t      (m,)  knots: the end nodes four times, the nodes of `jumps` twice
+    first  (n,)  index of the first of the four coefficients that reach into each cell
+    """
+
+    nodes: Array
+    t: Array
+    first: IntArray
+
+    @classmethod
+    def on(cls, nodes: Array, jumps: BoolArray) -> Spline:
+        """The splines on nodes (n + 1,), with a double knot at the inner ones of `jumps` (n + 1,)."""
+        times = np.where(jumps, 2, 1)
+        times[[0, -1]] = DEGREE + 1
+        t = np.repeat(nodes, times)
+        return cls(nodes, t, np.cumsum(times)[:-1] - 1 - DEGREE)
+
+    @property
+    def size(self) -> int:
+        """How many coefficients there are."""
+        return len(self.t) - DEGREE - 1
+
+    def basis(self, cell: IntArray, x: Array) -> Array:
+        """Values, first and second derivatives (3, 4, n) of the four splines that reach into cells (n,), at x (n,), mm.
+
+        Cox and de Boor's recurrence and its derivative; The NURBS Book, eqs. (2.5) and (2.7).
+        """
+        t, span = self.t, self.first[cell] + DEGREE
+        around = {k: t[span + k] for k in range(1 - DEGREE, DEGREE + 1)}
+        levels = [[np.ones(len(x))]]
+        for p in range(1, DEGREE + 1):
+            new = [np.zeros(len(x)) for _ in range(p + 1)]
+            for j in range(p):
+                a, b = around[1 + j - p], around[1 + j]
+                w = levels[-1][j] / (b - a)
+                new[j] += w * (b - x)
+                new[j + 1] += w * (x - a)
+            levels.append(new)
+
+        def derived(lower: list[Array], p: int) -> list[Array]:
+            out = [np.zeros(len(x)) for _ in range(p + 1)]
+            for j in range(p):
+                w = p * lower[j] / (around[1 + j] - around[1 + j - p])
+                out[j] -= w
+                out[j + 1] += w
+            return out
+
+        return np.array([levels[3], derived(levels[2], 3), derived(derived(levels[1], 2), 3)])
+
+    def greville(self) -> Array:
+        """Where each coefficient acts, (size,), mm."""
+        t = self.t
+        found: Array = (t[1:-3] + t[2:-2] + t[3:-1]) / 3.0
+        return found
+
+    def at(self, coefficients: Array, x: Array) -> Array:
+        """q, q', q'' (3, n) at x (n,), mm."""
+        cell = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.first) - 1)
+        return self.combine(self.basis(cell, x), cell, coefficients)
+
+    def combine(self, basis: Array, cell: IntArray, coefficients: Array) -> Array:
+        """q, q', q'' (3, n) from a basis (3, 4, n) in cells (n,)."""
+        local = coefficients[self.first[cell] + np.arange(DEGREE + 1)[:, None]]
+        found: Array = np.einsum("dkn,kn->dn", basis, local)
+        return found

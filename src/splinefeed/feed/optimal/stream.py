@@ -1,0 +1,209 @@
+"""Look-ahead on a path without end: curves go in as they come, committed motion comes out, memory stays the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.feed.look_ahead_stream import ON_TICK, Block
+from splinefeed.feed.optimal.law import Pieces
+from splinefeed.feed.optimal.plan import LOOK_AHEAD, MODES, check_limits, setting_of
+from splinefeed.feed.optimal.stretch import REST, State
+from splinefeed.feed.optimal.window import Windows
+from splinefeed.geometry.curves import Flat, Packed
+from splinefeed.geometry.path import Path
+from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
+
+#: Cells of a window, and the fewest that it may have.
+WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
+#: A place nearer to another than this share of the path in memory is the same one.
+SAME_PLACE = 1e-12
+#: The path is looked at again when what is known ahead has grown by this share.
+GROWN = 0.1
+
+
+class LookAhead:
+    """Plans a path that need not end: `push` curves, get motion; `finish` comes to rest at the end of what came.
+
+    limits, period  as for `plan`; the period, s, is needed, as stops fall on ticks: the tool waits there for the next.
+                    Motion begins at start_feed and, when finished, ends at end_feed: not on a tick then
+    axes            names of the axes of all that comes
+    window          cells that are looked ahead over
+
+    The last plan always ends at rest within the window and keeps every limit. Its first half becomes final and the rest
+    is planned again with what follows; where that fails, the last plan still stands. So motion that came out can always
+    be followed by a stop within the limits, and a window costs the same wherever it is.
+    Raises LimitsError for limits that leave acceleration and jerk free or name other axes, InputError for a window that
+    is too small.
+    """
+
+    def __init__(self, limits: Limits, period: float, axes: Sequence[str], window: int = WINDOW) -> None:
+        self.limits, self.axes, self.period = limits, tuple(axes), positive(period, "period")
+        if int(window) < LEAST_WINDOW:
+            raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
+        check_limits(limits, self.axes, LOOK_AHEAD)
+        self._mode = replace(MODES[LOOK_AHEAD], cells=int(window))
+        self._windows = Windows(0.0, State(limits.start_feed))
+        self._path: Path | None = None  # what is known and not yet behind
+        self._waiting: list[Path] = []  # what came since
+        self._curves = 0  # that came
+        self._first_curve = 0  # of _path, among all that came
+        self._looked = 0.0  # length of what was known ahead when the last window was too short, mm
+        self._tick = 0  # the last one at which motion is final
+        self._elapsed = 0.0  # since then, s
+        self._begun = False
+
+    @property
+    def time(self) -> float:
+        """Up to when motion has come out, s."""
+        return self._tick * self.period + self._elapsed
+
+    @property
+    def rows(self) -> int:
+        """Curves that are held in memory."""
+        return sum(len(path.curves) for path in ([] if self._path is None else [self._path]) + self._waiting)
+
+    @property
+    def work(self) -> float:
+        """Cells that were planned so far: what planning costs."""
+        return float(self._windows.work)
+
+    def push(self, path: Path) -> list[Block]:
+        """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
+
+        Raises CurveError for other axes or a gap.
+        """
+        if path.axes != self.axes:
+            raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
+        last = self._waiting[-1] if self._waiting else self._path
+        if last is not None:
+            gap = float(np.max(np.abs(last.ends[-1, 1] - path.ends[0, 0])))
+            if gap > max(path.tolerance, last.tolerance):
+                raise CurveError(f"gap of {gap:.6g} between curve {self._curves - 1} and curve {self._curves}")
+        self._curves += len(path.curves)
+        self._waiting.append(path)
+        return list(self._drain(whole=False))
+
+    def finish(self) -> list[Block]:
+        """Come to rest at the end of what came; the rest of the motion."""
+        return list(self._drain(whole=True))
+
+    def _known(self) -> Path | None:
+        """All that is not yet behind as one path."""
+        parts = ([] if self._path is None else [self._path]) + self._waiting
+        if len(parts) > 1:
+            counts = np.cumsum([0, *(len(part.curves) for part in parts)]).tolist()
+            markers = [
+                replace(marker, before=marker.before + count)
+                for part, count in zip(parts, counts, strict=False)
+                for marker in part.markers
+            ]
+            feeds = None
+            if any(part.feeds is not None for part in parts):
+                none = [np.full(len(part.curves), np.inf) if part.feeds is None else part.feeds for part in parts]
+                feeds = np.concatenate(none)
+            self._path = Path(
+                Packed(Flat.joined([part.flat for part in parts])),
+                self.axes,
+                feeds=feeds,
+                markers=markers,
+                tolerance=max(part.tolerance for part in parts),
+            )
+        elif parts:
+            self._path = parts[0]
+        self._waiting = []
+        return self._path
+
+    def _drain(self, *, whole: bool) -> Iterator[Block]:
+        """Plan on while there is enough ahead, or with `whole` to the end."""
+        ahead = sum(path.length for path in self._waiting) if not whole else 0.0
+        if self._path is not None:
+            ahead += self._path.length - self._windows.low
+        if not whole and ahead < (1.0 + GROWN) * self._looked:
+            return
+        path = self._known()
+        if path is None:
+            return
+        setting = setting_of(path, self.limits, self.period)
+        stops = setting.rests
+        waits = dict(path.dwells)
+        if not self._begun and 0.0 in waits:
+            self._tick += math.ceil(waits.pop(0.0) / self.period - ON_TICK)
+        windows = self._windows
+        same = SAME_PLACE * path.length
+        while windows.low < path.length - same:
+            stop = stops[np.searchsorted(stops, windows.low + same, side="right") :]
+            high = float(stop[0]) if len(stop) else path.length
+            last = whole or len(stop) > 0
+            if not last and windows.reach(setting, self._mode, high) == high:
+                self._looked = path.length - windows.low
+                break
+            end = State(self.limits.end_feed) if whole and not len(stop) else REST
+            begin = windows.low
+            pieces = windows.advance(setting, self._mode, high, end, last=last)
+            self._begun, self._looked = True, 0.0
+            yield self._block(path, pieces, begin, waits)
+        self._forget(path)
+
+    def _block(self, path: Path, pieces: Pieces, begin: float, waits: dict[float, float]) -> Block:
+        """Pieces as a block; at rest the tool waits for the next tick, and for what the path asks."""
+        spans, coefficients = pieces.spans, pieces.coefficients.copy()
+        coefficients[:, 0] -= begin
+        curve = int(np.clip(np.searchsorted(path.curve_starts, begin, side="right") - 1, 0, len(path.curves) - 1))
+        tick, phase = self._tick, self._elapsed
+        self._elapsed += float(np.sum(spans))
+        if self._windows.state.feed == 0.0:
+            passed = math.ceil(self._elapsed / self.period - ON_TICK)
+            passed += math.ceil(_wait_at(waits, self._windows.low, SAME_PLACE * path.length) / self.period - ON_TICK)
+            still = passed * self.period - self._elapsed
+            if still > ON_TICK * self.period:
+                spans = np.append(spans, still)
+                coefficients = np.vstack([coefficients, np.zeros(LAW_COEFFICIENTS)])
+                coefficients[-1, 0] = self._windows.low - begin
+            self._tick, self._elapsed = self._tick + passed, 0.0
+        else:
+            passed = math.floor(self._elapsed / self.period)
+            self._tick, self._elapsed = self._tick + passed, max(self._elapsed - passed * self.period, 0.0)
+        law = TimeLaw(
+            breaks=np.concatenate([[0.0], np.cumsum(spans)]),
+            coefficients=coefficients,
+            strategy=LOOK_AHEAD,
+            period=self.period,
+        )
+        return Block(self._first_curve + curve, begin - float(path.curve_starts[curve]), tick, phase, law)
+
+    def _forget(self, path: Path) -> None:
+        """Drop the curves behind the motion, and count arc length from the first that is left."""
+        behind = int(np.searchsorted(path.curve_starts, self._windows.low, side="right")) - 2  # and keep one of them
+        if behind <= 0:
+            return
+        origin = float(path.curve_starts[behind])
+        self._path = Path(
+            Packed(path.flat.part(behind, len(path.curves))),
+            self.axes,
+            feeds=None if path.feeds is None else path.feeds[behind:],
+            markers=[replace(m, before=m.before - behind) for m in path.markers if m.before > behind],
+            tolerance=path.tolerance,
+        )
+        self._first_curve += behind
+        self._windows.move(origin)
+
+
+def _wait_at(waits: dict[float, float], s: float, same: float) -> float:
+    """How long the path waits at a place, s."""
+    return sum(seconds for place, seconds in waits.items() if abs(place - s) <= same)
+
+
+def look_ahead(paths: Iterable[Path], limits: Limits, period: float, *, window: int = WINDOW) -> Iterator[Block]:
+    """Blocks of motion over paths that follow each other without end: `LookAhead` as a generator."""
+    planner: LookAhead | None = None
+    for path in paths:
+        if planner is None:
+            planner = LookAhead(limits, period, path.axes, window)
+        yield from planner.push(path)
+    if planner is not None:
+        yield from planner.finish()

@@ -1,0 +1,296 @@
+"""One window of a path from state to state: grid, optimum, audit, and again where the audit found it over a limit."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.errors import PlanError
+from splinefeed.feed.optimal.audit import LOOKED, LOOKED_AT_LAST, worst_shares
+from splinefeed.feed.optimal.grid import FASTER, Samples, lay, sample
+from splinefeed.feed.optimal.law import Pieces, pieces_of
+from splinefeed.feed.optimal.limits import Places, Rows
+from splinefeed.feed.optimal.limits.rows import FREE
+from splinefeed.feed.optimal.setting import INSIDE, Setting
+from splinefeed.feed.optimal.solve import End, Problem, lower_bound, solve
+from splinefeed.feed.optimal.spline import Spline
+from splinefeed.records import Array, BoolArray, IntArray
+
+#: A ramp at rest is this share of the way over which jerk builds up the acceleration, and of the stretch.
+RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
+#: ... without a limit of jerk, of the way up to the top feed: a ramp then takes half as long again as it might.
+RAMP_OF_WAY = 1e-5
+#: Bending within a ramp costs at most this factor of the axis jerk; halvings until it does.
+RAMP_BEND, RAMP_HALVINGS = 1.3, 40
+#: The path turns by about this much within a ramp, rad, at most.
+RAMP_TURN = 0.3
+#: Jerk of a ramp as a share of the limit: an end is on a ramp all the time.
+RAMP_JERK = 0.97
+#: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
+FADE = 8.0
+#: Share of the time by which a solution may miss the optimum that only tells how fast jumps are passed.
+ROUGH = 0.05
+#: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
+WIDEST = 1e-12
+#: The first guess of q as a share of what limits of velocity and acceleration alone allow.
+GUESS = 0.4
+
+
+@dataclass(frozen=True)
+class Mode:
+    """How closely a motion is planned.
+
+    turn       rad over which the path turns within a cell, at most
+    beat       time over a cell, at most, in units of sqrt(v / J), v the top feed and J the jerk along the path
+    gap        share of the time by which a solution may miss the optimum on its cells
+    tolerance  share of a limit, as a factor on q, by which the audit may find a motion over it
+    rounds     times that cells found over a limit are tightened and solved again, at most
+    cells      in a window, about
+    bounded    whether a lower bound of the time is wanted
+    """
+
+    turn: float
+    beat: float
+    gap: float
+    tolerance: float
+    rounds: int
+    cells: int
+    bounded: bool = False
+
+
+@dataclass(frozen=True)
+class State:
+    """How fast the motion is at a place, mm/s, and its acceleration along the path, mm/s^2."""
+
+    feed: float = 0.0
+    acceleration: float = 0.0
+
+
+REST = State()
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Motion over a window: its pieces, a lower bound of its time, s, and the largest share of a limit, a factor on q.
+
+    found  whether the optimiser kept all rows
+    """
+
+    pieces: Pieces
+    bound: float
+    over: float
+    found: bool
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes when it is slowed down until every limit holds."""
+        return self.pieces.duration * float(np.sqrt(max(self.over, 1.0)))
+
+
+class Window:
+    """The cells of a window and their problem.
+
+    low, high  mm;  q (n,) what is thought of q at the samples, mm^2/s^2, which decides where cells lie
+    """
+
+    def __init__(
+        self, setting: Setting, samples: Samples, q: Array, ends: tuple[End, End], low: float, high: float, mode: Mode
+    ) -> None:
+        self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
+        nodes, jumps = lay(setting, samples, q, low, high, (ends[0].ramp, ends[1].ramp), mode.turn, mode.beat)
+        self.nodes, self.spline = nodes, Spline.on(nodes, jumps)
+        cell, part, weight = _simpson(nodes, jumps)
+        h = np.diff(nodes)
+        x = nodes[cell] + part * h[cell]
+        inside = nodes[cell] + np.clip(part, INSIDE, 1.0 - INSIDE) * h[cell]
+        self.cell = cell
+        self.beside = np.clip(cell + np.where(part == 1.0, 1, np.where(part == 0.0, -1, 0)), 0, len(h) - 1)
+        self.places = setting.places(inside, feed=FASTER * np.sqrt(np.interp(x, samples.s, q)))
+        self.free = self._rows(self.places)
+        self.problem = Problem(self.spline, cell, x, weight, self.free, ends)
+
+    def __len__(self) -> int:
+        return len(self.nodes) - 1
+
+    def hold(self, factor: Array) -> None:
+        """Have q lower by factors on cells (n,); a node counts for both of its cells."""
+        self.problem.hold(self.free.tightened(np.minimum(factor[self.cell], factor[self.beside])))
+
+    def rise(self, sign: Array) -> None:
+        """Take cells (n,) to speed up where `sign` is 1, to slow down where it is -1, and to do either at 0."""
+        rising = np.where(sign[self.cell] == sign[self.beside], sign[self.cell], 0.0)
+        self.free = self._rows(dataclasses.replace(self.places, rising=rising))
+
+    def guess(self) -> Array:
+        """Coefficients to begin with: a share of what q is thought to be, falling off to ends at rest."""
+        at = self.spline.greville()
+        c: Array = GUESS * np.interp(at, self.samples.s, self.q)
+        for end, away, place in ((self.ends[0], at - self.low, 0), (self.ends[1], self.high - at, -1)):
+            if end.rest:
+                ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
+                c = np.minimum(c, 0.9 * self.problem.rows.top[place] * ramp)
+            else:
+                c = np.maximum(c, end.q - 2.0 * self.samples.push * away)
+        return c
+
+    def least_ramps(self) -> float:
+        """What the ramps at rest take at least, s."""
+        tops = self.problem.rows.top[[0, -1]]
+        return float(sum(3.0 * end.ramp / top**0.5 for end, top in zip(self.ends, tops, strict=True)))
+
+    def q_at_samples(self, c: Array) -> Array:
+        """q (n,) of coefficients at the samples."""
+        found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
+        return np.maximum(found, 0.0)
+
+    def of_cells(self, shares: Array) -> Array:
+        """Shares of pieces as those of cells: what is on a ramp counts for the cell beside it."""
+        inner = shares[int(self.ends[0].rest) : len(shares) - int(self.ends[1].rest)].copy()
+        inner[0], inner[-1] = max(inner[0], shares[0]), max(inner[-1], shares[-1])
+        return inner
+
+    def signs(self, c: Array) -> Array:
+        """1 for each cell over which q only grows, -1 where it only falls, 0 where it turns, (n,)."""
+        n = len(self)
+        cell = np.tile(np.arange(n), 3)
+        x = np.concatenate([self.nodes[:-1], 0.5 * (self.nodes[1:] + self.nodes[:-1]), self.nodes[1:]])
+        slope = self.spline.combine(self.spline.basis(cell, x), cell, c)[1].reshape(3, n)
+        return np.where(np.all(slope > 0.0, axis=0), 1.0, np.where(np.all(slope < 0.0, axis=0), -1.0, 0.0))
+
+    def _rows(self, places: Places) -> Rows:
+        """All limits at places; those of jerk on ramps as bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3).
+
+        Where a state is given, q and q' are not asked again.
+        """
+        rows = self.setting.rows(places)
+        for end, place, way, at in ((self.ends[0], self.low, 1.0, 0), (self.ends[1], self.high, -1.0, -1)):
+            if end.rest:
+                unit = float(np.max(_ramp_units(self.setting, place, way * end.ramp)))
+                if unit > 0.0:
+                    rows.top[at] = min(rows.top[at], (4.5 * end.ramp**2 * RAMP_JERK / unit) ** (2.0 / 3.0))
+            elif not end.free:
+                rows.top[at], rows.low[:, at], rows.high[:, at] = FREE, -FREE, FREE
+        return rows
+
+
+def plan_window(
+    setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode, exact: bool = False
+) -> Plan:
+    """The motion from `low` to `high`, mm, between two states.
+
+    With `exact` the share `mode.tolerance` of all limits is left unused, so that the audit may hold it to 1: for motion
+    that is not slowed down afterwards.
+    """
+    samples = sample(setting, low, high, start.feed**2, stop.feed**2)
+    if samples.push == np.inf and samples.twist == np.inf:
+        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
+    if np.min(samples.top) < WIDEST * np.max(samples.top):
+        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves next to no feed")
+    ends = _ends(setting, samples, low, high, start, stop)
+    window = Window(setting, samples, samples.q, ends, low, high, mode)
+    if setting.period is not None and np.any(np.isin(setting.inside(low, high), setting.real_jumps)):
+        # cells beside a jump end where its reach does, which is a matter of the feed there
+        rough = solve(window.problem, window.guess(), ROUGH)
+        window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
+    goal = 1.0 if exact else 1.0 + mode.tolerance
+    factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
+    uneven = setting.limits.deceleration_jerk != setting.limits.jerk
+    sign, settled = np.zeros(len(window)), np.ones(len(window), dtype=bool)
+    c, z, bound, closely = window.guess(), None, 0.0, False
+    found: list[Plan] = []
+    for k in range(mode.rounds + 1):
+        window.hold(factor)
+        solution = solve(window.problem, c, mode.gap, z)
+        c, z = solution.c, solution.z
+        if k == 0 and mode.bounded:
+            bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
+        pieces = pieces_of(window.spline, c, ends)
+        shares = worst_shares(setting, pieces, high, LOOKED_AT_LAST if closely else LOOKED)
+        if not closely and (k == mode.rounds or (np.max(shares) <= goal and not (uneven and k == 0))):
+            closely = True
+            shares = worst_shares(setting, pieces, high, LOOKED_AT_LAST)
+        if closely:
+            found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
+            if found[-1].over <= goal:
+                break
+        if uneven:
+            now = window.signs(c)
+            settled &= (sign == 0.0) | (now == sign)
+            sign = np.where(settled, now, 0.0)
+            window.rise(sign)
+            z = z if k else None  # about half of the cells have another limit now
+        over = window.of_cells(shares) / goal
+        lower = over > 1.0 - 0.5 * mode.tolerance
+        factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)), factor)
+    return dataclasses.replace(min(found, key=lambda plan: plan.seconds), bound=bound)
+
+
+def _reserve(n: int, ends: tuple[End, End], share: float) -> Array:
+    """Factors on q (n,) of cells that leave a share of all limits unused, less and less towards ends in motion."""
+    factor = np.full(n, 1.0 - share)
+    fade = np.minimum(np.arange(n) / FADE, 1.0)
+    if not ends[0].rest:
+        factor = np.maximum(factor, 1.0 - share * fade)
+    if not ends[1].rest:
+        factor = np.maximum(factor, 1.0 - share * fade[::-1])
+    return factor
+
+
+def _ends(setting: Setting, samples: Samples, low: float, high: float, start: State, stop: State) -> tuple[End, End]:
+    """What the optimiser knows of both ends; ramps at rest are halved until bending within them is little."""
+    v = float(np.sqrt(np.max(samples.top)))
+    push, twist = samples.push, samples.twist
+    ways = [RAMP_OF_STRETCH * (high - low)]
+    if twist < np.inf:
+        ways.append(RAMP_OF_BUILD_UP * (v / twist) ** 0.5 * v)
+    if push < np.inf:
+        built_up = RAMP_OF_BUILD_UP * push**3 / (6.0 * twist**2)
+        ways.append(max(built_up, RAMP_OF_WAY * v * v / push))
+    ends = []
+    for state, place, way in ((start, low, 1.0), (stop, high, -1.0)):
+        if state.feed > 0.0:
+            ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration))
+            continue
+        ramp = min(ways)
+        for _ in range(RAMP_HALVINGS):
+            bent = _ramp_units(setting, place, way * ramp)
+            turn = ramp * float(np.linalg.norm(setting.places(np.array([place + way * 1e-3 * ramp])).d[0, 2]))
+            if not (np.max(bent) > RAMP_BEND * np.max(bent[:, :1]) or turn > RAMP_TURN):
+                break
+            ramp *= 0.5
+        ends.append(End(ramp=ramp))
+    return ends[0], ends[1]
+
+
+def _ramp_units(setting: Setting, place: float, ramp: float) -> Array:
+    """Share of each limit of jerk (k, places) along a ramp of jerk 1: |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest.
+
+    With s = j t^3 / 6: feed * acceleration = 3 j s and feed^3 = 9/2 j s^2. Backwards q' has the other sign.
+    """
+    away = np.abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
+    jerk = setting.rows(setting.places(place + np.sign(ramp) * away)).jerk
+    if not len(jerk):
+        return np.zeros((1, len(away)))
+    found: Array = np.abs(2.0 * jerk[:, 2] + np.sign(ramp) * 6.0 * jerk[:, 1] * away + 4.5 * jerk[:, 0] * away**2)
+    return found
+
+
+def _simpson(nodes: Array, jumps: BoolArray) -> tuple[IntArray, Array, Array]:
+    """Cell, place in it (0, 1/2, or 1) and weight by Simpson's rule of all places, in order.
+
+    A node is a place of the cell behind it, and one more of that before it where the path jumps and at the end.
+    """
+    h = np.diff(nodes)
+    n = len(h)
+    closing = np.flatnonzero(np.append(jumps[1:-1], True))
+    cell = np.concatenate([np.arange(n), np.arange(n), closing])
+    part = np.concatenate([np.zeros(n), np.full(n, 0.5), np.ones(len(closing))])
+    shared = h / 6.0
+    shared[closing] = 0.0
+    opening = h / 6.0
+    opening[1:] += shared[:-1]
+    weight = np.concatenate([opening, h / 1.5, h[closing] / 6.0])
+    order = np.lexsort((part, cell))
+    return cell[order], part[order], weight[order]

@@ -1,0 +1,95 @@
+"""A stretch by windows: each is planned to rest, its first part becomes final, and the next begins in that state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from splinefeed.errors import PlanError
+from splinefeed.feed.optimal.grid import counted
+from splinefeed.feed.optimal.law import Pieces, joined
+from splinefeed.feed.optimal.setting import Setting
+from splinefeed.feed.optimal.straight import plan_straight
+from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
+
+#: Share of a window's pieces that becomes final: what follows must not matter any more to what is kept.
+FINAL = 0.5
+#: What is left of a stretch joins a window that would hold this share more cells than asked for.
+JOINS = 1.3
+#: A motion counts as within its limits up to this share, as a factor on q.
+KEPT = 1.0 + 1e-9
+
+
+@dataclass(eq=False)
+class Windows:
+    """Where the motion has come to, mm, its state there, and the rest of the last plan, which ends at rest at `end`.
+
+    work  cells that were planned so far
+    """
+
+    low: float
+    state: State = REST
+    left: Pieces | None = None
+    end: float = 0.0
+    work: int = 0
+
+    def advance(self, setting: Setting, mode: Mode, high: float, stop: State, *, last: bool) -> Pieces:
+        """The next final motion of a path that is known up to `high`, mm; with `last` the motion ends there in `stop`.
+
+        Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest.
+        Raises PlanError where there is none: from the state the motion cannot keep the limits.
+        """
+        near = self.reach(setting, mode, high)
+        ends_here = last and near == high
+        plan = plan_window(setting, self.low, near, self.state, stop if ends_here else REST, mode, exact=True)
+        self.work += len(plan.pieces)
+        if plan.over > KEPT and self.left is not None and len(self.left):
+            pieces, end = self.left, self.end
+        elif plan.over > KEPT and (self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)):
+            raise PlanError(self._out_of_reach(plan, near))
+        else:
+            pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > KEPT else 1.0), near
+            if ends_here:
+                return self._take(pieces, len(pieces), end, stop)
+        return self._take(pieces, max(int(FINAL * len(pieces)), 1), end, REST)
+
+    def reach(self, setting: Setting, mode: Mode, high: float) -> float:
+        """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
+        return counted(setting, self.low, high, mode.turn, mode.beat, mode.cells, JOINS)
+
+    def move(self, origin: float) -> None:
+        """Count arc length from a new origin, mm."""
+        self.low, self.end = self.low - origin, self.end - origin
+        if self.left is not None:
+            coefficients = self.left.coefficients.copy()
+            coefficients[:, 0] -= origin
+            self.left = Pieces(self.left.spans, coefficients)
+
+    def _take(self, pieces: Pieces, count: int, end: float, stop: State) -> Pieces:
+        """Make the first pieces final."""
+        taken, self.left, self.end = pieces.part(0, count), pieces.part(count, len(pieces)), end
+        if len(self.left):
+            row = self.left.coefficients[0]
+            self.low, self.state = float(row[0]), State(float(row[1]), float(2.0 * row[2]))
+        else:
+            self.low, self.state, self.left = end, stop, None
+        return taken
+
+    def _out_of_reach(self, plan: Plan, near: float) -> str:
+        return (
+            f"from {self.state.feed:g} mm/s at s = {self.low:.6g} mm the motion up to {near:.6g} mm is over a limit by "
+            f"{100.0 * (plan.over - 1.0):.3g} %"
+        )
+
+
+def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> Plan:
+    """The motion between two ends, at rest or in motion, by as many windows as it takes."""
+    straight = plan_straight(setting, low, high, start, stop)
+    if straight is not None:
+        return straight
+    windows = Windows(low, start)
+    if windows.reach(setting, mode, high) == high:
+        return plan_window(setting, low, high, start, stop, mode, exact=max(start.feed, stop.feed) > 0.0)
+    parts = []
+    while windows.low < high:
+        parts.append(windows.advance(setting, mode, high, stop, last=True))
+    return Plan(joined(parts), 0.0, 1.0, True)

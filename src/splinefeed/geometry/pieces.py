@@ -1,0 +1,372 @@
+"""A table of pieces as arrays: which piece holds a place, points and derivatives, arc length and its inverse there.
+
+The rows of a table are laid out as `kernels.layout` says. Places are taken in chunks that stay in the cache, each with
+the columns of its rows, (width, n), or (width, 1) where all lie on one row. Every formula works element by element, so
+that the bits of a place do not depend on its neighbours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from splinefeed.kernels.layout import (
+    ARC,
+    ARC_TERMS,
+    DEGREES,
+    HIGH,
+    LOW,
+    MIDDLE,
+    ORIGIN,
+    SCALE,
+    START,
+    Shape,
+)
+from splinefeed.records import Array, BoolArray, IntArray
+
+#: Places looked at in one go: their columns and what is made of them stay in a core's cache.
+CHUNK = 2048
+#: From so many places a row on, those in order are gathered as runs.
+LONG = 64
+#: Newton steps of an inversion before a bracket is kept, and all of them.
+FREE_STEPS = 6
+MAX_STEPS = 90
+#: A Newton step in t, which runs over [-1, 1], after which S is off by its square times S'' / 2: rounding of the piece.
+SMALL_STEP = 1e-8
+#: Places of every piece at which its speed is looked at, and those at which its curvature is.
+SPEED_PLACES = np.linspace(-1.0, 1.0, 9)[:, None]
+CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)[:, None]
+#: A step longer than this share of the one before gives way to a bisection.
+SHRINKING = 0.75
+
+
+def chunks(count: int, most: int = CHUNK) -> Iterator[slice]:
+    """`count` places in parts of so many that what is made of them stays in the cache."""
+    return (slice(first, min(first + most, count)) for first in range(0, count, most))
+
+
+def columns(table: Array, row: IntArray) -> Array:
+    """The rows `row` (n,) of a table, n at least 1, as contiguous columns (width, n), or (width, 1) if all are one."""
+    first, last = int(row.min()), int(row.max()) + 1
+    if last - first > 2 * len(row):
+        return np.ascontiguousarray(table[row].T)
+    near = np.ascontiguousarray(table[first:last].T)
+    if last - first == 1:
+        return near
+    if LONG * (last - first) < len(row) and not np.any(row[1:] < row[:-1]):  # long runs: faster than one by one
+        return near.repeat(np.bincount(row - first), axis=1)
+    return near.take(row - first, axis=1, mode="clip")  # all inside: no check
+
+
+def coefficients(c: Array, shape: Shape) -> Array:
+    """Coefficients of t^k of the columns c (width, n): (axes, and the weight if rational; degree + 1; n)."""
+    degree, axes, _, rational = shape
+    return c[ORIGIN + axes :].reshape(axes + rational, degree + 1, -1)
+
+
+def taylor(a: Array, rational: int, t: Array, order: int) -> list[Array]:
+    """Taylor coefficients C^(k)(t) / k!, k = 0 ... order, each (axes, ...), of A / w with coefficients a.
+
+    a  (axes + rational, degree + 1, ...), t of what follows. By Horner's rule on all of them at once, and
+    C_k = (A_k - sum_{i=1..k} w_i C_{k-i}) / w_0   (The NURBS Book, 2nd ed., eq. 4.8, over k!).
+    """
+    out = [a[:, -1]]
+    for k in range(a.shape[1] - 2, -1, -1):
+        new = [out[-1]] if len(out) <= order else []
+        for j in range(len(out) - 1, 0, -1):
+            out[j] = out[j] * t
+            out[j] += out[j - 1]
+        out[0] = out[0] * t
+        out[0] += a[:, k]
+        out += new
+    out += [np.zeros_like(out[0])] * (order + 1 - len(out))
+    if not rational:
+        return out
+    weights = [each[-1] for each in out]
+    inverse = 1.0 / weights[0]
+    quotients: list[Array] = []
+    for k, each in enumerate(out):
+        value = each[:-1]
+        for i in range(1, k + 1):
+            value = value - weights[i] * quotients[k - i]
+        quotients.append(value * inverse)
+    return quotients
+
+
+def turns(a: Array, shape: Shape) -> BoolArray:
+    """Whether no linear axis moves on a piece, (n,): there A is 0 exactly, as it is taken about a point of its own."""
+    return np.asarray(~np.any(a[: abs(shape[2])], axis=(0, 1)))
+
+
+def speed(a: Array, shape: Shape, t: Array) -> Array:
+    """|dC/dt|, mm, over the axes that make the arc length: the linear ones, or where none moves the others, degrees.
+
+    a  coefficients (axes + rational, degree + 1, ..., n), t that fits them.
+    """
+    _, axes, linear, rational = shape
+    if linear == axes or linear <= 0:
+        first = taylor(a, rational, t, 1)[1]
+    else:
+        first = taylor(a[[*range(linear), *range(axes, axes + rational)]], rational, t, 1)[1]
+    square = _square(first[: abs(linear)])
+    if linear <= 0:
+        rotary = DEGREES * DEGREES * _square(first[-linear:])
+        square = np.where(turns(a, shape), rotary, square)
+    return np.sqrt(square)
+
+
+def _square(vectors: Array) -> Array:
+    """v . v of vectors (axes, ...), summed in order."""
+    total = np.zeros(vectors.shape[1:])
+    for each in vectors:
+        total += each * each
+    return total
+
+
+def derivatives(c: Array, shape: Shape, t: Array, order: int, out: Array) -> None:
+    """Points and derivatives by u to `order` at t (n,) of the columns c, into out (n, order + 1, axes)."""
+    found = taylor(coefficients(c, shape), shape[3], t, order)
+    out[:, 0] = (found[0] + c[ORIGIN : ORIGIN + shape[1]]).T
+    factor = 1.0
+    for k in range(1, order + 1):
+        factor = factor * (k * c[SCALE])
+        out[:, k] = (found[k] * factor).T
+
+
+def arc(c: Array, t: Array) -> Array:
+    """S - START at t (n,) of the columns c, mm: sum_k arc_k t^k, even and odd terms apart."""
+    a = c[ARC : ARC + ARC_TERMS]
+    x = t * t
+    even: Array = a[10] * x
+    odd: Array = a[9] * x
+    even += a[8]
+    odd += a[7]
+    for k in (6, 4, 2):
+        even *= x
+        even += a[k]
+        odd *= x
+        odd += a[k - 1]
+    even *= x
+    even += a[0]
+    odd *= t
+    even += odd
+    return even
+
+
+def place_on(c: Array, length: Array, s: Array) -> Array:
+    """u (n,) on the columns c of pieces as long as `length` (n,), mm, at s (n,), mm; the ends are met exactly.
+
+    S is nearly straight over a piece: Newton's method begins where its first terms beyond that are taken off.
+    """
+    ahead = s - c[START]
+    inside = ahead > 0.0
+    inside &= ahead < length
+    if inside.all():
+        x = ahead / length
+        x += x - 1.0
+        bent = c[ARC + 3] * x
+        bent += c[ARC + 2]
+        bent *= x * x - 1.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bent /= c[ARC + 1] + 2.0 * c[ARC + 2] * x
+            x -= bent
+            t: Array = inverted(c[ARC : ARC + ARC_TERMS], ahead, np.minimum(np.maximum(x, -1.0, out=x), 1.0, out=x))
+        t /= c[SCALE]
+        t += c[MIDDLE]
+        np.maximum(t, c[LOW], out=t)
+        np.minimum(t, c[HIGH], out=t)
+        return t
+    out: Array = np.where((ahead <= 0.0) & (length > 0.0), c[LOW], c[HIGH])
+    if inside.any():
+        out[inside] = place_on(c[:, inside] if c.shape[1] > 1 else c, length[inside], s[inside])
+    return out
+
+
+def inverted(a: Array, wanted: Array, t: Array) -> Array:
+    """t (n,) in [-1, 1] with sum_k a_k t^k = wanted (n,), by Newton's method from t; a (terms, n) or (terms, 1).
+
+    t <- t - (S(t) - wanted) / S'(t). What has not settled after FREE_STEPS, as where S' nearly vanishes, is kept inside
+    a bracket from there on, halved where a step does not shrink. A place that has settled is not touched again.
+    """
+    out, at = t, None  # numbers of those that have not settled, once some have
+    low = high = longest = t
+    for count in range(MAX_STEPS):
+        step, slope = _rest_and_slope(a, wanted, t)
+        if count < FREE_STEPS:
+            step /= slope
+            after = t - step
+            np.maximum(after, -1.0, out=after)
+            np.minimum(after, 1.0, out=after)
+            settled = np.abs(step, out=step) < SMALL_STEP
+        else:
+            after, low, high, longest, settled = _bracketed(step, slope, t, low, high, longest)
+        if at is None:
+            out = after
+        else:
+            out[at] = after
+        if settled.all():
+            break
+        t = after
+        if settled.any():
+            go = ~settled
+            at, wanted, t = np.flatnonzero(go) if at is None else at[go], wanted[go], t[go]
+            a = a if a.shape[1] == 1 else a[:, go]
+            low, high, longest = low[go], high[go], longest[go]
+        if count == FREE_STEPS - 1:
+            t = np.where(np.isfinite(t), t, 0.0)
+            low, high, longest = np.full_like(t, -1.0), np.ones_like(t), np.full_like(t, np.inf)
+    return out
+
+
+def _bracketed(
+    rest: Array, slope: Array, t: Array, low: Array, high: Array, longest: Array
+) -> tuple[Array, Array, Array, Array, BoolArray]:
+    """t after one Newton step inside a bracket, or half-way where that does not shrink; bracket, step, whether done."""
+    high = np.where(rest > 0.0, t, high)
+    low = np.where(rest < 0.0, t, low)
+    step = rest / slope
+    after = t - step
+    good = (slope > 0.0) & (after >= low) & (after <= high) & (np.abs(step) <= SHRINKING * longest)
+    after = np.where(rest == 0.0, t, np.where(good, after, 0.5 * (low + high)))
+    longest = np.where(good, np.abs(step), high - low)
+    return after, low, high, longest, (rest == 0.0) | (longest < SMALL_STEP)
+
+
+def _rest_and_slope(a: Array, wanted: Array, t: Array) -> tuple[Array, Array]:
+    """sum_k a_k t^k - wanted and its slope by t."""
+    value = a[-1] * t
+    slope = value.copy()
+    value += a[-2]
+    slope += value
+    value *= t
+    value += a[-3]
+    for k in range(len(a) - 4, -1, -1):
+        slope *= t
+        slope += value
+        value *= t
+        value += a[k]
+    value -= wanted
+    return value, slope
+
+
+def last_below(values: Array, first: IntArray, last: IntArray, wanted: Array) -> IntArray:
+    """Last index (n,) in first (n,) ... last (n,) whose value is not above `wanted` (n,), or first: by bisection."""
+    while np.any(first < last):
+        middle = (first + last + 1) >> 1
+        below = values[middle] <= wanted
+        first, last = np.where(below, middle, first), np.where(below, last, middle - 1)
+    return first
+
+
+class Pieces:
+    """A table of pieces (pieces, width), its shape, and first and last row of each curve, rows (curves, 2)."""
+
+    def __init__(self, table: Array, shape: Shape, rows: IntArray) -> None:
+        self.table, self.shape, self.rows = table, shape, rows
+
+    @cached_property
+    def lows(self) -> Array:
+        """Parameter at which each piece starts, (pieces,)."""
+        return np.ascontiguousarray(self.table[:, LOW])
+
+    @cached_property
+    def starts(self) -> Array:
+        """Arc length at which each piece starts, mm, (pieces,)."""
+        return np.ascontiguousarray(self.table[:, START])
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Length of each piece, mm, (pieces,), rounded as s is at its ends."""
+        out = np.empty(len(self.table))
+        for part in chunks(len(out)):
+            c = np.ascontiguousarray(self.table[part, : ARC + ARC_TERMS].T)
+            out[part] = (c[START] + arc(c, (c[HIGH] - c[MIDDLE]) * c[SCALE])) - c[START]
+        return out
+
+    def row_at(self, curve: IntArray | None, u: Array, left: bool) -> IntArray:
+        """Row (n,) that holds u (n,) of the curves `curve` (n,), or of the only one; at a break the right or left one.
+
+        By bisection of all at once.
+        """
+        if curve is None or (curve[0] == curve[-1] and not np.any(curve != curve[0])):
+            first, last = self.rows[0 if curve is None else int(curve[0])].tolist()
+            row = np.searchsorted(self.lows[first : last + 1], u, side="right")
+            row += first - 1
+            if row[0] < first or row.min() < first:
+                np.maximum(row, first, out=row)
+            return row - ((u == self.lows[row]) & (row > first)) if left else row
+        firsts = self.rows[curve, 0]
+        row = last_below(self.lows, firsts, self.rows[curve, 1], u)
+        return row - ((u == self.lows[row]) & (row > firsts)) if left else row
+
+    def evaluate(self, curve: IntArray | None, u: Array, order: int, left: bool) -> Array:
+        """Points and derivatives by u, (n, order + 1, axes), at u (n,) of the curves `curve` (n,), or of the one."""
+        out = np.empty((len(u), order + 1, self.shape[1]))
+        for part in chunks(len(u)):
+            values = u[part]
+            c = columns(self.table, self.row_at(None if curve is None else curve[part], values, left))
+            derivatives(c, self.shape, (values - c[MIDDLE]) * c[SCALE], order, out[part])
+        return out
+
+    def turning(self, curve: IntArray, u: Array, left: bool) -> BoolArray:
+        """Whether only rotary axes move, (n,), at u (n,) of the curves `curve` (n,)."""
+        out = np.zeros(len(u), dtype=bool)
+        for part in chunks(len(u)):
+            c = columns(self.table, self.row_at(curve[part], u[part], left))
+            out[part] = turns(coefficients(c, self.shape), self.shape)
+        return out
+
+    def lengths_at(self, curve: IntArray | None, u: Array) -> Array:
+        """S, mm, (n,) at u (n,) of the curves `curve` (n,), or of the one."""
+        out = np.empty(len(u))
+        for part in chunks(len(u)):
+            c = columns(self.table, self.row_at(None if curve is None else curve[part], u[part], False))
+            out[part] = c[START] + arc(c, (u[part] - c[MIDDLE]) * c[SCALE])
+        return out
+
+    def parameters(self, s: Array) -> Array:
+        """u (n,) with S(u) = s (n,), mm."""
+        out = np.empty(len(s))
+        for part in chunks(len(s)):
+            row = self.row_by_length(s[part])
+            out[part] = place_on(columns(self.table, row), self.lengths.take(row), s[part])
+        return out
+
+    def row_by_length(self, s: Array) -> IntArray:
+        """Row (n,) that holds the arc length s (n,), mm: the last one that starts there or before."""
+        row = np.searchsorted(self.starts, s, side="right")
+        row -= 1
+        return np.maximum(row, 0, out=row)
+
+    def speed_ranges(self, curves: IntArray) -> Array:
+        """Least and greatest |C'| at SPEED_PLACES of every piece, by its arc length, of each of the curves, (n, 2)."""
+        counts = np.diff(self.rows[curves], axis=1)[:, 0] + 1
+        starts = np.cumsum(counts) - counts
+        row = np.arange(int(counts.sum())) + np.repeat(self.rows[curves, 0] - starts, counts)
+        ranges = np.empty((2, len(row)))
+        for part in chunks(len(row)):
+            c = self.table[row[part], : ARC + ARC_TERMS].T
+            speeds = np.zeros((len(SPEED_PLACES), c.shape[1]))
+            for k in range(ARC_TERMS - 1, 0, -1):
+                speeds = speeds * SPEED_PLACES + k * c[ARC + k]
+            speeds *= c[SCALE]
+            ranges[:, part] = speeds.min(axis=0), speeds.max(axis=0)
+        if not len(curves):
+            return np.empty((0, 2))
+        return np.column_stack([np.minimum.reduceat(ranges[0], starts), np.maximum.reduceat(ranges[1], starts)])
+
+    def greatest_curvature(self) -> float:
+        """Greatest curvature that is a number over the linear axes, 1/mm, at CURVATURE_PLACES of every piece."""
+        linear, greatest = abs(self.shape[2]), 0.0
+        for part in chunks(len(self.table), CHUNK // len(CURVATURE_PLACES)):
+            c = np.ascontiguousarray(self.table[part].T)
+            a = coefficients(c, self.shape)[:, :, None]
+            _, first, half_second = (each[:linear] for each in taylor(a, self.shape[3], CURVATURE_PLACES, 2))
+            square = _square(first)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                across = 2.0 * (half_second - (first * half_second).sum(axis=0) / square * first)
+                bend = np.sqrt(_square(across)) / square
+            greatest = max(greatest, float(np.max(bend, initial=0.0, where=np.isfinite(bend))))
+        return greatest

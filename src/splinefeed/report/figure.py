@@ -1,0 +1,179 @@
+"""A figure as plain data: panels, axes with units, curves, limits and marks. Backends draw it; nothing here does."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinefeed.records import Array
+from splinefeed.report import theme
+
+#: A limit farther out than this many times the data is not drawn: it would press the data flat.
+FARTHEST_LIMIT = 3.0
+#: Ends of a path closer than this share of its picture get one word.
+SAME_PLACE = 0.02
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis of a panel: label with its unit, and ends where they are not those of the data; log: powers of ten."""
+
+    label: str
+    low: float | None = None
+    high: float | None = None
+    log: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one."""
+
+    x: Array
+    y: Array
+    name: str = ""
+    colour: str = theme.BLUE
+    width: float = 1.4
+    dash: bool = False
+    named: bool | str = False
+
+
+@dataclass(frozen=True, eq=False)
+class Dots:
+    """Single points x, y (n,) with a word beside each, or none; hollow: rings."""
+
+    x: Array
+    y: Array
+    name: str = ""
+    words: tuple[str, ...] = ()
+    colour: str = theme.VERMILION
+    size: float = 6.0
+    hollow: bool = False
+    named: bool | str = False
+
+
+@dataclass(frozen=True)
+class Level:
+    """A dashed line across a panel at a value, such as a limit; upright: at a value of x. Near data only, or always."""
+
+    value: float
+    text: str = ""
+    colour: str = theme.VERMILION
+    upright: bool = False
+    always: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Shades:
+    """Values (n,) that colour a path, with label and unit, and the ends of the scale."""
+
+    values: Array
+    label: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Coloured:
+    """A path through place (n, 2 or 3), coloured by one of `shades`; `names` of what each point says (n, k) of itself.
+
+    thread  (m, 2 or 3) where the path runs; joined: the points follow each other, else they are dots on the thread
+    """
+
+    place: Array
+    shades: Mapping[str, Shades]
+    told: Array
+    names: tuple[str, ...]
+    thread: Array
+    joined: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Heat:
+    """A strip of colour for each row: share (rows, n) from 0 to 1 at x (n,), which are evenly apart."""
+
+    x: Array
+    rows: tuple[str, ...]
+    share: Array
+    label: str
+
+
+def legend_of(mark: Line | Dots) -> str:
+    """What stands in the legend for a curve, or nothing."""
+    return mark.named if isinstance(mark.named, str) else mark.name if mark.named else ""
+
+
+Mark = Line | Dots | Level | Coloured | Heat
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One pair of axes. `note`: a few words beside the label; height in pixels; equal: x and y have one scale.
+
+    z  label of the third axis of a path in space
+    """
+
+    x: Axis
+    y: Axis
+    marks: tuple[Mark, ...]
+    note: str = ""
+    height: int = 150
+    equal: bool = False
+    z: str = ""
+
+    @property
+    def reach(self) -> float:
+        """The largest |y| that is finite."""
+        found = [mark.y for mark in self.marks if isinstance(mark, Line | Dots)]
+        values = np.concatenate(found) if found else np.zeros(1)
+        return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+
+    def levels(self, *, drawn: bool = True) -> list[Level]:
+        """The levels that are drawn, near the data; or upper limits that are too far out for that."""
+        near = FARTHEST_LIMIT * self.reach
+        found = [mark for mark in self.marks if isinstance(mark, Level) and np.isfinite(mark.value)]
+        if drawn:
+            return [each for each in found if each.always or abs(each.value) <= near]
+        return [each for each in found if not each.always and each.value > near]
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """Panels below each other, or in columns; those with the same x label share that axis and its cursor.
+
+    legend  curves of one name in all panels are one, and the page has a legend to choose from
+    """
+
+    title: str
+    panels: tuple[Panel, ...]
+    columns: int = 1
+    legend: bool = False
+    width: int = 730
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the figure as what the file's name ends in: .svg, .png or .pdf."""
+        from splinefeed.report.saving import save_figure
+
+        save_figure(self, file)
+
+    def _repr_svg_(self) -> str:
+        """The figure in a notebook."""
+        from splinefeed.report.svg import to_text
+
+        return to_text(self)
+
+
+def unit_of(length: str, order: int) -> str:
+    """The unit of the order-th derivative over time of `length` ("mm" or "deg"), for a label."""
+    return f"{'°' if length == 'deg' else length}{('', '/s', '/s²', '/s³')[order]}"
+
+
+def peak(values: Array) -> tuple[int, float]:
+    """Index and size of the largest |value| that is finite; (0, 0.0) if none is."""
+    if not len(values):
+        return 0, 0.0
+    sizes = np.where(np.isfinite(values), np.abs(values), 0.0)
+    at = int(np.argmax(sizes))
+    return at, float(sizes[at])

@@ -1,0 +1,314 @@
+"""A figure as Plotly's plain data, for the pages of the report and the studio; Plotly itself is not imported."""
+
+from __future__ import annotations
+
+import base64
+import html
+from typing import Any
+
+import numpy as np
+
+from splinefeed.records import Array
+from splinefeed.report import theme
+from splinefeed.report.figure import (
+    SAME_PLACE,
+    Axis,
+    Coloured,
+    Dots,
+    Figure,
+    Heat,
+    Level,
+    Line,
+    Panel,
+    Shades,
+    legend_of,
+)
+from splinefeed.report.layout import EYE
+
+Plain = dict[str, Any]
+MARGIN = {"l": 84, "r": 24, "t": 16, "b": 52}
+FONT = {"size": 12.5}
+CURSOR = {"showspikes": True, "spikemode": "across", "spikethickness": 1, "spikedash": "dot"}
+#: Room between panels, with the words above the lower one and with an x axis between them; of a legend, pixels.
+_GAP, _FOOT, _LEGEND = 34, 76, 26
+#: Height of the picture of a path, and the room left of a heat map for the names of its rows, pixels.
+PATH_HEIGHT, ROWS = 560, 160
+#: Ends this near the left or right edge of a picture, share of it, have their word inside.
+EDGE = 0.25
+
+
+def to_plain(figure: Figure) -> Plain:
+    """Data and layout of the figure, as `Plotly.react` takes them."""
+    first = figure.panels[0]
+    if any(isinstance(mark, Coloured) for mark in first.marks):
+        return _path(first)
+    return _stacked(figure)
+
+
+def colours_of(figure: Figure) -> dict[str, Plain]:
+    """What the path of a figure may be coloured by: values, label, and the ends of the scale."""
+    coloured = next(mark for mark in figure.panels[0].marks if isinstance(mark, Coloured))
+    return {
+        name: {"values": _rounded(each), "label": each.label, "low": each.low, "high": each.high}
+        for name, each in coloured.shades.items()
+    }
+
+
+def in_space(figure: Figure) -> bool:
+    """Whether the path of a figure is drawn in space."""
+    return bool(figure.panels[0].z)
+
+
+def _stacked(figure: Figure) -> Plain:
+    """Panels one above the other; those over the same quantity have one axis and one cursor."""
+    panels = figure.panels
+    count = len(panels)
+    names = [mark.name for panel in panels for mark in panel.marks if isinstance(mark, Line | Dots) and mark.named]
+    legend = figure.legend and len(set(names)) > 1
+    heats = any(isinstance(mark, Heat) for panel in panels for mark in panel.marks)
+    last = {panel.x.label: k for k, panel in enumerate(panels)}
+    over: dict[str, str] = {}
+    for panel in panels:
+        over.setdefault(panel.x.label, _numbered("x", len(over)))
+    margin = {**MARGIN, "l": ROWS if heats else 66, "t": 30 + (_LEGEND if legend else 0)}
+    heights = [panel.height for panel in panels]
+    gaps = [_FOOT if last[panel.x.label] == k and k < count - 1 else _GAP for k, panel in enumerate(panels)]
+    inside = sum(heights) + sum(gaps[:-1])
+    alike = len(over) == 1 and not heats and not panels[0].x.log
+    layout: Plain = {
+        "height": inside + margin["t"] + margin["b"],
+        "margin": margin,
+        "font": FONT,
+        "hovermode": "x unified" if alike else "closest",
+        "hoversubplots": "axis",
+        "shapes": [],
+        "annotations": [],
+        "legend": {"orientation": "h", "x": 0, "y": 1.0 + _LEGEND / inside, "yanchor": "bottom"},
+    }
+    data: list[Plain] = []
+    told: set[str] = set()
+    top = float(inside)
+    for k, panel in enumerate(panels):
+        x, y = over[panel.x.label], _numbered("y", k)
+        low = top - heights[k]
+        layout[_long(y)] = {**_axis(panel.y), "domain": [max(low / inside, 0.0), top / inside], "anchor": x}
+        top = low - gaps[k]
+        if last[panel.x.label] == k:
+            cursor = CURSOR if alike else {}
+            layout[_long(x)] = {**_axis(panel.x), "title": {"text": panel.x.label}, "anchor": y, **cursor}
+        layout["annotations"].append(
+            {
+                "text": _heading(panel, legend), "xref": "paper", "x": 0, "xanchor": "left", "yref": f"{y} domain",
+                "y": 1, "yanchor": "bottom", "showarrow": False,
+            }
+        )  # fmt: skip
+        for mark in panel.marks:
+            if isinstance(mark, Heat):
+                data.append({**_heat(mark), "xaxis": x, "yaxis": y})
+                layout[_long(y)] |= {"autorange": "reversed", "nticks": 0, "dtick": 1}
+            elif isinstance(mark, Line | Dots):
+                shown = legend and mark.named and mark.name not in told
+                told.add(mark.name)
+                trace = _line(mark) if isinstance(mark, Line) else _dots(mark)
+                group = {"legendgroup": mark.name} if legend and mark.named else {}
+                data.append({**trace, **group, "showlegend": shown, "xaxis": x, "yaxis": y})
+        layout["shapes"] += [_level(level, x, y) for level in panel.levels()]
+    return {"data": data, "layout": layout}
+
+
+def _numbered(letter: str, number: int) -> str:
+    return letter if number == 0 else f"{letter}{number + 1}"
+
+
+def _long(name: str) -> str:
+    """xaxis2 for x2."""
+    return f"{name[0]}axis{name[1:]}"
+
+
+def _axis(axis: Axis) -> Plain:
+    out: Plain = {"exponentformat": "power", "ticklabeloverflow": "allow"}  # looking whether labels fit takes long
+    if axis.log:
+        out["type"] = "log"
+    else:
+        out["nticks"] = 5 if axis.label != "time (s)" else 12
+    if axis.low is not None and axis.high is not None:
+        ends = (axis.low, axis.high)
+        out["range"] = [float(np.log10(each)) if axis.log else each for each in ends]
+    elif axis.low == 0.0:
+        out["rangemode"] = "tozero"
+    return out
+
+
+def _heading(panel: Panel, legend: bool) -> str:
+    """The words above a panel: its label, and the names of its curves with a square in their colour."""
+    heat = any(isinstance(mark, Heat) for mark in panel.marks)
+    words = [] if heat else [html.escape(panel.y.label)]
+    for mark in panel.marks:
+        if isinstance(mark, Line | Dots) and mark.named and not legend:
+            words.append(f'<span style="color:{mark.colour}">\u25a0</span>\u00a0{html.escape(legend_of(mark))}')
+    return "  ".join(words)
+
+
+def _line(mark: Line) -> Plain:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": array(mark.x),
+        "y": array(mark.y),
+        "name": mark.name,
+        "line": {"color": mark.colour, "width": mark.width, **({"dash": "dash"} if mark.dash else {})},
+    }
+
+
+def _dots(mark: Dots) -> Plain:
+    worded = {"mode": "markers+text", "text": list(mark.words), "hoverinfo": "text"} if mark.words else {}
+    symbol = "circle-open" if mark.hollow else "circle"
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "x": mark.x.tolist(),
+        "y": mark.y.tolist(),
+        "name": mark.name,
+        "marker": {"size": mark.size, "color": mark.colour, "symbol": symbol},
+        **worded,
+    }
+
+
+def _level(level: Level, x: str, y: str) -> Plain:
+    across, along = ("x", "y") if level.upright else ("y", "x")
+    return {
+        "type": "line",
+        f"{along}ref": f"{y if level.upright else x} domain",
+        f"{along}0": 0,
+        f"{along}1": 1,
+        f"{across}ref": x if level.upright else y,
+        f"{across}0": level.value,
+        f"{across}1": level.value,
+        "line": {"color": level.colour, "width": 1, "dash": "dash"},
+    }
+
+
+def _heat(heat: Heat) -> Plain:
+    tall = 26 * len(heat.rows)
+    return {
+        "type": "heatmap",
+        "x": array(heat.x),
+        "y": list(heat.rows),
+        "z": np.round(100.0 * heat.share, 1).tolist(),
+        "zmin": 0,
+        "zmax": 100,
+        "colorscale": "Viridis",
+        "colorbar": {
+            "title": {"text": "share (%)", "side": "right"}, "thickness": 14,
+            "lenmode": "pixels", "len": max(tall, 120), "y": 0, "yanchor": "bottom",
+        },
+        "hovertemplate": "%{y}<br>t = %{x:.4f} s<br>%{z:.1f} % of the limit<extra></extra>",
+    }  # fmt: skip
+
+
+def _path(panel: Panel) -> Plain:
+    """A path as points with what they say; in the plane over the thin line where it runs."""
+    mark = next(mark for mark in panel.marks if isinstance(mark, Coloured))
+    space = bool(panel.z)
+    labels = [panel.x.label, panel.y.label, *([panel.z] if space else [])]
+    letters = "xyz" if space else "xy"
+    shades = next(iter(mark.shades.values()))
+    paint = {
+        "color": _rounded(shades),
+        "cmin": shades.low,
+        "cmax": shades.high,
+        "colorscale": "Viridis",
+        "colorbar": {"title": {"text": shades.label, "side": "right"}, "thickness": 14},
+    }
+    hover = [_told(name, f"customdata[{k}]") for k, name in enumerate(mark.names)]
+    hover += [
+        f"{html.escape(label.partition(' ')[0])} = %{{{letter}:.5f}}"
+        for label, letter in zip(labels, letters, strict=True)
+    ]
+    points = {
+        **{letter: array(mark.place[:, k]) for k, letter in enumerate(letters)},
+        "customdata": np.round(mark.told, 7).tolist(),
+        "hovertemplate": f"{'<br>'.join(hover)}<extra></extra>",
+        "showlegend": False,
+    }
+    data: list[Plain]
+    layout: Plain = {"height": PATH_HEIGHT, "margin": MARGIN, "font": FONT, "hovermode": "closest", "showlegend": False}
+    if space:
+        data = [{"type": "scatter3d", "mode": "lines", **points, "line": {"width": 5, **paint}}]
+        apart = float(np.linalg.norm(mark.place[-1] - mark.place[0]))
+        closed = apart <= SAME_PLACE * float(np.max(np.ptp(mark.place, axis=0)))
+        words = ("start and end",) if closed else ("start", "end")
+        data.append(_ends(mark.place[[0, -1][: len(words)]], mark.place, words, letters))
+        size = np.ptp(mark.place, axis=0)
+        size = size / np.max(size)  # Plotly's own sizes would let flat parts overflow
+        layout["margin"] = dict.fromkeys("lrtb", 8)
+        layout["scene"] = {
+            "aspectmode": "manual",
+            "aspectratio": dict(zip("xyz", size.tolist(), strict=True)),
+            "camera": {"eye": dict(zip("xyz", EYE.tolist(), strict=True)), "center": {"x": 0, "y": 0, "z": -0.12}},
+            **{
+                f"{letter}axis": {"title": {"text": label}, "nticks": 2 + round(7 * float(part))}
+                for letter, label, part in zip(letters, labels, size, strict=True)
+            },
+        }
+        return {"data": data, "layout": layout}
+    thread = {
+        "type": "scatter",
+        "mode": "lines",
+        **{letter: array(mark.thread[:, k], "f4") for k, letter in enumerate(letters)},
+        "line": {"color": theme.FAINT, "width": 1},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
+    data = [thread, {"type": "scatter", "mode": "markers", **points, "marker": {"size": 5, **paint}}]
+    for dots in panel.marks:
+        if isinstance(dots, Dots):
+            at = np.column_stack([dots.x, dots.y])
+            trace = _dots(dots) if not dots.words else _ends(at, mark.place, dots.words, letters)
+            data.append({**trace, "showlegend": False})
+    layout["xaxis"] = {"title": {"text": panel.x.label}, "zeroline": False}
+    layout["yaxis"] = {"title": {"text": panel.y.label}, "zeroline": False}
+    if panel.equal:
+        layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
+    return {"data": data, "layout": layout}
+
+
+def _told(name: str, place: str) -> str:
+    """A line of the words at a point: name, value to its digits, unit."""
+    word, _, unit = name.partition(" ")
+    digits = ".6g" if not unit else ".4f"
+    return f"{html.escape(word)} = %{{{place}:{digits}}}{' ' + html.escape(unit.strip('()')) if unit else ''}"
+
+
+def _ends(at: Array, place: Array, words: tuple[str, ...], letters: str) -> Plain:
+    """Points with a word each, which stays inside the picture."""
+    return {
+        "type": "scatter3d" if len(letters) == 3 else "scatter",
+        "mode": "markers+text",
+        **{letter: at[:, k].tolist() for k, letter in enumerate(letters)},
+        "text": list(words),
+        "textposition": [f"top {_inward(point[0], place[:, 0])}" for point in at],
+        "showlegend": False,
+        "marker": {"size": 5 if len(letters) == 3 else 9, "color": theme.FAINT, "symbol": "circle"},
+        "hoverinfo": "text",
+    }
+
+
+def _inward(x: float, along: Array) -> str:
+    """Where a word goes that must not leave the picture at its left or right edge, which a narrow screen has near."""
+    width = float(np.ptp(along))
+    share = (x - float(np.min(along))) / width if width > 0.0 else 0.5
+    return "right" if share < EDGE else "left" if share > 1.0 - EDGE else "center"
+
+
+def _rounded(shades: Shades) -> list[float | None]:
+    """Values to six digits of the greatest; None for what is not finite."""
+    digits = 5 - int(np.floor(np.log10(max(abs(shades.high), abs(shades.low)))))
+    finite = np.isfinite(shades.values)
+    rounded: list[float | None] = np.round(np.where(finite, shades.values, 0.0), digits).tolist()
+    return rounded if finite.all() else [each if is_one else None for each, is_one in zip(rounded, finite, strict=True)]
+
+
+def array(values: Array, kind: str = "f8") -> dict[str, str]:
+    """An array as Plotly reads it from base64."""
+    return {"dtype": kind, "bdata": base64.b64encode(np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()).decode()}

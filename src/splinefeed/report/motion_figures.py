@@ -1,0 +1,128 @@
+"""Figures over time: the motion along the path and of its axes, and the feed ripple of methods."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from splinefeed.analysis.thinning import extremes
+from splinefeed.pipeline.compare import MethodTrace
+from splinefeed.pipeline.run import Run
+from splinefeed.records import Array, Limits, TimeLaw, unit_along
+from splinefeed.report import theme
+from splinefeed.report.figure import Axis, Figure, Level, Line, Mark, Panel, peak, unit_of
+
+#: Columns of pixels of a panel over time; two points are kept in each.
+COLUMNS = 1200
+#: The maximum-velocity curve is drawn up to this many times the highest feed.
+HEADROOM = 1.6
+#: Columns of the panels of methods, and how far below the rounding floor the scale goes.
+METHOD_COLUMNS = 4
+BELOW_FLOOR = 0.01
+TIME = Axis("time (s)")
+_QUANTITIES = ("velocity", "acceleration", "jerk")
+
+
+def motion_figure(run: Run) -> Figure:
+    """s, feed, acceleration and jerk along the path over time, then velocity, acceleration and jerk of its axes."""
+    t, path = run.points.t, run.path
+    top = np.minimum(run.use.top, HEADROOM * float(np.max(run.points.feed)))
+    above = thin(t, top, "maximum velocity", theme.PALE, width=1.0, named=True)
+    panels = [
+        *law_panels(run.law, run.limits, unit_along(path.axes), t, above),
+        *_axis_panels(run),
+    ]
+    return Figure(f"{theme.words(path.name)}: motion over time, {run.law.strategy}", tuple(panels))
+
+
+def law_panels(
+    law: TimeLaw, limits: Limits, along: str = "mm", t: Array | None = None, above: Line | None = None
+) -> list[Panel]:
+    """s, feed, acceleration and jerk along the path over time with their limits (fig. 1 of the paper).
+
+    along  the unit of s; t  (n,) instants, s, else a thousand even ones; both sides of the breaks of the law come
+    besides, where the jerk jumps; above  a curve behind the feed
+    """
+    inner = law.breaks[1:-1]
+    even = np.linspace(0.0, law.duration, COLUMNS) if t is None else t
+    at = np.unique(np.concatenate([even, inner, np.nextafter(inner, 0.0)]))
+    slowing = np.inf if limits.deceleration is None else limits.deceleration
+    slowing_jerk = np.inf if limits.deceleration_jerk is None else limits.deceleration_jerk
+    jerks = [("J", limits.jerk), ("-J", -limits.jerk)]
+    if slowing_jerk != limits.jerk:
+        jerks += [("slowing J", slowing_jerk), ("slowing -J", -slowing_jerk)]
+    rows: list[tuple[str, str, Array, list[tuple[str, float]]]] = [
+        ("s", "s", law(at), []),
+        ("feed", "feed", law.feed(at), [("limit", limits.feed)]),
+        ("acceleration", "acceleration", law.acceleration(at), [("A", limits.acceleration), ("-D", -slowing)]),
+        ("jerk", "jerk", law.jerk(at), jerks),
+    ]
+    panels = []
+    for order, (name, label, values, levels) in enumerate(rows):
+        unit = unit_of(along, order) if order else along
+        marks: list[Mark] = [above] if name == "feed" and above is not None else []
+        marks.append(thin(at, values, name))
+        marks += [Level(value, f"{symbol} = {theme.short(value)} {unit}") for symbol, value in levels]
+        panels.append(Panel(TIME, Axis(f"{label} ({unit})"), tuple(marks)))
+    return panels
+
+
+def _axis_panels(run: Run) -> list[Panel]:
+    """A panel for velocity, acceleration and jerk of the linear axes, and of the rotary ones, with their limits.
+
+    Where the path was planned with an acceleration and a jerk of its own, these are drawn beside the linear axes.
+    """
+    path, motion, limits = run.path, run.motion, run.limits
+    own = run.own_limits()
+    panels = []
+    for rotary in (False, True):
+        columns = [k for k in range(len(path.axes)) if (k >= path.linear) == rotary]
+        factor = 180.0 / np.pi if rotary else 1.0
+        for order, quantity in enumerate(_QUANTITIES, start=1):
+            values = factor * getattr(motion, quantity)
+            unit = unit_of("deg" if rotary else "mm", order)
+            names = [theme.words(axis, 12) for axis in path.axes]
+            marks: list[Mark] = [
+                thin(motion.t, values[:, k], f"{names[k]} {quantity}", theme.colour(k), named=names[k]) for k in columns
+            ]
+            if not marks:
+                continue
+            tops = factor * limits.of_axes(f"axis_{quantity}", path.axes)[columns]
+            marks += [Level(sign * top) for top in np.unique(tops[np.isfinite(tops)]) for sign in (1.0, -1.0)]
+            peaks = [peak(values[:, k])[1] for k in columns]
+            note = f"at most {theme.short(max(peaks))} {unit}"
+            if quantity in own and not rotary:
+                name = quantity[0].upper()
+                marks += [Level(sign * own[quantity], colour=theme.GREEN) for sign in (1.0, -1.0)]
+                note += f", {theme.short(max(peaks) / own[quantity])} times {name} along the path (green)"
+            panels.append(Panel(TIME, Axis(f"axis {quantity} ({unit})"), tuple(marks), note=note))
+    return panels
+
+
+def ripple_figure(traces: Sequence[MethodTrace], name: str) -> Figure:
+    """Size of the feed ripple over time, one panel a method, logarithmic, above the floor that rounding sets."""
+    floor = max(trace.result.ripple_floor for trace in traces)
+    top = max(trace.result.ripple_max for trace in traces)
+    low = max(floor, float(np.finfo(float).eps)) * BELOW_FLOOR
+    panels = []
+    for trace in traces:
+        size = np.maximum(np.abs(trace.relative), 0.1 * low)  # out of the picture, but on its logarithmic scale
+        method = theme.words(trace.result.method, 30)
+        y = Axis(method, low, max(3.0 * top, 100.0 * low), log=True)
+        line = thin(trace.t, size, method, width=0.8)
+        rounding = Level(max(floor, low), colour=theme.GREEN, always=True)
+        panels.append(Panel(TIME, y, (line, rounding), note=f"max {trace.result.ripple_max:.1e}", height=140))
+    title = f"{theme.words(name)}: feed ripple (relative) by method, |step / planned step - 1|\n"
+    columns = min(METHOD_COLUMNS, max(len(traces), 1))
+    return Figure(
+        f"{title}dashed: what the rounding of s alone can make", tuple(panels), columns, width=max(270 * columns, 560)
+    )
+
+
+def thin(
+    t: Array, values: Array, name: str, colour: str = theme.BLUE, *, width: float = 1.4, named: bool | str = False
+) -> Line:
+    """`values` (n,) over t (n,), s, as a curve of few points in which every peak stays."""
+    kept = extremes(values, COLUMNS)
+    return Line(t[kept], values[kept], name, colour, width, named=named)

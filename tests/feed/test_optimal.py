@@ -1,0 +1,176 @@
+"""The planner on arrays: as fast as the best known, every limit kept by differences of setpoints, with a bound."""
+
+from __future__ import annotations
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from benchmarks import cases
+from scipy.interpolate import BSpline
+
+import splinefeed as sf
+from splinefeed.feed.optimal import plan as planner
+from splinefeed.feed.optimal.law import quintics
+from splinefeed.feed.optimal.limits import LIMITS
+from splinefeed.feed.optimal.limits.chord_error import within_reach
+from splinefeed.feed.optimal.setting import Setting
+from splinefeed.feed.optimal.solve import End, Problem, lower_bound, solve
+from splinefeed.feed.optimal.spline import Spline
+from splinefeed.feed.optimal.stream import look_ahead
+from splinefeed.feed.optimal.stretch import REST, Mode, State, plan_window
+from splinefeed.feed.optimal.ticks import kept_at_ticks
+from splinefeed.feed.optimal.track import PathTrack, sharp_bends
+from splinefeed.geometry.path import Path
+
+PERIOD = 1e-3
+SHAPES = {"butterfly": cases.butterfly, "airfoil12": cases.airfoil12}
+
+
+def setting_of(path: Path, limits: sf.Limits, period: float | None = PERIOD) -> Setting:
+    return planner.setting_of(path, limits, period)
+
+
+@pytest.mark.parametrize(("name", "setting"), cases.BEST)
+@pytest.mark.parametrize(("strategy", "most"), [("time-optimal", 1.0025), ("look-ahead", 1.01)])
+def test_as_fast_as_the_best_known_within_every_limit(name: str, setting: str, strategy: str, most: float) -> None:
+    path, limits, best = SHAPES[name](), cases.axis_limits(setting), cases.BEST[name, setting]
+    law = planner.plan_in_mode(path, limits, PERIOD, strategy)
+    assert law is not None
+    assert law.duration <= most * best + PERIOD
+    assert law.duration >= 0.999 * best
+    assert law.length == pytest.approx(path.length, rel=1e-13)
+    ticks = np.arange(round(law.duration / PERIOD) + 1) * PERIOD
+    points = path(np.clip(law(ticks), 0.0, path.length))
+    for order, given in enumerate((limits.axis_velocity, limits.axis_acceleration, limits.axis_jerk), start=1):
+        assert isinstance(given, float)
+        seen = np.max(np.abs(np.diff(points, n=order, axis=0))) / PERIOD**order
+        assert seen <= given * (1.0 + 1e-6)
+        assert order == 1 or seen > 0.9 * given
+
+
+def test_the_bound_knows_the_jerk() -> None:
+    """Where the Lagrangian is convex the plan is the best on its cells: the gap is what the optimiser leaves."""
+    for setting, least in (("A", 0.999), ("B", 0.9), ("C", 0.999)):
+        law = planner.plan_in_mode(cases.butterfly(), cases.axis_limits(setting), None, "time-optimal")
+        assert law is not None
+        assert least * law.duration <= law.settings["lower_bound_s"] <= law.duration
+    without = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500)
+    law = planner.plan_in_mode(cases.butterfly(), without, None, "time-optimal")
+    assert law is not None
+    assert law.settings["lower_bound_s"] < 7.67  # 7.709 s with the jerk
+
+
+def test_splines_are_those_of_scipy() -> None:
+    nodes = np.cumsum([0.0, 0.3, 0.5, 0.2, 1.0, 0.7])
+    spline = Spline.on(nodes, np.array([False, False, True, False, False, False]))
+    assert spline.size == 9
+    c = np.random.default_rng(1).uniform(1.0, 2.0, spline.size)
+    x = np.linspace(nodes[0], nodes[-1], 101)[:-1]
+    given = BSpline(spline.t, c, 3)
+    for order, found in enumerate(spline.at(c, x)):
+        assert found == pytest.approx(given(x, nu=order), rel=1e-12, abs=1e-10)
+    assert spline.greville() == pytest.approx([np.mean(spline.t[k + 1 : k + 4]) for k in range(9)])
+
+
+def test_a_quintic_has_both_states_and_its_time() -> None:
+    nodes, v, a, spans = np.array([1.0, 3.0]), np.array([2.0, 5.0]), np.array([1.0, -3.0]), np.array([0.6])
+    c = quintics(nodes, v, a, spans)[0]
+    p = np.polynomial.Polynomial(c)
+    for t, k in ((0.0, 0), (0.6, 1)):
+        assert [p(t), p.deriv(1)(t), p.deriv(2)(t)] == pytest.approx([nodes[k], v[k], a[k]], rel=1e-12)
+
+
+def straight_problem(limit: float, h: int = 200) -> Problem:
+    """A line of 10 mm under an acceleration limit alone, between two states."""
+    line = Path([sf.NurbsCurve.bezier([[0.0, 0.0], [10.0, 0.0]])])
+    setting = setting_of(line, sf.Limits(feed=1e3, acceleration=limit))
+    nodes = np.linspace(0.0, 10.0, h + 1)
+    spline = Spline.on(nodes, np.zeros(h + 1, dtype=bool))
+    cell = np.append(np.repeat(np.arange(h), 2), h - 1)
+    part = np.append(np.tile([0.0, 0.5], h), 1.0)
+    weight = np.append(np.tile([1.0 / 3.0, 2.0 / 3.0], h), 1.0 / 6.0) * 10.0 / h
+    weight[0] = 10.0 / h / 6.0
+    x = nodes[cell] + part * 10.0 / h
+    return Problem(spline, cell, x, weight, setting.rows(setting.places(x)), (End(q=100.0), End(q=400.0)))
+
+
+def test_between_two_feeds_the_optimum_is_up_and_down_at_the_limit() -> None:
+    """q = 100 + 2 A s up to where 400 + 2 A (10 - s) is met: T = (v - 10) / A + (v - 20) / A with v^2 = 250 + 10 A."""
+    problem = straight_problem(500.0)
+    found = solve(problem, np.full(problem.spline.size, 200.0), 1e-6)
+    v = np.sqrt(250.0 + 10.0 * 500.0)
+    assert found.kept
+    assert found.time == pytest.approx((v - 10.0) / 500.0 + (v - 20.0) / 500.0, rel=1e-2)
+    assert lower_bound(problem, found, 1e-6) <= found.time
+
+
+def test_a_window_goes_from_state_to_state() -> None:
+    setting = setting_of(cases.butterfly(), cases.axis_limits("A"))
+    mode = Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400)
+    whole = plan_window(setting, 0.0, 200.0, REST, REST, mode, exact=True)
+    k = len(whole.pieces) // 2
+    row = whole.pieces.coefficients[k]
+    state = State(float(row[1]), float(2.0 * row[2]))
+    rest = plan_window(setting, float(row[0]), 200.0, state, REST, mode, exact=True)
+    assert rest.over <= 1.0 + 1e-9
+    assert rest.pieces.coefficients[0, :3] == pytest.approx(row[:3], rel=1e-9)
+    left = float(np.sum(whole.pieces.spans[k:]))
+    assert rest.pieces.duration == pytest.approx(left, rel=1e-2)
+
+
+def test_tips_of_sharp_bends_are_found_and_a_cusp_within_a_nanometre_is_left_to_the_planner_before() -> None:
+    near = 10.0 * np.array([[0.0, 0.0], [1.0 + 1e-3, 1.0], [0.0, 1.0], [1.0, 0.0]])
+    path = Path([sf.NurbsCurve.bezier(near)])
+    s, curvature = sharp_bends(path)
+    assert len(s) >= 1
+    assert np.max(curvature) > 1e3
+    u = np.linspace(0.0, 1.0, 2001)
+    assert np.max(curvature) >= np.max(path.curves[0].curvature(u))
+    assert np.any(np.isclose(PathTrack(path).breaks[:, None], s[None, :]))
+    cusp = Path([sf.NurbsCurve.bezier(10.0 * np.array([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]]))])
+    assert planner.plan_in_mode(cusp, cases.axis_limits("A"), PERIOD, "time-optimal") is None
+    law = sf.plan(cusp, cases.axis_limits("A"), strategy="time-optimal", period=PERIOD)
+    assert sf.check(sf.interpolate(cusp, law), cusp, cases.axis_limits("A"), law).ok
+
+
+def test_setpoints_over_a_limit_are_seen_at_ticks() -> None:
+    path, limits = cases.butterfly(), cases.axis_limits("A")
+    law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)
+    none = np.zeros(0)
+    assert kept_at_ticks(law, path, limits, none, none)
+    assert not kept_at_ticks(law, path, sf.Limits(feed=60, axis_jerk=19_000), none, none)
+    assert not kept_at_ticks(law, path, sf.Limits(feed=60, axis_acceleration=450), none, none)
+    assert kept_at_ticks(law, path, sf.Limits(feed=60, chord_error=1e-3), none, setting_of(path, limits).breaks)
+    assert not kept_at_ticks(law, path, sf.Limits(feed=60, chord_error=1e-6), none, none)
+
+
+def test_chords_look_as_far_as_they_reach() -> None:
+    s, step = np.array([0.0, 1.0, 2.0, 3.0]), np.array([9.0, 9.0, 0.5, 9.0])
+    assert within_reach(s, step).tolist() == [2.0, 1.0, 0.5, 1.0]
+
+
+def test_every_limit_is_a_file_and_a_line() -> None:
+    names = {rows.__module__.rpartition(".")[2] for rows in LIMITS}
+    assert len(names) == len(LIMITS) == 9
+
+
+def test_a_path_in_parts_is_planned_as_it_comes() -> None:
+    """Blocks of motion over butterflies one after the other: together one law, within every limit."""
+    curve = cases.butterfly().curves[0]
+    curves = [curve, curve.reversed(), curve]
+    path, limits = Path(curves), cases.axis_limits("A")
+    blocks = list(look_ahead((Path([each]) for each in curves), limits, PERIOD, window=200))
+    assert len(blocks) >= 3
+    starts = np.repeat(
+        [path.curve_starts[b.curve] + b.offset for b in blocks], [len(b.law.coefficients) for b in blocks]
+    )
+    coefficients = np.concatenate([block.law.coefficients for block in blocks])
+    coefficients[:, 0] += starts
+    breaks = np.concatenate([[0.0], *(block.time + block.law.breaks[1:] for block in blocks)])
+    law = sf.TimeLaw(breaks=breaks, coefficients=coefficients, strategy="look-ahead", period=PERIOD)
+    assert sf.check(sf.interpolate(path, law), path, limits, law).ok
+    assert law.duration <= 1.02 * sf.plan(path, limits, strategy="look-ahead", period=PERIOD).duration
+    again = list(look_ahead([path], limits, PERIOD, window=200))
+    assert sum(b.law.duration for b in again) == pytest.approx(sum(b.law.duration for b in blocks), rel=5e-3)
+    assert list(islice(look_ahead([], limits, PERIOD), 1)) == []
