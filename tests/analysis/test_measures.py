@@ -30,6 +30,14 @@ def travelled(path: sf.Path, *u: float) -> float:
     return float(between.lengths(rows, *rows.find(np.zeros(2, dtype=np.int64), np.array(u)))[0][0])
 
 
+def test_without_feeds_no_step_takes_time():
+    rows = Rows(motions.smooth())
+    row, u = rows.find(np.zeros(3, dtype=np.int64), np.array([0.0, 0.5, 1.0]))
+    lengths, times = between.lengths(rows, row, u)
+    assert np.all(lengths > 0.0)
+    np.testing.assert_array_equal(times, 0.0)
+
+
 @pytest.mark.parametrize("path", [motions.smooth(), motions.butterfly(), circle()], ids=lambda p: p.name)
 def test_travelled_agrees_with_scipy(path):
     curve = path.curves[0]

@@ -85,9 +85,9 @@ def lengths(rows: Rows, row: IntArray, u: Array, feeds: Array | None = None) -> 
     """Arc length from each place to the next, (n,), mm, negative where one goes back, by quadrature of |C'(u)|.
 
     row, u (n + 1,); NaN where a place is unknown. The second array is the time, s, that the step takes at the largest
-    feed of every row, feeds (r,), mm/s, of the same sign.
+    feed of every row, feeds (r,), mm/s, of the same sign; zeros without feeds.
     """
-    out, time = np.empty(len(u) - 1), np.empty(len(u) - 1)
+    out, time = np.empty(len(u) - 1), np.zeros(len(u) - 1)
     for steps, part in parts(rows, row, u):
         each = _integral(rows, part)
         out[steps] = np.add.reduceat(each, part.first)
