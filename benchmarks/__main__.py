@@ -1,4 +1,4 @@
-"""Run benchmarks by name, print their tables, and write them into results.json, the README and docs/benchmarks.md."""
+"""Run benchmarks by name, print their tables, and write them into results.json and docs/benchmarks.md."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ NAMES = (
 )
 RESULTS = Path(__file__).with_name("results.json")
 ROOT = Path(__file__).parents[1]
-#: Each has markers for the tables that it shows.
-PAGES = (ROOT / "README.md", ROOT / "docs" / "benchmarks.md")
+#: Has markers for the tables that it shows.
+PAGES = (ROOT / "docs" / "benchmarks.md",)
 PACKAGES = (
     "splinefeed",
     "numpy",

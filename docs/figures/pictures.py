@@ -1,4 +1,4 @@
-"""Draw the pictures of the README: the paper's airfoil and experiment, and the butterfly to the limits of its axes."""
+"""Draw the pictures of README and docs: the paper's airfoil and experiment, the butterfly to the limits of its axes."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ def main() -> None:
     path_figure(airfoil).save(HERE / "airfoil-path.svg")
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
     butterfly = sf.run(sf.shapes.butterfly(), limits, strategy="time-optimal")
+    butterfly.plot().save(HERE / "overview.svg")
     path_figure(butterfly).save(HERE / "butterfly-path.svg")
     limits_figure(butterfly.use, butterfly.points, "butterfly").save(HERE / "butterfly-limits.svg")
     law = butterfly.law

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from splinefeed.records import Setpoints as Setpoints
     from splinefeed.records import TimeLaw as TimeLaw
     from splinefeed.records import Verdict as Verdict
+    from splinefeed.report import plot as plot
     from splinefeed.sweeps.sweeping import sweep as sweep
 
 from splinefeed import errors as errors
@@ -70,6 +71,7 @@ _PUBLIC = {
     "load": "formats.setpoints",
     "methods": "interpolation.registry",
     "plan": "feed.planning",
+    "plot": "report",
     "read": "formats.registry",
     "read_parts": "formats.path_parts",
     "register": "interpolation.registry",
@@ -92,7 +94,7 @@ def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
         raise AttributeError(f"module 'splinefeed' has no attribute {name!r}")
     room = f"splinefeed.{_PUBLIC[name]}"
-    value = import_module(f"{room}.{name}") if name == "shapes" else getattr(import_module(room), name)
+    value = import_module(f"{room}.{name}") if name in ("plot", "shapes") else getattr(import_module(room), name)
     globals()[name] = value
     return value
 

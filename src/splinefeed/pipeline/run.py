@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +20,10 @@ from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
-from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict
+from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along
+
+if TYPE_CHECKING:
+    from splinefeed.report.figure import Figure
 
 #: The paper's experiment: f = 60 mm/s, A = D = 50 mm/s^2, J = 2000 mm/s^3, one setpoint a millisecond.
 PAPER_LIMITS = Limits(feed=60.0, acceleration=50.0, jerk=2000.0)
@@ -84,6 +88,24 @@ class Run:
     def end_reached(self) -> bool:
         """Whether the last setpoint is the end of the path, but for rounding."""
         return self.end_error_mm <= END_TOLERANCE * max(self.path.size, 1.0)
+
+    def plot(self) -> Figure:
+        """The path coloured by feed with feed and jerk below, as `sf.plot.overview` draws it."""
+        from splinefeed.report import plot
+
+        return plot.overview(self)
+
+    def _repr_html_(self) -> str:
+        """A notebook's view of the run: its main numbers, and the picture."""
+        verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)
+        rows = {
+            "path": f"{self.path.name}, {self.path.length:.6g} {unit_along(self.path.axes)}",
+            "motion": f"{self.law.duration:.6g} s, {self.law.strategy}",
+            "setpoints": f"{self.ticks}, one every {self.points.period:g} s",
+            "check": verdict,
+        }
+        body = "".join(f"<tr><th>{name}</th><td>{html.escape(value)}</td></tr>" for name, value in rows.items())
+        return f"<table>{body}</table>{self.plot()._repr_svg_()}"
 
     def numbers(self) -> dict[str, Any]:
         """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""

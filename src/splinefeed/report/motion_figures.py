@@ -22,6 +22,8 @@ METHOD_COLUMNS = 4
 BELOW_FLOOR = 0.01
 TIME = Axis("time (s)")
 _QUANTITIES = ("velocity", "acceleration", "jerk")
+#: Which of the panels of the axes is that of their jerk.
+JERK = 2
 
 
 def motion_figure(run: Run) -> Figure:
@@ -31,7 +33,7 @@ def motion_figure(run: Run) -> Figure:
     above = thin(t, top, "maximum velocity", theme.PALE, width=1.0, named=True)
     panels = [
         *law_panels(run.law, run.limits, unit_along(path.axes), t, above),
-        *_axis_panels(run),
+        *axis_panels(run),
     ]
     return Figure(f"{theme.words(path.name)}: motion over time, {run.law.strategy}", tuple(panels))
 
@@ -68,7 +70,7 @@ def law_panels(
     return panels
 
 
-def _axis_panels(run: Run) -> list[Panel]:
+def axis_panels(run: Run) -> list[Panel]:
     """A panel for velocity, acceleration and jerk of the linear axes, and of the rotary ones, with their limits.
 
     Where the path was planned with an acceleration and a jerk of its own, these are drawn beside the linear axes.
