@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from splinefeed.geometry.pieces import Pieces
 
 MAX_DEGREE = 12
-MAX_AXES = 6
+#: X Y Z A B C U V W of a control, and the seven joints of an arm.
+MAX_AXES = 9
 #: Greatest coordinate, knot and weight, and one over the least size, knot span and weight: beyond, powers overflow.
 LARGEST = 1e30
 #: Largest weight over smallest. Beyond it the point of the lightest control point drowns in rounding.
