@@ -93,7 +93,7 @@ def errors(flat: list[Served], solid: list[Served]) -> str:
         f"{rows(*lines)}\n\nThe largest error of an axis is {main['max']:.5f} mm, on x at {main['at_t_s']:.3f} s, "
         f"{main['at_s_mm'] - 16.5:.2f} mm behind the nose; the paper measured {PAPER_ERROR} mm. The contour errors of "
         f"the three methods are {found['spread_share']:.2%} apart; their setpoints are at most "
-        f"{1e3 * found['setpoints_off_law_largest_mm']:.2f} um from where the law wants them."
+        f"{1e3 * found['setpoints_off_law_largest_mm']:.2f} um off the time law."
     )
 
 

@@ -48,10 +48,10 @@ def test_the_experiment_says_what_is_model_and_what_is_measurement(splinefeed, f
     text = splinefeed("run", *QUIET).stdout
     assert "the paper measured 0.01218 mm" in text
     words = " ".join(text.split())
-    assert "model: xytheta, a simulation; the paper tells gains" in words
+    assert "model: xytheta, simulated; the paper gives gains" in words
     assert "measurement: the paper's 12.18 um" in words
     assert (
-        "finding: on this machine the choice of the interpolator does not matter beside the servo's own error" in words
+        "finding: on this machine the choice of the interpolator is negligible next to the following error" in words
     )
 
 

@@ -216,7 +216,7 @@ def test_an_axis_that_does_not_follow_stops_the_stream_for_good_until_the_next()
     with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)) as home:
         sink = Keep(home)
         jam = at_rows({100: partial(halcmd, home, "setp", "limit-x.min", "-0.5")})
-        with pytest.raises(LinuxcncError, match=r"x does not follow: it is .* mm from where it is told to be"):
+        with pytest.raises(LinuxcncError, match=r"x does not follow: it is .* mm from its commanded position"):
             play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True, seen=jam)
         row, position = sink.samples[:, 1], sink.samples[:, 3:7]
         away = np.abs(position[:, 0] - position[:, 2])

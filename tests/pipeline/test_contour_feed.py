@@ -65,7 +65,7 @@ def test_limits_that_keep_the_tolerance_stay() -> None:
     assert tuning.best.scale == 1.0
     assert tuning.best.limits == LIMITS
     assert len(tuning.trials) == contour_feed.GRID
-    assert tuning.notes == ("the limits themselves keep the tolerance; higher ones were not asked for",)
+    assert tuning.notes == ("the given limits keep the tolerance already; raise them to go faster",)
 
 
 def test_a_tolerance_that_no_feed_keeps_is_said() -> None:

@@ -99,7 +99,7 @@ def test_axes_that_one_side_lacks(motion: sf.Setpoints) -> None:
     np.testing.assert_array_equal(response.position, sf.follow(motion, TABLE).position)
     assert servo.notes == [
         "axis z does not move and xytheta has none: left out",
-        "axis theta of xytheta is told nothing and rests",
+        "theta: no setpoints; this axis of xytheta holds its position",
     ]
     moving = replace(still, position=still.position + [[0.0, 0.0, 1.0]] * np.linspace(0, 2, len(still))[:, None])
     with pytest.raises(InputError) as caught:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
+from splinefeed.cli.panels import PanelCommand
 
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
@@ -21,7 +22,7 @@ Examples:
 """
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source", required=False)
 @click.option("--methods", "names", type=options.Names(), help="Only these methods.  [default: all]")
 @options.limits

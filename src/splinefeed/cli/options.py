@@ -160,14 +160,14 @@ def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
 #: How a SOURCE is read, but for the tolerance.
 reading_alone = _all(
     click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
-    click.option("--layer", metavar="NAME,NAME", help="DXF, 3DM, SVG (groups): these layers alone."),
-    click.option("--units", "file_units", metavar="UNIT", help="DXF: mm, in, ..., whatever the file says."),
+    click.option("--layer", metavar="NAME,NAME", help="DXF, 3DM, SVG (groups): only these layers."),
+    click.option("--units", "file_units", metavar="UNIT", help="DXF: mm, in, ...; overrides the file."),
     quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
-    click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: the edges of faces too, not free curves alone."),
-    click.option("--dialect", metavar="NAME", help="G-code: the control it is for, where that cannot be told."),
-    click.option("--start", metavar="X,Y,Z,...", help="G-code: where the tool is before the first line, mm and deg."),
-    click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: where coordinate systems lie.  [default: at 0]"),
-    click.option("--repair", is_flag=True, help="Mend what is safe to mend in a faulty file, and say so as findings."),
+    click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: edges of faces as well as free curves."),
+    click.option("--dialect", metavar="NAME", help="G-code: the control, if the program does not show it."),
+    click.option("--start", metavar="X,Y,Z,...", help="G-code: tool position before the first line, mm and deg."),
+    click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: work offsets.  [default: at 0]"),
+    click.option("--repair", is_flag=True, help="Repair what is safe to repair in a faulty file, and list it."),
 )
 
 #: How a SOURCE is read.
@@ -187,18 +187,18 @@ smoothing = _all(
         "--smooth",
         type=Smoothing(),
         metavar="LENGTH|program",
-        help="Curves in place of short lines and corners, never further off than this; `program`: as its G64 P says.",
+        help="Replace short lines and corners by curves within this tolerance; `program`: that of its G64 P.",
     ),
     click.option(
         "--corners",
         type=click.Choice(["keep", "round"]),
-        help="What --smooth does with corners above the corner angle.  [default: keep; round for `program`]",
+        help="What --smooth does at corners sharper than --corner-angle.  [default: keep; round for `program`]",
     ),
     click.option(
         "--corner-angle",
         type=click.FloatRange(0.0, 180.0, min_open=True),
         metavar="DEGREES",
-        help="Joints that turn by more are corners.  [default: 45]",
+        help="Joints that turn by more than this are corners.  [default: 45]",
     ),
 )
 
@@ -232,15 +232,15 @@ def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
 
 #: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.
 _SINGLE = (
-    (("--feed",), "feed", "Highest feed.", "60 mm/s"),
-    (("--accel", "--acceleration"), "acceleration", "Highest acceleration along the path.", "50 mm/s^2"),
-    (("--decel", "--deceleration"), "acceleration", "Highest deceleration.", "as --accel"),
-    (("--jerk",), "jerk", "Highest jerk while speeding up.", "2000 mm/s^3"),
-    (("--decel-jerk", "--deceleration-jerk"), "jerk", "While slowing down.", "as --jerk"),
+    (("--feed",), "feed", "Feed limit along the path.", "60 mm/s"),
+    (("--accel", "--acceleration"), "acceleration", "Acceleration limit along the path.", "50 mm/s^2"),
+    (("--decel", "--deceleration"), "acceleration", "Deceleration limit along the path.", "as --accel"),
+    (("--jerk",), "jerk", "Jerk limit along the path, speeding up.", "2000 mm/s^3"),
+    (("--decel-jerk", "--deceleration-jerk"), "jerk", "Jerk limit along the path, slowing down.", "as --jerk"),
     (("--start-feed",), "feed", "Feed at the start of the path.", "0"),
-    (("--end-feed",), "feed", "Feed at its end.", "0"),
-    (("--chord-error",), "length", "Between the curve and the chord from setpoint to setpoint.", ""),
-    (("--centripetal",), "acceleration", "Highest centripetal acceleration.", ""),
+    (("--end-feed",), "feed", "Feed at the end of the path.", "0"),
+    (("--chord-error",), "length", "Chord error (sag) between two setpoints.", ""),
+    (("--centripetal",), "acceleration", "Centripetal acceleration limit.", ""),
 )
 
 
@@ -253,13 +253,17 @@ def limits_alone(default: str = "") -> Callable[[F], F]:
             quantity(*flags, kind=kind, text=f"{text}  [default: {paper}]" if paper and not default else text)
             for flags, kind, text, paper in _SINGLE
         ),
-        _axis_limit("--axis-velocity", "axis_velocity", "Highest velocity of each linear axis, or x=60,theta=90deg/s."),
-        _axis_limit("--axis-accel", "axis_acceleration", "Highest acceleration of each axis, as above."),
-        _axis_limit("--axis-jerk", "axis_jerk", "Highest jerk of each axis, as above."),
+        _axis_limit("--axis-velocity", "axis_velocity", "Limit of each linear axis: 60, or x=60,theta=90deg/s."),
+        _axis_limit("--axis-accel", "axis_acceleration", "Limit of each axis: 500, or x=500,theta=90deg/s^2."),
+        _axis_limit("--axis-jerk", "axis_jerk", "Limit of each axis: 20000, or x=20000,y=15000."),
         _axis_limit(
-            "--axis-velocity-step", "axis_velocity_step", "Jump of velocity allowed at corners; else they stop."
+            "--axis-velocity-step",
+            "axis_velocity_step",
+            "Junction velocity: the step of each axis at a corner that is passed; without it corners are exact stops.",
         ),
-        click.option("--travel", type=Travels(), metavar="AXIS=LOW:HIGH", help="Soft limits: x=0:500,y=0:300."),
+        click.option(
+            "--travel", type=Travels(), metavar="AXIS=LOW:HIGH", help="Soft limits of position: x=0:500,y=0:300."
+        ),
     )
 
 
@@ -278,7 +282,7 @@ limits = _all(
 machine = click.option(
     "--machine",
     metavar="NAME|FILE",
-    help="The machine: its axes' limits hold where no others are given.  [see splinefeed machine list]",
+    help="A machine file or a built-in machine; its axis limits apply unless others are given. See splinefeed machine.",
 )
 
 #: Limits along the path, and the options that give them.

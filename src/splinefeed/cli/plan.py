@@ -8,6 +8,7 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.panels import PanelCommand
 
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
@@ -26,7 +27,7 @@ Examples:
 """
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source", required=False)
 @options.limits
 @options.machine

@@ -8,6 +8,7 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.panels import PanelCommand
 
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
@@ -31,7 +32,7 @@ Examples:
 """
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source", required=False)
 @options.limits
 @options.machine
@@ -65,14 +66,14 @@ Examples:
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: Any) -> None:
-    """Plan the motion along SOURCE, make its setpoints, measure them; write files and figures.
+    """Plan the motion along SOURCE, interpolate it, check every limit; write setpoints, figures and a report.
 
-    SOURCE is a shape (naca:0025?perimeter=33, butterfly, ...), a JSON curve or an airfoil .dat file. With --machine its
-    simulated axes follow the setpoints, and the errors are told. The exit code is 1 where a limit does not hold, the
-    end of the path is missed, or an axis runs away.
+    SOURCE is a shape (butterfly, naca:0025?perimeter=33, ...) or a file: G-code, DXF, SVG, STEP, IGES, 3DM, JSON, an
+    airfoil .dat. With --machine, simulated axes follow the setpoints: following error and contour error. The exit code
+    is 1 if a limit does not hold, the end of the path is missed, or an axis becomes unstable.
 
-    Without SOURCE the paper's experiment runs: a NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on the
-    paper's table as we model it (or another --machine), by the paper's two methods and milne-simpson-anchored.
+    Without SOURCE: the paper's experiment. A NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on a model
+    of the paper's table (or --machine), by the paper's two methods and milne-simpson-anchored.
     """
     from splinefeed.cli import output, run_windows
     from splinefeed.cli.progress import busy

@@ -12,6 +12,7 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE
+from splinefeed.cli.panels import PanelCommand
 from splinefeed.errors import SplinefeedError
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 """
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source")
 @click.option("--to", type=click.Choice(["file", "stdout", "udp", "linuxcnc"]), required=True, help="Where rows go.")
 @click.option("-o", "--output", metavar="FILE", help="The file of --to file.")
@@ -247,7 +248,7 @@ def _streamed(made: _Made, knob: Knob, given: dict[str, Any]) -> State:
             _save(given["state_file"], state, motion)
         except SplinefeedError as error:  # no reason to stop axes that move
             if not warned:
-                print(f"splinefeed: {error}; --resume will not know of it", file=sys.stderr, flush=True)
+                print(f"splinefeed: {error}; --resume cannot continue from it", file=sys.stderr, flush=True)
             warned.append(str(error))
 
     def seen(state: State) -> None:

@@ -9,6 +9,7 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.panels import PanelCommand
 
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
@@ -22,7 +23,7 @@ Examples:
 """
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source")
 @click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; its axes' limits hold, too.")
 @click.option(

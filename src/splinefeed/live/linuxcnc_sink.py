@@ -170,7 +170,7 @@ class LinuxcncSink:
             name = self._axes[int(axis)]
             unit = "deg" if name in ROTARY_AXES else "mm"
             raise LinuxcncError(
-                f"{name} does not follow: it is {away} {unit} from where it is told to be; HAL was stopped {where} and "
+                f"{name} does not follow: it is {away} {unit} from its commanded position; HAL was stopped {where} and "
                 "holds it"
             )
         said = self._told[-1] if self._told else "its reason is not known"

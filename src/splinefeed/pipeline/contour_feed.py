@@ -202,7 +202,7 @@ def tune_feed(
             feeds = ", ".join(f"{trial.feed:.4g}" for trial in holes)
             notes.append(f"slower is not always better here: at top feeds of {feeds} mm/s the tolerance is exceeded")
         if best.scale == 1.0:
-            notes.append("the limits themselves keep the tolerance; higher ones were not asked for")
+            notes.append("the given limits keep the tolerance already; raise them to go faster")
     return FeedTuning(allowed, trials, best, None if best is None else kept[best.scale], tuple(notes))
 
 

@@ -89,20 +89,20 @@ def sentences(served: list[Served], table: Table) -> list[str]:
     half = 0.5 * float(main.points.s[-1])
     place = "" if s is None else f", {abs(s - half):.2f} mm {'behind' if s > half else 'before'} the nose"
     words = [
-        f"model: {table.name}, a simulation; the paper tells gains, encoders, scales and card, but not its plant: "
-        f"speed per volt, lag, masses and friction are chosen in the open (splinefeed machine show {table.name})",
+        f"model: {table.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
+        f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {table.name})",
         f"measurement: the paper's {PAPER_ERROR * 1e3:.2f} um, the largest of its axes, where the arc begins; here it "
-        f"is {error * 1e3:.2f} um on {axis}{place}: {error / PAPER_ERROR:.1f} times as much, which says something of "
-        f"the plant, not of the interpolator",
+        f"is {error * 1e3:.2f} um on {axis}{place}: {error / PAPER_ERROR:.1f} times as much, an effect of the "
+        f"plant, not of the interpolator",
     ]
     found = comparison(served)
     if found:
         apart = (
             f"their contour errors are {found['contour_error_least_mm'] * 1e3:.2f} to "
             f"{found['contour_error_largest_mm'] * 1e3:.2f} um, {found['spread_share']:.1%} apart, and their setpoints "
-            f"at most {found['setpoints_off_law_largest_mm'] * 1e3:.2f} um from where the law wants them"
+            f"at most {found['setpoints_off_law_largest_mm'] * 1e3:.2f} um off the time law"
         )
-        verdict = "matters" if found["method_matters"] else "does not matter beside the servo's own error"
+        verdict = "matters" if found["method_matters"] else "is negligible next to the following error"
         words.append(f"finding: on this machine the choice of the interpolator {verdict}: {apart}")
     return words
 

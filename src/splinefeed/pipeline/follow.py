@@ -106,7 +106,7 @@ class Servo:
             self.notes.append(f"axis {axis} does not move and {self.table.name} has none: left out")
         for axis in self.table.axes:
             if axis not in points.axes:
-                self.notes.append(f"axis {axis} of {self.table.name} is told nothing and rests")
+                self.notes.append(f"{axis}: no setpoints; this axis of {self.table.name} holds its position")
         if self.path is not None:
             for axis in self.path.axes[: self.path.linear]:
                 if axis not in points.axes:

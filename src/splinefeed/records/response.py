@@ -20,7 +20,7 @@ class Response:
     """What the axes of a machine did when they were given setpoints.
 
     t          (n,)       time of the tick, s
-    command    (n, axes)  where each axis was told to be, mm, rotary axes rad
+    command    (n, axes)  commanded position of each axis, mm, rotary axes rad
     position   (n, axes)  where it was
     measured   (n, axes)  where its encoder or scale said it was
     output     (n, axes)  control output, V

@@ -1,0 +1,41 @@
+"""Help in panels: the options that most calls need first, then the others by what they are about."""
+
+from __future__ import annotations
+
+import click
+
+#: Title of each panel and the options in it by parameter name, in this order; what stands in none comes last.
+PANELS = {
+    "Most used": ("feed", "axis_acceleration", "axis_jerk", "machine", "smooth", "output"),
+    "Limits": (
+        "limits_file", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "axis_velocity",
+        "axis_velocity_step", "chord_error", "centripetal", "travel",
+    ),
+    "Planning": ("strategy", "period", "method", "corrections", "contour_tolerance", "tangential"),
+    "Source and units": (
+        "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "repair", "tolerance",
+    ),
+    "Smoothing": ("corners", "corner_angle"),
+    "Output": ("formats", "figures", "no_figures", "no_compare", "by_windows", "as_json"),
+}  # fmt: skip
+
+
+class PanelCommand(click.Command):
+    """A command whose help shows its options in PANELS."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write a section for each panel."""
+        options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
+        records = {option.name: record for option in options if (record := option.get_help_record(ctx))}
+        for title, names in PANELS.items():
+            rows = [records.pop(name) for name in names if name in records]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows, col_max=COLUMN)
+        if records:
+            with formatter.section("Other"):
+                formatter.write_dl(list(records.values()), col_max=COLUMN)
+
+
+#: Letters of the first column at most, so that all panels line up.
+COLUMN = 30
