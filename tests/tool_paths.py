@@ -1,0 +1,49 @@
+"""Tool paths and machines that several tests plan."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path as File
+
+import numpy as np
+
+import splinefeed as sf
+from splinefeed.kinematics import kinematics
+from splinefeed.records import Array
+
+#: A machine of each kind that tilts the tool, with offsets.
+MACHINES = (
+    kinematics(
+        "xyzac-trt",
+        x_rot_point=3.0,
+        y_rot_point=-7.0,
+        z_rot_point=-20.0,
+        y_offset=4.0,
+        z_offset=-15.0,
+        tool_offset=60.0,
+    ),
+    kinematics("xyzbc-trt", x_rot_point=-5.0, z_rot_point=-30.0, x_offset=6.0, z_offset=12.0, tool_offset=40.0),
+    kinematics("5axiskins", pivot_length=150.0, tool_offset=50.0),
+    kinematics("head-table", x_rot_point=10.0, y_rot_point=20.0, pivot_length=120.0, tool_offset=30.0),
+)
+
+
+def flank(data_dir: File) -> sf.ToolPath:
+    """The flank-milling path of the data, from its numbers."""
+    said = json.loads((data_dir / "five-axis" / "flank_milling_2022.json").read_text())
+    tip, point = (np.array(said[name], dtype=float) for name in ("tool_tip", "second_point_on_tool_axis"))
+    return sf.ToolPath(sf.NurbsCurve(3, said["knots"], tip), sf.NurbsCurve(3, said["knots"], point), name="flank")
+
+
+def random_tool_path(seed: int) -> sf.ToolPath:
+    """A cubic tip of some decimetres and a tool axis that leans by up to 60 degrees, in a direction that wanders."""
+    random = np.random.default_rng(seed)
+    count = int(random.integers(5, 15))
+    knots = np.concatenate([[0.0] * 3, np.linspace(0.0, 1.0, count - 2), [1.0] * 3])
+    tip = np.cumsum(random.normal(size=(count, 3)) * [25.0, 25.0, 6.0], axis=0)
+    lean = np.radians(random.uniform(5.0, 60.0, count))
+    phi = np.cumsum(random.normal(scale=0.6, size=count)) + random.uniform(-3.0, 3.0)
+    axis: Array = np.column_stack([np.sin(lean) * np.cos(phi), np.sin(lean) * np.sin(phi), np.cos(lean)])
+    return sf.ToolPath(
+        sf.NurbsCurve(3, knots, tip), sf.NurbsCurve(3, knots, axis), kind="vectors", name=f"random {seed}"
+    )
