@@ -47,3 +47,32 @@ def random_tool_path(seed: int) -> sf.ToolPath:
     return sf.ToolPath(
         sf.NurbsCurve(3, knots, tip), sf.NurbsCurve(3, knots, axis), kind="vectors", name=f"random {seed}"
     )
+
+
+def of_kinds(axes: tuple[str, ...], linear: float, rotary: float) -> dict[str, float]:
+    """One value for each linear joint and one for each rotary one."""
+    return {axis: rotary if axis in "abc" else linear for axis in axes}
+
+
+#: The limits that the paper of the flank-milling path prints, and its period, s.
+FLANK_PERIOD = 2e-3
+FLANK = sf.Limits(
+    feed=100.0,
+    chord_error=0.000125,
+    axis_velocity={"x": 100.0, "y": 100.0, "z": 100.0, "a": 0.4, "c": 0.8},
+    axis_acceleration=of_kinds(("x", "y", "z", "a", "c"), 500.0, 0.5),
+    axis_jerk=of_kinds(("x", "y", "z", "a", "c"), 3000.0, 1.5),
+)
+
+
+def random_limits(seed: int, axes: tuple[str, ...]) -> tuple[sf.Limits, float]:
+    """Limits of joints, tip feed and chord error over decades, and a period, s."""
+    random = np.random.default_rng(seed + 1000)
+    limits = sf.Limits(
+        feed=random.uniform(20.0, 200.0),
+        chord_error=10.0 ** random.uniform(-4.0, -2.0),
+        axis_velocity=of_kinds(axes, random.uniform(50.0, 300.0), random.uniform(0.3, 3.0)),
+        axis_acceleration=of_kinds(axes, random.uniform(300.0, 3000.0), random.uniform(1.0, 10.0)),
+        axis_jerk=of_kinds(axes, 10.0 ** random.uniform(3.7, 5.0), 10.0 ** random.uniform(0.7, 2.0)),
+    )
+    return limits, float(random.choice([1e-3, 2e-3]))

@@ -74,7 +74,7 @@ class JointPath:
         self._s, self._turns = np.zeros(0), np.zeros(0)  # the last joint at samples, without jumps of whole turns
         self._dips = np.zeros(0)  # arc lengths where the tool axis is nearest to the pole
         self._choose()
-        self._check_travel()
+        self.check_travel(self.travel)
 
     # --- where it is ------------------------------------------------------------------------------------------------
 
@@ -281,7 +281,7 @@ class JointPath:
                 found.append((distance, flip, by))
         if not found:
             _, name, low, high = min(nearest)
-            self._refuse_travel(name, low, high, None)
+            _refuse_travel(name, self.travel[name], low, high, None)
         _, self._flip, by = min(found)
         self._turns = turn + (math.pi if self._flip else 0.0) + by
 
@@ -292,28 +292,20 @@ class JointPath:
             f"turn at once; tilt the workpiece or the tool axis a little, or give the angles of {' and '.join(names)}"
         )
 
-    def _check_travel(self) -> None:
-        """LimitsError where a joint leaves its travel."""
+    def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
+        """LimitsError where a joint leaves its travel, mm or rad: which, how far, and where on the path."""
+        if not travel:
+            return
         curve, u = self.tool.samples
         s = self.tool.arc_length(curve, u)
         joints = self.joints(curve, u, s)
         for k, name in enumerate(self.axes):
-            low, high = self.travel.get(name, (-math.inf, math.inf))
+            low, high = travel.get(name, (-math.inf, math.inf))
             out = np.maximum(low - joints[:, k], joints[:, k] - high)
             worst = int(np.argmax(out))
             if out[worst] > LEFT:
-                self._refuse_travel(name, float(np.min(joints[:, k])), float(np.max(joints[:, k])), float(s[worst]))
-
-    def _refuse_travel(self, name: str, low: float, high: float, s: float | None) -> NoReturn:
-        rotary = name in ROTARY_AXES
-        unit, factor = ("deg", 180.0 / math.pi) if rotary else ("mm", 1.0)
-        ends = self.travel[name]
-        place = "" if s is None else f", most at s = {s:.6g} mm"
-        raise LimitsError(
-            f"travel.{name}: the path takes joint {name} from {factor * low:.6g} to {factor * high:.6g} {unit}{place}; "
-            f"its travel is {factor * ends[0]:.6g} to {factor * ends[1]:.6g} {unit}; mount the workpiece elsewhere or "
-            "split the path"
-        )
+                least, most = float(np.min(joints[:, k])), float(np.max(joints[:, k]))
+                _refuse_travel(name, travel[name], least, most, float(s[worst]))
 
     def __repr__(self) -> str:
         return f"JointPath({self.name!r}, {self.kinematics.kind}, joints {' '.join(self.axes)}, {self.length:.6g} mm)"
@@ -327,3 +319,14 @@ def _unit(v: tuple[Jet, ...]) -> tuple[Jet, Jet, Jet]:
 
 def _as_jet(value: object, like: Jet) -> Jet:
     return value if isinstance(value, Jet) else like * 0.0 + np.asarray(value)
+
+
+def _refuse_travel(name: str, ends: tuple[float, float], low: float, high: float, s: float | None) -> NoReturn:
+    rotary = name in ROTARY_AXES
+    unit, factor = ("deg", 180.0 / math.pi) if rotary else ("mm", 1.0)
+    place = "" if s is None else f", most at s = {s:.6g} mm"
+    raise LimitsError(
+        f"travel.{name}: the path takes joint {name} from {factor * low:.6g} to {factor * high:.6g} {unit}{place}; "
+        f"its travel is {factor * ends[0]:.6g} to {factor * ends[1]:.6g} {unit}; mount the workpiece elsewhere or "
+        "split the path"
+    )

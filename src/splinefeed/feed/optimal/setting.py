@@ -9,6 +9,7 @@ import numpy as np
 
 from splinefeed.feed.optimal.limits import Places, Rows, rows_at
 from splinefeed.feed.optimal.track import Track
+from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits
 
 #: A place is within reach of a jump of the path if the motion passes that less than so many periods before or behind.
@@ -126,6 +127,7 @@ class Setting:
             turn=turn,
             bend=bend,
             rising=np.zeros(n) if rising is None else rising,
+            chord=self.track.chord_curvature(d) if isinstance(self.track, JointPath) else None,
         )
 
     def rows(self, places: Places) -> Rows:
