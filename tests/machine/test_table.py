@@ -59,7 +59,7 @@ def problems(*changes: tuple[str, str]) -> tuple[str, ...]:
 
 
 def test_the_package_has_its_three_machines() -> None:
-    assert Table.names() == ("lintable", "router", "xytheta")
+    assert Table.names() == ("lintable", "router", "trunnion", "xytheta")
     for name in Table.names():
         table = Table.load(name)
         assert table.name == name
@@ -133,7 +133,7 @@ def test_every_machine_of_the_package_limits_its_axes_and_says_where_that_comes_
             assert axis.limits.velocity
             assert axis.limits.acceleration
             assert axis.limits.jerk
-            assert axis.limits.source.startswith("assumed: ")
+            assert axis.limits.source.startswith(("assumed: ", "paper: "))
 
 
 def test_numbers_for_programs_carry_their_units() -> None:
@@ -300,7 +300,7 @@ def test_files_that_are_no_machines_are_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
         Table.load("xyteta")
     assert str(caught.value) == (
-        "xyteta: no machine of this name; there are lintable, router, xytheta; did you mean xytheta?"
+        "xyteta: no machine of this name; there are lintable, router, trunnion, xytheta; did you mean xytheta?"
     )
 
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -54,6 +54,12 @@ class Kinematics:
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise InputError(f"{place} is {value!r}; a finite length in mm is needed")
             object.__setattr__(self, each.name, float(value))
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Lengths, mm, by the names that LinuxCNC's pins have; what must not be given and is 0 is left out."""
+        values = {each.name.replace("_", "-"): getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in values.items() if value != 0.0 or parameters_of(self.kind)[name]}
 
     @property
     def linear(self) -> int:
@@ -285,8 +291,6 @@ def kinematics(kind: str, **parameters: Any) -> Kinematics:
 
 def parameters_of(kind: str) -> Mapping[str, bool]:
     """Names of the parameters of a kind as LinuxCNC's pins are called, and whether each must be given."""
-    from dataclasses import MISSING
-
     return {each.name.replace("_", "-"): each.default is MISSING for each in fields(KINDS[kind])}
 
 

@@ -70,7 +70,7 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
 def _place(run: Run) -> Array:
     """Points of the picture, (n, 2 or 3): over the linear axes, the first one over time where there is one or none."""
     points, linear = run.points, run.path.linear
-    place = points.position[:, : min(linear, 3)]
+    place = run.place
     if linear <= 1:
         factor = 1.0 if linear else 180.0 / np.pi
         return np.column_stack([points.t, factor * points.position[:, 0]])
