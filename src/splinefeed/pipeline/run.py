@@ -34,6 +34,8 @@ PAPER_PERIOD = 1e-3
 PAPER_SHAPE = "naca:0025?perimeter=33"
 #: The last setpoint is the end of the path within this, relative to the path's size: rounding.
 END_TOLERANCE = 1e-9
+#: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
+TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
 #: Most ticks of a run that is kept in memory, above an hour at 1 ms; `long_run.run_long` knows no such bound.
 MOST_TICKS = 4_000_000
 
@@ -69,7 +71,7 @@ class Run:
     def place(self) -> Array:
         """Where the tool tip is at the setpoints, (n, d), mm; d linear axes, at most three."""
         if self.joints is not None:
-            return self.joints.kinematics.forward(self.points.position)[0]
+            return self.path.evaluate(self.points.curve, self.points.u, 0)[:, 0]
         return self.points.position[:, : min(self.path.linear, 3)]
 
     @cached_property
@@ -90,7 +92,14 @@ class Run:
             return np.zeros((0, place.shape[1]))
         thread = Thread(place.min(axis=0), place.max(axis=0))
         thread.see(place)
-        return thread.line
+        return thread.line if self.joints is None else np.concatenate([thread.line, self._tools(self.joints)])
+
+    def _tools(self, joints: JointPath) -> Array:
+        """Lines along the tool axis, for a picture, (m, 3), mm, each behind a row of NaN; evenly along the path."""
+        s = np.linspace(0.0, self.path.length, TOOLS_DRAWN)
+        tip, axis = joints.kinematics.forward(joints(s))
+        far = tip + TOOL_DRAWN * max(self.path.size, 1e-9) * axis
+        return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)
 
     def setpoints(self) -> Setpoints | Iterator[Setpoints]:
         """All setpoints, whole or in chunks."""

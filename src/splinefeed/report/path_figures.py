@@ -74,7 +74,7 @@ def _place(run: Run) -> Array:
     if linear <= 1:
         factor = 1.0 if linear else 180.0 / np.pi
         return np.column_stack([points.t, factor * points.position[:, 0]])
-    flat = place.shape[1] < 3 or np.ptp(place[:, 2]) <= 0.0
+    flat = place.shape[1] < 3 or (run.joints is None and np.ptp(place[:, 2]) <= 0.0)
     return place[:, :2] if flat else place
 
 
