@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path as File
 
 import numpy as np
@@ -36,17 +37,23 @@ def flank(data_dir: File) -> sf.ToolPath:
 
 
 def random_tool_path(seed: int) -> sf.ToolPath:
-    """A cubic tip of some decimetres and a tool axis that leans by up to 60 degrees, in a direction that wanders."""
+    """A tip of some decimetres and a tool axis that leans by up to 60 degrees, in a direction that wanders.
+
+    Every fourth one comes near the pole, where the last joint turns fast; every fifth one is lines with corners, the
+    others are cubic splines.
+    """
     random = np.random.default_rng(seed)
-    count = int(random.integers(5, 15))
-    knots = np.concatenate([[0.0] * 3, np.linspace(0.0, 1.0, count - 2), [1.0] * 3])
+    count, near = int(random.integers(5, 15)), seed % 4 == 3
     tip = np.cumsum(random.normal(size=(count, 3)) * [25.0, 25.0, 6.0], axis=0)
-    lean = np.radians(random.uniform(5.0, 60.0, count))
-    phi = np.cumsum(random.normal(scale=0.6, size=count)) + random.uniform(-3.0, 3.0)
+    lean = np.radians(random.uniform(0.3 if near else 5.0, 20.0 if near else 60.0, count))
+    phi = np.cumsum(random.normal(scale=1.5 if near else 0.6, size=count)) + random.uniform(-3.0, 3.0)
     axis: Array = np.column_stack([np.sin(lean) * np.cos(phi), np.sin(lean) * np.sin(phi), np.cos(lean)])
-    return sf.ToolPath(
-        sf.NurbsCurve(3, knots, tip), sf.NurbsCurve(3, knots, axis), kind="vectors", name=f"random {seed}"
-    )
+    name = f"random {seed}"
+    if seed % 5 == 4:
+        lines = [[sf.NurbsCurve(1, [0, 0, 1, 1], pair) for pair in pairwise(rows[:6])] for rows in (tip, axis)]
+        return sf.ToolPath(lines[0], lines[1], kind="vectors", name=name)
+    knots = np.concatenate([[0.0] * 3, np.linspace(0.0, 1.0, count - 2), [1.0] * 3])
+    return sf.ToolPath(sf.NurbsCurve(3, knots, tip), sf.NurbsCurve(3, knots, axis), kind="vectors", name=name)
 
 
 def of_kinds(axes: tuple[str, ...], linear: float, rotary: float) -> dict[str, float]:

@@ -50,12 +50,7 @@ def test_every_kind_of_tool_axis_is_read(tmp_path: File) -> None:
     assert axis_at(turned, 10.0) == pytest.approx([math.pi / 6.0, math.pi / 2.0])
     upright = read(tmp_path, LINE)
     assert upright.tool_axis is None
-    own = {
-        **LEAN,
-        "axis_degree": 2,
-        "axis_knots": [0, 0, 0, 1, 1, 1],
-        "tool_axis_vectors": [[0, 0, 1], [1, 0, 1], [0, 0, 1]],
-    }
+    bend = {"axis_degree": 2, "axis_knots": [0, 0, 0, 1, 1, 1], "tool_axis_vectors": [[0, 0, 1], [1, 0, 1], [0, 0, 1]]}
     assert axis_at(read(tmp_path, {**LEAN, **bend}), 5.0) == [0.5, 0.0, 1.0]
 
 

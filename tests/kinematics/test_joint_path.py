@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from itertools import pairwise
 from pathlib import Path as File
 
 import numpy as np
@@ -135,6 +136,23 @@ def test_an_upright_tool_leaves_the_rotary_joints_where_they_are() -> None:
 def test_a_kink_of_the_tool_axis_is_a_stop() -> None:
     path = sf.JointPath(leaning((0.1, 0.1, 1.0), (0.3, 0.1, 1.0), (0.3, 0.4, 1.0)), kinematics("xyzbc-trt"))
     assert path.stops == pytest.approx((50.0,))
+
+
+def test_many_curves_are_evaluated_together() -> None:
+    corner = [[0, 0, 0], [30, 0, 0], [30, 20, 0], [0, 25, 8]]
+    lean = [[0.1, 0.2, 1.0], [0.3, 0.2, 1.0], [0.2, 0.5, 1.0], [0.0, 0.4, 1.0]]
+    lines = [[sf.NurbsCurve(1, [0, 0, 1, 1], [a, b]) for a, b in pairwise(rows)] for rows in (corner, lean)]
+    tool = sf.ToolPath(lines[0], lines[1], kind="vectors")
+    s = np.linspace(0.0, tool.length, 61)
+    curve, u = tool.locate(s)
+    single = np.array([lines[1][i].derivatives(np.array([x]), 2)[0] for i, x in zip(curve, u, strict=True)])
+    assert np.allclose(tool.orientation(curve, u, 2), single, atol=1e-15)
+    for machine in MACHINES:
+        path = sf.JointPath(tool, machine)
+        assert path.stops == pytest.approx((30.0, 50.0))
+        assert np.allclose(machine.forward(path(s))[0], tool(s), atol=1e-11)
+    with pytest.raises(CurveError, match=r"the tool axis jumps by .* deg between curves 1 and 2, at s = 50 mm"):
+        sf.ToolPath(lines[0], [lines[1][0], lines[1][1], lines[1][1]], kind="vectors")
 
 
 def test_bad_tool_paths_are_refused() -> None:

@@ -11,13 +11,18 @@ from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.pieces import Pieces
+from splinefeed.geometry.tables import span_rows
 from splinefeed.records import Array, IntArray
 
 #: What the second curve of a tool path can be.
 POINTS, VECTORS, ANGLES = "points", "vectors", "angles"
 #: A tool axis from points nearer to the tip than this, mm, or of shorter vectors, has no direction.
 SHORTEST = 1e-6
+#: A tool axis that differs by more than this between neighbouring curves, rad, jumps.
+JUMP = 1e-6
 #: Places of each knot span at which the tool axis is looked at.
 SAMPLES = 33
 #: Ends of parameters further apart than this, as a share of the domain, are different ones.
@@ -64,6 +69,8 @@ class ToolPath(Path):
         super().__init__(curves, ("x", "y", "z"), **said)
         if self.tool_axis is not None and kind != ANGLES:
             _check_length(self)
+        if self.tool_axis is not None and len(self.tool_axis) > 1:
+            _check_joined(self)
 
     def __reduce__(self) -> tuple[object, ...]:
         return partial(ToolPath, kind=self.kind, **self._said(), tolerance=self.tolerance), (
@@ -82,11 +89,20 @@ class ToolPath(Path):
         Of points the vector from the tip, mm; vectors and angles as they are given.
         """
         assert self.tool_axis is not None
-        out = np.empty((len(u), order + 1, self.columns))
-        for i in np.unique(curve).tolist():
-            mine = curve == i
-            out[mine] = self.tool_axis[i].derivatives(u[mine], order)
+        if len(self.tool_axis) == 1:
+            out = self.tool_axis[0].derivatives(u, order)
+        else:
+            out = self._axis_pieces.evaluate(curve, u, order, False)
         return out - self.evaluate(curve, u, order) if self.kind == POINTS else out
+
+    @cached_property
+    def _axis_pieces(self) -> Pieces:
+        """All curves of the tool axis, to be evaluated together."""
+        assert self.tool_axis is not None
+        flat = Flat.of(self.tool_axis)
+        shape = int(flat.degrees.max()), self.columns, self.columns, int(flat.rational.max())
+        table, rows = span_rows(flat, shape)
+        return Pieces(table, shape, rows)
 
     @cached_property
     def samples(self) -> tuple[IntArray, Array]:
@@ -143,6 +159,22 @@ def _check_axis(tip: Sequence[NurbsCurve], axis: Sequence[NurbsCurve], kind: str
                 f"curve {i} of the tool axis runs over u = {first:g} to {last:g}, its tip over {low:g} to {high:g}; "
                 "give both the same parameters"
             )
+
+
+def _check_joined(path: ToolPath) -> None:
+    """CurveError where the tool axis jumps from one curve to the next, with the place."""
+    n = len(path.curves)
+    domains, curve = path.flat.domains, np.arange(n)
+    ends = [path.orientation(curve[:-1], domains[:-1, 1])[:, 0], path.orientation(curve[1:], domains[1:, 0])[:, 0]]
+    if path.kind != ANGLES:
+        ends = [each / np.linalg.norm(each, axis=1)[:, None] for each in ends]
+    jump = np.max(np.abs(ends[1] - ends[0]), axis=1)
+    worst = int(np.argmax(jump))
+    if jump[worst] > JUMP:
+        raise CurveError(
+            f"the tool axis jumps by {np.degrees(jump[worst]):.3g} deg between curves {worst} and {worst + 1}, at "
+            f"s = {path.curve_starts[worst + 1]:.6g} mm; turn it along one of them"
+        )
 
 
 def _check_length(path: ToolPath) -> None:
