@@ -29,6 +29,7 @@ NAMES = (
     "planners",
     "curves",
     "rows",
+    "tool",
     "smooth",
     "paths",
     "cad",

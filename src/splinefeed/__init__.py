@@ -24,10 +24,13 @@ if TYPE_CHECKING:
     from splinefeed.geometry.smoothing_stream import Smoother as Smoother
     from splinefeed.geometry.smoothing_stream import smooth_stream as smooth_stream
     from splinefeed.geometry.tangential import tangential as tangential
+    from splinefeed.geometry.tool_path import ToolPath as ToolPath
     from splinefeed.interpolation.interpolator import Interpolator as Interpolator
     from splinefeed.interpolation.interpolator import interpolate as interpolate
     from splinefeed.interpolation.registry import methods as methods
     from splinefeed.interpolation.registry import register as register
+    from splinefeed.kinematics import JointPath as JointPath
+    from splinefeed.kinematics import Kinematics as Kinematics
     from splinefeed.machine.table import Table as Table
     from splinefeed.pipeline.compare import compare as compare
     from splinefeed.pipeline.follow import follow as follow
@@ -49,6 +52,8 @@ __version__ = "0.1.0"
 
 #: Where each public name lives; it is imported when it is first asked for, so that `import splinefeed` stays fast.
 _PUBLIC = {
+    "JointPath": "kinematics.joint_path",
+    "Kinematics": "kinematics.chains",
     "Interpolator": "interpolation.interpolator",
     "Limits": "records",
     "LookAhead": "feed.look_ahead_stream",
@@ -61,6 +66,7 @@ _PUBLIC = {
     "Response": "records",
     "Table": "machine.table",
     "TimeLaw": "records",
+    "ToolPath": "geometry.tool_path",
     "Verdict": "records",
     "check": "analysis.check",
     "compare": "pipeline.compare",

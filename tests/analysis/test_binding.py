@@ -11,6 +11,12 @@ from sample_curves import random_curve
 from splinefeed.analysis.binding import feed_limit, limit_use, maximum_velocity
 from splinefeed.geometry.differential import by_arc_length, curvatures
 from splinefeed.pipeline.run import run
+from splinefeed.records import Array
+
+
+def top_of(derivatives: Array, path: sf.Path, limits: sf.Limits, feed: Array, period: float) -> Array:
+    kappa = curvatures(derivatives)
+    return maximum_velocity(by_arc_length(derivatives), kappa, kappa, path.axes, limits, feed, period)
 
 
 def used(path: sf.Path, limits: sf.Limits, strategy: str = "time-optimal"):
@@ -53,7 +59,7 @@ def test_on_a_circle_the_curve_is_what_acceleration_leaves():
     places = np.linspace(0.0, path.length, 9)
     curve, u = path.locate(places)
     derivatives = path.evaluate(curve, u, 3)
-    top = maximum_velocity(derivatives, curvatures(derivatives), path, limits, np.full(9, 1e3), 1e-3)
+    top = top_of(derivatives, path, limits, np.full(9, 1e3), 1e-3)
     assert top[::2] == pytest.approx(np.sqrt(400.0 * 10.0), rel=1e-9)
     assert top[1::2] == pytest.approx(np.sqrt(400.0 * 10.0 * np.sqrt(2.0)), rel=1e-9)
 
@@ -69,7 +75,7 @@ def test_the_curve_is_the_top_of_a_linear_program():
         )
         curve, u = path.locate(rng.uniform(0.0, path.length, 6))
         derivatives = path.evaluate(curve, u, 3)
-        top = maximum_velocity(derivatives, curvatures(derivatives), path, limits, np.full(6, 1e4), 1e-3)
+        top = top_of(derivatives, path, limits, np.full(6, 1e4), 1e-3)
         d = by_arc_length(derivatives)
         for k in range(6):
             rows = np.column_stack([d[k, 1], d[k, 2]])

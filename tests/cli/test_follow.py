@@ -95,7 +95,7 @@ def test_bad_input(refused, folder, setpoints):
         return refused("follow", *words)
 
     assert follow(setpoints, "--machine", "xyteta") == (
-        "xyteta: no machine of this name; there are lintable, router, xytheta; did you mean xytheta?"
+        "xyteta: no machine of this name; there are lintable, router, trunnion, xytheta; did you mean xytheta?"
     )
     assert follow("nothing.h5", "--machine", "xytheta").startswith("nothing.h5: there is no such file")
     assert follow(setpoints) == "Missing option '--machine'; see splinefeed follow --help"

@@ -11,6 +11,7 @@ import pytest
 from splinefeed.errors import FormatError, InputError, UnitError
 from splinefeed.machine import Encoder, MachineError, Table
 from splinefeed.machine.quantities import KINDS, parse, show
+from splinefeed.machine.writing import to_text
 from splinefeed.records import Limits
 
 pytestmark = pytest.mark.nojit
@@ -59,7 +60,7 @@ def problems(*changes: tuple[str, str]) -> tuple[str, ...]:
 
 
 def test_the_package_has_its_three_machines() -> None:
-    assert Table.names() == ("lintable", "router", "xytheta")
+    assert Table.names() == ("lintable", "router", "trunnion", "xytheta")
     for name in Table.names():
         table = Table.load(name)
         assert table.name == name
@@ -133,7 +134,7 @@ def test_every_machine_of_the_package_limits_its_axes_and_says_where_that_comes_
             assert axis.limits.velocity
             assert axis.limits.acceleration
             assert axis.limits.jerk
-            assert axis.limits.source.startswith("assumed: ")
+            assert axis.limits.source.startswith(("assumed: ", "paper: "))
 
 
 def test_numbers_for_programs_carry_their_units() -> None:
@@ -300,7 +301,7 @@ def test_files_that_are_no_machines_are_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
         Table.load("xyteta")
     assert str(caught.value) == (
-        "xyteta: no machine of this name; there are lintable, router, xytheta; did you mean xytheta?"
+        "xyteta: no machine of this name; there are lintable, router, trunnion, xytheta; did you mean xytheta?"
     )
 
 
@@ -364,3 +365,35 @@ def test_every_example_is_a_quantity_of_its_kind() -> None:
             value = parse(kind.examples[rotary], name, rotary)
             assert value > 0.0
             assert show(value, name, rotary)
+
+
+def test_kinematics_are_read_written_and_shown() -> None:
+    table = Table.load("trunnion")
+    assert table.kinematics is not None
+    assert table.kinematics.kind == "xyzac-trt"
+    assert Table.load("router").kinematics is None
+    text = to_text(table).replace('type = "xyzac-trt"', 'type = "xyzac-trt"\ny-offset = "1in"\ntool-offset = "60mm"')
+    other = Table.parse(text, "other")
+    assert other.kinematics is not None
+    assert other.kinematics.parameters == {"y-offset": 25.4, "tool-offset": 60.0}
+    assert Table.parse(to_text(other), "other") == other
+    assert "Kinematics xyzac-trt, joints x y z a c, y-offset 25.4 mm, tool-offset 60 mm" in other.describe()
+    assert other.as_dict()["kinematics"]["y-offset"] == {"value": 25.4, "unit": "mm"}
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ('type = "hexapod"', "kinematics.type: 'hexapod'; must be one of xyzac-trt, xyzbc-trt, 5axiskins, "),
+        ("", "kinematics.type: None; must be one of "),
+        ('type = "5axiskins"', 'kinematics.pivot-length: missing; 5axiskins needs it, such as pivot-length = "150mm"'),
+        ('type = "xyzac-trt"\nx-offset = "3mm"', "kinematics.x-offset: unknown parameter; xyzac-trt has "),
+        ('type = "xyzac-trt"\ny-offset = "3kg"', "kinematics.y-offset: "),
+        ('type = "xyzac-trt"\ny-offset = 3', "kinematics.y-offset: 3 has no unit"),
+        ('type = "gantry"', "kinematics.type: gantry moves the joint y; give an [axis.y]"),
+    ],
+)
+def test_kinematics_that_cannot_be_are_refused(section: str, said: str) -> None:
+    with pytest.raises(MachineError) as caught:
+        Table.parse(f"[kinematics]\n{section}\n{GOOD[GOOD.index('[axis') :]}", "test")
+    assert caught.value.problems[0].startswith(said)

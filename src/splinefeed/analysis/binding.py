@@ -10,6 +10,7 @@ from splinefeed.analysis.motion import AxisMotion
 from splinefeed.analysis.ripple import chord_errors
 from splinefeed.geometry.differential import by_arc_length, curvatures
 from splinefeed.geometry.path import Path
+from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, Array, IntArray, Limits, Setpoints, TimeLaw
 
 #: A limit binds where at least this share of it is used.
@@ -48,13 +49,21 @@ class LimitUse:
         return {**{name: part for name, part in parts.items() if part > 0.0}, "none": float(np.mean(binding < 0))}
 
 
-def limit_use(motion: AxisMotion, points: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> LimitUse:
-    """Shares of all limits at the ticks, from the exact derivatives in `motion` and of `law`."""
+def limit_use(motion: AxisMotion, points: Setpoints, path: Path | JointPath, law: TimeLaw, limits: Limits) -> LimitUse:
+    """Shares of all limits at the ticks, from the exact derivatives in `motion` and of `law`.
+
+    On a JointPath the axes are joints, and feed and curvature those of the tip.
+    """
     t = points.t
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
-    derivatives = path.evaluate(points.curve, points.u, 3)
-    kappa = curvatures(derivatives, path.linear)
-    feed = feed_limit(points, path, limits)
+    if isinstance(path, JointPath):
+        d = path.derivatives(points.s)
+        kappa, chord = np.linalg.norm(d[:, 2, :3], axis=1), path.chord_curvature(d)
+        d, feed = d[:, :, 3:], feed_limit(points, path.tool, limits)
+    else:
+        derivatives = path.evaluate(points.curve, points.u, 3)
+        kappa = chord = curvatures(derivatives, path.linear)
+        d, feed = by_arc_length(derivatives, path.linear), feed_limit(points, path, limits)
     names: list[str] = []
     shares: list[Array] = []
 
@@ -71,13 +80,17 @@ def limit_use(motion: AxisMotion, points: Setpoints, path: Path, law: TimeLaw, l
         add("jerk", j, np.where(a < 0.0, slowing, limits.jerk))
         add("centripetal", v * v * kappa, limits.centripetal)
         if limits.chord_error is not None:
-            steps = chord_errors(points, path)
-            add("chord_error", np.append(steps, steps[-1:]), limits.chord_error)
+            if isinstance(path, JointPath):
+                sagitta = chord * (v * points.period) ** 2 / 8.0
+            else:
+                steps = chord_errors(points, path)
+                sagitta = np.append(steps, steps[-1:])
+            add("chord_error", sagitta, limits.chord_error)
         for name, values in zip(AXIS_LIMITS, (motion.velocity, motion.acceleration, motion.jerk), strict=True):
             for k, limit in enumerate(limits.of_axes(name, path.axes)):
                 add(f"{name}.{path.axes[k]}", values[:, k], float(limit))
     share = np.column_stack(shares) if shares else np.empty((len(t), 0))
-    top = maximum_velocity(derivatives, kappa, path, limits, feed, points.period)
+    top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, points.period)
     return LimitUse(tuple(names), t, points.s, np.where(np.isfinite(share), share, 0.0), top)
 
 
@@ -92,15 +105,18 @@ def feed_limit(points: Setpoints, path: Path, limits: Limits) -> Array:
     return np.minimum(limits.feed, np.maximum(path.feeds[points.curve], path.feeds[before]))
 
 
-def maximum_velocity(derivatives: Array, kappa: Array, path: Path, limits: Limits, feed: Array, period: float) -> Array:
-    """The maximum-velocity curve at n places, (n,), mm/s, from derivatives by u (n, 4, axes) and curvature (n,).
+def maximum_velocity(
+    d: Array, kappa: Array, chord: Array, axes: tuple[str, ...], limits: Limits, feed: Array, period: float
+) -> Array:
+    """The maximum-velocity curve at n places, (n,), mm/s.
+
+    From derivatives by arc length d (n, 4, axes), curvature kappa (n,), 1/mm, and that which chords see, chord (n,).
 
     An axis has acceleration r' a + r'' q with q = v^2. Some a keeps all of them within A_i exactly where, for every
     two axes i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i
     (Bobrow, Dubowsky & Gibson 1985, doi:10.1177/027836498500400301, by eliminating a).
     """
-    d = by_arc_length(derivatives, path.linear)
-    velocity, acceleration = (limits.of_axes(name, path.axes) for name in AXIS_LIMITS[:2])
+    velocity, acceleration = (limits.of_axes(name, axes) for name in AXIS_LIMITS[:2])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         top = np.minimum(feed, np.nanmin(velocity / np.abs(d[:, 1]), axis=1, initial=np.inf))
         square = top * top
@@ -108,7 +124,7 @@ def maximum_velocity(derivatives: Array, kappa: Array, path: Path, limits: Limit
             square = np.minimum(square, limits.centripetal / kappa)
         if limits.chord_error is not None:
             # the sagitta e of a chord v T on a circle: (v T / 2)^2 = e (2 / kappa - e)
-            room = np.maximum(2.0 / kappa - limits.chord_error, limits.chord_error)
+            room = np.maximum(2.0 / chord - limits.chord_error, limits.chord_error)
             square = np.minimum(square, 4.0 * limits.chord_error * room / period**2)
         sign = np.where(d[:, 1] < 0.0, -1.0, 1.0)
         r1, r2 = sign * d[:, 1], sign * d[:, 2]

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from splinefeed.analysis.check_bounds import Bounds, Fault
 from splinefeed.analysis.check_law import check_law, worse
 from splinefeed.analysis.check_setpoints import Judge
+from splinefeed.analysis.check_tool import judge_tool
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
+from splinefeed.kinematics import JointPath
 from splinefeed.records import (
     ROTARY_AXES,
     Array,
@@ -46,7 +48,7 @@ MANY, PERCENT = 10.0, 1e-3
 
 def check(
     points: Setpoints | Iterable[Setpoints],
-    path: Path,
+    path: Path | JointPath,
     limits: Limits,
     law: TimeLaw | None = None,
     *,
@@ -71,6 +73,9 @@ def check(
     differences of axes that straddle it do not.
     Of soft limits (travel) limit and worst value are distances from the middle of the travel.
 
+    On a JointPath the setpoints are joints: tip and tool axis come from them by the forward kinematics, the chord error
+    is that of the tip while joints move straight, and only differences count, not the law; see `check_tool`.
+
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
     A fault in the setpoints is no error but a problem of the verdict. Raises InputError for setpoints of other axes
     than the path's, for none at all, and for a tolerance that cannot be; LimitsError for limits of axes that it lacks.
@@ -78,6 +83,8 @@ def check(
     slack = number(tolerance, "tolerance"), number(resolution, "resolution")
     if min(slack) < 0.0:
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
+    if isinstance(path, JointPath):
+        return _of_tool(points, path, limits, law, slack[0])
     bounds = Bounds(path, limits, *slack)
     judge: Judge | None = None
     first: Setpoints | None = None
@@ -89,6 +96,21 @@ def check(
     if judge is None or first is None:
         raise InputError("there are no setpoints to check")
     return verdict_of(judge, first, law, Whole.of(judge.bounds))
+
+
+def _of_tool(
+    points: Setpoints | Iterable[Setpoints], path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float
+) -> Verdict:
+    """The verdict on joints of a tool path."""
+    whole = points if isinstance(points, Setpoints) else Setpoints.joined(list(points))
+    judged = judge_tool(whole, path, limits, law, tolerance)
+    over = [_limit_sentence(name, each, "mm") for name, each in judged.results.items() if not each.holds]
+    return Verdict(
+        limits=judged.results,
+        problems=(*judged.problems, *over),
+        notes=tuple(judged.notes),
+        numbers=judged.numbers,
+    )
 
 
 def _blocks(points: Setpoints | Iterable[Setpoints], path: Path) -> Iterator[tuple[Setpoints, bool]]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
+from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw
 
 #: A limit counts as kept up to this, relative: the rounding of the law's own polynomials.
@@ -46,14 +47,17 @@ class Share:
         return self.share <= 1.0 + SLACK
 
 
-def axis_motion(points: Setpoints, path: Path, law: TimeLaw) -> AxisMotion:
-    """Velocity, acceleration and jerk of each axis at each tick, exact: q(t) = r(s(t)).
+def axis_motion(points: Setpoints, path: Path | JointPath, law: TimeLaw) -> AxisMotion:
+    """Velocity, acceleration and jerk of each axis or joint at each tick, exact: q(t) = r(s(t)).
 
     q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
 
     Where C' = 0 these forms are 0/0, and differences of the setpoints stand in.
     """
-    derivatives = by_arc_length(path.evaluate(points.curve, points.u, 3), path.linear)
+    if isinstance(path, JointPath):
+        derivatives = path.derivatives(points.s)[:, :, 3:]
+    else:
+        derivatives = by_arc_length(path.evaluate(points.curve, points.u, 3), path.linear)
     v, a, j = (f(points.t)[:, None] for f in (law.feed, law.acceleration, law.jerk))
     r1, r2, r3 = derivatives[:, 1], derivatives[:, 2], derivatives[:, 3]
     with np.errstate(invalid="ignore", over="ignore"):

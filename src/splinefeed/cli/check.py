@@ -35,6 +35,7 @@ Examples:
 @click.option("--resolution", type=options.Quantity("length"), metavar="LENGTH", help="Last digit of the positions.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
+@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: whose joints these are.  [default: as they say]")
 @click.option("--certificate", "certificate_file", metavar="FILE", help="Write a certificate, JSON.")
 @options.as_json
 @click.pass_context
@@ -60,23 +61,26 @@ def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) 
 def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict[str, Any]]:
     from splinefeed.analysis.certificate import certificate, write_certificate
     from splinefeed.analysis.check import TOLERANCE, check
-    from splinefeed.cli.setpoints_file import path_of, read_setpoints
+    from splinefeed.cli.setpoints_file import machine_of, path_of, read_setpoints
+    from splinefeed.geometry.tool_path import ToolPath
+    from splinefeed.pipeline.run import on_machine
 
     say(f"reading {file}")
     points, notes = read_setpoints(file, given)
     limits = _limits(points, given, file)
     path, source = path_of(points.settings, given, file)
     law = _law(given["law_file"])
+    machine = given["machine"] or (machine_of(points.settings) if isinstance(path, ToolPath) else None)
     say("checking")
     verdict = check(
         points,
-        path,
+        on_machine(path, machine, limits),
         limits,
         law,
         tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
         resolution=given["resolution"] or 0.0,
     )
-    page = {"file": file, "path": source, "axes": list(path.axes), **verdict.as_dict()}
+    page = {"file": file, "path": source, "axes": list(points.axes), **verdict.as_dict()}
     page["notes"] = [*notes, *page["notes"]]
     page["files"] = []
     if given["certificate_file"]:

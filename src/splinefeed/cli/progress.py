@@ -34,7 +34,7 @@ def busy() -> Iterator[Say]:
 def _compiling() -> bool:
     """Whether this process has had to compile a kernel."""
     jit = sys.modules.get("splinefeed.kernels.jit")
-    return jit is not None and bool(jit.compiled_here)
+    return jit is not None and bool(getattr(jit, "compiled_here", False))  # it may be half imported just now
 
 
 class _Status:

@@ -28,6 +28,7 @@ Examples:
   splinefeed run butterfly --accel 500 --jerk 20000 -o wings
   splinefeed run section.dat --chord 150mm --feed 3600mm/min --format hdf5 --format csv
   splinefeed run mould.nc --machine router --smooth program --by-windows
+  splinefeed run flank.json --machine trunnion --feed 100 --period 2ms
 
 """
 
@@ -104,13 +105,14 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.cli.folder import default_name, staged
     from splinefeed.cli.source import read_path
     from splinefeed.errors import InputError
+    from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
     from splinefeed.machine.table import Table
     from splinefeed.pipeline.compare import BESIDE_A_RUN, compare
     from splinefeed.pipeline.contour_feed import limits_within
     from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
     from splinefeed.pipeline.long_run import LongRun, run_any
-    from splinefeed.pipeline.run import PAPER_SHAPE
+    from splinefeed.pipeline.run import PAPER_SHAPE, on_machine
     from splinefeed.report import files
     from splinefeed.report.record import documented, record
 
@@ -129,20 +131,25 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     corrections = given["corrections"]
     say(f"reading {source}")
     path = read_path(source, reading)
-    limits, period, strategy = options.limits_from(given, planned_for, path.axes)
+    tool = isinstance(path, ToolPath)
+    axes = table.kinematics.joints if tool and table is not None and table.kinematics is not None else path.axes
+    limits, period, strategy = options.limits_from(given, planned_for, axes)
     limits, assumed = options.as_programmed(limits, path, given)
+    moved = on_machine(path, table if tool else None, limits)
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
         if given["contour_tolerance"] is not None:
             if table is None:
                 raise InputError("--contour-tolerance: needs a machine; give --machine NAME or --machine FILE")
+            if tool:
+                raise InputError("--contour-tolerance: is for paths without a tool axis")
             limits = limits_within(
                 path, limits, table, given["contour_tolerance"],
                 period=period, strategy=strategy, method=method, corrections=corrections, on_progress=say,
             )  # fmt: skip
         say("planning and interpolating")
         result = run_any(
-            path, limits, period=period, strategy=strategy, method=method, corrections=corrections, table=table,
+            moved, limits, period=period, strategy=strategy, method=method, corrections=corrections, table=table,
             on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
         )  # fmt: skip
         served: list[Served] = []
@@ -150,18 +157,18 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
         long = isinstance(result, LongRun)
         if isinstance(result, LongRun):
             served = [] if result.served is None else [result.served]
-        elif table is not None:
+        elif table is not None and not tool:
             say(f"following on {table.name}")
             others = [name for name in PAPER_METHODS if name != method] if of_paper else []
             served = [*serve_methods(path, result.law, table, others, corrections)]
             served.append(serve(path, result.law, result.points, table))
-        if table is not None:
+        if table is not None and not tool:
             servo = {**servo_numbers(served, table, of_paper), "machine_file": given["machine"] or PAPER_MACHINE}
         traces: list[MethodTrace] = []
-        for name in () if given["no_compare"] or long else BESIDE_A_RUN:
+        for name in () if given["no_compare"] or long or tool else BESIDE_A_RUN:
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections, timed=False)
-        page = record(result, traces, source, reading, formats, servo)
+        page = record(result, traces, source, reading, formats, servo, machine=given["machine"] if tool else None)
         page["notes"] = [*assumed, *options.smoothing_note(path, given), *page["notes"], *([LONG_NOTE] if long else [])]
         page["notes"] += files.missing(drawing)
         say("writing setpoints and figures")

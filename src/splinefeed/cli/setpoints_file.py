@@ -81,6 +81,15 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
     return read_path(text, _reading(str(settings.get("command", "")))), text
 
 
+def machine_of(settings: Mapping[str, Any]) -> str | None:
+    """The machine of the run that wrote the setpoints, as its command says, or None."""
+    import shlex
+    from itertools import pairwise
+
+    words = shlex.split(str(settings.get("command", "")))
+    return next((after for word, after in pairwise(words) if word == "--machine"), None)
+
+
 def says_path(settings: Mapping[str, Any]) -> bool:
     """Whether the settings of setpoints name the source of their path."""
     source = settings.get("source")

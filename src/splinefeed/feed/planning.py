@@ -13,11 +13,14 @@ import numpy as np
 
 from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.feed.optimal.plan import LOOK_AHEAD, TIME_OPTIMAL, plan_look_ahead, plan_time_optimal
+from splinefeed.feed.optimal.tool import plan_tool
 from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.stretches import check_ends, close_gaps, with_dwells
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.tool_path import ToolPath
+from splinefeed.kinematics import JointPath
 from splinefeed.records import TRAVEL_ENDS, Limits, TimeLaw, positive
 
 #: Fields of Limits that bound the motion along the path, whatever its shape.
@@ -74,11 +77,13 @@ def strategy_for(limits: Limits, strategy: str | None = None) -> str:
     return strategy
 
 
-def plan(path: Stretched, limits: Limits, *, strategy: str | None = None, period: float | None = None) -> TimeLaw:
+def plan(
+    path: Stretched | JointPath, limits: Limits, *, strategy: str | None = None, period: float | None = None
+) -> TimeLaw:
     """Time law s(t) of a motion along `path` that obeys `limits`, resting at the path's stops.
 
-    path      a Path, whose feeds and dwells count besides; for "seven-phase" anything with `length` (mm) and `stops`
-              (arc lengths inside it, mm, where the tangent jumps)
+    path      a Path, whose feeds and dwells count besides; a JointPath, whose axes are joints; for "seven-phase"
+              anything with `length` (mm) and `stops` (arc lengths inside it, mm, where the tangent jumps)
     strategy  a name in STRATEGIES; None chooses one that holds every limit given, see `strategy_for`
     period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
 
@@ -89,8 +94,13 @@ def plan(path: Stretched, limits: Limits, *, strategy: str | None = None, period
     path leaves the travel of an axis; feeds at the ends that the path contradicts), PlanError (a stretch too short for
     its change of feed).
     """
+    if isinstance(path, ToolPath):
+        raise InputError(
+            f"{path.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), or "
+            "give run a machine"
+        )
     if strategy is None and not isinstance(path, Path):
-        strategy = SEVEN_PHASE
+        strategy = TIME_OPTIMAL if isinstance(path, JointPath) else SEVEN_PHASE
     strategy = strategy_for(limits, strategy)
     if period is not None:
         period = positive(period, "period")
@@ -100,10 +110,18 @@ def plan(path: Stretched, limits: Limits, *, strategy: str | None = None, period
     if isinstance(path, Path):
         check_travel(path, limits)
         check_ends(path, limits)
+    elif isinstance(path, JointPath):
+        check_ends(path.tool, limits)
+        path.check_travel(limits.travel_of(path.axes))
     elif limits.travel:
         raise LimitsError(f"travel.{next(iter(limits.travel))}: the path has no axes, only a length; give a Path")
-    law = STRATEGIES[strategy].make(path, limits, period)
-    if isinstance(path, Path):
+    if isinstance(path, JointPath):
+        if strategy == SEVEN_PHASE:
+            raise LimitsError(f"{SEVEN_PHASE} knows no joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
+        law = plan_tool(path, limits, period, strategy)
+    else:
+        law = STRATEGIES[strategy].make(path, limits, period)
+    if isinstance(path, Path | JointPath):
         law = with_dwells(law, path.dwells, path.length)
     law = close_gaps(law)
     return dataclasses.replace(
@@ -111,7 +129,7 @@ def plan(path: Stretched, limits: Limits, *, strategy: str | None = None, period
     )
 
 
-def _check_path(path: Stretched) -> None:
+def _check_path(path: Stretched | JointPath) -> None:
     """Raise CurveError unless the path has a length and its stops lie inside it, in order."""
     if not (math.isfinite(path.length) and path.length > 0.0):
         raise CurveError(

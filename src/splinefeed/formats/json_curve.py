@@ -9,7 +9,6 @@ program stand beside the curves, as `json_program` says.
 from __future__ import annotations
 
 import json
-import math
 import os
 import pathlib
 from collections.abc import Sequence
@@ -19,16 +18,17 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats import json_dialects, json_program
+from splinefeed.formats import json_dialects, json_program, json_tool
+from splinefeed.formats import json_values as values
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import to_degrees, to_radians
-from splinefeed.formats.sizes import MAX_AXES, MAX_COORDINATE, MAX_CURVES, MAX_POINTS
+from splinefeed.formats.sizes import MAX_COORDINATE, MAX_CURVES, MAX_POINTS
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import DEFAULT_AXES, JOIN_TOLERANCE, Path
-from splinefeed.records import ROTARY_AXES, Array
+from splinefeed.geometry.tool_path import ToolPath
+from splinefeed.records import ROTARY_AXES
 
-_MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 _FOR_PEOPLE = {"source", "notes", "ground_truth"}
 _SHARED = {"name", "units", "axes"}
 _CURVE = {"degree", "knots", "control_points", "weights"}
@@ -50,13 +50,15 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
     """The paths in `text` of the file `source`; curves whose ends meet within `tolerance`, mm, make one path."""
     allowed = units.parse(tolerance, "length")
     document = _parse(text, source)
+    if json_tool.holds(document):
+        return json_tool.from_document(document, source, allowed)
     findings: list[str] = []
     translated = json_dialects.items(document, source, findings)
     if translated is not None:
         listed, places = translated
         document = {}
     elif "curves" in document:
-        _check_keys(document, {"curves"} | _SHARED | _FOR_PEOPLE, source)
+        values.check_keys(document, {"curves"} | _SHARED | _FOR_PEOPLE, source)
         listed = document["curves"]
         if not isinstance(listed, list) or not listed:
             raise FormatError(f"{source}: curves: is no list of curves")
@@ -69,7 +71,7 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
     entries = [_entry(item, document, place, findings) for item, place in zip(listed, places, strict=True)]
     name = document.get("name", "")
     if not isinstance(name, str):
-        raise FormatError(f"{source}: name: {_shown(name)} is no text")
+        raise FormatError(f"{source}: name: {values.shown(name)} is no text")
     return _joined(entries, name or pathlib.Path(source).stem, tuple(findings), allowed, source)
 
 
@@ -82,6 +84,8 @@ def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
 
 def to_text(paths: Sequence[Path]) -> str:
     """The text of a file with the curves of `paths`."""
+    if len(paths) == 1 and isinstance(paths[0], ToolPath):
+        return json.dumps(json_tool.to_document(paths[0]), allow_nan=False) + "\n"
     several = len(paths) > 1
     curves = [
         {
@@ -111,7 +115,7 @@ def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:
         if len(unique) < len(pairs):
             keys = [key for key, _ in pairs]
             twice = next(key for key in keys if keys.count(key) > 1)
-            raise FormatError(f"{source}: key {_shown(twice)} stands twice in one object; leave one of them out")
+            raise FormatError(f"{source}: key {values.shown(twice)} stands twice in one object; leave one of them out")
         return unique
 
     try:
@@ -141,53 +145,35 @@ def _check_size(listed: list[Any], source: str | os.PathLike[str]) -> None:
         raise FormatError(f"{source}: control_points: there are {count}; at most {MAX_POINTS} can be read")
 
 
-def _check_keys(item: dict[str, Any], known: set[str], place: str | os.PathLike[str]) -> None:
-    for key in item:
-        if key not in known:
-            raise FormatError(f"{place}: key {_shown(key)} is not known; known are {', '.join(sorted(known))}")
-
-
 def _entry(item: object, document: dict[str, Any], place: str, findings: list[str]) -> _Entry:
     """One curve; what it does not say itself stands in the `document` above it."""
     if not isinstance(item, dict):
         raise FormatError(f"{place}: is no object with the keys of a curve")
-    _check_keys(item, _CURVE | _SHARED | _FOR_PEOPLE | json_program.KEYS, place)
+    values.check_keys(item, _CURVE | _SHARED | _FOR_PEOPLE | json_program.KEYS, place)
     for key in ("degree", "knots", "control_points"):
         if key not in item:
             raise FormatError(f"{place}: {key} is missing; a curve needs degree, knots and control_points")
     degree = item["degree"]
     if isinstance(degree, bool) or not isinstance(degree, int):
-        raise FormatError(f"{place}: degree: {_shown(degree)} is no whole number")
-    points = _points(item["control_points"], f"{place}: control_points")
+        raise FormatError(f"{place}: degree: {values.shown(degree)} is no whole number")
+    points = values.points(item["control_points"], f"{place}: control_points")
     axes = _axes(item.get("axes", document.get("axes")), points.shape[1], f"{place}: axes")
     points = to_radians(points, axes)
     linear = [axis not in ROTARY_AXES for axis in axes]
-    scale = _scale(item.get("units", document.get("units")), f"{place}: units", findings)
+    scale = values.scale(item.get("units", document.get("units")), f"{place}: units", findings)
     points[:, linear] *= scale
     if np.max(np.abs(points)) > MAX_COORDINATE:
         row = int(np.argmax(np.max(np.abs(points), axis=1)))
         raise FormatError(f"{place}: control_points[{row}]: is farther out than {MAX_COORDINATE:g} mm; check the units")
-    weights = None if item.get("weights") is None else _numbers(item["weights"], f"{place}: weights")
+    weights = None if item.get("weights") is None else values.numbers(item["weights"], f"{place}: weights")
     name = item.get("name", "")
     if not isinstance(name, str):
-        raise FormatError(f"{place}: name: {_shown(name)} is no text")
+        raise FormatError(f"{place}: name: {values.shown(name)} is no text")
     try:
-        curve = NurbsCurve(degree, _numbers(item["knots"], f"{place}: knots"), points, weights)
+        curve = NurbsCurve(degree, values.numbers(item["knots"], f"{place}: knots"), points, weights)
     except CurveError as error:
         raise FormatError(f"{place}: {error}") from None
     return _Entry(name, curve, axes, json_program.read(item, place, scale))
-
-
-def _scale(unit: object, place: str, findings: list[str]) -> float:
-    """How many mm one `unit` of the file is."""
-    if unit is None:
-        finding = "no units are given; read as mm"
-        if finding not in findings:
-            findings.append(finding)
-        return 1.0
-    if not isinstance(unit, str) or unit not in _MILLIMETRES:
-        raise FormatError(f"{place}: {_shown(unit)} is not known; write one of {', '.join(_MILLIMETRES)}")
-    return _MILLIMETRES[unit]
 
 
 def _axes(axes: object, count: int, place: str) -> tuple[str, ...]:
@@ -198,37 +184,6 @@ def _axes(axes: object, count: int, place: str) -> tuple[str, ...]:
     if len(axes) != count:
         raise FormatError(f"{place}: has {len(axes)} names for control points of {count} columns")
     return tuple(axes)
-
-
-def _points(rows: object, place: str) -> Array:
-    """The control points (n, axes) as they stand in the file."""
-    if not isinstance(rows, list) or not rows:
-        raise FormatError(f"{place}: is no list of points")
-    width = len(rows[0]) if isinstance(rows[0], list) else 0
-    if not 1 <= width <= MAX_AXES:
-        raise FormatError(f"{place}[0]: expected a list of 1 to {MAX_AXES} numbers")
-    points = np.empty((len(rows), width))
-    for i, row in enumerate(rows):
-        if not isinstance(row, list) or len(row) != width:
-            raise FormatError(f"{place}[{i}]: expected {width} numbers as in the first point")
-        points[i] = _numbers(row, f"{place}[{i}]")
-    return points
-
-
-def _numbers(values: object, place: str) -> list[float]:
-    """`values` as finite floats; booleans, texts and numbers too large for a float are none."""
-    if not isinstance(values, list):
-        raise FormatError(f"{place}: is no list of numbers")
-    for i, value in enumerate(values):
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise FormatError(f"{place}[{i}]: {_shown(value)} is no number")
-        try:
-            finite = math.isfinite(value)
-        except OverflowError:
-            finite = False
-        if not finite:
-            raise FormatError(f"{place}[{i}]: is too large for a number")
-    return values
 
 
 def _joined(
@@ -258,9 +213,3 @@ def _joined(
 
 def _gap(before: NurbsCurve, after: NurbsCurve) -> float:
     return float(np.linalg.norm(after(after.domain[0]) - before(before.domain[1])))
-
-
-def _shown(value: object) -> str:
-    """`value` for a message: never more than a few words of it."""
-    text = json.dumps(value) if isinstance(value, str | int | float | None) else f"a {type(value).__name__}"
-    return text if len(text) <= 40 else f"{text[:37]}..."

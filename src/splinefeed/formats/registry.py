@@ -29,6 +29,7 @@ from splinefeed.formats import source as source_files
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.tool_path import ToolPath
 
 #: How much of a file is looked at to tell its format.
 HEAD_BYTES = 2**16
@@ -167,7 +168,9 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     chosen = (paths,) if isinstance(paths, Path) else tuple(paths)
     if not chosen:
         raise InputError(f"{target}: there is no path to write")
-    return tuple(writer(chosen, target, **options))
+    lost = [each.name for each in chosen if isinstance(each, ToolPath) and found.module != "json_curve"]
+    left_out = [f"the tool axis of {name} is left out: a {found.title} cannot hold it" for name in lost]
+    return (*writer(chosen, target, **options), *left_out)
 
 
 def format_to_write(target: str | os.PathLike[str]) -> Format:

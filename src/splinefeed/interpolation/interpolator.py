@@ -9,11 +9,12 @@ from typing import Any, overload
 
 import numpy as np
 
-from splinefeed.errors import InputError, LimitsError
+from splinefeed.errors import InputError, LimitsError, MethodError
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry
 from splinefeed.interpolation.loop import OVERRUN, REPLACED, STATE_FLOATS, STATE_INTEGERS
 from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Setpoints, TimeLaw, positive
 
 #: A law whose length differs from the path's by more than this, relative, belongs to another path.
@@ -29,7 +30,7 @@ MAX_CORRECTIONS = 100
 class Interpolator:
     """Setpoints of one motion in order, one or many at a time, with memory that does not grow.
 
-    path, law    where, and how far by when; period  servo period, s
+    path, law    where, and how far by when; period  servo period, s. Of a JointPath the setpoints are joints
     method       name of a registered method; corrections, tolerance  passes of its corrector (0 to 100), and the
                  change of u that ends them early
 
@@ -39,7 +40,7 @@ class Interpolator:
 
     def __init__(
         self,
-        path: Path,
+        path: Path | JointPath,
         law: TimeLaw,
         *,
         period: float | None = None,
@@ -49,6 +50,8 @@ class Interpolator:
         compiled: bool = False,
     ) -> None:
         self._method = registry.method(method)
+        if isinstance(path, JointPath) and self._method.fill is None:
+            raise MethodError(f"method {method!r} steps along one curve; joints of a tool path need {DEFAULT_METHOD!r}")
         if period is None:
             period = law.period
         if period is None:
@@ -66,6 +69,7 @@ class Interpolator:
                 "plan the law for this path"
             )
         self.path = path
+        self.curves = path.tool if isinstance(path, JointPath) else path
         self.law = law
         #: Number of setpoints of the whole motion, the first one at t = 0 included.
         self.ticks = math.ceil(law.duration / self.period - WHOLE_PERIODS) + 1
@@ -85,9 +89,9 @@ class Interpolator:
         self._given = (
             law.breaks,
             law.coefficients,
-            path.table,
-            path.curve_rows,
-            path.shape,
+            self.curves.table,
+            self.curves.curve_rows,
+            self.curves.shape,
             path.length,
             self.period,
         )
@@ -103,7 +107,7 @@ class Interpolator:
 
     @cached_property
     def _loop(self) -> Callable[..., None]:
-        loop = self._method.loop(self.path.shape)
+        loop = self._method.loop(self.curves.shape)
         return loop.compiled if self._compiled else loop.for_work(self.ticks)
 
     @property
@@ -153,7 +157,12 @@ class Interpolator:
             self._loop(*self._given, first, self._integers, self._floats, *self._asked, *room)
             return
         time = np.minimum(np.arange(first, first + len(room[0])) * self.period, self.law.duration)
-        self._method.fill(self.path, self.law, time, *room)
+        if not isinstance(self.path, JointPath):
+            self._method.fill(self.path, self.law, time, *room)
+            return
+        curve, u, s, feed, joints = room
+        self._method.fill(self.curves, self.law, time, curve, u, s, feed, np.empty((len(time), len(self.curves.axes))))
+        joints[:] = self.path.joints(curve, u, s)
 
     def block(self, count: int | None = None) -> Setpoints:
         """The next `count` setpoints, or all that are left; fewer, or none, at the end."""
@@ -180,7 +189,7 @@ class Interpolator:
 
 @overload
 def interpolate(
-    path: Path,
+    path: Path | JointPath,
     law: TimeLaw,
     *,
     period: float | None = ...,
@@ -193,7 +202,7 @@ def interpolate(
 
 @overload
 def interpolate(
-    path: Path,
+    path: Path | JointPath,
     law: TimeLaw,
     *,
     period: float | None = ...,
@@ -205,7 +214,7 @@ def interpolate(
 
 
 def interpolate(
-    path: Path,
+    path: Path | JointPath,
     law: TimeLaw,
     *,
     period: float | None = None,

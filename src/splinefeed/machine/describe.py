@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from typing import Any
 
+from splinefeed.kinematics import Kinematics
 from splinefeed.machine.parts import Axis
 from splinefeed.machine.quantities import KINDS, show, shown, unit_shown
 
@@ -13,9 +14,14 @@ from splinefeed.machine.quantities import KINDS, show, shown, unit_shown
 _ORDER = ("controller", "drive", "motor", "transmission", "load", "friction", "encoder", "scale", "limits")
 
 
-def describe_table(name: str, title: str, axes: Iterable[Axis], notes: Iterable[str]) -> str:
-    """Name, axes and notes of a machine, one line a part, with units."""
+def describe_table(
+    name: str, title: str, axes: Iterable[Axis], notes: Iterable[str], kinematics: Kinematics | None = None
+) -> str:
+    """Name, kinematics, axes and notes of a machine, one line a part, with units."""
     lines = [f"{name}: {title}" if title else name]
+    if kinematics is not None:
+        told = [f"{key} {show(value, 'position', False)}" for key, value in kinematics.parameters.items()]
+        lines += ["", ", ".join([f"Kinematics {kinematics.kind}, joints {' '.join(kinematics.joints)}", *told])]
     for axis in axes:
         lines += ["", *_describe_axis(axis)]
     remarks = [f"- {note}" for note in notes]
@@ -69,14 +75,22 @@ def _describe_part(part: Any, axis: Axis) -> str:
     return ", ".join(told)
 
 
-def table_numbers(name: str, title: str, axes: Iterable[Axis], notes: Iterable[str]) -> dict[str, Any]:
-    """Name, axes and notes of a machine for programs: sections as in the file, each quantity as its value and unit."""
+def table_numbers(
+    name: str, title: str, axes: Iterable[Axis], notes: Iterable[str], kinematics: Kinematics | None = None
+) -> dict[str, Any]:
+    """A machine for programs: sections as in the file, each quantity as its value and unit."""
     return {
         "name": name,
         "title": title,
+        **({} if kinematics is None else {"kinematics": _kinematics_numbers(kinematics)}),
         "axes": {axis.name: _axis_numbers(axis) for axis in axes},
         "notes": list(notes),
     }
+
+
+def _kinematics_numbers(kinematics: Kinematics) -> dict[str, Any]:
+    values = {key: {"value": value, "unit": "mm"} for key, value in kinematics.parameters.items()}
+    return {"type": kinematics.kind, "joints": list(kinematics.joints), **values}
 
 
 def _axis_numbers(axis: Axis) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from splinefeed.errors import FormatError, InputError, UnitError
+from splinefeed.kinematics import Kinematics, kinds, kinematics
 from splinefeed.machine import parts, quantities
 from splinefeed.machine.describe import describe_table, table_numbers
 from splinefeed.records import ROTARY_AXES
@@ -31,7 +32,7 @@ SECTIONS: dict[str, type[Any]] = {
 #: Sections that an axis may do without.
 OPTIONAL = ("friction", "encoder", "scale", "limits")
 #: Keys beside the axes at the top of a file.
-_TOP = ("title", "notes", "axis")
+_TOP = ("title", "notes", "kinematics", "axis")
 #: A machine file beyond this many bytes is none.
 _LARGEST_FILE = 1_000_000
 
@@ -48,12 +49,16 @@ class MachineError(FormatError):
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A machine: its axes by name, in order, and what its makers say of it."""
+    """A machine: its axes by name, in order, what its makers say of it, and how its joints move tool and workpiece.
+
+    kinematics  of a machine for tool paths, whose joints are among its axes; else None
+    """
 
     name: str
     axes: Mapping[str, parts.Axis]
     title: str = ""
     notes: tuple[str, ...] = field(default=())
+    kinematics: Kinematics | None = None
 
     @staticmethod
     def names() -> tuple[str, ...]:
@@ -103,10 +108,11 @@ class Table:
             problems.append("axis: missing; a machine needs at least one [axis.NAME]")
             given = {}
         axes = {axis: _axis(axis, section, problems) for axis, section in given.items()}
+        moves = _kinematics(content["kinematics"], given, problems) if "kinematics" in content else None
         if problems:
             raise MachineError(source, problems)
         made = {key: axis for key, axis in axes.items() if axis is not None}
-        return Table(name=name, axes=made, title=title, notes=tuple(notes))
+        return Table(name=name, axes=made, title=title, notes=tuple(notes), kinematics=moves)
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
         """Limits of those of `axes` that the machine has, as `Limits(feed=..., **table.limits(path.axes))` takes them.
@@ -125,7 +131,7 @@ class Table:
 
     def as_dict(self) -> dict[str, Any]:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
-        return table_numbers(self.name, self.title, self.axes.values(), self.notes)
+        return table_numbers(self.name, self.title, self.axes.values(), self.notes, self.kinematics)
 
     def save(self, path: str | Path) -> None:
         """Write a machine file that loads again as the same machine; see `machine.writing`."""
@@ -135,7 +141,7 @@ class Table:
 
     def describe(self) -> str:
         """The machine in words, a paragraph an axis."""
-        return describe_table(self.name, self.title, self.axes.values(), self.notes)
+        return describe_table(self.name, self.title, self.axes.values(), self.notes, self.kinematics)
 
 
 @cache
@@ -158,6 +164,35 @@ def _unknown_keys(given: Mapping[str, Any], known: Iterable[str], place: str, pr
             close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
             mend = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
             problems.append(f"{place}{key}: unknown key; {mend}")
+
+
+def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> Kinematics | None:
+    """The kinematics of the file, or None after adding what is wrong with them to `problems`."""
+    if not isinstance(content, dict):
+        problems.append("kinematics: must be a table")
+        return None
+    kind = content.get("type")
+    if kind not in kinds():
+        problems.append(f"kinematics.type: {kind!r}; must be one of {', '.join(kinds())}")
+        return None
+    parameters = {}
+    for name, value in content.items():
+        if name in ("type", "source"):
+            continue
+        try:
+            parameters[name] = quantities.parse(value, "position", False)
+        except UnitError as error:
+            problems.append(f"kinematics.{name}: {error}")
+            return None
+    try:
+        found = kinematics(kind, **parameters)
+    except InputError as error:
+        problems.append(str(error))
+        return None
+    missing = [joint for joint in found.joints if joint not in axes]
+    if missing:
+        problems.append(f"kinematics.type: {kind} moves the joint {missing[0]}; give an [axis.{missing[0]}]")
+    return found
 
 
 def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:

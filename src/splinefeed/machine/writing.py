@@ -43,6 +43,10 @@ def to_text(table: Table) -> str:
         lines.append(f"title = {_quoted(table.title)}")
     if table.notes:
         lines += ["notes = [", *(f"    {_quoted(note)}," for note in table.notes), "]"]
+    if table.kinematics is not None:
+        lines += ["", "[kinematics]", f"type = {_quoted(table.kinematics.kind)}"]
+        for parameter, value in table.kinematics.parameters.items():
+            lines.append(f"{parameter} = {_quoted(quantities.write(value, 'position', False))}")
     for name, axis in table.axes.items():
         lines += ["", *_axis(name, axis)]
     return "\n".join(lines).lstrip("\n") + "\n"

@@ -15,6 +15,7 @@ from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import Interpolator, interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.kinematics import JointPath
 from splinefeed.machine.table import Table
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.follow import Servo
@@ -74,7 +75,7 @@ class LongRun(Run):
 
 
 def run_any(
-    path: Path,
+    path: Path | JointPath,
     limits: Limits,
     *,
     period: float,
@@ -96,7 +97,7 @@ def run_any(
             f"the motion takes {found.duration:.6g} s, {ticks:.3g} periods of {period:g} s; at most {MOST} are made: "
             f"raise the period or the feed"
         )
-    if ticks <= LONG:
+    if ticks <= LONG or isinstance(path, JointPath):
         return run(path, limits, **asked)
     return run_long(path, limits, table=table, on_progress=on_progress, **asked)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +15,14 @@ from splinefeed.analysis.check import check
 from splinefeed.analysis.motion import AxisMotion, Share, axis_motion
 from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
 from splinefeed.analysis.thinning import Thread
-from splinefeed.errors import LimitsError
+from splinefeed.errors import InputError, LimitsError
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.kinematics import JointPath
+from splinefeed.machine.table import Table
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along
 
 if TYPE_CHECKING:
@@ -31,13 +34,18 @@ PAPER_PERIOD = 1e-3
 PAPER_SHAPE = "naca:0025?perimeter=33"
 #: The last setpoint is the end of the path within this, relative to the path's size: rounding.
 END_TOLERANCE = 1e-9
+#: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
+TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
 #: Most ticks of a run that is kept in memory, above an hour at 1 ms; `long_run.run_long` knows no such bound.
 MOST_TICKS = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Everything that one run made; `numbers()` is what `--json` prints."""
+    """Everything that one run made; `numbers()` is what `--json` prints.
+
+    joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
+    """
 
     path: Path
     limits: Limits
@@ -47,11 +55,29 @@ class Run:
     motion: AxisMotion
     verdict: Verdict
     chord_error_mm: float
+    joints: JointPath | None = field(default=None, kw_only=True)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes that have setpoints."""
+        return self.points.axes
+
+    @property
+    def linear(self) -> int:
+        """How many of them are linear, the first ones."""
+        return self.path.linear if self.joints is None else self.joints.linear
+
+    @cached_property
+    def place(self) -> Array:
+        """Where the tool tip is at the setpoints, (n, d), mm; d linear axes, at most three."""
+        if self.joints is not None:
+            return self.path.evaluate(self.points.curve, self.points.u, 0)[:, 0]
+        return self.points.position[:, : min(self.path.linear, 3)]
 
     @cached_property
     def use(self) -> LimitUse:
         """How much of each limit is used at each tick, and which one binds."""
-        return limit_use(self.motion, self.points, self.path, self.law, self.limits)
+        return limit_use(self.motion, self.points, self.joints or self.path, self.law, self.limits)
 
     @property
     def ticks(self) -> int:
@@ -61,12 +87,19 @@ class Run:
     @cached_property
     def thread(self) -> Array:
         """Where the path runs, for a picture, (m, d), a row of NaN where it is broken; d linear axes, at most three."""
-        place = self.points.position[:, : min(self.path.linear, 3)]
+        place = self.place
         if not len(place) or not place.shape[1]:
             return np.zeros((0, place.shape[1]))
         thread = Thread(place.min(axis=0), place.max(axis=0))
         thread.see(place)
-        return thread.line
+        return thread.line if self.joints is None else np.concatenate([thread.line, self._tools(self.joints)])
+
+    def _tools(self, joints: JointPath) -> Array:
+        """Lines along the tool axis, for a picture, (m, 3), mm, each behind a row of NaN; evenly along the path."""
+        s = np.linspace(0.0, self.path.length, TOOLS_DRAWN)
+        tip, axis = joints.kinematics.forward(joints(s))
+        far = tip + TOOL_DRAWN * max(self.path.size, 1e-9) * axis
+        return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)
 
     def setpoints(self) -> Setpoints | Iterator[Setpoints]:
         """All setpoints, whole or in chunks."""
@@ -75,6 +108,8 @@ class Run:
     @property
     def end_error_mm(self) -> float:
         """Distance of the last setpoint from the end of the path over the linear axes, mm."""
+        if self.joints is not None:
+            return float(self.verdict.numbers["end_error_mm"])
         linear = self.path.linear
         end = self.path.curves[-1](self.path.curves[-1].domain[1])
         return float(np.linalg.norm((self.points.position[-1] - end)[:linear]))
@@ -139,8 +174,8 @@ class Run:
         For linear axes their shares of the path's own acceleration and jerk besides, which nothing holds them to.
         """
         peaks: dict[str, dict[str, float | str]] = {}
-        for i, axis in enumerate(self.path.axes):
-            rotary = i >= self.path.linear
+        for i, axis in enumerate(self.axes):
+            rotary = i >= self.linear
             factor = 180.0 / np.pi if rotary else 1.0
             motion = self.motion
             peaks[axis] = {
@@ -163,9 +198,10 @@ class Run:
 
 
 def run(
-    path: Path,
+    path: Path | JointPath,
     limits: Limits = PAPER_LIMITS,
     *,
+    machine: str | Table | None = None,
     period: float = PAPER_PERIOD,
     strategy: str | None = None,
     method: str = DEFAULT_METHOD,
@@ -175,17 +211,49 @@ def run(
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
-    law  if it is planned already
-    Raises what `plan` and `interpolate` raise, and LimitsError for more than MOST_TICKS ticks.
+    machine  of a ToolPath: the one whose joints follow it, a Table or its name; law  if it is planned already
+    Raises what `plan` and `interpolate` raise, InputError for a machine that cannot follow a tool path, and LimitsError
+    for more than MOST_TICKS ticks.
     """
+    path = on_machine(path, machine, limits)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     check_ticks(law, period)
     points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
     return measured(path, limits, law, points)
 
 
-def measured(path: Path, limits: Limits, law: TimeLaw, points: Setpoints) -> Run:
+def on_machine(path: Path | JointPath, machine: str | Table | None, limits: Limits) -> Path | JointPath:
+    """A tool path as joints of a machine; any other path as it is.
+
+    Raises InputError for a tool path without a machine, a machine without kinematics, and a machine for another path.
+    """
+    if not isinstance(path, ToolPath):
+        if machine is not None:
+            raise InputError("machine: only a ToolPath is planned in the joints of a machine; leave it out")
+        return path
+    if machine is None:
+        raise InputError(f"{path.name}: has a tool axis, which only a machine can follow; give a machine")
+    table = machine if isinstance(machine, Table) else Table.load(machine)
+    if table.kinematics is None:
+        raise InputError(f"{table.name}: has no [kinematics], which a tool path needs; add them to the machine file")
+    return JointPath(path, table.kinematics, travel=limits.travel_of(table.kinematics.joints))
+
+
+def measured(path: Path | JointPath, limits: Limits, law: TimeLaw, points: Setpoints) -> Run:
     """Setpoints that are there already, measured and checked as those of a run."""
+    if isinstance(path, JointPath):
+        verdict = check(points, path, limits, law)
+        return Run(
+            path=path.tool,
+            limits=limits,
+            law=law,
+            points=points,
+            ripple=feed_ripple(points, path.tool, law),
+            motion=axis_motion(points, path, law),
+            verdict=verdict,
+            chord_error_mm=float(verdict.numbers["chord_error_max_mm"]),
+            joints=path,
+        )
     return Run(
         path=path,
         limits=limits,

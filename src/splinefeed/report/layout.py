@@ -249,6 +249,8 @@ def _shaded(sheet: Sheet, mark: Coloured, points: Array, thread: Array) -> Shade
         for at, level in zip(points, np.clip(np.rint(levels), 0, COLOURS - 1).astype(int), strict=True):
             sheet.items.append(Dot(float(at[0]), float(at[1]), 2.4, ramp[level]))
         return shades
+    if np.isnan(thread).any():  # the tool axis beside the path
+        sheet.stroke(thread, theme.FAINT, 0.6)
     middle = np.clip(np.rint(0.5 * (levels[:-1] + levels[1:])), 0, COLOURS - 1).astype(np.int64)
     for first, last in runs(middle) if len(middle) else ():
         sheet.stroke(points[first : last + 2], ramp[middle[first]], 3.2)

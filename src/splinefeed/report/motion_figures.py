@@ -75,22 +75,22 @@ def axis_panels(run: Run) -> list[Panel]:
 
     Where the path was planned with an acceleration and a jerk of its own, these are drawn beside the linear axes.
     """
-    path, motion, limits = run.path, run.motion, run.limits
+    motion, limits = run.motion, run.limits
     own = run.own_limits()
     panels = []
     for rotary in (False, True):
-        columns = [k for k in range(len(path.axes)) if (k >= path.linear) == rotary]
+        columns = [k for k in range(len(run.axes)) if (k >= run.linear) == rotary]
         factor = 180.0 / np.pi if rotary else 1.0
         for order, quantity in enumerate(_QUANTITIES, start=1):
             values = factor * getattr(motion, quantity)
             unit = unit_of("deg" if rotary else "mm", order)
-            names = [theme.words(axis, 12) for axis in path.axes]
+            names = [theme.words(axis, 12) for axis in run.axes]
             marks: list[Mark] = [
                 thin(motion.t, values[:, k], f"{names[k]} {quantity}", theme.colour(k), named=names[k]) for k in columns
             ]
             if not marks:
                 continue
-            tops = factor * limits.of_axes(f"axis_{quantity}", path.axes)[columns]
+            tops = factor * limits.of_axes(f"axis_{quantity}", run.axes)[columns]
             marks += [Level(sign * top) for top in np.unique(tops[np.isfinite(tops)]) for sign in (1.0, -1.0)]
             peaks = [peak(values[:, k])[1] for k in columns]
             note = f"at most {theme.short(max(peaks))} {unit}"

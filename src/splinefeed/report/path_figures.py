@@ -70,11 +70,11 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
 def _place(run: Run) -> Array:
     """Points of the picture, (n, 2 or 3): over the linear axes, the first one over time where there is one or none."""
     points, linear = run.points, run.path.linear
-    place = points.position[:, : min(linear, 3)]
+    place = run.place
     if linear <= 1:
         factor = 1.0 if linear else 180.0 / np.pi
         return np.column_stack([points.t, factor * points.position[:, 0]])
-    flat = place.shape[1] < 3 or np.ptp(place[:, 2]) <= 0.0
+    flat = place.shape[1] < 3 or (run.joints is None and np.ptp(place[:, 2]) <= 0.0)
     return place[:, :2] if flat else place
 
 

@@ -23,7 +23,7 @@ def overview(run: Run) -> Figure:
     """
     above = path_figure(run, colour="feed")
     _, feed, _, jerk = law_panels(run.law, run.limits, unit_along(run.path.axes), run.points.t)
-    if np.any(np.isfinite(run.limits.of_axes("axis_jerk", run.path.axes))):
+    if np.any(np.isfinite(run.limits.of_axes("axis_jerk", run.axes))):
         jerk = axis_panels(run)[JERK]
     return replace(above, panels=(*above.panels, feed, jerk))
 

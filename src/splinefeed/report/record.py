@@ -51,13 +51,14 @@ def record(
     formats: Sequence[str],
     servo: Mapping[str, Any] | None = None,
     origin: Mapping[str, str] | None = None,
+    machine: str | None = None,
 ) -> dict[str, Any]:
     """What `run.json` says and `--json` prints, but for the names of the files.
 
-    servo  what a machine made of it; origin  what to say of a source that is no file at hand, in place of `source_of`
+    servo    what a machine made of it; machine  the one whose joints follow a tool path
+    origin   what to say of a source that is no file at hand, in place of `source_of`
     """
     numbers = run.numbers()
-    machine = None
     if servo is not None:
         machine = servo["machine_file"]
         numbers |= {**servo, "ok": numbers["ok"] and servo["stopped"] is None}

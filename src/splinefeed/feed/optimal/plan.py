@@ -119,18 +119,27 @@ def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> Tim
     many = len(setting.rests) >= MOST_RESTS
     if many or uneven or _has_cusps(path, setting) or not np.all(np.isin(inner, setting.rests)):
         return None
-    marks = np.concatenate([[0.0], setting.rests, [path.length]])
+    try:
+        law = motion(setting, strategy, mode)
+    except PlanError:
+        if max(limits.start_feed, limits.end_feed) > 0.0:
+            raise
+        return None
+    if law is None:
+        return None
+    return law if kept_at_ticks(law, path, limits, setting.passed[0], setting.breaks) else None
+
+
+def motion(setting: Setting, strategy: str, mode: Mode) -> TimeLaw | None:
+    """From rest to rest over all of a setting's track, as `plan_in_mode`; None where nothing good was found."""
+    limits, period, length = setting.limits, setting.period, setting.track.length
+    marks = np.concatenate([[0.0], setting.rests, [length]])
     instants, rows, notes = [np.zeros(1)], [], []
     bound, tick, late = 0.0, 0, 0.0
     for low, high in pairwise(marks.tolist()):
         start = State(limits.start_feed if low == 0.0 else 0.0)
-        stop = State(limits.end_feed if high == path.length else 0.0)
-        try:
-            plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
-        except PlanError:
-            if max(start.feed, stop.feed) > 0.0:
-                raise
-            return None
+        stop = State(limits.end_feed if high == length else 0.0)
+        plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
         if plan.over > POOR or not plan.found:
             return None
         bound += plan.bound
@@ -141,13 +150,13 @@ def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> Tim
             extra = max(plan.pieces.duration - ticks * period, 0.0) if max(start.feed, stop.feed) > 0.0 else 0.0
             if extra > LATE * period:
                 late += extra
-                notes.append(_late(high, path.length, extra, period))
+                notes.append(_late(high, length, extra, period))
             breaks[-1] = tick * period + late
         instants.append(breaks)
     times, coefficients = lasting(np.concatenate(instants), np.concatenate(rows))
     if not np.all(np.isfinite(coefficients)):
         return None
-    law = TimeLaw(
+    return TimeLaw(
         breaks=times,
         coefficients=coefficients,
         strategy=strategy,
@@ -155,7 +164,6 @@ def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> Tim
         notes=tuple(notes),
         settings={"lower_bound_s": bound} if strategy == TIME_OPTIMAL else {},
     )
-    return law if kept_at_ticks(law, path, limits, setting.passed[0], setting.breaks) else None
 
 
 def _has_cusps(path: Path, setting: Setting) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from splinefeed.feed.optimal.limits import Places, Rows, rows_at
 from splinefeed.feed.optimal.track import Track
+from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits
 
 #: A place is within reach of a jump of the path if the motion passes that less than so many periods before or behind.
@@ -115,6 +116,7 @@ class Setting:
                 for row, part in enumerate((np.maximum(jump[real], 0.0), np.maximum(-jump[real], 0.0))):
                     total = np.concatenate([np.zeros((1, part.shape[1])), np.cumsum(part, axis=0)])
                     out[row] = (total[high] - total[low]).T
+        joints = self.track if isinstance(self.track, JointPath) and self.limits.chord_error is not None else None
         return Places(
             s=s,
             d=d,
@@ -126,6 +128,7 @@ class Setting:
             turn=turn,
             bend=bend,
             rising=np.zeros(n) if rising is None else rising,
+            chord=None if joints is None else joints.chord_curvature(d),
         )
 
     def rows(self, places: Places) -> Rows:

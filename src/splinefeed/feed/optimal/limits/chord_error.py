@@ -23,7 +23,8 @@ def rows(at: Places, limits: Limits) -> Iterator[Row]:
     delta = limits.chord_error
     quarter = 0.25 * np.linalg.norm(np.sum(at.turn[:, : at.linear], axis=0), axis=0)
     with np.errstate(divide="ignore"):
-        step = 2.0 * delta / (quarter + np.sqrt(quarter**2 + 0.5 * at.curvature * delta))
+        kappa = at.curvature if at.chord is None else at.chord
+        step = 2.0 * delta / (quarter + np.sqrt(quarter**2 + 0.5 * kappa * delta))
     yield Top("chord_error", (within_reach(at.s, np.maximum(step, 2.0 * delta)) / at.period) ** 2)
 
 

@@ -26,6 +26,7 @@ class Places:
     feed    (n,)           feed that the path asks for, mm/s, infinite where it says nothing
     corner  (n,)           largest feed at a corner that is passed here, mm/s, infinite elsewhere
     turn, bend (2, axes, n)  the sum of the jumps of r' and of r'' within reach of the place, those up and those down
+    chord   (n,)           curvature that a chord from tick to tick leaves, 1/mm, where it is not that of the path
     rising  (n,)           1 where the motion surely speeds up, -1 where it slows down, 0 where it may do either
     """
 
@@ -39,6 +40,7 @@ class Places:
     turn: Array
     bend: Array
     rising: Array
+    chord: Array | None = None
 
     @property
     def curvature(self) -> Array:

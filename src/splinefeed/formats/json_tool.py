@@ -1,0 +1,130 @@
+"""Tool paths as JSON: a curve of the tool tip, and the tool axis over the same parameters.
+
+A curve is an object with `degree`, `knots` and `tool_tip` (rows of x, y, z), `weights` if it is rational, and one of
+
+    second_point_on_tool_axis   rows of x, y, z: the tool axis runs from the tip to it
+    tool_axis_vectors           rows of a vector from the tip to the spindle, of any length
+    rotary_angles               rows of the rotary joints of a machine, deg
+
+which has the degree, knots and weights of the tip unless `axis_degree`, `axis_knots` and `axis_weights` stand there.
+None of the three is an upright tool. Several stand in a list under "curves". `unit` or `units` (mm, cm, m, in), `name`;
+`source`, `notes`, `tool_axis` are for people; `limits` is not read: limits of a machine are said where it is chosen.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import CurveError, FormatError
+from splinefeed.formats import json_values as values
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath
+
+#: The keys of each kind of tool axis.
+KINDS = {"second_point_on_tool_axis": POINTS, "tool_axis_vectors": VECTORS, "rotary_angles": ANGLES}
+_CURVE = {"degree", "knots", "weights", "tool_tip", "axis_degree", "axis_knots", "axis_weights", *KINDS}
+_SHARED = {"name", "unit", "units", "source", "notes", "tool_axis", "limits"}
+
+
+def holds(document: dict[str, Any]) -> bool:
+    """Whether a document is a tool path."""
+    listed = document.get("curves")
+    first = listed[0] if isinstance(listed, list) and listed else document
+    return isinstance(first, dict) and "tool_tip" in first
+
+
+def from_document(document: dict[str, Any], source: str | os.PathLike[str], tolerance: float) -> list[Path]:
+    """The tool path in a document of the file `source`; FormatError names what is wrong and its place."""
+    listed = document.get("curves", [document])
+    several = "curves" in document
+    if several:
+        values.check_keys(document, {"curves"} | _SHARED, source)
+    findings: list[str] = []
+    unit = document.get("units", document.get("unit"))
+    scale = values.scale(unit, f"{source}: units", findings)
+    if "limits" in document:
+        findings.append("limits in the file are not read; give those of the machine")
+    tips, axes, kinds = [], [], set()
+    for i, item in enumerate(listed):
+        place = f"{source}: curves[{i}]" if several else f"{source}"
+        if not isinstance(item, dict):
+            raise FormatError(f"{place}: is no object with the keys of a tool path")
+        values.check_keys(item, _CURVE | (set() if several else _SHARED), place)
+        tip, axis, kind = _curve(item, place, scale)
+        tips.append(tip)
+        axes.append(axis)
+        kinds.add(kind)
+    if len(kinds) > 1:
+        raise FormatError(f"{source}: curves: not all give their tool axis alike; choose one of {', '.join(KINDS)}")
+    kind = kinds.pop()
+    name = document.get("name", "")
+    if not isinstance(name, str):
+        raise FormatError(f"{source}: name: {values.shown(name)} is no text")
+    said: dict[str, Any] = {
+        "name": name or pathlib.Path(source).stem,
+        "findings": tuple(findings),
+        "tolerance": tolerance,
+    }
+    if kind is None:
+        return [ToolPath(tips, **said)]
+    return [ToolPath(tips, [axis for axis in axes if axis is not None], kind=kind, **said)]
+
+
+def _curve(item: dict[str, Any], place: str, scale: float) -> tuple[NurbsCurve, NurbsCurve | None, str | None]:
+    """Tip, tool axis and its kind of one curve."""
+    for key in ("degree", "knots", "tool_tip"):
+        if key not in item:
+            raise FormatError(f"{place}: {key} is missing; a tool path needs degree, knots and tool_tip")
+    given = [key for key in KINDS if key in item]
+    if len(given) > 1:
+        raise FormatError(f"{place}: {given[0]} and {given[1]} are both given; leave one of them out")
+    tip = _nurbs(item, "", "tool_tip", place, scale)
+    if not given:
+        return tip, None, None
+    kind = KINDS[given[0]]
+    factor = scale if kind == POINTS else np.pi / 180.0 if kind == ANGLES else 1.0
+    own = {**item, **{key: item.get(f"axis_{key}", item.get(key)) for key in ("degree", "knots", "weights")}}
+    return tip, _nurbs(own, "axis_", given[0], place, factor), kind
+
+
+def _nurbs(item: dict[str, Any], prefix: str, points: str, place: str, factor: float) -> NurbsCurve:
+    degree = item["degree"]
+    if isinstance(degree, bool) or not isinstance(degree, int):
+        raise FormatError(f"{place}: {prefix}degree: {values.shown(degree)} is no whole number")
+    rows = factor * values.points(item[points], f"{place}: {points}")
+    weights = item.get("weights")
+    try:
+        return NurbsCurve(
+            degree,
+            values.numbers(item["knots"], f"{place}: {prefix}knots"),
+            rows,
+            None if weights is None else values.numbers(weights, f"{place}: {prefix}weights"),
+        )
+    except CurveError as error:
+        raise FormatError(f"{place}: {points}: {error}") from None
+
+
+def to_document(path: ToolPath) -> dict[str, Any]:
+    """What a file of this tool path holds; it reads back as the same path."""
+    key = next(key for key, kind in KINDS.items() if kind == path.kind)
+    factor = 180.0 / np.pi if path.kind == ANGLES else 1.0
+    axes: Sequence[NurbsCurve | None] = path.tool_axis or [None] * len(path.curves)
+    curves = []
+    for tip, axis in zip(path.curves, axes, strict=True):
+        one: dict[str, Any] = {"degree": tip.degree, "knots": tip.knots.tolist()}
+        if tip.weights is not None:
+            one["weights"] = tip.weights.tolist()
+        one["tool_tip"] = tip.control_points.tolist()
+        if axis is not None:
+            one[key] = (factor * axis.control_points).tolist()
+            one |= {"axis_degree": axis.degree, "axis_knots": axis.knots.tolist()}
+            one["axis_weights"] = None if axis.weights is None else axis.weights.tolist()
+        curves.append(one)
+    shared = {"name": path.name, "units": "mm"}
+    return {**shared, **curves[0]} if len(curves) == 1 else {**shared, "curves": curves}

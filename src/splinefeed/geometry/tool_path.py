@@ -1,0 +1,190 @@
+"""ToolPath: where the tool tip moves on the workpiece, and how the tool axis stands at the same parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property, partial
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.curves import Flat
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.pieces import Pieces
+from splinefeed.geometry.tables import span_rows
+from splinefeed.records import Array, IntArray
+
+#: What the second curve of a tool path can be.
+POINTS, VECTORS, ANGLES = "points", "vectors", "angles"
+#: A tool axis from points nearer to the tip than this, mm, or of shorter vectors, has no direction.
+SHORTEST = 1e-6
+#: A tool axis that differs by more than this between neighbouring curves, rad, jumps.
+JUMP = 1e-6
+#: Places of each knot span at which the tool axis is looked at.
+SAMPLES = 33
+#: Ends of parameters further apart than this, as a share of the domain, are different ones.
+SAME_DOMAIN = 1e-12
+
+
+class ToolPath(Path):
+    """The path of a tool tip, and the tool axis along it: a `Path` of x, y, z that knows how the tool stands.
+
+    tip    NurbsCurve, several of them, or a Path of x, y, z, mm, in the coordinates of the workpiece
+    axis   as many curves, each over the parameters of its tip curve; None for a tool that stands upright, along z
+    kind   "points" on the tool axis, mm, from which the tip is taken; "vectors" from the tip to the spindle, of any
+           length; "angles" of the rotary joints of a machine, rad, as they are programmed
+    name, feeds, markers, ...  as for `Path`, taken from the tip where that is a Path
+
+    A machine makes joints of it: `JointPath(tool_path, kinematics)`. Raises CurveError for a tip that has other axes,
+    for curves that do not belong together, and for a tool axis of no length, with the place.
+    """
+
+    def __init__(
+        self,
+        tip: NurbsCurve | Iterable[NurbsCurve] | Path,
+        axis: NurbsCurve | Iterable[NurbsCurve] | None = None,
+        *,
+        kind: str = POINTS,
+        **said: Any,
+    ) -> None:
+        if kind not in (POINTS, VECTORS, ANGLES):
+            raise InputError(f"kind is {kind!r}; choose {POINTS!r}, {VECTORS!r} or {ANGLES!r}")
+        if isinstance(tip, Path):
+            said = {**tip._said(), "tolerance": tip.tolerance, **said}
+            if tip.axes != ("x", "y", "z"):
+                raise CurveError(f"the tool tip has axes {', '.join(tip.axes)}; x, y, z are needed")
+            tip = tip._joined
+        curves = (tip,) if isinstance(tip, NurbsCurve) else tuple(tip)
+        self.kind = kind
+        self.tool_axis: tuple[NurbsCurve, ...] | None = None
+        if axis is not None:
+            self.tool_axis = (axis,) if isinstance(axis, NurbsCurve) else tuple(axis)
+            _check_axis(curves, self.tool_axis, kind)
+        for i, curve in enumerate(curves):
+            if isinstance(curve, NurbsCurve) and curve.axes != 3:
+                raise CurveError(f"tip curve {i} has {curve.axes} axes; a tool tip has 3: x, y, z")
+        super().__init__(curves, ("x", "y", "z"), **said)
+        if self.tool_axis is not None and kind != ANGLES:
+            _check_length(self)
+        if self.tool_axis is not None and len(self.tool_axis) > 1:
+            _check_joined(self)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return partial(ToolPath, kind=self.kind, **self._said(), tolerance=self.tolerance), (
+            tuple(self.curves),
+            self.tool_axis,
+        )
+
+    @cached_property
+    def columns(self) -> int:
+        """Numbers by which the tool axis is given: 3, of angles 1 or 2, and 0 where it is upright."""
+        return 0 if self.tool_axis is None else self.tool_axis[0].axes
+
+    def orientation(self, curve: IntArray, u: Array, order: int = 0) -> Array:
+        """What stands for the tool axis and its derivatives by u, (n, order + 1, columns), at places (n,).
+
+        Of points the vector from the tip, mm; vectors and angles as they are given.
+        """
+        assert self.tool_axis is not None
+        if len(self.tool_axis) == 1:
+            out = self.tool_axis[0].derivatives(u, order)
+        else:
+            out = self._axis_pieces.evaluate(curve, u, order, False)
+        return out - self.evaluate(curve, u, order) if self.kind == POINTS else out
+
+    @cached_property
+    def _axis_pieces(self) -> Pieces:
+        """All curves of the tool axis, to be evaluated together."""
+        assert self.tool_axis is not None
+        flat = Flat.of(self.tool_axis)
+        shape = int(flat.degrees.max()), self.columns, self.columns, int(flat.rational.max())
+        table, rows = span_rows(flat, shape)
+        return Pieces(table, shape, rows)
+
+    @cached_property
+    def samples(self) -> tuple[IntArray, Array]:
+        """Curve and parameter (n,) of places that are dense on every span of tip and tool axis, in order."""
+        found = []
+        for i, curve in enumerate(self._joined):
+            knots = curve.breaks if self.tool_axis is None else np.union1d(curve.breaks, self.tool_axis[i].breaks)
+            u = knots[:-1, None] + np.diff(knots)[:, None] * np.linspace(0.0, 1.0, SAMPLES)[:-1]
+            u = np.append(u.ravel(), knots[-1])
+            found.append((np.full(len(u), i), u))
+        return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
+
+    def transformed(self, matrix: ArrayLike, offset: ArrayLike | None = None) -> Path:
+        """Not of a tool path."""
+        self._refuse("transformed")
+
+    def reversed(self) -> Path:
+        """The same path run through from its end to its start, the tool axis turned with it."""
+        back = super().reversed()
+        axis = None if self.tool_axis is None else [curve.reversed() for curve in reversed(self.tool_axis)]
+        return ToolPath(back.curves, axis, kind=self.kind, **back._said(), tolerance=back.tolerance)
+
+    def beginning_at(self, point: ArrayLike) -> Path:
+        """Not of a tool path."""
+        self._refuse("made to begin elsewhere")
+
+    def with_findings(self, *findings: str) -> Path:
+        """The same path with other findings."""
+        said = {**self._said(), "findings": findings}
+        return ToolPath(self.curves, self.tool_axis, kind=self.kind, **said, tolerance=self.tolerance)
+
+    def smoothed(self, tolerance: float | str, **how: Any) -> Path:
+        """Not of a tool path."""
+        self._refuse("smoothed")
+
+    def _refuse(self, what: str) -> NoReturn:
+        raise InputError(f"{self.name}: a path with a tool axis cannot be {what}; do that to its curves and axis")
+
+
+def _check_axis(tip: Sequence[NurbsCurve], axis: Sequence[NurbsCurve], kind: str) -> None:
+    """CurveError unless the curves of the tool axis are as many as those of the tip, over the same parameters."""
+    if len(axis) != len(tip):
+        raise CurveError(f"the tool axis has {len(axis)} curves and the tip has {len(tip)}; give one for each")
+    wanted = (1, 2) if kind == ANGLES else (3,)
+    for i, (one, other) in enumerate(zip(tip, axis, strict=True)):
+        if not isinstance(other, NurbsCurve):
+            raise CurveError(f"curve {i} of the tool axis is a {type(other).__name__}; a NurbsCurve is needed")
+        if other.axes not in wanted or other.axes != axis[0].axes:
+            numbers = " or ".join(map(str, wanted))
+            raise CurveError(f"curve {i} of the tool axis has {other.axes} columns; {kind} have {numbers}")
+        (low, high), (first, last) = one.domain, other.domain
+        if max(abs(low - first), abs(high - last)) > SAME_DOMAIN * (high - low):
+            raise CurveError(
+                f"curve {i} of the tool axis runs over u = {first:g} to {last:g}, its tip over {low:g} to {high:g}; "
+                "give both the same parameters"
+            )
+
+
+def _check_joined(path: ToolPath) -> None:
+    """CurveError where the tool axis jumps from one curve to the next, with the place."""
+    n = len(path.curves)
+    domains, curve = path.flat.domains, np.arange(n)
+    ends = [path.orientation(curve[:-1], domains[:-1, 1])[:, 0], path.orientation(curve[1:], domains[1:, 0])[:, 0]]
+    if path.kind != ANGLES:
+        ends = [each / np.linalg.norm(each, axis=1)[:, None] for each in ends]
+    jump = np.max(np.abs(ends[1] - ends[0]), axis=1)
+    worst = int(np.argmax(jump))
+    if jump[worst] > JUMP:
+        raise CurveError(
+            f"the tool axis jumps by {np.degrees(jump[worst]):.3g} deg between curves {worst} and {worst + 1}, at "
+            f"s = {path.curve_starts[worst + 1]:.6g} mm; turn it along one of them"
+        )
+
+
+def _check_length(path: ToolPath) -> None:
+    """CurveError where the tool axis has no length, with the place."""
+    curve, u = path.samples
+    length = np.linalg.norm(path.orientation(curve, u)[:, 0], axis=1)
+    worst = int(np.argmin(length))
+    if not length[worst] > SHORTEST:
+        s = float(path.arc_length(curve[worst], u[worst]))
+        raise CurveError(
+            f"the tool axis has no length at s = {s:.6g} mm (curve {curve[worst]}, u = {u[worst]:.6g}); give a second "
+            "point away from the tip, or a vector that is not 0"
+        )

@@ -1,0 +1,300 @@
+"""The machines: which joints they have, where their axes turn, and both directions of the transformation.
+
+Named and signed as LinuxCNC's kinematics modules are (LinuxCNC 2.9 documentation, "5-Axis Kinematics"): with P the tool
+tip on the workpiece, k the tool axis from the tip to the spindle, and R the rotations of a table,
+
+    xyzac-trt   q = Rx(A) (Rz(C) (P - p) - d) + d + p + (0, 0, tool-offset),  d = (0, y-offset, z-offset)
+    xyzbc-trt   q = Ry(B) (Rz(C) (P - p) - d) + d + p + (0, 0, tool-offset),  d = (x-offset, 0, z-offset)
+    5axiskins   q = P + (pivot-length + tool-offset) k - (0, 0, pivot-length)
+    head-table  q = Rz(C) (P - p) + p + (pivot-length + tool-offset) (sin B, 0, cos B) - (0, 0, pivot-length)
+    xy-theta    q = Rz(theta) (P - p) + p: the table turns about p, the tool stands upright
+    gantry      two joints that move as one: q = (x, y, z, y2 = y + skew)
+
+p is the point about which a table turns (x-rot-point, y-rot-point, z-rot-point), joints are in mm and rad. P is the tip
+itself: LinuxCNC's modules take P + (0, 0, tool-offset), as its G43 says, and have tool-offset in d, or in pivot-length;
+the joints are the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.kinematics.jets import Jet, Number, angle, root, sin_cos
+from splinefeed.records import Array
+
+Vector = tuple[Number, Number, Number]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kinematics:
+    """One machine; what every kind of it has.
+
+    kind     its name in a machine file
+    joints   names of its joints, the linear ones first
+    rotary   how many of them turn: 2 with a tool axis, 1 with an angle in the plane, 0 with neither
+    azimuth  azimuth of the tool axis as (sign, offset rad) of the last joint;  tilt  sign of its tilt in the first one
+    """
+
+    kind: ClassVar[str] = ""
+    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z")
+    rotary: ClassVar[int] = 0
+    tilt: ClassVar[float] = 1.0
+    azimuth: ClassVar[tuple[float, float]] = (1.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            place = f"kinematics.{each.name.replace('_', '-')}"
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise InputError(f"{place} is {value!r}; a finite length in mm is needed")
+            object.__setattr__(self, each.name, float(value))
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Lengths, mm, by the names that LinuxCNC's pins have; what must not be given and is 0 is left out."""
+        values = {each.name.replace("_", "-"): getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in values.items() if value != 0.0 or parameters_of(self.kind)[name]}
+
+    @property
+    def linear(self) -> int:
+        """How many joints are linear; they are the first ones."""
+        return len(self.joints) - self.rotary
+
+    def tip(self, q: tuple[Number, ...]) -> Vector:
+        """Tool tip on the workpiece, mm, for joints q."""
+        raise NotImplementedError
+
+    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
+        """The linear joints, mm, that put the tool tip at p when the rotary ones are at `turns`, rad."""
+        raise NotImplementedError
+
+    def axis(self, turns: tuple[Number, ...]) -> Vector:
+        """Tool axis on the workpiece, a unit vector from the tip to the spindle, for rotary joints, rad."""
+        if self.rotary < 2:
+            return 0.0, 0.0, 1.0
+        sign, offset = self.azimuth
+        (s, c), (up, across) = sin_cos(self.tilt * turns[0]), sin_cos(sign * turns[1] + offset)
+        return s * across, s * up, c
+
+    def forward(self, joints: Array) -> tuple[Array, Array]:
+        """Tool tip and tool axis on the workpiece, (n, 3) each, for joints (n, joints), mm and rad."""
+        joints = np.asarray(joints, dtype=np.float64)
+        q = tuple(np.moveaxis(joints, -1, 0))
+        parts = *self.tip(q), *self.axis(q[self.linear :])
+        found = np.stack([np.broadcast_to(np.asarray(part), joints.shape[:-1]) for part in parts], axis=-1)
+        return found[..., :3], found[..., 3:]
+
+    def turns(self, k: tuple[Jet, Jet, Jet]) -> tuple[Jet, Jet]:
+        """The two rotary joints, rad, for the tool axis k: tilt >= 0, azimuth within half a turn of 0; k_xy not 0.
+
+        The other solution has the opposite tilt, and the azimuth half a turn further.
+        """
+        x, y, z = k
+        sign, offset = self.azimuth
+        tilt = angle(root(x * x + y * y), z)
+        return self.tilt * tilt, sign * (angle(y, x) - offset)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Table(Kinematics):
+    """A table that turns about the z axis through p, on one that tilts."""
+
+    x_rot_point: float = 0.0
+    y_rot_point: float = 0.0
+    z_rot_point: float = 0.0
+
+    @property
+    def _p(self) -> tuple[float, float, float]:
+        return self.x_rot_point, self.y_rot_point, self.z_rot_point
+
+
+@dataclass(frozen=True, kw_only=True)
+class XyzacTrt(_Table):
+    """A trunnion: the table turns by C and tilts by A, both carry the workpiece."""
+
+    kind: ClassVar[str] = "xyzac-trt"
+    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "a", "c")
+    rotary: ClassVar[int] = 2
+    azimuth: ClassVar[tuple[float, float]] = (-1.0, 0.5 * math.pi)
+    y_offset: float = 0.0
+    z_offset: float = 0.0
+    tool_offset: float = 0.0
+
+    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
+        """q = Rx(A) (Rz(C) (P - p) - d) + d + p + (0, 0, tool-offset)."""
+        px, py, pz = self._p
+        dy, dz = self.y_offset, self.z_offset
+        x, y = _turned(p[0] - px, p[1] - py, turns[1])
+        y, z = _turned(y - dy, p[2] - pz - dz, turns[0])
+        return x + px, y + (dy + py), z + (dz + pz + self.tool_offset)
+
+    def tip(self, q: tuple[Number, ...]) -> Vector:
+        """P = Rz(-C) (Rx(-A) (q - (0, 0, tool-offset) - p - d) + d) + p."""
+        px, py, pz = self._p
+        dy, dz = self.y_offset, self.z_offset
+        y, z = _turned(q[1] - (py + dy), q[2] - (pz + dz + self.tool_offset), -q[3])
+        x, y = _turned(q[0] - px, y + dy, -q[4])
+        return x + px, y + py, z + (dz + pz)
+
+
+@dataclass(frozen=True, kw_only=True)
+class XyzbcTrt(_Table):
+    """A trunnion: the table turns by C and tilts by B, both carry the workpiece."""
+
+    kind: ClassVar[str] = "xyzbc-trt"
+    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "b", "c")
+    rotary: ClassVar[int] = 2
+    tilt: ClassVar[float] = -1.0
+    azimuth: ClassVar[tuple[float, float]] = (-1.0, 0.0)
+    x_offset: float = 0.0
+    z_offset: float = 0.0
+    tool_offset: float = 0.0
+
+    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
+        """q = Ry(B) (Rz(C) (P - p) - d) + d + p + (0, 0, tool-offset)."""
+        px, py, pz = self._p
+        dx, dz = self.x_offset, self.z_offset
+        x, y = _turned(p[0] - px, p[1] - py, turns[1])
+        z, x = _turned(p[2] - pz - dz, x - dx, turns[0])
+        return x + (dx + px), y + py, z + (dz + pz + self.tool_offset)
+
+    def tip(self, q: tuple[Number, ...]) -> Vector:
+        """P = Rz(-C) (Ry(-B) (q - (0, 0, tool-offset) - p - d) + d) + p."""
+        px, py, pz = self._p
+        dx, dz = self.x_offset, self.z_offset
+        z, x = _turned(q[2] - (pz + dz + self.tool_offset), q[0] - (px + dx), -q[3])
+        x, y = _turned(x + dx, q[1] - py, -q[4])
+        return x + px, y + py, z + (dz + pz)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FiveAxisKins(Kinematics):
+    """A head that turns by C and tilts by B carries the tool; the workpiece stands still."""
+
+    kind: ClassVar[str] = "5axiskins"
+    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "b", "c")
+    rotary: ClassVar[int] = 2
+    tilt: ClassVar[float] = -1.0
+    pivot_length: float
+    tool_offset: float = 0.0
+
+    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
+        """q = P + (pivot-length + tool-offset) k - (0, 0, pivot-length)."""
+        arm = self.pivot_length + self.tool_offset
+        x, y, z = self.axis(turns)
+        return p[0] + arm * x, p[1] + arm * y, p[2] + (arm * z - self.pivot_length)
+
+    def tip(self, q: tuple[Number, ...]) -> Vector:
+        """P = q - (pivot-length + tool-offset) k + (0, 0, pivot-length)."""
+        arm = self.pivot_length + self.tool_offset
+        x, y, z = self.axis(q[3:])
+        return q[0] - arm * x, q[1] - arm * y, q[2] - (arm * z - self.pivot_length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeadTable(_Table):
+    """A head that tilts by B carries the tool, a table that turns by C carries the workpiece."""
+
+    kind: ClassVar[str] = "head-table"
+    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "b", "c")
+    rotary: ClassVar[int] = 2
+    azimuth: ClassVar[tuple[float, float]] = (-1.0, 0.0)
+    pivot_length: float
+    tool_offset: float = 0.0
+
+    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
+        """q = Rz(C) (P - p) + p + (pivot-length + tool-offset) (sin B, 0, cos B) - (0, 0, pivot-length)."""
+        arm = self.pivot_length + self.tool_offset
+        s, c = sin_cos(turns[0])
+        x, y = _turned(p[0] - self.x_rot_point, p[1] - self.y_rot_point, turns[1])
+        return x + (arm * s + self.x_rot_point), y + self.y_rot_point, p[2] + (arm * c - self.pivot_length)
+
+    def tip(self, q: tuple[Number, ...]) -> Vector:
+        """P = Rz(-C) (q - (pivot-length + tool-offset) (sin B, 0, cos B) + (0, 0, pivot-length) - p) + p."""
+        arm = self.pivot_length + self.tool_offset
+        s, c = sin_cos(q[3])
+        x, y = _turned(q[0] - (arm * s + self.x_rot_point), q[1] - self.y_rot_point, -q[4])
+        return x + self.x_rot_point, y + self.y_rot_point, q[2] - (arm * c - self.pivot_length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class XyTheta(_Table):
+    """A table on X and Y that turns by theta about its own centre p carries the workpiece; the tool stands upright."""
+
+    kind: ClassVar[str] = "xy-theta"
+    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "theta")
+    rotary: ClassVar[int] = 1
+
+    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
+        """q = Rz(theta) (P - p) + p."""
+        x, y = _turned(p[0] - self.x_rot_point, p[1] - self.y_rot_point, turns[0])
+        return x + self.x_rot_point, y + self.y_rot_point, p[2]
+
+    def tip(self, q: tuple[Number, ...]) -> Vector:
+        """P = Rz(-theta) (q - p) + p."""
+        x, y = _turned(q[0] - self.x_rot_point, q[1] - self.y_rot_point, -q[3])
+        return x + self.x_rot_point, y + self.y_rot_point, q[2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gantry(Kinematics):
+    """A bridge on two drives, y and y2, that stand `skew` mm apart when it is square; the tool stands upright."""
+
+    kind: ClassVar[str] = "gantry"
+    joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "y2")
+    skew: float = 0.0
+
+    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
+        """q = (x, y, z, y + skew)."""
+        return p[0], p[1], p[2], p[1] + self.skew
+
+    def tip(self, q: tuple[Number, ...]) -> Vector:
+        """P = (x, (y + y2 - skew) / 2, z)."""
+        return q[0], 0.5 * (q[1] + q[3] - self.skew), q[2]
+
+
+#: Every kind of kinematics by the name that machine files know it by; a new one is one class and one entry.
+KINDS: dict[str, type[Kinematics]] = {
+    each.kind: each for each in (XyzacTrt, XyzbcTrt, FiveAxisKins, HeadTable, XyTheta, Gantry)
+}
+
+
+def kinds() -> tuple[str, ...]:
+    """Names of all kinds of kinematics."""
+    return tuple(KINDS)
+
+
+def kinematics(kind: str, **parameters: Any) -> Kinematics:
+    """The kinematics of this kind with these parameters, in mm, named as in `parameters_of`.
+
+    Raises InputError for an unknown kind or parameter, for one that is missing, and for a value that is no length.
+    """
+    if kind not in KINDS:
+        raise InputError(f"kinematics.type: {kind!r} is not known; write one of {', '.join(KINDS)}")
+    known = parameters_of(kind)
+    given = {name.replace("_", "-"): value for name, value in parameters.items()}
+    for name in given:
+        if name not in known:
+            there = f"{kind} has {', '.join(known)}"
+            raise InputError(f"kinematics.{name}: unknown parameter; {there}")
+    for name, needed in known.items():
+        if needed and name not in given:
+            raise InputError(f'kinematics.{name}: missing; {kind} needs it, such as {name} = "150mm"')
+    return KINDS[kind](**{name.replace("-", "_"): value for name, value in given.items()})
+
+
+def parameters_of(kind: str) -> Mapping[str, bool]:
+    """Names of the parameters of a kind as LinuxCNC's pins are called, and whether each must be given."""
+    return {each.name.replace("_", "-"): each.default is MISSING for each in fields(KINDS[kind])}
+
+
+def _turned(x: Number, y: Number, by: Number) -> tuple[Number, Number]:
+    """(x, y) turned by an angle, rad: (x cos - y sin, x sin + y cos)."""
+    s, c = sin_cos(by)
+    return x * c - y * s, x * s + y * c

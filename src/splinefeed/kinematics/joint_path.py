@@ -1,0 +1,332 @@
+"""A tool path on a machine: where every joint is along it, with derivatives by arc length of the tip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinefeed.errors import CurveError, InputError, LimitsError
+from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.tool_path import ANGLES, ToolPath
+from splinefeed.kinematics.chains import Kinematics
+from splinefeed.kinematics.jets import Jet, root
+from splinefeed.records import ROTARY_AXES, Array, IntArray
+
+#: A tool axis nearer to the axis of the last rotary joint than this, rad, is at the pole: the joint may turn anyhow.
+POLE = 1e-5
+#: A tool axis that is nowhere further from the pole than this, rad, is upright.
+UPRIGHT = 1e-9
+#: Most turn of the last rotary joint from one sample to the next, rad; halvings until it is that; and samples at most.
+SAMPLE_TURN, HALVINGS, MOST_SAMPLES = 0.5, 48, 2_000_000
+#: Golden section, and the steps that bring it from one sample to rounding.
+GOLDEN, SECTIONS = 0.5 * (5.0**0.5 - 1.0), 60
+#: The tool axis is looked at closely where it comes nearer to the pole than this, rad: joints turn fast there.
+NEAR_POLE = 0.1
+#: A path in joints turns sharply where a joint's r' jumps by more than this share of the largest one: it stops there.
+KINK = 1e-6
+#: How far beside a joint of curves derivatives are taken, as a share of the path.
+BESIDE = 1e-9
+#: Places nearer to each other than this share of the path are one.
+SAME = 1e-12
+#: Travel is left by more than this, mm or rad: rounding is not.
+LEFT = 1e-9
+
+
+class JointPath:
+    """The joints of a machine along a tool path, continuous, as functions of the tip's arc length.
+
+    tool        ToolPath;  kinematics  of the machine
+    travel      least and greatest position of joints, mm or rad: the turns of rotary joints are chosen inside it
+    start       where the rotary joints are before, rad, by joint: the turn nearest to it is taken (default 0)
+
+    Of the two ways to turn to a tool axis, and all whole turns of the last joint, one is taken for the whole path: the
+    nearest to `start` that stays inside the travel. Near the pole, where the tool axis is the axis of the last joint,
+    that turns fast, and its limits slow the tip down.
+    Raises CurveError where the path goes through the pole, or tilts a tool that cannot; LimitsError where it leaves the
+    travel of a joint: with the joint, the place and the mend.
+    """
+
+    def __init__(
+        self,
+        tool: ToolPath,
+        kinematics: Kinematics,
+        *,
+        travel: Mapping[str, tuple[float, float]] | None = None,
+        start: Mapping[str, float] | None = None,
+    ) -> None:
+        if not isinstance(tool, ToolPath):
+            raise InputError(f"a JointPath needs a ToolPath; this is a {type(tool).__name__}: say how the tool stands")
+        self.tool, self.kinematics = tool, kinematics
+        self.axes, self.linear = kinematics.joints, kinematics.linear
+        self.name, self.length, self.dwells = tool.name, tool.length, tool.dwells
+        self.travel = dict(travel or {})
+        for name in {**self.travel, **(start or {})}:
+            if name not in self.axes:
+                raise InputError(f"{name}: {kinematics.kind} has no such joint; it has {', '.join(self.axes)}")
+        self._start = np.array([(start or {}).get(name, 0.0) for name in self.axes[self.linear :]])
+        self._fixed: Array | None = None  # where the rotary joints stay all along
+        self._flip = False  # whether the tilt is the opposite one
+        self._s, self._turns = np.zeros(0), np.zeros(0)  # the last joint at samples, without jumps of whole turns
+        self._dips = np.zeros(0)  # arc lengths where the tool axis is nearest to the pole
+        self._choose()
+        self.check_travel(self.travel)
+
+    # --- where it is ------------------------------------------------------------------------------------------------
+
+    def __call__(self, s: ArrayLike) -> Array:
+        """Joints (..., joints), mm and rad, at arc lengths s (...), mm."""
+        values = np.asarray(s, dtype=np.float64)
+        curve, u = self.tool.locate(values.ravel())
+        return self.joints(curve, u, values.ravel()).reshape(*values.shape, len(self.axes))
+
+    def joints(self, curve: IntArray, u: Array, s: Array) -> Array:
+        """Joints (n, joints) at parameters u (n,) of curves (n,), arc lengths s (n,)."""
+        jets = self._jets(curve, u, s, 0)
+        return np.stack([jet.value for jet in jets], axis=1)
+
+    def derivatives(self, s: Array) -> Array:
+        """Tip and joints and their first three derivatives by arc length, (n, 4, 3 + joints), at s (n,)."""
+        curve, u = self.tool.locate(s)
+        jets = self._jets(curve, u, s, 3)
+        return np.stack([np.moveaxis(jet.derivatives, 0, 1) for jet in (*self._tip, *jets)], axis=2)
+
+    def _jets(self, curve: IntArray, u: Array, s: Array, order: int) -> tuple[Jet, ...]:
+        """Every joint as a jet by arc length, (joints,); of order 0 or 3."""
+        tip = self.tool.evaluate(curve, u, order)
+        if self.tool.columns:
+            tip = np.concatenate([tip, self.tool.orientation(curve, u, order)], axis=2)
+        if order:
+            tip = by_arc_length(tip, 3)
+        each = [Jet.of_derivatives(np.ascontiguousarray(tip[:, :, k].T)) for k in range(tip.shape[2])]
+        self._tip = each[:3]
+        turns = self._rotary(tuple(each[3:]), s, each[0])
+        p = each[0], each[1], each[2]
+        slides = self.kinematics.slides(p, turns)
+        return *(q if isinstance(q, Jet) else each[0] * 0.0 + q for q in slides), *turns
+
+    def _rotary(self, given: tuple[Jet, ...], s: Array, like: Jet) -> tuple[Jet, ...]:
+        """The rotary joints."""
+        if self._fixed is not None:
+            return tuple(like * 0.0 + float(value) for value in self._fixed)
+        if self.tool.kind == ANGLES:
+            return given
+        tilt, turn = self.kinematics.turns(_unit(given))
+        if self._flip:
+            tilt, turn = -tilt, turn + math.pi
+        near = np.interp(s, self._s, self._turns)
+        return tilt, turn + 2.0 * math.pi * np.round((near - turn.value) / (2.0 * math.pi))
+
+    # --- what the planner asks for ----------------------------------------------------------------------------------
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Arc lengths (k,) strictly inside, mm: knots and joints of tip and tool axis, corners, nearest to the pole."""
+        tool = self.tool
+        places = [tool.curve_starts[1:-1], tool.corners.s, self._dips]
+        for i, curve in enumerate(tool._joined):
+            knots = curve.breaks if tool.tool_axis is None else np.union1d(curve.breaks, tool.tool_axis[i].breaks)
+            places.append(tool.arc_length(np.full(len(knots), i), knots))
+        s = np.unique(np.concatenate(places))
+        s = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
+        return s[np.diff(s, prepend=0.0) > SAME * self.length]
+
+    @cached_property
+    def stops(self) -> tuple[float, ...]:
+        """Arc lengths strictly inside, mm, at which the tool must rest: those of the tip, and kinks of a joint."""
+        away = BESIDE * self.length
+        b = self.breaks
+        before, after = self.derivatives(b - away)[:, 1, 3:], self.derivatives(b + away)[:, 1, 3:]
+        scale = np.max(np.abs(np.concatenate([before, after, np.ones((1, before.shape[1])) * 1e-12])), axis=0)
+        kinks = b[np.any(np.abs(after - before) > KINK * scale, axis=1)] if len(b) else b
+        near = np.array(self.tool.stops)
+        far = [s for s in kinks.tolist() if not np.any(np.abs(near - s) <= 2.0 * away)]
+        return tuple(sorted([*self.tool.stops, *far]))
+
+    def chord_curvature(self, d: Array) -> Array:
+        """Curvature, 1/mm, (n,) that leaves the tip off its curve between setpoints, from `derivatives` (n, 4, ...).
+
+        Joints that move straight from r to r + r' h move the tip on a curve of its own, with second derivative c; the
+        tip's is r''. So a step h leaves the tip off by h^2 / 8 |r'' - c|, across the path.
+        """
+        n = self.linear
+        lines = [Jet(np.stack([d[:, 0, 3 + k], d[:, 1, 3 + k], np.zeros(len(d))])) for k in range(len(self.axes))]
+        own = np.stack([_as_jet(part, lines[0]).derivatives[2] for part in self.kinematics.tip(tuple(lines))], axis=1)
+        off = d[:, 2, :3] - own
+        tangent = d[:, 1, :3]
+        across = off - np.sum(off * tangent, axis=1)[:, None] * tangent
+        assert n >= 3
+        return np.asarray(np.linalg.norm(across, axis=1))
+
+    # --- the turns of rotary joints ---------------------------------------------------------------------------------
+
+    def _choose(self) -> None:
+        """Choose turns for the whole path."""
+        tool, rotary = self.tool, self.kinematics.rotary
+        if tool.kind == ANGLES and tool.columns:
+            if tool.columns != rotary:
+                raise CurveError(
+                    f"the tool path gives {tool.columns} rotary angle(s), {self.kinematics.kind} has {rotary}; give "
+                    "points or vectors of the tool axis, or the angles of this machine"
+                )
+            return
+        if rotary == 2 and tool.columns:
+            curve, u = tool.samples
+            away = self._from_pole(curve, u)
+            if np.max(away) > UPRIGHT:
+                self._unwind(curve, u, away)
+                return
+        elif tool.columns:
+            curve, u = tool.samples
+            away = self._from_pole(curve, u)
+            k = int(np.argmax(away))
+            if away[k] > UPRIGHT:
+                s = float(tool.arc_length(curve[k], u[k]))
+                raise CurveError(
+                    f"the tool axis tilts by {math.degrees(away[k]):.3g} deg at s = {s:.6g} mm; {self.kinematics.kind} "
+                    "cannot tilt the tool: choose a machine with two rotary joints"
+                )
+        # upright all along: joints that turn stay where they are, inside their travel
+        fixed = self._start.copy()
+        if rotary == 2:
+            fixed[0] = 0.0
+        for k, name in enumerate(self.axes[self.linear :]):
+            if name in self.travel:
+                fixed[k] = min(max(fixed[k], self.travel[name][0]), self.travel[name][1])
+        self._fixed = fixed
+
+    def _from_pole(self, curve: IntArray, u: Array) -> Array:
+        """Angle between tool axis and the axis of the last rotary joint, either way along it, rad, (n,)."""
+        k = self.tool.orientation(curve, u)[:, 0]
+        return np.asarray(np.arctan2(np.hypot(k[:, 0], k[:, 1]), np.abs(k[:, 2])))
+
+    def _turn_at(self, curve: IntArray, u: Array) -> Array:
+        """The last rotary joint, rad, within a turn, (n,)."""
+        k = self.tool.orientation(curve, u)[:, 0].T
+        return self.kinematics.turns((Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])))[1].value
+
+    def _unwind(self, curve: IntArray, u: Array, away: Array) -> None:
+        """Follow the last rotary joint along samples, halved until it turns little between them."""
+        low = np.flatnonzero((away[1:-1] <= away[:-2]) & (away[1:-1] <= away[2:]))
+        low = low[(curve[low] == curve[low + 1]) & (curve[low + 2] == curve[low + 1])] + 1
+        left, right, owner = u[low - 1], u[low + 1], curve[low]
+        for _ in range(SECTIONS if len(low) else 0):
+            a, b = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
+            lower = self._from_pole(owner, a) <= self._from_pole(owner, b)
+            left, right = np.where(lower, left, a), np.where(lower, b, right)
+        nearest = 0.5 * (left + right)
+        at, whole = np.append(curve, owner), np.append(u, nearest)
+        order = np.lexsort((whole, at))
+        curve, u = at[order], whole[order]
+        away = self._from_pole(curve, u)
+        if len(low):
+            near = self._from_pole(owner, nearest) < NEAR_POLE
+            self._dips = self.tool.arc_length(owner[near], nearest[near])
+        k = int(np.argmin(away))
+        if away[k] < POLE:
+            self._refuse_pole(float(self.tool.arc_length(curve[k], u[k])))
+        turn = self._turn_at(curve, u)
+        for _ in range(HALVINGS):
+            step = np.abs((np.diff(turn) + math.pi) % (2.0 * math.pi) - math.pi)
+            more = np.flatnonzero((step > SAMPLE_TURN) & (np.diff(curve) == 0) & (np.diff(u) > 0.0))
+            if not len(more):
+                break
+            middle = 0.5 * (u[more] + u[more + 1])
+            if len(u) + len(more) > MOST_SAMPLES:
+                self._refuse_pole(float(self.tool.arc_length(curve[k], u[k])))
+            new = self._turn_at(curve[more], middle)
+            turn, u, curve = (
+                np.insert(turn, more + 1, new),
+                np.insert(u, more + 1, middle),
+                np.insert(curve, more + 1, curve[more]),
+            )
+        self._s = self.tool.arc_length(curve, u)
+        self._take_turn(np.unwrap(turn), curve, u)
+
+    def _take_turn(self, turn: Array, curve: IntArray, u: Array) -> None:
+        """Take the solution nearest to the start among those inside the travel."""
+        k = self.tool.orientation(curve, u)[:, 0].T
+        tilt = self.kinematics.turns((Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])))[0].value
+        names = self.axes[self.linear :]
+        free = (-math.inf, math.inf)
+        limits = [self.travel.get(name, free) for name in names]
+        found: list[tuple[float, bool, float]] = []
+        nearest: list[tuple[float, str, float, float]] = []
+        for flip in (False, True):
+            tilts, turns = (-tilt, turn + math.pi) if flip else (tilt, turn)
+            low, high = float(np.min(tilts)), float(np.max(tilts))
+            if low < limits[0][0] - LEFT or high > limits[0][1] + LEFT:
+                nearest.append((max(limits[0][0] - low, high - limits[0][1]), names[0], low, high))
+                continue
+            first = round((self._start[1] - turns[0]) / (2.0 * math.pi))
+            least, most = float(np.min(turns)), float(np.max(turns))
+            possible = {first - 1, first, first + 1}
+            if limits[1] != free:
+                possible |= {
+                    math.ceil((limits[1][0] - LEFT - least) / (2.0 * math.pi)),
+                    math.floor((limits[1][1] + LEFT - most) / (2.0 * math.pi)),
+                }
+            for whole in possible:
+                by = 2.0 * math.pi * whole
+                low, high = least + by, most + by
+                out = max(limits[1][0] - low, high - limits[1][1])
+                if out > LEFT:
+                    nearest.append((out, names[1], low, high))
+                    continue
+                distance = abs(tilts[0] - self._start[0]) + abs(turns[0] + by - self._start[1])
+                found.append((distance, flip, by))
+        if not found:
+            _, name, low, high = min(nearest)
+            _refuse_travel(name, self.travel[name], low, high, None)
+        _, self._flip, by = min(found)
+        self._turns = turn + (math.pi if self._flip else 0.0) + by
+
+    def _refuse_pole(self, s: float) -> NoReturn:
+        names = self.axes[self.linear :]
+        raise CurveError(
+            f"at s = {s:.6g} mm the tool axis is that of joint {names[1]} (within {POLE:g} rad), which would have to "
+            f"turn at once; tilt the workpiece or the tool axis a little, or give the angles of {' and '.join(names)}"
+        )
+
+    def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
+        """LimitsError where a joint leaves its travel, mm or rad: which, how far, and where on the path."""
+        if not travel:
+            return
+        curve, u = self.tool.samples
+        s = self.tool.arc_length(curve, u)
+        joints = self.joints(curve, u, s)
+        for k, name in enumerate(self.axes):
+            low, high = travel.get(name, (-math.inf, math.inf))
+            out = np.maximum(low - joints[:, k], joints[:, k] - high)
+            worst = int(np.argmax(out))
+            if out[worst] > LEFT:
+                least, most = float(np.min(joints[:, k])), float(np.max(joints[:, k]))
+                _refuse_travel(name, travel[name], least, most, float(s[worst]))
+
+    def __repr__(self) -> str:
+        return f"JointPath({self.name!r}, {self.kinematics.kind}, joints {' '.join(self.axes)}, {self.length:.6g} mm)"
+
+
+def _unit(v: tuple[Jet, ...]) -> tuple[Jet, Jet, Jet]:
+    x, y, z = v
+    size = root(x * x + y * y + z * z)
+    return x / size, y / size, z / size
+
+
+def _as_jet(value: object, like: Jet) -> Jet:
+    return value if isinstance(value, Jet) else like * 0.0 + np.asarray(value)
+
+
+def _refuse_travel(name: str, ends: tuple[float, float], low: float, high: float, s: float | None) -> NoReturn:
+    rotary = name in ROTARY_AXES
+    unit, factor = ("deg", 180.0 / math.pi) if rotary else ("mm", 1.0)
+    place = "" if s is None else f", most at s = {s:.6g} mm"
+    raise LimitsError(
+        f"travel.{name}: the path takes joint {name} from {factor * low:.6g} to {factor * high:.6g} {unit}{place}; "
+        f"its travel is {factor * ends[0]:.6g} to {factor * ends[1]:.6g} {unit}; mount the workpiece elsewhere or "
+        "split the path"
+    )

@@ -1,0 +1,148 @@
+"""Tool paths planned under the limits of joints: best known times, every limit held, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path as File
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from splinefeed.errors import InputError, LimitsError
+from splinefeed.kinematics import kinematics
+from splinefeed.records import Array
+from tool_paths import FLANK, FLANK_PERIOD, MACHINES, flank, random_limits, random_tool_path
+
+#: Time of the flank-milling path, s, by a direct NLP of 4000 cells; the goal is 1.005 of it.
+BEST_KNOWN = 8.0310
+
+
+def differences(points: sf.Setpoints, limits: sf.Limits) -> Array:
+    """Largest |difference| of the joints over each of their limits, (3, joints), standing still before and after."""
+    q = np.concatenate([points.position[:1].repeat(3, axis=0), points.position, points.position[-1:].repeat(3, axis=0)])
+    found = []
+    for order, name in enumerate(("axis_velocity", "axis_acceleration", "axis_jerk"), start=1):
+        seen = np.max(np.abs(np.diff(q, n=order, axis=0)), axis=0) / points.period**order
+        found.append(seen / limits.of_axes(name, points.axes))
+    return np.array(found)
+
+
+def test_flank_milling_takes_the_best_known_time(data_dir: File) -> None:
+    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    law = sf.plan(path, FLANK, period=FLANK_PERIOD)
+    assert law.duration <= 1.005 * BEST_KNOWN
+    assert law.settings["lower_bound_s"] <= BEST_KNOWN
+    points = sf.interpolate(path, law)
+    shares = differences(points, FLANK)
+    assert np.max(shares) <= 1.0 + 1e-6
+    assert np.max(shares[2]) > 0.999
+    tip, _ = path.kinematics.forward(points.position)
+    assert np.max(np.linalg.norm(np.diff(tip, axis=0), axis=1)) <= 100.0 * FLANK_PERIOD
+    verdict = sf.check(points, path, FLANK, law)
+    assert verdict.ok, verdict.problems
+    assert verdict.numbers["off_curve_max_mm"] < 1e-12
+    assert verdict.numbers["off_axis_max_rad"] < 1e-14
+
+
+def test_look_ahead_is_close_to_it(data_dir: File) -> None:
+    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
+    assert law.duration <= 1.02 * BEST_KNOWN
+    assert sf.check(sf.interpolate(path, law), path, FLANK, law).ok
+
+
+@pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.kind)
+def test_random_tool_paths_keep_every_limit(machine: sf.Kinematics) -> None:
+    assert_kept(machine, range(2), "time-optimal")
+    assert_kept(machine, range(2, 3), "look-ahead")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.kind)
+def test_hundreds_of_random_tool_paths_keep_every_limit(machine: sf.Kinematics) -> None:
+    assert_kept(machine, range(100, 150), "look-ahead")
+    assert_kept(machine, range(150, 170), "time-optimal")
+
+
+def assert_kept(machine: sf.Kinematics, seeds: range, strategy: str) -> None:
+    for seed in seeds:
+        path = sf.JointPath(random_tool_path(seed), machine)
+        limits, period = random_limits(seed, path.axes)
+        law = sf.plan(path, limits, period=period, strategy=strategy)
+        points = sf.interpolate(path, law)
+        verdict = sf.check(points, path, limits, law)
+        assert verdict.ok, (seed, verdict.problems)
+        assert np.max(differences(points, limits)) <= 1.0 + 1e-6, seed
+        assert verdict.numbers["off_curve_max_mm"] <= 1e-11, seed
+
+
+def test_a_chord_error_is_held_at_the_tip_through_the_kinematics() -> None:
+    # a straight tip, so that a curve has no chord error: all of it comes from the head that swings
+    line = sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [60, 0, 0]])
+    swing = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[-0.6, 0.2, 1.0], [0.0, 0.9, 1.0], [0.6, 0.2, 1.0]])
+    path = sf.JointPath(sf.ToolPath(line, swing, kind="vectors"), kinematics("5axiskins", pivot_length=200.0))
+    free = sf.Limits(feed=100.0, axis_acceleration=3000.0, axis_jerk=1e5, axis_velocity={"b": 3.0, "c": 3.0})
+    law = sf.plan(path, free, period=2e-3)
+    seen = sf.check(sf.interpolate(path, law), path, free, law).numbers["chord_error_max_mm"]
+    held = sf.Limits(
+        feed=100.0, axis_acceleration=3000.0, axis_jerk=1e5, axis_velocity={"b": 3.0, "c": 3.0}, chord_error=0.3 * seen
+    )
+    slower = sf.plan(path, held, period=2e-3)
+    verdict = sf.check(sf.interpolate(path, slower), path, held, slower)
+    assert verdict.ok, verdict.problems
+    assert 0.9 < verdict.limits["chord_error"].share <= 1.0
+    assert slower.duration > 1.1 * law.duration
+
+
+def test_joints_near_the_pole_turn_within_their_limits() -> None:
+    line = sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [100, 0, 0]])
+    machine = kinematics("xyzac-trt", z_rot_point=-30.0)
+    for beside in (3e-2, 1e-3):
+        lean = sf.NurbsCurve(1, [0, 0, 1, 1], [[0.2, beside, 1.0], [-0.2, beside, 1.0]])
+        path = sf.JointPath(sf.ToolPath(line, lean, kind="vectors"), machine)
+        law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
+        points = sf.interpolate(path, law)
+        assert np.max(differences(points, FLANK)) <= 1.0 + 1e-6
+        assert np.ptp(points.position[:, 4]) > 2.5
+
+
+def test_a_tool_rests_at_kinks_of_its_axis() -> None:
+    line = sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [80, 0, 0]])
+    lean = sf.NurbsCurve(1, [0, 0, 0.5, 1, 1], [[0.1, 0.1, 1.0], [0.3, 0.1, 1.0], [0.3, 0.4, 1.0]])
+    path = sf.JointPath(sf.ToolPath(line, lean, kind="vectors"), kinematics("xyzac-trt"))
+    law = sf.plan(path, FLANK, period=FLANK_PERIOD)
+    points = sf.interpolate(path, law)
+    assert np.min(np.abs(points.s - 40.0)) < 1e-9
+    assert points.feed[int(np.argmin(np.abs(points.s - 40.0)))] == pytest.approx(0.0, abs=1e-6)
+    assert sf.check(points, path, FLANK, law).ok
+
+
+def test_an_upright_tool_on_a_gantry_is_planned_as_three_axes() -> None:
+    curve = sf.NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], [[0, 0, 0], [20, 40, 0], [60, -30, 5], [80, 10, 0]])
+    limits = sf.Limits(feed=50.0, axis_acceleration=500.0, axis_jerk=2e4)
+    path = sf.JointPath(sf.ToolPath(curve), kinematics("gantry"))
+    law, plain = sf.plan(path, limits, period=1e-3), sf.plan(sf.Path([curve]), limits, period=1e-3)
+    assert law.duration == pytest.approx(plain.duration, rel=5e-3)
+    points = sf.interpolate(path, law)
+    assert np.array_equal(points.position[:, 1], points.position[:, 3])
+    assert sf.check(points, path, limits, law).ok
+
+
+def test_what_a_tool_path_cannot_have_is_refused(data_dir: File) -> None:
+    tool = flank(data_dir)
+    path = sf.JointPath(tool, kinematics("xyzac-trt"))
+    with pytest.raises(InputError, match="flank: has a tool axis, which only a machine can follow"):
+        sf.plan(tool, FLANK, period=FLANK_PERIOD)
+    with pytest.raises(LimitsError, match=r"axis_jerk\.b: the path has no axis 'b'; its axes are x, y, z, a, c"):
+        sf.plan(path, sf.Limits(feed=10.0, axis_jerk={"b": 1.0}), period=FLANK_PERIOD)
+    with pytest.raises(LimitsError, match="needs a limit on acceleration or jerk"):
+        sf.plan(path, sf.Limits(feed=10.0), period=FLANK_PERIOD)
+    with pytest.raises(LimitsError, match="seven-phase knows no joints"):
+        sf.plan(path, sf.Limits(feed=10.0, acceleration=1.0, jerk=1.0), period=FLANK_PERIOD, strategy="seven-phase")
+    short = sf.Limits(feed=10.0, axis_jerk=100.0, axis_minimum={"a": 0.0}, axis_maximum={"a": math.radians(10.0)})
+    with pytest.raises(LimitsError, match=r"travel\.a: the path takes joint a from .* deg, most at s = .* mm"):
+        sf.plan(path, short, period=FLANK_PERIOD)
+    law = sf.plan(path, FLANK, period=FLANK_PERIOD)
+    with pytest.raises(InputError, match="steps along one curve; joints of a tool path need 'arc-length'"):
+        sf.interpolate(path, law, method="taylor-2")
