@@ -40,7 +40,7 @@ class Interpreter(LineWords):
         self.parameters = Parameters(state.parameter)
         self.ended = False
         self.line = 0
-        self.splines = SplineWords(state)
+        self.splines = SplineWords(state, findings)
         self._modal: int | None = None
         self._percents = False
         self._reference: dict[int, Array] = {}
@@ -88,6 +88,11 @@ class Interpreter(LineWords):
 
     def _plain(self, text: str) -> str:
         """The line without what only its dialect knows."""
+        if self.dialect.directives and text.lstrip().startswith(self.dialect.directives):
+            self.findings.count(
+                f"lines that begin with {self.dialect.directives} switch functions of the control", self.line
+            )
+            return ""
         for code in self.dialect.texts:
             if text.lstrip().upper().startswith(f"M{code}"):
                 return ""
@@ -289,7 +294,7 @@ class Interpreter(LineWords):
         state = self.state
         code = next((each for each in sorted(known) if codes.GROUP_OF.get(each) == "motion" and each != 800), None)
         code = 800 if code is None and 800 in known else code
-        if self.splines.open and (code is not None and code != 53):
+        if self.splines.open and code not in (None, 53) and not self.splines.goes_on(code, self._words):
             self.splines.end()
         if code == 800:
             self._set_modal(None)

@@ -30,6 +30,11 @@ class Spline:
     weights: Array
     line: int
 
+    @classmethod
+    def bezier(cls, points: Array, line: int) -> Spline:
+        """A polynomial curve of one span by its control points (n, 9)."""
+        return cls(len(points) - 1, np.repeat([0.0, 1.0], len(points)), points, np.ones(len(points)), line)
+
 
 @dataclass(frozen=True)
 class Mark:

@@ -106,9 +106,12 @@ class State:
             return float(self.offsets.systems[system + 1][axis] / self.values[layout.SCALE + axis])
         return None
 
-    def target(self, words: Mapping[str, float]) -> tuple[Array, int, int]:
-        """Where axis words lead, (9,), with the bits of the axes said, and of those whose place is stated."""
-        there = self.position.copy()
+    def target(self, words: Mapping[str, float], origin: Array | None = None) -> tuple[Array, int, int]:
+        """Where axis words lead, (9,), with the bits of the axes said, and of those whose place is stated.
+
+        origin  (9,) what axes without a word keep and relative words count from; the tool's place if None
+        """
+        there = (self.position if origin is None else origin).copy()
         said = 0
         relative = bool(self.modes[layout.RELATIVE])
         for axis, letter in enumerate(LETTERS):
