@@ -56,4 +56,4 @@ def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
 
 
 #: Modules with `in_parts`, by the title of their format.
-_PARTED = {"G-code": "gcode.in_parts", "table of points": "points_in_parts"}
+_PARTED = {"G-code": "gcode.to_path", "table of points": "points_in_parts"}
