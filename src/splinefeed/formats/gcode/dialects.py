@@ -18,6 +18,9 @@ class Dialect:
     modes         codes that switch functions of the control on and off and move nothing
     texts         M codes behind which a text stands
     directives    how lines begin that are for the control alone
+    returns       98 or 99: where canned cycles end unless the program says it
+    repeats       letters of a canned cycle's repeats
+    keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
     """
 
     name: str
@@ -28,12 +31,15 @@ class Dialect:
     modes: frozenset[int] = frozenset()
     texts: frozenset[int] = frozenset()
     directives: str = ""
+    returns: int = 98
+    repeats: str = "L"
+    keeps_cycles: bool = False
 
 
 DIALECTS = {
     each.name: each
     for each in (
-        Dialect("linuxcnc", "LinuxCNC"),
+        Dialect("linuxcnc", "LinuxCNC", returns=99),
         Dialect(
             "fanuc",
             "Fanuc",
@@ -44,6 +50,8 @@ DIALECTS = {
             # how smooth to be
             modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
             directives="//",
+            repeats="KL",
+            keeps_cycles=True,
         ),
         Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690))),
         Dialect(

@@ -12,6 +12,7 @@ import numpy as np
 
 from splinefeed.formats.gcode import codes
 from splinefeed.formats.gcode.codes import g_name
+from splinefeed.formats.gcode.cycles import CYCLES, Cycles
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError, Parameters
 from splinefeed.formats.gcode.line_words import LineWords
@@ -41,6 +42,7 @@ class Interpreter(LineWords):
         self.ended = False
         self.line = 0
         self.splines = SplineWords(state, findings)
+        self.cycles = Cycles(state, dialect)
         self._modal: int | None = None
         self._percents = False
         self._reference: dict[int, Array] = {}
@@ -50,7 +52,7 @@ class Interpreter(LineWords):
         """Do what the line `text` says; LineError, without the line's number, for what cannot be done."""
         self.line = line
         if self.state.modes[layout.MOTION] >= 0:  # the kernel has seen G0 to G3 meanwhile
-            self._modal = 10 * int(self.state.modes[layout.MOTION])
+            self._set_modal(10 * int(self.state.modes[layout.MOTION]))
         text = self._plain(text)
         if self.repair:
             text = self._closed(text)
@@ -172,6 +174,7 @@ class Interpreter(LineWords):
         said = [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
         before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
         for code in before:
+            self.state.turn(code)
             if code in codes.SUBPROGRAMS:
                 raise LineError(f"M{code}: subprograms are not read; write the program in one piece")
         said += [f"M{code}" for code in before]
@@ -208,7 +211,7 @@ class Interpreter(LineWords):
                 if code == 431:
                     self._axes()
                 self._take("H")
-        if self._words.keys() & {"H", "D"} and not known & {100}:
+        if not known & {100, 730, 830}:
             self._take("H"), self._take("D")
         for code, system in SYSTEMS.items():
             if code in known and not state.offsets.select(system):
@@ -221,6 +224,8 @@ class Interpreter(LineWords):
             if bound is None or not bound >= 0.0:
                 raise LineError("G64: P, the tolerance, must be 0 or more")
             state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
+        if known & {980, 990}:
+            self.cycles.returns = 98 if 980 in known else 99
         if known & {900, 910}:
             state.modes[layout.RELATIVE] = 910 in known
         if known & {901, 911}:
@@ -309,6 +314,9 @@ class Interpreter(LineWords):
                 self._set_modal(None)
             return
         axes = {letter: self._words[letter] for letter in LETTERS if letter in self._words}
+        if self._modal in CYCLES and 530 not in known and (axes or code is not None):
+            self.cycles.line(self._modal, self._words, self.line)
+            return
         centre = {letter: self._words[letter] for letter in "IJK" if letter in self._words}
         if 530 in known:
             self._machine_move(axes)
@@ -330,6 +338,8 @@ class Interpreter(LineWords):
 
     def _set_modal(self, code: int | None) -> None:
         self._modal = None if code == 53 else code
+        if code not in CYCLES:
+            self.cycles.forget()
         self.state.modes[layout.MOTION] = -1 if code not in _RATE else code // 10
 
     def _spline_words(self) -> bool:

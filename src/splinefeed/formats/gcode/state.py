@@ -51,6 +51,7 @@ class State:
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
         self.inch = False
+        self.spindle = 0  # 3 or 4 while it turns, as M codes say
         self.values[layout.TOLERANCE] = UNSAID
         self.modes[layout.MOTION] = -1
         self.modes[layout.PLANE] = 17
@@ -124,6 +125,8 @@ class State:
 
     def add(self, kind: int, end: Array, used: int, stated: int, line: int, **more: float) -> None:
         """One move to `end` (9,); `more` is centre, radius, turns, feed, flags and spline as the layout has them."""
+        if self.count == len(self.rows):  # one line of a canned cycle stands for many
+            self.rows, self.marks = (np.concatenate([each, np.zeros_like(each)]) for each in (self.rows, self.marks))
         row, mark = self.rows[self.count], self.marks[self.count]
         row[:] = 0.0
         row[layout.END : layout.END + AXES] = end
@@ -148,6 +151,11 @@ class State:
     def say(self, line: int, text: str = "", dwell: float = 0.0, stop: bool = True) -> None:
         """A marker before the next move."""
         self.said.append(Mark(self.count, line, text, dwell, stop))
+
+    def turn(self, code: int) -> None:
+        """Take over whether and which way M3, M4 and M5 let the spindle turn."""
+        if 3 <= code <= 5:
+            self.spindle = code % 5
 
     def new_speed(self, speed: float) -> bool:
         """Take over the speed that S says; whether it is another one, for which a control waits at rest."""
@@ -179,6 +187,8 @@ class State:
                 if len(texts) < _TEXTS:
                     texts[key] = text
             changed = bool(words & 1) and self.new_speed(speed)
+            for digit in str(codes) if codes else ():
+                self.turn(int(digit))
             self.said.append(Mark(before, line, text, stop=changed or words != 1 or codes != 0))
 
     def take(self) -> Moves:
