@@ -167,6 +167,7 @@ reading_alone = _all(
     click.option("--dialect", metavar="NAME", help="G-code: the control it is for, where that cannot be told."),
     click.option("--start", metavar="X,Y,Z,...", help="G-code: where the tool is before the first line, mm and deg."),
     click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: where coordinate systems lie.  [default: at 0]"),
+    click.option("--tools", metavar="FILE", help="G-code: tool table (.tbl, .toml) whose lengths G43 puts in force."),
     click.option("--repair", is_flag=True, help="Mend what is safe to mend in a faulty file, and say so as findings."),
 )
 
@@ -359,6 +360,7 @@ _READING = {
     "dialect": "dialect",
     "start": "start",
     "offsets": "offsets",
+    "tools": "tools",
 }
 
 

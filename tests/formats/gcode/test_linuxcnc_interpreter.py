@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from splinefeed.formats.gcode.moves import RAPID, SPLINE, Moves
 from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.to_path import find_arcs
+from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
 from splinefeed.kernels import gcode as layout
 
 pytestmark = [
@@ -65,12 +67,25 @@ REFUSED = [
 ]  # fmt: skip
 
 
-def ours(file: Path) -> tuple[Moves, str]:
+#: A tool table in inches, as rs274 takes it without an INI file; ours is the same in mm.
+TOOLS = "T1 P1 Z2 D.25 ; a drill\nT2 P2 X.5 Z-.25 D1\nT7 P4 Z3\n"
+PLACES = {1: np.zeros(9), 280: np.zeros(9), 300: np.zeros(9)}
+
+
+def tool_table(folder: Path) -> tuple[Path, Tools]:
+    """The file, and what it says, in mm."""
+    file = folder / "tool.tbl"
+    file.write_text(TOOLS)
+    table = read_tools(file)
+    return file, replace(table, by_number={n: Tool(25.4 * t.offset) for n, t in table.by_number.items()})
+
+
+def ours(file: Path, tools: Tools | None = None) -> tuple[Moves, str]:
     """All moves up to the first error, and the error."""
     parts: list[Moves] = []
     message = ""
     try:
-        for part in Reading(dialect=named("linuxcnc"), offsets={1: np.zeros(9)}).moves(file):
+        for part in Reading(dialect=named("linuxcnc"), offsets=PLACES, tools=tools).moves(file):
             parts.append(part)
             find_arcs(part, file, Reading().findings, False)
     except FormatError as error:
@@ -78,10 +93,10 @@ def ours(file: Path) -> tuple[Moves, str]:
     return joined(parts), message
 
 
-def held_against(file: Path) -> Run:
+def held_against(file: Path, tools: tuple[Path, Tools] | None = None) -> Run:
     """Compare every move, wait and switch of the program with those of LinuxCNC."""
-    twin = run(file)
-    moves, message = ours(file)
+    twin = run(file, tools[0] if tools else None)
+    moves, message = ours(file, tools[1] if tools else None)
     assert bool(message) == bool(twin.error), (message, twin.error)
     if message:
         return twin
@@ -141,6 +156,25 @@ def test_a_program_moves_as_in_linuxcnc(tmp_path: Path, name: str) -> None:
     file.write_text(PROGRAMS[name] + end)
     twin = held_against(file)
     assert twin.error == "" and twin.moves
+
+
+TOOL_PROGRAMS = [
+    "T1 M6\nG43\nG0 Z5\nX1\nG49\nX2 Z5", "T2 M6 G43 H1\nG0 X1 Z5\nG49 X2", "G43 H2\nG0 X1 Z5\nG53 G0 Z0\nG49\nG53 Z0",
+    "G43.1 Z3 X1\nG0 X1 Z1\nG43.1 Z5\nX1 Z1\nG43.2 H1\nX0 Z0", "G28", "G0 X3 Y4\nG28 Y1\nX1",
+    "G43 H1\nG28\nG0 X1", "G43 H1\nG28 Z5\nG0 X1", "G43 H1\nG0 X1 Y1 Z1\nG28.1\nG0 X5\nG28\nG30 Z3\nG0 X1",
+    "G10 L1 P1 Z3\nG43 H1\nG0 X1 Z1\nG53 G0 Z0", "G0 Z5\nG10 L10 P1 Z3\nG43 H1\nG0 X1 Z1", "G43 H0\nG0 Z1",
+    "T1\nX1\nM6\nG43\nX2 Z2\nT7 M6\nG43\nX2 Z2\nG43 H0 X3 Z2", "G43 H1\nG92 Z0\nG0 X1 Z1\nG53 G0 Z0",
+    "G43 H1\nG10 L20 P1 Z0\nG0 X1 Z1\nG53 G0 Z0", "G20 G43 H1\nG0 X1 Z1\nG21 X1 Z1", "G43 H1\nG81 X1 Z-1 R1\nG49 X2",
+    "G43 H5\nG0 X1", "T5 M6\nX1", "G43.2\nX1", "G43.2 H1 Z1\nX1", "G43 H1.5\nX1", "G43 H-1\nX1", "T1.5 M6",
+    "T0 M6\nX1 G43",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("program", TOOL_PROGRAMS)
+def test_tools_and_reference_places_are_those_of_linuxcnc(tmp_path: Path, program: str) -> None:
+    file = tmp_path / "part.ngc"
+    file.write_text(f"G21 F100 S100 M3\nG0 X0\n{program}\nM2\n")
+    held_against(file, tool_table(tmp_path))
 
 
 @pytest.mark.parametrize("line", REFUSED)

@@ -32,6 +32,7 @@ from splinefeed.formats.gcode.moves import (
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import CAPACITY
 from splinefeed.formats.gcode.to_path import Piece, Program, axis_names, path_columns
+from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.metadata import axis_units, to_degrees
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
 from splinefeed.geometry.curve import NurbsCurve
@@ -139,6 +140,7 @@ def summary(
     dialect: str | None = None,
     start: str | Sequence[float] | None = None,
     offsets: str | Mapping[str, Sequence[float]] | None = None,
+    tools: str | os.PathLike[str] | Tools | None = None,
     repair: bool = False,
     most_listed: int = 0,
     reading: Reading | None = None,
@@ -147,7 +149,7 @@ def summary(
 
     Raises FormatError for a line that is wrong, or where nothing moves.
     """
-    program = Program(file, dialect, start, offsets, repair)
+    program = Program(file, dialect, start, offsets, tools, repair)
     reading = reading or program.reading()
     found = Summary(pathlib.Path(file).stem, most_listed=most_listed)
     joint = _Joint()

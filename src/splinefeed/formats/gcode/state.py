@@ -16,6 +16,7 @@ from splinefeed.formats.gcode.offsets import (
     SYSTEM_STEP,
     Offsets,
 )
+from splinefeed.formats.gcode.tools import Tools
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
@@ -36,8 +37,9 @@ class State:
     lines  no program has more of them, so that a short one needs less room
     """
 
-    def __init__(self, offsets: Offsets, start: Array, extruder: bool, lines: int) -> None:
-        self.offsets = offsets
+    def __init__(self, offsets: Offsets, start: Array, extruder: bool, lines: int, tools: Tools | None = None) -> None:
+        self.offsets, self.tools = offsets, tools
+        self.selected, self.loaded = 0.0, 0.0  # tools, by T and by M6
         self.values = np.zeros(layout.STATE)
         self.modes = np.zeros(layout.MODES, dtype=np.int64)
         self._capacity = min(CAPACITY, lines + 2 * _ROOM)
@@ -152,10 +154,24 @@ class State:
         """A marker before the next move."""
         self.said.append(Mark(self.count, line, text, dwell, stop))
 
-    def turn(self, code: int) -> None:
-        """Take over whether and which way M3, M4 and M5 let the spindle turn."""
+    def switch(self, code: int) -> float:
+        """Take over what M3, M4, M5 and M6 say of spindle and tool: the seconds that it takes."""
         if 3 <= code <= 5:
             self.spindle = code % 5
+        if code != 6:
+            return 0.0
+        self.loaded = self.selected
+        return 0.0 if self.tools is None else self.tools.change
+
+    def select(self, tool: float, line: int) -> None:
+        """T: the tool that M6 loads; LineError where the table of tools does not have it."""
+        if self.tools is not None:
+            try:
+                self.tools.tool(tool)
+            except LineError as fault:
+                fault.line = line
+                raise
+        self.selected = tool
 
     def new_speed(self, speed: float) -> bool:
         """Take over the speed that S says; whether it is another one, for which a control waits at rest."""
@@ -187,9 +203,10 @@ class State:
                 if len(texts) < _TEXTS:
                     texts[key] = text
             changed = bool(words & 1) and self.new_speed(speed)
-            for digit in str(codes) if codes else ():
-                self.turn(int(digit))
-            self.said.append(Mark(before, line, text, stop=changed or words != 1 or codes != 0))
+            if words & 2:
+                self.select(tool, line)
+            wait = sum(self.switch(int(digit)) for digit in str(codes)) if codes else 0.0
+            self.said.append(Mark(before, line, text, wait, changed or words != 1 or codes != 0))
 
     def take(self) -> Moves:
         """The moves made since the last time."""

@@ -33,9 +33,10 @@ from splinefeed.formats.gcode.moves import (
     Findings,
     Moves,
 )
-from splinefeed.formats.gcode.offsets import SYSTEMS
+from splinefeed.formats.gcode.offsets import REFERENCES, SYSTEMS
 from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
+from splinefeed.formats.gcode.tools import Tools, read_tools
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.curves import LINE_KNOTS, Lines
@@ -57,18 +58,20 @@ def from_file(
     dialect: str | None = None,
     start: str | Sequence[float] | None = None,
     offsets: str | Mapping[str, Sequence[float]] | None = None,
+    tools: str | os.PathLike[str] | Tools | None = None,
     repair: bool = False,
 ) -> list[Path]:
     """The path of the program in `file`.
 
     dialect  one of `dialects.DIALECTS`, told by the content if not given
     start    where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees (fewer will do)
-    offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"
+    offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30
+    tools    a tool table, LinuxCNC's .tbl or .toml: then G43 shifts the path by the length of the tool
 
     With `repair` arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
     Raises FormatError that names the line.
     """
-    program = Program(file, dialect, start, offsets, repair)
+    program = Program(file, dialect, start, offsets, tools, repair)
     reading = program.reading()
     moves = program.all_moves(reading)
     columns = path_columns(moves.used, file)
@@ -86,6 +89,7 @@ def in_parts(
     dialect: str | None = None,
     start: str | Sequence[float] | None = None,
     offsets: str | Mapping[str, Sequence[float]] | None = None,
+    tools: str | os.PathLike[str] | Tools | None = None,
     repair: bool = False,
 ) -> PathParts:
     """The program in `file`, of any length, as parts of its path, with the options of `from_file`.
@@ -93,7 +97,7 @@ def in_parts(
     It is looked through twice before: for its axes, and for its feeds. So a faulty line is told before anything is
     made of the lines above it.
     """
-    program = Program(file, dialect, start, offsets, repair)
+    program = Program(file, dialect, start, offsets, tools, repair)
     used = 0
     for moves in program.reading().moves(file):
         used |= moves.used
@@ -240,6 +244,7 @@ class Program:
         dialect: str | None = None,
         start: str | Sequence[float] | None = None,
         offsets: str | Mapping[str, Sequence[float]] | None = None,
+        tools: str | os.PathLike[str] | Tools | None = None,
         repair: bool = False,
     ) -> None:
         self.file = file
@@ -248,6 +253,7 @@ class Program:
             dialect=None if dialect is None else named(dialect),
             offsets=parse_offsets(offsets),
             start=np.zeros(AXES) if start is None else _place(start, "start"),
+            tools=tools if tools is None or isinstance(tools, Tools) else read_tools(tools),
             repair=repair,
         )
 
@@ -423,7 +429,7 @@ def parse_offsets(given: str | Mapping[str, Sequence[float]] | None) -> dict[int
     if isinstance(given, str):
         pairs = [each.partition("=") for each in given.split(";") if each.strip()]
         given = {name.strip(): _numbers(text, f"offsets: {name.strip()}") for name, _, text in pairs}
-    known = {f"G{code / 10:g}": number for code, number in SYSTEMS.items()}
+    known = {f"G{code / 10:g}": number for code, number in SYSTEMS.items()} | REFERENCES
     for name in given:
         if name.upper() not in known:
             raise InputError(f"offsets: {name!r} is no coordinate system; there are {', '.join(known)}")
