@@ -47,24 +47,27 @@ class Run:
     error: str = ""
 
 
-def run(file: Path) -> Run:
-    """Run `file` through rs274 in the folder of the file, which gets its parameters, all 0."""
+def run(file: Path, tools: Path | None = None) -> Run:
+    """Run `file` through rs274 in the folder of the file, which gets its parameters, all 0.
+
+    tools  a tool table, whose lengths rs274 takes for inches where it has no INI file
+    """
     memory = file.with_suffix(".var")
     memory.write_text("")
     # two of them at once get in each other's way by the table of tools that they share
     with LOCK.open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        done = _run(file, memory)
+        done = _run(file, memory, tools)
         for _ in range(3):
             if done.stdout.strip():
                 break
-            done = _run(file, memory)  # another program of LinuxCNC was at it
+            done = _run(file, memory, tools)  # another program of LinuxCNC was at it
     found = Run()
     said = [line for line in done.stderr.splitlines() if line.strip() and line.strip() != "executing"]
     found.error = said[0] if said else ""
     rounded = ROUNDED
     unit, feed, tolerance, plane = 1.0, 0.0, math.inf, (0, 1)
-    system, shift = np.zeros(6), np.zeros(6)
+    system, shift, tool = np.zeros(6), np.zeros(6), np.zeros(6)
     place = np.zeros(6)
     for line in done.stdout.splitlines():
         match = _CALL.match(line)
@@ -79,6 +82,8 @@ def run(file: Path) -> Run:
             system = np.array([float(word) for word in words[1:7]]) * scale
         elif name == "SET_G92_OFFSET":
             shift = np.array([float(word) for word in words[:6]]) * scale
+        elif name == "USE_TOOL_LENGTH_OFFSET":
+            tool = np.array([float(word) for word in " ".join(words).split()[:6]]) * scale
         elif name == "SELECT_PLANE":
             plane = _PLANES[words[0].rpartition("_")[2]]
         elif name == "SET_FEED_RATE":
@@ -90,15 +95,15 @@ def run(file: Path) -> Run:
         elif name in _SWITCHES:
             found.switches.append(_SWITCHES[name])
         elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
-            end = np.array([float(word) for word in words[:6]]) * scale + system + shift
+            end = np.array([float(word) for word in words[:6]]) * scale + system + shift + tool
             found.moves.append(Canon(name[9:], end, rounded, feed, tolerance))
             place = end
         elif name == "ARC_FEED":
             end = np.array([0.0, 0.0, 0.0, *(float(word) for word in words[6:9])])
             across = 3 - sum(plane)
             end[[*plane, across]] = float(words[0]), float(words[1]), float(words[5])
-            end = end * scale + system + shift
-            centre = np.array([float(words[2]), float(words[3])]) * unit + (system + shift)[list(plane)]
+            end = end * scale + system + shift + tool
+            centre = np.array([float(words[2]), float(words[3])]) * unit + (system + shift + tool)[list(plane)]
             middle = _middle(place, end, centre, plane, int(words[4]))
             found.moves.append(Canon("ARC", end, rounded, feed, tolerance, middle))
             place = end
@@ -107,10 +112,10 @@ def run(file: Path) -> Run:
     return found
 
 
-def _run(file: Path, memory: Path) -> subprocess.CompletedProcess[str]:
+def _run(file: Path, memory: Path, tools: Path | None) -> subprocess.CompletedProcess[str]:
     assert PROGRAM is not None
     return subprocess.run(
-        [PROGRAM, "-g", "-v", str(memory), file.name],
+        [PROGRAM, "-g", "-v", str(memory), *(["-t", str(tools)] if tools else []), file.name],
         cwd=file.parent, capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
 

@@ -170,8 +170,8 @@ def table(found: dict[tuple[str, str], list[tuple[float | None, float, float]]])
     note = (
         "Best: the least time that any planner of this table, or an earlier run of it, reached within all limits at "
         "the setpoints; each problem's file names it. Peers plan on a grid, half of its nodes even in length and half "
-        "in turning, and are slowed as a whole until their setpoints hold the limits; TOPP-RA knows no jerk and is left "
-        "as it is. Shares are judged by `judge.py`, which uses NumPy and SciPy alone."
+        "in turning, and are slowed as a whole until their setpoints hold the limits; TOPP-RA knows no jerk and is "
+        "left as it is. Shares are judged by `judge.py`, which uses NumPy and SciPy alone."
     )
     return Table("The suite: planners side by side.", columns, tuple(rows), (note,))
 

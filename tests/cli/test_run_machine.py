@@ -50,9 +50,7 @@ def test_the_experiment_says_what_is_model_and_what_is_measurement(splinefeed, f
     words = " ".join(text.split())
     assert "model: xytheta, simulated; the paper gives gains" in words
     assert "measurement: the paper's 12.18 um" in words
-    assert (
-        "finding: on this machine the choice of the interpolator is negligible next to the following error" in words
-    )
+    assert "finding: on this machine the choice of the interpolator is negligible next to the following error" in words
 
 
 def test_with_3d_theta_follows_the_tangent(splinefeed, folder):

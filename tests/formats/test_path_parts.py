@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import points_in_parts
-from splinefeed.formats.gcode import in_parts
+from splinefeed.formats.gcode import to_path
 
 DATA = pathlib.Path(__file__).parents[1] / "data"
 
@@ -50,7 +50,7 @@ def markers(path: sf.Path, first: int = 0) -> list[tuple[int, str, float, bool]]
 @pytest.mark.parametrize("size", [1, 2, 5, 4096])
 @pytest.mark.parametrize("name", ["own", "cncjs_tball.gcode", "gcodetoolpath_one-inch-circle.nc", "linuxcnc_nurbs.ngc"])
 def test_the_parts_of_a_program_are_its_path(tmp_path, monkeypatch, name, size):
-    monkeypatch.setattr(in_parts, "PART", size if name == "own" else 40 * size)
+    monkeypatch.setattr(to_path, "PART", size if name == "own" else 40 * size)
     file = DATA / "gcode" / name
     if name == "own":
         file = tmp_path / "own.ngc"
@@ -58,7 +58,7 @@ def test_the_parts_of_a_program_are_its_path(tmp_path, monkeypatch, name, size):
     whole, parts = sf.read(file), sf.read_parts(file)
     assert (parts.axes, parts.name, parts.findings) == (whole.axes, whole.name, whole.findings)
     found = list(parts)
-    assert all(len(part.curves) <= in_parts.PART for part in found)
+    assert all(len(part.curves) <= to_path.PART for part in found)
     assert np.array_equal(np.concatenate([part.flat.points for part in found]), whole.flat.points)
     assert np.array_equal(np.concatenate([part.flat.knots for part in found]), whole.flat.knots)
     assert np.array_equal(np.concatenate([part.feeds for part in found]), whole.feeds)

@@ -13,7 +13,7 @@ PANELS = {
     ),
     "Planning": ("strategy", "period", "method", "corrections", "contour_tolerance", "tangential"),
     "Source and units": (
-        "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "repair", "tolerance",
+        "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "repair", "tolerance",
     ),
     "Smoothing": ("corners", "corner_angle"),
     "Output": ("formats", "figures", "no_figures", "no_compare", "by_windows", "as_json"),

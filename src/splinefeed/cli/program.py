@@ -23,12 +23,12 @@ def program_page(
 
     if shapes.is_shape(source) or not os.path.isfile(source) or registry.format_of(source).module != "gcode":
         return None, None
-    from splinefeed.formats.gcode.overview import summary_as_read
+    from splinefeed.formats.gcode.overview import summary
 
-    known = {"dialect", "start", "offsets", "repair"}
+    known = {"dialect", "start", "offsets", "tools", "repair"}
     if set(reading) - known:
         return None, None  # the registry says which option is none of a program's
-    counted = summary_as_read(source, **reading, most_listed=sys.maxsize if every else FEW)
+    counted = summary(source, **reading, most_listed=sys.maxsize if every else FEW)
     program = counted.program()
     if sum(counted.moves.values()) <= FEW:
         return None, program

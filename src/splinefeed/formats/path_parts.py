@@ -39,8 +39,8 @@ class PathParts:
 def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
     """The one path in a file of G-code or a table of points, part by part, in memory that does not grow with the file.
 
-    options  as for `read`: dialect, start, offsets and repair for G-code. The points of a table are joined by straight
-             lines: `smooth_stream` makes curves of them within a tolerance.
+    options  as for `read`: dialect, start, offsets, tools and repair for G-code. The points of a table are joined by
+             straight lines: `smooth_stream` makes curves of them within a tolerance.
     The parts are those of `read`, curve for curve, for G-code. Raises FormatError for other files, and for what `read`
     would not read; of a table only while its parts are made.
     """
@@ -56,4 +56,4 @@ def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
 
 
 #: Modules with `in_parts`, by the title of their format.
-_PARTED = {"G-code": "gcode.in_parts", "table of points": "points_in_parts"}
+_PARTED = {"G-code": "gcode.to_path", "table of points": "points_in_parts"}

@@ -156,9 +156,12 @@ def test_knots_of_g6_2_with_and_without_the_first_point(tmp_path: Path) -> None:
         (["G5.1 X1 Y1"], "line 2: G5.1 needs I or J, and not both 0"),
         (["G5.1 X1 Y1 Z1 I1"], "line 2: G5.1 moves X and Y, and nothing else"),
         (["G18 G5.1 X1 Y1 I1"], "line 2: G5.1 needs the plane G17"),
-        (["G5.2 L3", "X1 Y1", "G5.3"], "line 4: the spline from line 2 on has 2 control points; order 3 needs as many"),
+        (
+            ["G5.2 L3", "X1 Y1", "G5.3"],
+            "line 4: the spline from line 2 on has 2 control points; order 3 needs at least 3",
+        ),
         (["G5.2 L30"], "line 2: the order 30 of a spline must be whole, 2 to 13"),
-        (["G5.2", "X1 Z1"], "line 3: a control point of G5.2 needs X and Y, and nothing else but P"),
+        (["G5.2", "X1 Z1"], "line 3: a control point of G5.2 in G17 needs X and Y, and nothing else but P"),
         (["G5.2", "X1 Y1 P-1"], "line 3: the weight -1 of a control point must be greater than 0"),
         (["G6.2 P2 K0 X0 Y0", "K0 X1 Y1", "K1", "G1 X2"], "line 5: the spline from line 2 on has 3 knots;"),
         (["G6.2 P2 K0 X5 Y0", "K0 X1 Y1", "K1", "K1"], "line 5: the spline from line 2 on begins 5 mm from where"),
@@ -168,3 +171,65 @@ def test_knots_of_g6_2_with_and_without_the_first_point(tmp_path: Path) -> None:
 )
 def test_splines_that_cannot_be(tmp_path: Path, lines: list[str], reason: str) -> None:
     assert refusal(tmp_path, "F100", *lines).startswith(reason)
+
+
+HOUSE = ((0, 0), (5, 9), (9, 12), (15, 3), (20, 0))
+
+
+def g6_2(letters: str, last: str) -> list[str]:
+    """The spline of HOUSE as LinuxCNC 2.10 writes it: points with knots, then the last knots alone."""
+    a, b = letters
+    knots = (0, 0, 0, 0, 1)
+    lines = [f"{a}{x} {b}{y} R{1 + k} K{k}" for (x, y), k in zip(HOUSE, knots, strict=True)]
+    return [f"G6.2 {lines[0]} P4 Q1", *lines[1:], *(f"G6.2 K{k}" for k in last.split())]
+
+
+@pytest.mark.parametrize(("plane", "letters"), [("G17", "XY"), ("G18", "XZ"), ("G19", "YZ")])
+def test_a_spline_whose_last_knots_stand_alone(tmp_path: Path, plane: str, letters: str) -> None:
+    path = path_of(
+        tmp_path, "#10=600", plane, "G0 X1 Y1 Z1", "X0 Y0 Z0", "F#10", *g6_2(letters, "2 2 2 2"), "G1 X30 Y30 Z30",
+        *("G0 X0 Y0 Z0", *g6_2(letters, "2 2 2 2")), "M2",
+    )  # fmt: skip
+    columns = ["XYZ".index(letter) for letter in letters]
+    wanted = sf.NurbsCurve(3, [0, 0, 0, 0, 1, 2, 2, 2, 2], HOUSE, [1, 1, 1, 1, 2])
+    for curve in (path.curves[2], path.curves[5]):
+        u = np.linspace(0.0, 2.0, 50)
+        assert np.allclose(curve(u)[:, columns], wanted(u), atol=1e-13)
+    assert path.feeds is not None and path.feeds[2] == 10.0
+
+
+def test_a_spline_that_ends_before_its_last_control_point_says_so(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "F600", *g6_2("XY", "2 3 4 5"), "G1 X30")
+    whole = sf.NurbsCurve(3, [0, 0, 0, 0, 1, 2, 3, 4, 5], HOUSE, [1, 1, 1, 1, 2])
+    end = whole(whole.domain[1])
+    assert np.allclose(path.curves[0].control_points[-1], end) and np.allclose(path.curves[1].control_points[0], end)
+    off = np.max(np.abs(end - HOUSE[-1]))
+    said = f"the spline ends where its last knot span ends, at knot 2, {off:.6g} mm from its last control point"
+    assert any(said in finding for finding in path.findings)
+
+
+@pytest.mark.parametrize(
+    ("lines", "reason"),
+    [
+        (g6_2("XY", "2 2 2"), "line 10: the spline from line 2 on has 8 knots; 5 control points of order 4 need 9"),
+        ([*g6_2("XY", "2 2 2 2"), "G6.2 K2"], "line 12: the spline from line 11 on has 1 knots"),
+        (g6_2("XY", "2 1 2 2"), "line 10: knot 1 is less than the one before"),
+        (["G18", "G5.2 P1 L3 X1 Y1"], "line 3: a control point of G5.2 in G18 needs X and Z, and nothing else but P"),
+        (["G19", "G5.2 P1 L3", "X1 Y1"], "line 4: a control point of G5.2 in G19 needs Y and Z"),
+    ],
+)
+def test_splines_that_are_not_complete(tmp_path: Path, lines: list[str], reason: str) -> None:
+    assert refusal(tmp_path, "F600", *lines, "G1 X1").startswith(reason)
+
+
+def test_g5_2_takes_the_words_of_its_plane(tmp_path: Path) -> None:
+    blocks = [
+        [plane, "G0 X0 Y0 Z0", "G5.2 P1 L3", *(f"{a}{x} {b}{y} P{w}" for x, y, w in ((0, 1, 1), (2, 2, 2), (2, 0, 1)))]
+        for plane, (a, b) in (("G17", "XY"), ("G18", "XZ"), ("G19", "YZ"))
+    ]
+    path = path_of(tmp_path, "F600", *(line for block in blocks for line in (*block, "G5.3")))
+    flat = [curve for curve in path.curves if curve.degree == 2]
+    wanted = sf.NurbsCurve(2, [0, 0, 0, 1, 2, 2, 2], [(0, 0), (0, 1), (2, 2), (2, 0)], [1, 1, 2, 1])
+    u = np.linspace(0.0, 2.0, 50)
+    for curve, columns in zip(flat, ([0, 1], [0, 2], [1, 2]), strict=True):
+        assert np.allclose(curve(u)[:, columns], wanted(u), atol=1e-13)

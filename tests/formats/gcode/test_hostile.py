@@ -12,12 +12,12 @@ import splinefeed as sf
 from splinefeed.errors import FormatError, SplinefeedError
 from splinefeed.formats.gcode import reader
 from splinefeed.formats.gcode.dialects import DIALECTS
-from splinefeed.formats.gcode.overview import summary, summary_as_read
+from splinefeed.formats.gcode.overview import summary
 
 
 def survives(file: Path, **options: object) -> None:
     """Nothing but our own error comes out of reading `file`, in one line."""
-    for read in (sf.read, summary_as_read):
+    for read in (sf.read, summary):
         try:
             read(file, **options)
         except SplinefeedError as error:
@@ -106,7 +106,6 @@ def test_more_moves_than_a_path_may_have_can_still_be_counted(tmp_path: Path, mo
     file = tmp_path / "part.ngc"
     file.write_text("F1\n" + "".join(f"G1 X{i}\n" for i in range(1, 50)))
     monkeypatch.setattr("splinefeed.formats.gcode.to_path.MAX_MOVES", 20)
-    monkeypatch.setattr("splinefeed.formats.gcode.to_path.read_moves.__defaults__", (20,))
     with pytest.raises(
         FormatError, match=r"has more than 20 moves; split it, look at it with info, or run it --by-windows"
     ):

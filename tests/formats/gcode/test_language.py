@@ -168,7 +168,7 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["G1.7 X1"], "line 1: G1.7 is not known in the dialect LinuxCNC"),
         (["G41 D1"], "line 1: G41 is cutter compensation"),
         (["G95"], "line 1: G95 is feed a revolution"),
-        (["G81 X1 Z-1 R1"], "line 1: G81 is a canned cycle; let the CAM system write its moves"),
+        (["G87 X1 Z-1 R1"], "line 1: G87 is a canned cycle that is not read; let the CAM system write its moves"),
         (["O100 sub"], "line 1: O100 sub: subprograms, loops and jumps are not read; write the program in one piece"),
         (["M98 P100"], "line 1: M98: subprograms are not read; write the program in one piece"),
         (["#1=1", "WHILE [#1 LT 5] DO1"], "line 2: WHILE: programs that jump or loop are not read"),

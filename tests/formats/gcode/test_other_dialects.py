@@ -127,6 +127,16 @@ def test_fanuc_programs(tmp_path: Path) -> None:
     assert sum("switches a function of the control" in finding for finding in path.findings) == 2
 
 
+def test_directives_and_program_numbers_of_fanuc(tmp_path: Path) -> None:
+    lines = ("%", ":O1234(part)", "//highspeedmodeon", "G90 G1 X1. F600", "// smooth 3", "G04 P250", "X2.", "M30", "%")
+    file = program(tmp_path, *lines)
+    assert holds(file.read_bytes()) and detect(file.read_bytes()).name == "fanuc"
+    path = path_of(tmp_path, *lines)
+    assert len(path.curves) == 2 and [wait for _, wait in path.dwells] == [0.25]
+    assert any("lines that begin with //" in each and "line 3, 5" in each for each in path.findings)
+    assert refusal(tmp_path, "//x", "G1 X1", dialect="linuxcnc").startswith("line 1: expected a letter, got '/x'")
+
+
 def test_printers(tmp_path: Path) -> None:
     path = path_of(
         tmp_path, "M104 S200", "M117 Hello (there", "G92 E0", "G1 X10 E1.5 F1200", "G1 E-2", "N7 G1 Y5 E2*71",
@@ -141,6 +151,9 @@ def test_printers(tmp_path: Path) -> None:
     [
         ("G21\nG1 X1\n", "linuxcnc"),
         ("O1234\nG1 X1\n", "fanuc"),
+        (":O12\nG1 X1\n", "fanuc"),
+        ("G06.2 P3 K0. X0. Y1. R1.\nK1. X1.\n", "fanuc"),
+        ("G6.2 X0 Y1 R1 K0 P4 Q1\nX1 Y1 R1 K0\nG6.2 K1\n", "linuxcnc"),
         ("G1 X=1 Y=2\n", "siemens"),
         ("N10 BSPLINE X1\n", "siemens"),
         ("0 BEGIN PGM A MM\n", "heidenhain"),

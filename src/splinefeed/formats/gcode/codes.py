@@ -58,10 +58,7 @@ REFUSED: dict[int, str] = {
     181: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
     191: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
     950: "feed a revolution, which needs the spindle's speed; write G94 and feed a minute",
-    **{
-        code: "a canned cycle; let the CAM system write its moves"
-        for code in (730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890)
-    },
+    **{code: "a canned cycle that is not read; let the CAM system write its moves" for code in (760, 870, 880)},
 }
 
 #: Cutter compensation and feed a revolution can be read as they stand, if the user says so with `repair`.

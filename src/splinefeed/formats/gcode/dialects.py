@@ -17,6 +17,10 @@ class Dialect:
     dwell         s of one unit of G4's P; dwell_words: letters of G4 that are in s
     modes         codes that switch functions of the control on and off and move nothing
     texts         M codes behind which a text stands
+    directives    how lines begin that are for the control alone
+    returns       98 or 99: where canned cycles end unless the program says it
+    repeats       letters of a canned cycle's repeats
+    keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
     """
 
     name: str
@@ -26,12 +30,16 @@ class Dialect:
     dwell_words: str = ""
     modes: frozenset[int] = frozenset()
     texts: frozenset[int] = frozenset()
+    directives: str = ""
+    returns: int = 98
+    repeats: str = "L"
+    keeps_cycles: bool = False
 
 
 DIALECTS = {
     each.name: each
     for each in (
-        Dialect("linuxcnc", "LinuxCNC"),
+        Dialect("linuxcnc", "LinuxCNC", returns=99),
         Dialect(
             "fanuc",
             "Fanuc",
@@ -41,6 +49,9 @@ DIALECTS = {
             # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
             # how smooth to be
             modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
+            directives="//",
+            repeats="KL",
+            keeps_cycles=True,
         ),
         Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690))),
         Dialect(
@@ -70,12 +81,20 @@ _PRINTER = re.compile(
     re.I | re.M,
 )
 _FANUC = re.compile(
-    r"^[ \t]*O\d{4,5}\b(?!\s*(?:sub|call|if|while|do|repeat))|\bG0?5\.1\s*Q[013]\b"
+    r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?!\s*(?:sub|call|if|while|do|repeat))|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b",
     re.I | re.M,
 )
+#: G6.2 with a method, which only LinuxCNC has.
+_LINUXCNC = re.compile(r"\bG0?6\.2\b[^\n]*Q\s*[123]\b", re.I)
 _MACH3 = re.compile(r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b", re.I | re.M)
-_DETECTED = (("heidenhain", _HEIDENHAIN), ("siemens", _SIEMENS), ("fanuc", _FANUC), ("mach3", _MACH3))
+_DETECTED = (
+    ("heidenhain", _HEIDENHAIN),
+    ("siemens", _SIEMENS),
+    ("linuxcnc", _LINUXCNC),
+    ("fanuc", _FANUC),
+    ("mach3", _MACH3),
+)
 
 #: A line of a program, for telling one from other text: words, or a comment, or %.
 _WORDS = re.compile(r"^[ \t]*/?\d?\s*(?:[A-Z]\s*[-+]?[\d.#\[][-+\d.]*\s*)+(?:[;(].*)?$", re.I)
@@ -112,7 +131,7 @@ def holds(head: bytes) -> bool:
     lines = [line.strip() for line in text.splitlines()[:_LOOKED_AT]]
     if len(lines) > 1 and len(text) == len(head):
         lines = lines[:-1] if len(lines) < _LOOKED_AT and not text.endswith("\n") and len(head) >= 2**16 else lines
-    told = [line for line in lines if line and line[0] not in "%;("]
+    told = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
     codes = sum(1 for line in told if _CODE.match(line))
     words = sum(1 for line in told if _WORDS.match(line) or _SIEMENS.search(line))
     return codes > 0 and words >= 0.7 * len(told)

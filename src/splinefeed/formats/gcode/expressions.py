@@ -28,7 +28,9 @@ _RANK = {"**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3, "AND": 1, "OR": 1, "
 
 
 class LineError(Exception):
-    """What is wrong with a line, without its number; the interpreter adds that."""
+    """What is wrong with a line, without its number; the interpreter adds that unless `line` says another one."""
+
+    line = 0
 
 
 class Parameters:

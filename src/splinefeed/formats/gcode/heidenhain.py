@@ -203,9 +203,8 @@ class Heidenhain(Interpreter):
         if not said:
             raise LineError("SPL needs the end point of its axes")
         points[0] = start
-        knots = np.repeat([0.0, 1.0], 4)
         self.findings.say("SPL is read as the manual describes it; it was not checked on a control")
-        self.state.add_spline(Spline(3, knots, points, np.ones(4), self.line), said, said)
+        self.state.add_spline(Spline.bezier(points, self.line), said, said)
 
 
 def _value(name: str, text: str) -> float:

@@ -8,10 +8,13 @@ G20 and G21 of its own line, and a finding says so.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from splinefeed.formats.gcode import codes
 from splinefeed.formats.gcode.codes import g_name
+from splinefeed.formats.gcode.cycles import CYCLES, Cycles
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError, Parameters
 from splinefeed.formats.gcode.line_words import LineWords
@@ -19,9 +22,9 @@ from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, LE
 from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, State, number
+from splinefeed.formats.gcode.tools import Tool
 from splinefeed.formats.gcode.words import Block, parse, without_comments, without_nested
 from splinefeed.kernels import gcode as layout
-from splinefeed.records import Array
 
 _RATE = {0: RAPID, 10: LINE, 20: CLOCKWISE, 30: COUNTERCLOCKWISE}
 _SPLINES = (50, 51, 52, 53, 62, 63)
@@ -40,17 +43,17 @@ class Interpreter(LineWords):
         self.parameters = Parameters(state.parameter)
         self.ended = False
         self.line = 0
-        self.splines = SplineWords(state)
+        self.splines = SplineWords(state, findings)
+        self.cycles = Cycles(state, dialect)
         self._modal: int | None = None
         self._percents = False
-        self._reference: dict[int, Array] = {}
-        self._machine_known = bool(state.offsets.known)
+        self._machine_known = bool(state.offsets.known or state.offsets.references)
 
     def run(self, text: str, line: int) -> None:
         """Do what the line `text` says; LineError, without the line's number, for what cannot be done."""
         self.line = line
         if self.state.modes[layout.MOTION] >= 0:  # the kernel has seen G0 to G3 meanwhile
-            self._modal = 10 * int(self.state.modes[layout.MOTION])
+            self._set_modal(10 * int(self.state.modes[layout.MOTION]))
         text = self._plain(text)
         if self.repair:
             text = self._closed(text)
@@ -88,6 +91,11 @@ class Interpreter(LineWords):
 
     def _plain(self, text: str) -> str:
         """The line without what only its dialect knows."""
+        if self.dialect.directives and text.lstrip().startswith(self.dialect.directives):
+            self.findings.count(
+                f"lines that begin with {self.dialect.directives} switch functions of the control", self.line
+            )
+            return ""
         for code in self.dialect.texts:
             if text.lstrip().upper().startswith(f"M{code}"):
                 return ""
@@ -163,10 +171,14 @@ class Interpreter(LineWords):
     def _outputs(self, block: Block) -> None:
         """S, T and M as markers before the motion of the line; dwells likewise."""
         wait = self._dwell() if 40 in block.g else None
+        wait_tool = 0.0
+        if "T" in self._words:
+            self.state.select(self._words["T"], self.line)
         stop = "T" in self._words or ("S" in self._words and self.state.new_speed(self._words["S"]))
         said = [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
         before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
         for code in before:
+            wait_tool += self.state.switch(code)
             if code in codes.SUBPROGRAMS:
                 raise LineError(f"M{code}: subprograms are not read; write the program in one piece")
         said += [f"M{code}" for code in before]
@@ -174,7 +186,7 @@ class Interpreter(LineWords):
             said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
         if said:
             stop |= any(code not in codes.ON_THE_MOVE for code in before)
-            self.state.say(self.line, " ".join(said), stop=stop)
+            self.state.say(self.line, " ".join(said), wait_tool, stop)
         if wait is not None:
             self.state.say(self.line, dwell=wait)
 
@@ -195,15 +207,10 @@ class Interpreter(LineWords):
         for code in (170, 180, 190):
             if code in known:
                 state.modes[layout.PLANE] = code // 10
-        for code in (430, 431, 432, 434, 435):
+        for code in (430, 431, 432, 434, 435, 490):
             if code in known:
-                self.findings.say(
-                    f"line {self.line}: {g_name(code)}: the path is that of the tool's tip, as programmed"
-                )
-                if code == 431:
-                    self._axes()
-                self._take("H")
-        if self._words.keys() & {"H", "D"} and not known & {100}:
+                self._tool_length(code)
+        if not known & {100, 730, 830}:
             self._take("H"), self._take("D")
         for code, system in SYSTEMS.items():
             if code in known and not state.offsets.select(system):
@@ -216,10 +223,38 @@ class Interpreter(LineWords):
             if bound is None or not bound >= 0.0:
                 raise LineError("G64: P, the tolerance, must be 0 or more")
             state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
+        if known & {980, 990}:
+            self.cycles.returns = 98 if 980 in known else 99
         if known & {900, 910}:
             state.modes[layout.RELATIVE] = 910 in known
         if known & {901, 911}:
             state.modes[layout.CENTRES] = 901 in known
+
+    def _tool_length(self, code: int) -> None:
+        """G43 and its kin: the axes go where the tool's tip is told to, by the offset of the tool."""
+        state = self.state
+        axes = self._axes() if code in (431, 432) else {}
+        number = self._take("H", state.loaded if code == 430 else None)
+        if state.tools is None or code in (434, 435):
+            if code != 490:
+                self.findings.say(
+                    f"line {self.line}: {g_name(code)}: the path is that of the tool's tip, as programmed (tools=)"
+                )
+            return
+        offset = state.offsets.tool
+        if code == 432 and (number is None) == (not axes):
+            raise LineError("G43.2 needs H, or axes, and not both")
+        if code in (430, 490):
+            offset[:] = 0.0
+        if number is not None:
+            offset += state.tools.tool(number or state.loaded).offset
+        for axis, value in axes.items():
+            offset[axis] = value + (offset[axis] if code == 432 else 0.0)
+        if offset.any():
+            self.findings.say(
+                f"line {self.line}: {g_name(code)}: from here on places are those of the axes, not the tip"
+            )
+        state.set_offsets()
 
     def _places(self, known: set[int]) -> None:
         """G10, G52, G92 and the reference points of G28 and G30."""
@@ -239,7 +274,7 @@ class Interpreter(LineWords):
                 offsets.clear(code)
         for code in (281, 301):
             if code in known:
-                self._reference[code - 1] = state.position.copy()
+                offsets.references[code - 1] = state.position.copy()
         state.set_offsets()
         for code in (280, 300):
             if code in known:
@@ -247,6 +282,16 @@ class Interpreter(LineWords):
 
     def _set_system(self) -> None:
         kind, state = self._whole("L", 100), self.state
+        if kind in (1, 10) and state.tools is not None:
+            number, radius, axes = self._whole("P", 100), self._take("R"), self._axes()
+            tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
+            offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
+            bare = state.position - state.offsets.total + state.offsets.tool
+            for axis, value in axes.items():
+                offset[axis] = value if kind == 1 else bare[axis] - value
+            by_number = {**state.tools.by_number, number: Tool(offset, diameter)}
+            state.tools = replace(state.tools, by_number=by_number)
+            return
         if kind not in (2, 20):
             self.findings.count(f"G10 L{kind} changes the tool table, which no path knows", self.line)
             self._words = {each: value for each, value in self._words.items() if each in "FST"}
@@ -265,7 +310,7 @@ class Interpreter(LineWords):
     def _go_to_reference(self, code: int) -> None:
         state = self.state
         there, said, stated = state.target({x: v for x in LETTERS if (v := self._take(x)) is not None})
-        point = self._reference.get(code)
+        point = state.offsets.references.get(code)
         first = REFERENCE_PARAMETERS[code]
         if point is None and any(first + axis in self.parameters.numbers for axis in range(AXES)):
             values = [self.parameters.numbers.get(first + axis, 0.0) for axis in range(AXES)]
@@ -289,7 +334,7 @@ class Interpreter(LineWords):
         state = self.state
         code = next((each for each in sorted(known) if codes.GROUP_OF.get(each) == "motion" and each != 800), None)
         code = 800 if code is None and 800 in known else code
-        if self.splines.open and (code is not None and code != 53):
+        if self.splines.open and code not in (None, 53) and not self.splines.goes_on(code, self._words):
             self.splines.end()
         if code == 800:
             self._set_modal(None)
@@ -304,6 +349,9 @@ class Interpreter(LineWords):
                 self._set_modal(None)
             return
         axes = {letter: self._words[letter] for letter in LETTERS if letter in self._words}
+        if self._modal in CYCLES and 530 not in known and (axes or code is not None):
+            self.cycles.line(self._modal, self._words, self.line)
+            return
         centre = {letter: self._words[letter] for letter in "IJK" if letter in self._words}
         if 530 in known:
             self._machine_move(axes)
@@ -325,6 +373,8 @@ class Interpreter(LineWords):
 
     def _set_modal(self, code: int | None) -> None:
         self._modal = None if code == 53 else code
+        if code not in CYCLES:
+            self.cycles.forget()
         self.state.modes[layout.MOTION] = -1 if code not in _RATE else code // 10
 
     def _spline_words(self) -> bool:

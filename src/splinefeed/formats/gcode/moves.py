@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.path import Path
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array, IntArray
 
@@ -14,6 +17,7 @@ from splinefeed.records import Array, IntArray
 LETTERS = "XYZABCUVW"
 AXES = len(LETTERS)
 ROTARY = (3, 4, 5)
+LINEAR = [0, 1, 2, 6, 7, 8]
 #: Order of the axes in a path: linear ones first.
 PATH_ORDER = (0, 1, 2, 6, 7, 8, 3, 4, 5)
 
@@ -29,6 +33,20 @@ class Spline:
     points: Array
     weights: Array
     line: int
+
+    @cached_property
+    def path(self) -> Path | None:
+        """It alone over the linear axes that it moves; None if there are none."""
+        moving = [column for column in LINEAR if np.ptp(self.points[:, column]) > 0.0]
+        if not moving:
+            return None
+        curve = NurbsCurve(self.degree, self.knots, self.points[:, moving], self.weights)
+        return Path([curve], [LETTERS[column].lower() for column in moving])
+
+    @classmethod
+    def bezier(cls, points: Array, line: int) -> Spline:
+        """A polynomial curve of one span by its control points (n, 9)."""
+        return cls(len(points) - 1, np.repeat([0.0, 1.0], len(points)), points, np.ones(len(points)), line)
 
 
 @dataclass(frozen=True)
@@ -85,6 +103,23 @@ class Moves:
     def starts(self) -> Array:
         """Where each one begins, (n, 9)."""
         return np.concatenate([self.start[None, :], self.ends[:-1]]) if len(self) else self.ends
+
+    def spline_moves(self) -> list[tuple[int, Spline]]:
+        """Number and spline of each move that is one."""
+        numbers = np.flatnonzero(self.kind == SPLINE).tolist()
+        return [(i, self.splines[int(self.codes[i, layout.SPLINE])]) for i in numbers]
+
+    def part(self, low: int, high: int) -> Moves:
+        """The moves from `low` to the one before `high`, with the marks before them and, at the end, behind them."""
+        if low == 0 and high == len(self):
+            return self
+        marks = [
+            replace(mark, move=mark.move - low)
+            for mark in self.marks
+            if low <= mark.move and (mark.move < high or high == len(self))
+        ]
+        start = self.start if low == 0 else self.ends[low - 1]
+        return Moves(start, self.values[low:high], self.codes[low:high], self.splines, tuple(marks))
 
     @property
     def used(self) -> int:

@@ -1,4 +1,4 @@
-"""Where the program's zero lies: G54 to G59.3, G10, G52 and the G92 family."""
+"""Where the program's zero lies: G54 to G59.3, G10, G52, the G92 family and the tool's offset of G43."""
 
 from __future__ import annotations
 
@@ -14,24 +14,31 @@ SYSTEMS = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 
 #: First parameters of the nine systems, of G28, G30, G92 and of the current position: LinuxCNC, "Parameters".
 SYSTEM_PARAMETERS, SYSTEM_STEP = 5221, 20
 REFERENCE_PARAMETERS = {280: 5161, 300: 5181}
+#: Places that G28 and G30 lead to, by the name that `offsets=` has for them.
+REFERENCES = {"G28": 280, "G30": 300}
 G92_PARAMETERS, POSITION_PARAMETERS = 5211, 5420
 
 
 class Offsets:
-    """Offsets (9,), mm and rad, of the nine systems and of G92 (which G52 shares), and the system in force."""
+    """Offsets (9,), mm and rad, of the nine systems, of G92 (which G52 shares) and the tool, and the system in force.
+
+    given  by number of the system, and places of G28 and G30 by their code
+    """
 
     def __init__(self, given: Mapping[int, Array]) -> None:
         self.systems = {number: np.array(given.get(number, np.zeros(AXES))) for number in range(1, 10)}
-        self.known = set(given)
+        self.known = {number for number in given if number < 10}
+        self.references = {code: given[code] for code in REFERENCES.values() if code in given}
         self.active = 1
         self.used: set[int] = set()
         self.g92 = np.zeros(AXES)
         self.stored = np.zeros(AXES)
+        self.tool = np.zeros(AXES)
 
     @property
     def total(self) -> Array:
         """What is added to a programmed position, (9,)."""
-        total: Array = self.systems[self.active] + self.g92
+        total: Array = self.systems[self.active] + self.g92 + self.tool
         return total
 
     def select(self, number: int) -> bool:
@@ -49,12 +56,13 @@ class Offsets:
 
     def set_here(self, number: int, values: Mapping[int, float], position: Array) -> None:
         """G10 L20: the system in which `position` (9,) has the given values."""
-        self.set_system(number, {axis: float(position[axis] - self.g92[axis]) - v for axis, v in values.items()})
+        bare = position - self.g92 - self.tool
+        self.set_system(number, {axis: float(bare[axis]) - value for axis, value in values.items()})
 
     def set_g92(self, values: Mapping[int, float], position: Array) -> None:
         """G92: the offset by which `position` (9,) gets the given values."""
         for axis, value in values.items():
-            self.g92[axis] = position[axis] - self.systems[self.active][axis] - value
+            self.g92[axis] = position[axis] - self.systems[self.active][axis] - self.tool[axis] - value
 
     def set_local(self, values: Mapping[int, float]) -> None:
         """G52: the offset itself."""

@@ -16,36 +16,29 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.arcs import CHORD_SWEEP, Arcs, arc_curve, arc_lengths
+from splinefeed.formats.gcode.arcs import CHORD_SWEEP, Arcs, arc_curve
 from splinefeed.formats.gcode.moves import (
     AXES,
     CLOCKWISE,
     COUNTERCLOCKWISE,
     LETTERS,
     LINE,
+    LINEAR,
     RAPID,
     ROTARY,
     SPLINE,
     Moves,
 )
 from splinefeed.formats.gcode.reader import Reading
-from splinefeed.formats.gcode.to_path import (
-    NO_LENGTH,
-    find_arcs,
-    leading,
-    path_columns,
-    programmed_feeds,
-    reading_of,
-    spline_path,
-    straight_lengths,
-)
+from splinefeed.formats.gcode.state import CAPACITY
+from splinefeed.formats.gcode.to_path import Piece, Program, axis_names, path_columns
+from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.metadata import axis_units, to_degrees
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import gcode as layout
-from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records import Array, BoolArray
 
-_LINEAR = [axis for axis in range(AXES) if axis not in ROTARY]
 _KINDS = {RAPID: "G0", LINE: "G1", CLOCKWISE: "G2", COUNTERCLOCKWISE: "G3", SPLINE: "splines"}
 
 
@@ -90,11 +83,11 @@ class Summary:
     def page(self, file: str | os.PathLike[str]) -> dict[str, Any]:
         """The keys of `info --json`: `paths` with one entry, the first `curves`, how many more, and the others."""
         columns = path_columns(self.used, file)
-        axes = tuple(LETTERS[column].lower() for column in columns)
+        axes = axis_names(columns)
         assert self.first is not None
         assert self.last is not None
-        size = float(np.linalg.norm((self.high - self.low)[_LINEAR]))
-        gap = float(np.linalg.norm((self.last - self.first)[_LINEAR]))
+        size = float(np.linalg.norm((self.high - self.low)[LINEAR]))
+        gap = float(np.linalg.norm((self.last - self.first)[LINEAR]))
         count = sum(self.moves.values()) - self.without_length - self.left_out
         path = {
             "name": self.name,
@@ -142,41 +135,36 @@ class Summary:
 
 
 def summary(
-    file: str | os.PathLike[str], *, reading: Reading | None = None, keep_start: bool = False, most_listed: int = 0
-) -> Summary:
-    """Measure the program in `file`; FormatError for a line that is wrong, or where nothing moves."""
-    reading = reading or Reading()
-    found = Summary(pathlib.Path(file).stem, most_listed=most_listed)
-    joint = _Joint()
-    for part in reading.moves(file):
-        found.markers += sum(bool(mark.text) for mark in part.marks)
-        found.dwell_time += math.fsum(mark.dwell for mark in part.marks)
-        if len(part):
-            _add(found, part, joint, reading, file, keep_start)
-    if found.first is None:
-        raise FormatError(f"{file}: no line of it moves an axis")
-    if not found.degrees:
-        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
-    found.dialect = "" if reading.dialect is None else reading.dialect.name
-    found.lines, found.ends, found.units = reading.lines, reading.ended, "in" if reading.inch else "mm"
-    if found.without_length:
-        reading.findings.say(f"{found.without_length} move(s) without length are left out")
-    found.findings = reading.findings.all()
-    return found
-
-
-def summary_as_read(
     file: str | os.PathLike[str],
     *,
     dialect: str | None = None,
     start: str | Sequence[float] | None = None,
     offsets: str | Mapping[str, Sequence[float]] | None = None,
+    tools: str | os.PathLike[str] | Tools | None = None,
     repair: bool = False,
     most_listed: int = 0,
+    reading: Reading | None = None,
 ) -> Summary:
-    """`summary` with the options of `to_path.from_file`."""
-    reading = reading_of(dialect, start, offsets, repair)
-    return summary(file, reading=reading, keep_start=start is not None, most_listed=most_listed)
+    """Measure the program in `file`, with the options of `to_path.from_file`.
+
+    Raises FormatError for a line that is wrong, or where nothing moves.
+    """
+    program = Program(file, dialect, start, offsets, tools, repair)
+    reading = reading or program.reading()
+    found = Summary(pathlib.Path(file).stem, most_listed=most_listed)
+    joint = _Joint()
+    for piece in program.pieces(reading.moves(file), reading, size=CAPACITY):
+        found.markers += sum(bool(mark.text) for mark in piece.moves.marks)
+        found.dwell_time += math.fsum(mark.dwell for mark in piece.moves.marks)
+        if len(piece.moves):
+            _add(found, piece, joint)
+    path_columns(found.used, file)
+    if not found.degrees:
+        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+    found.dialect = "" if reading.dialect is None else reading.dialect.name
+    found.lines, found.ends, found.units = reading.lines, reading.ended, "in" if reading.inch else "mm"
+    found.findings = reading.findings.all()
+    return found
 
 
 @dataclass
@@ -188,37 +176,29 @@ class _Joint:
     rest: bool = False
 
 
-def _add(
-    found: Summary, moves: Moves, joint: _Joint, reading: Reading, file: str | os.PathLike[str], keep_start: bool
-) -> None:
+def _add(found: Summary, piece: Piece, joint: _Joint) -> None:
+    moves, arcs = piece.moves, piece.arcs
     found.used |= moves.used
-    arcs = find_arcs(moves, file, reading.findings, reading.repair)
-    first = 0
     if found.first is None:
-        used = np.array([axis for axis in range(AXES) if moves.used >> axis & 1], dtype=np.int64)
-        first = 0 if keep_start else leading(moves, used, reading.findings)
-        found.first = moves.starts[first]
-        found.left_out = first
+        found.first = moves.starts[piece.left_out]
+    found.left_out += piece.left_out
     found.last = moves.ends[-1].copy()
+    found.without_length += int(np.sum(piece.none))
     step = moves.ends - moves.starts
-    ends = _Ends.of(moves, arcs, step)
-    kept = np.arange(len(moves)) >= first
-    straight = (moves.kind == RAPID) | (moves.kind == LINE)
-    none = straight & (np.max(np.abs(step), axis=1) <= NO_LENGTH)
-    _splines(found, moves, ends, none)
-    found.without_length += int(np.sum(none & kept))
     for kind, name in _KINDS.items():
-        chosen = kept & (moves.kind == kind)
         found.moves[name] += int(np.sum(moves.kind == kind))
-        found.lengths[name] += float(np.sum(ends.length[chosen]))
-    kept &= ~none
-    if not kept.any():
+        found.lengths[name] += float(np.sum(piece.lengths[piece.left_out :][moves.kind[piece.left_out :] == kind]))
+    if not len(piece.kept):
         joint.rest |= any(mark.stop for mark in moves.marks)
         return
-    _list(found, moves, arcs, ends.length, np.flatnonzero(kept)[: found.most_listed - len(found.curves)])
-    _feeds(found, moves, ends.length, kept, reading)
+    kept = np.zeros(len(moves), dtype=bool)
+    kept[piece.kept] = True
+    ends = _Ends.of(moves, arcs, step)
+    _splines(found, moves, ends)
+    _list(found, piece)
+    _feeds(found, piece)
     _boxes(found, moves, arcs, kept)
-    if np.any(straight & kept):
+    if np.any(kept & (moves.kind <= LINE)):
         found.degrees.add(1)
     _arc_shapes(found, moves, arcs, step)
     _corners(found, moves, ends, kept, joint)
@@ -226,23 +206,20 @@ def _add(
 
 @dataclass
 class _Ends:
-    """Lengths (n,), and tangents and curvature vectors (n, linear) at both ends."""
+    """Tangents and curvature vectors (n, linear) at both ends."""
 
-    length: Array
     tangents: tuple[Array, Array]
     bends: tuple[Array, Array]
 
     @classmethod
     def of(cls, moves: Moves, arcs: Arcs, step: Array) -> _Ends:
         """Of lines and arcs; those of splines are filled in later."""
-        linear = step[:, _LINEAR]
-        length = straight_lengths(step)
+        linear = step[:, LINEAR]
         with np.errstate(invalid="ignore", divide="ignore"):
             leave = linear / np.linalg.norm(linear, axis=1)[:, None]
         arrive = leave.copy()
         bends = np.zeros_like(leave), np.zeros_like(leave)
         if len(arcs):
-            length[arcs.move] = arc_lengths(moves, arcs)
             rows = np.arange(len(arcs))
             a, b = arcs.axes.T
             rise = linear[arcs.move]  # X, Y, Z are the first linear axes too
@@ -261,27 +238,23 @@ class _Ends:
                 inward = np.zeros_like(there)
                 inward[rows, a], inward[rows, b] = -radius * np.cos(angle), -radius * np.sin(angle)
                 bend[arcs.move] = inward / (speed**2)[:, None]
-        return cls(length, (leave, arrive), bends)
+        return cls((leave, arrive), bends)
 
 
-def _splines(found: Summary, moves: Moves, ends: _Ends, none: BoolArray) -> None:
+def _splines(found: Summary, moves: Moves, ends: _Ends) -> None:
     """Measure every spline as the curve that it is."""
-    for i in np.flatnonzero(moves.kind == SPLINE).tolist():
-        spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
-        path = spline_path(spline)
+    for i, spline in moves.spline_moves():
+        path = spline.path
         if path is None:
-            none[i] = True
-            ends.length[i] = 0.0
             continue
         (curve,) = path.curves
-        columns = [_LINEAR.index(LETTERS.index(axis.upper())) for axis in path.axes]
-        ends.length[i] = path.length
+        columns = [LINEAR.index(LETTERS.index(axis.upper())) for axis in path.axes]
         found.corners += len(path.corners)
         found.stops += len(path.stops)
         found.degrees.add(curve.degree)
         found.min_radius = min(found.min_radius, path.minimum_radius())
         low, high = path.bounding_box()
-        axes = [_LINEAR[column] for column in columns]
+        axes = [LINEAR[column] for column in columns]
         found.low[axes], found.high[axes] = np.minimum(found.low[axes], low), np.maximum(found.high[axes], high)
         for k, u in enumerate(curve.domain):
             ends.tangents[k][i] = 0.0
@@ -293,14 +266,16 @@ def _splines(found: Summary, moves: Moves, ends: _Ends, none: BoolArray) -> None
                 ends.bends[k][i][columns] = (second - (second @ velocity) / square * velocity) / square
 
 
-def _list(found: Summary, moves: Moves, arcs: Arcs, length: Array, chosen: IntArray) -> None:
+def _list(found: Summary, piece: Piece) -> None:
     """What `info` says of the curves of these moves, which are the same as those of the path."""
+    moves, arcs = piece.moves, piece.arcs
+    chosen = piece.kept[: found.most_listed - len(found.curves)]
     number_of_arc = {int(move): i for i, move in enumerate(arcs.move)} if len(chosen) else {}
     for i in chosen.tolist():
         degree, points, spans, rational, closed = 1, 2, 1, False, False
         if moves.kind[i] == SPLINE:
             spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
-            curve = NurbsCurve(spline.degree, spline.knots, spline.points[:, _LINEAR], spline.weights)
+            curve = NurbsCurve(spline.degree, spline.knots, spline.points[:, LINEAR], spline.weights)
         elif i in number_of_arc:
             start = moves.start if i == 0 else moves.ends[i - 1]
             curve = arc_curve(start, moves.ends[i], arcs, number_of_arc[i], np.arange(3))
@@ -317,20 +292,17 @@ def _list(found: Summary, moves: Moves, arcs: Arcs, length: Array, chosen: IntAr
                 "spans": spans,
                 "rational": rational,
                 "closed": closed,
-                "length_mm": float(length[i]),
+                "length_mm": float(piece.lengths[i]),
             }
         )
 
 
-def _feeds(found: Summary, moves: Moves, length: Array, kept: BoolArray, reading: Reading) -> None:
-    feeds = programmed_feeds(moves, length)
-    cutting = kept & (moves.kind != RAPID)
-    said = cutting & (feeds > 0.0)
-    if np.any(cutting & ~said):
-        reading.findings.say("there are moves without a feed before them (F)")
-    if np.any(said):
-        found.feed_time += float(np.sum(length[said] / feeds[said]))
-        found.feeds = min(found.feeds[0], float(feeds[said].min())), max(found.feeds[1], float(feeds[said].max()))
+def _feeds(found: Summary, piece: Piece) -> None:
+    said = piece.kept[np.isfinite(piece.feeds)]
+    feeds = piece.programmed_feeds[said]
+    if len(said):
+        found.feed_time += float(np.sum(piece.lengths[said] / feeds))
+        found.feeds = min(found.feeds[0], float(feeds.min())), max(found.feeds[1], float(feeds.max()))
 
 
 def _boxes(found: Summary, moves: Moves, arcs: Arcs, kept: BoolArray) -> None:
@@ -380,7 +352,7 @@ def _corners(found: Summary, moves: Moves, ends: _Ends, kept: BoolArray, joint: 
     was = bent[:-1] if joint.bend is None else np.concatenate([joint.bend[None], bent[:-1]])
     after, now = (leave[1:], bend[1:]) if joint.tangent is None else (leave, bend)
     angle = 2.0 * np.arctan2(np.linalg.norm(after - before, axis=1), np.linalg.norm(after + before, axis=1))
-    size = float(np.linalg.norm((found.high - found.low)[_LINEAR]))
+    size = float(np.linalg.norm((found.high - found.low)[LINEAR]))
     floor = CURVATURE_JUMP * (1.0 / size + np.linalg.norm(was, axis=1) + np.linalg.norm(now, axis=1))
     found.corners += int(np.sum((angle > CORNER_ANGLE) | (np.linalg.norm(now - was, axis=1) > floor)))
     found.stops += int(np.sum((angle > STOP_ANGLE) | rest[1 if joint.tangent is None else 0 : -1]))

@@ -18,6 +18,7 @@ from splinefeed.formats.gcode.moves import AXES, Findings, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import Offsets
 from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
+from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.source import check_file, check_size, read_head
 from splinefeed.kernels import gcode as kernel
 from splinefeed.records import Array, IntArray
@@ -36,12 +37,14 @@ class Reading:
     """How a program is read, and what came of it.
 
     dialect  one of `dialects.DIALECTS`, detected if None; offsets  (9,) by number of the coordinate system
+    tools    whose lengths G43 puts in force; None where the path is that of the tool's tip
     repair   make findings of what can be mended; fast  let the kernel take what it knows
     """
 
     dialect: Dialect | None = None
     offsets: Mapping[int, Array] = field(default_factory=dict)
     start: Array = field(default_factory=lambda: np.zeros(AXES))
+    tools: Tools | None = None
     repair: bool = False
     fast: bool = True
     findings: Findings = field(default_factory=Findings)
@@ -58,7 +61,7 @@ class Reading:
 
     def _run(self, file: str | os.PathLike[str], dialect: Dialect) -> Iterator[Moves]:
         lines = pathlib.Path(file).stat().st_size // 2 + 1  # a letter and an end of line at least
-        state = State(Offsets(self.offsets), self.start, dialect.extruder, lines)
+        state = State(Offsets(self.offsets), self.start, dialect.extruder, lines, self.tools)
         interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
         run = interpreter(state, dialect, self.findings, repair=self.repair)
         self.fast &= interpreter is Interpreter
@@ -71,7 +74,7 @@ class Reading:
         except LineError as fault:
             if len(made := state.take()):
                 yield made  # what is wrong in a line before is said first
-            raise FormatError(f"{file}: line {self.lines}: {fault}") from None
+            raise FormatError(f"{file}: line {fault.line or self.lines}: {fault}") from None
         self.ended, self.inch = run.ended, state.inch
         if state.modes[kernel.EXTRUDED]:
             self.findings.say("E words, the filament of a 3-D printer, are no motion of the path and are left out")

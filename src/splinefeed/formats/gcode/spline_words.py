@@ -4,19 +4,20 @@ Sources: LinuxCNC documentation, "G-Codes", G5 to G5.3: in G5.2 the tool's place
 order (3 unless given), knots are whole numbers, clamped. G6.2: Fanuc Series 15i/150i-MA Operator's Manual, programming,
 "NURBS interpolation": P is the order (4 unless given), K the knots, as many as control points and order together, R the
 weights; without a place in its first line the curve begins where the tool is. Mitsubishi M700V, 6.15, has the same.
+LinuxCNC 2.10 writes the last knots as lines of their own that repeat the word (G6.2 K2), and a method Q, which says how
+its control samples the curve. Its G5.2 takes the words of the plane in force.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
+from splinefeed.errors import CurveError
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import LETTERS, Spline
+from splinefeed.formats.gcode.moves import LETTERS, Findings, Spline
 from splinefeed.formats.gcode.state import State
-from splinefeed.geometry.curve import MAX_DEGREE
+from splinefeed.geometry.curve import MAX_AXES, MAX_DEGREE, NurbsCurve
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
@@ -26,13 +27,15 @@ LINUXCNC_ORDER, FANUC_ORDER = 3, 4
 MAX_POINTS = 100_000
 #: The first control point may lie this far from where the tool is, mm or rad: rounding of the words.
 START_TOLERANCE = 1e-3
+#: Letters of a control point of G5.2 in each plane.
+_PLANE_LETTERS = {17: ("X", "Y"), 18: ("X", "Z"), 19: ("Y", "Z")}
 
 
 class SplineWords:
     """Collects the lines of one spline after the other and adds them to the state."""
 
-    def __init__(self, state: State) -> None:
-        self.state = state
+    def __init__(self, state: State, findings: Findings) -> None:
+        self.state, self.findings = state, findings
         self.open = 0  # the code of the block that is being collected: 52 or 62
         self._tangent: Array | None = None
         self._clear()
@@ -53,13 +56,13 @@ class SplineWords:
     ) -> None:
         """One line that begins, continues or ends a spline; the words it uses are taken from `words`."""
         kind = code if code is not None else modal
-        if kind in (50, 51, 52) and self.state.modes[layout.PLANE] != 17:
+        if kind in (50, 51) and self.state.modes[layout.PLANE] != 17:
             raise LineError(f"{g_name(kind)} needs the plane G17")
         more: dict[str, float] = {}
         if inverse is not None:
             words.pop("F")
             more = {"feed": inverse, "flags": layout.INVERSE_FEED}
-        elif self.state.modes[layout.INVERSE] and code in (50, 51, 52, 62):
+        elif self.state.modes[layout.INVERSE] and code in (50, 51, 52, 62) and not self.open:
             raise LineError("F is missing; in inverse time (G93) every move needs its own")
         if kind == 50:
             self._cubic(code is not None and self._tangent is None, words, line, more)
@@ -103,7 +106,7 @@ class SplineWords:
         points = np.array([start, start, there, there])
         points[1, :2] += tangent
         points[2, :2] += arrive
-        self._add(3, [0.0] * 4 + [1.0] * 4, points, [1.0] * 4, said, stated, line, more)
+        self.state.add_spline(Spline.bezier(points, line), said, stated, **more)
         self._tangent = -np.array(arrive)
 
     def _quadratic(self, words: dict[str, float], line: int, more: dict[str, float]) -> None:
@@ -114,7 +117,7 @@ class SplineWords:
         start = self.state.position.copy()
         points = np.array([start, start, there])
         points[1, :2] += offset
-        self._add(2, [0.0] * 3 + [1.0] * 3, points, [1.0] * 3, said, stated, line, more)
+        self.state.add_spline(Spline.bezier(points, line), said, stated, **more)
 
     def _nurbs(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
@@ -127,14 +130,20 @@ class SplineWords:
             self._weights.append(1.0 if axes else weight)
             if not axes:
                 return
-        if set(axes) != {"X", "Y"}:
-            raise LineError("a control point of G5.2 needs X and Y, and nothing else but P")
+        plane = int(self.state.modes[layout.PLANE])
+        first, second = _PLANE_LETTERS[plane]
+        if set(axes) != {first, second}:
+            raise LineError(f"a control point of G5.2 in G{plane} needs {first} and {second}, and nothing else but P")
         if self.state.modes[layout.RELATIVE]:
             raise LineError("control points of G5.2 need absolute places (G90)")
         self._point(axes, weight)
 
+    def goes_on(self, code: int, words: dict[str, float]) -> bool:
+        """Whether a line with the word `code` is one of the spline that is open: G6.2 with nothing but a knot."""
+        return code == self.open == 62 and "K" in words and "P" not in words and not words.keys() & set(LETTERS)
+
     def _knotted(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
-        if code == 62:
+        if code == 62 and not self.open:
             self._clear()
             self.open, self._line, self._more = 62, line, more
             self._order = _order(words.pop("P", FANUC_ORDER))
@@ -148,26 +157,20 @@ class SplineWords:
             raise LineError("every line of G6.2 needs its knot, K")
         if axes:
             self._point(axes, weight)
-        elif code == 62:
+        elif not self._points:
             self._points.append(self.state.position.copy())
             self._weights.append(weight)
         if knot is not None:
             self._knots.append(knot)
         if len(self._knots) == len(self._points) + self._order:
-            self._finish_knotted()
+            self.end()
 
     def _point(self, axes: dict[str, float], weight: float) -> None:
         if len(self._points) >= MAX_POINTS:
             raise LineError(f"a spline of more than {MAX_POINTS} control points")
         if not 0.0 < weight <= layout.LARGEST:
             raise LineError(f"the weight {weight:g} of a control point must be greater than 0")
-        before = self.state.position.copy()
-        # a coordinate that is not said stays that of the point before, and relative ones count from it
-        self.state.position[:] = self._points[-1] if self._points else before
-        try:
-            there, said, stated = self.state.target(axes)
-        finally:
-            self.state.position[:] = before
+        there, said, stated = self.state.target(axes, self._points[-1] if self._points else None)
         self._points.append(there)
         self._weights.append(weight)
         self._said |= said
@@ -177,29 +180,45 @@ class SplineWords:
         """Finish the block that is open, if one is; LineError for one that is not complete."""
         if not self.open:
             return
+        count, order = len(self._points), self._order
+        who = f"the spline from line {self._line} on"
+        if self.open == 62 and len(self._knots) != count + order:
+            raise LineError(
+                f"{who} has {len(self._knots)} knots; {count} control points of order {order} need {count + order}"
+            )
+        if count < order:
+            raise LineError(f"{who} has {count} control points; order {order} needs at least {order}")
+        knots, points = np.array(self._knots), np.array(self._points)
         if self.open == 62:
-            needed = len(self._points) + self._order
-            raise LineError(
-                f"the spline from line {self._line} on has {len(self._knots)} knots; "
-                f"{len(self._points)} control points of order {self._order} need {needed}"
-            )
-        count, degree = len(self._points), self._order - 1
-        if count < self._order:
-            raise LineError(
-                f"the spline from line {self._line} on has {count} control points; order {self._order} needs as many"
-            )
-        knots = [0.0] * degree + [float(k) for k in range(count - degree + 1)] + [float(count - degree)] * degree
-        self._add(
-            degree, knots, np.array(self._points), self._weights, self._said, self._stated, self._line, self._more
-        )
+            knots, points, weights = self._clamped(knots, points)
+        else:
+            weights, spans = np.array(self._weights), count - order + 1
+            knots = np.concatenate([np.zeros(order - 1), np.arange(spans + 1.0), np.full(order - 1, float(spans))])
+        spline = Spline(order - 1, knots, points, weights, self._line)
+        self.state.add_spline(spline, self._said, self._stated, **self._more)
         self._clear()
 
-    def _finish_knotted(self) -> None:
-        """All knots are there: join to where the tool is, and add."""
-        order = self._order
-        if len(self._points) < order:
-            raise LineError(f"{len(self._points)} control points; order {order} needs at least {order}")
-        points = np.array(self._points)
+    def _clamped(self, knots: Array, points: Array) -> tuple[Array, Array, Array]:
+        """Knots, control points and weights with clamped ends, the first one where the tool is."""
+        degree, count, weights = self._order - 1, len(points), np.array(self._weights)
+        steps = np.diff(knots)
+        if np.any(steps < 0.0):
+            raise LineError(f"knot {knots[int(np.argmax(steps < 0.0)) + 1]:g} is less than the one before")
+        if knots[1] < knots[degree] or knots[count] < knots[-2]:
+            moving = np.flatnonzero(np.ptp(points, axis=0) > 0.0)[:MAX_AXES]
+            last = points[-1].copy()
+            try:
+                curve = NurbsCurve(degree, knots, points[:, moving], weights).with_clamped_ends()
+            except CurveError as error:
+                raise LineError(f"the spline from line {self._line} on: {error}") from None
+            knots, points = curve.knots, np.tile(points[0], (len(curve.control_points), 1))
+            points[:, moving] = curve.control_points
+            weights = np.ones(len(points)) if curve.weights is None else curve.weights
+            if (off := float(np.max(np.abs(points[-1] - last)))) > START_TOLERANCE:
+                self.findings.say(
+                    f"line {self._line}: the spline ends where its last knot span ends, at knot {knots[-1]:g}, "
+                    f"{off:.6g} mm from its last control point; repeat the last knot {degree + 1} times to reach it"
+                )
         gap = float(np.max(np.abs(points[0] - self.state.position)))
         if gap > START_TOLERANCE:
             raise LineError(
@@ -207,28 +226,7 @@ class SplineWords:
                 "its first control point must be the place reached before"
             )
         points[0] = self.state.position
-        self._finish(order - 1, self._knots, points)
-
-    def _finish(self, degree: int, knots: Sequence[float], points: Array) -> None:
-        self._add(degree, knots, points, self._weights, self._said, self._stated, self._line, self._more)
-        self._clear()
-
-    def _add(
-        self,
-        degree: int,
-        knots: Sequence[float],
-        points: Array,
-        weights: Sequence[float],
-        said: int,
-        stated: int,
-        line: int,
-        more: dict[str, float],
-    ) -> None:
-        steps = np.diff(knots)
-        if np.any(steps < 0.0):
-            raise LineError(f"knot {knots[int(np.argmax(steps < 0.0)) + 1]:g} is less than the one before")
-        spline = Spline(degree, np.array(knots), points, np.array(weights), line)
-        self.state.add_spline(spline, said, stated, **more)
+        return knots, points, weights
 
 
 def _order(value: float) -> int:

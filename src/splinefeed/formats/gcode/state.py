@@ -16,6 +16,7 @@ from splinefeed.formats.gcode.offsets import (
     SYSTEM_STEP,
     Offsets,
 )
+from splinefeed.formats.gcode.tools import Tools
 from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
@@ -36,8 +37,9 @@ class State:
     lines  no program has more of them, so that a short one needs less room
     """
 
-    def __init__(self, offsets: Offsets, start: Array, extruder: bool, lines: int) -> None:
-        self.offsets = offsets
+    def __init__(self, offsets: Offsets, start: Array, extruder: bool, lines: int, tools: Tools | None = None) -> None:
+        self.offsets, self.tools = offsets, tools
+        self.selected, self.loaded = 0.0, 0.0  # tools, by T and by M6
         self.values = np.zeros(layout.STATE)
         self.modes = np.zeros(layout.MODES, dtype=np.int64)
         self._capacity = min(CAPACITY, lines + 2 * _ROOM)
@@ -51,6 +53,7 @@ class State:
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
         self.inch = False
+        self.spindle = 0  # 3 or 4 while it turns, as M codes say
         self.values[layout.TOLERANCE] = UNSAID
         self.modes[layout.MOTION] = -1
         self.modes[layout.PLANE] = 17
@@ -106,9 +109,12 @@ class State:
             return float(self.offsets.systems[system + 1][axis] / self.values[layout.SCALE + axis])
         return None
 
-    def target(self, words: Mapping[str, float]) -> tuple[Array, int, int]:
-        """Where axis words lead, (9,), with the bits of the axes said, and of those whose place is stated."""
-        there = self.position.copy()
+    def target(self, words: Mapping[str, float], origin: Array | None = None) -> tuple[Array, int, int]:
+        """Where axis words lead, (9,), with the bits of the axes said, and of those whose place is stated.
+
+        origin  (9,) what axes without a word keep and relative words count from; the tool's place if None
+        """
+        there = (self.position if origin is None else origin).copy()
         said = 0
         relative = bool(self.modes[layout.RELATIVE])
         for axis, letter in enumerate(LETTERS):
@@ -121,6 +127,8 @@ class State:
 
     def add(self, kind: int, end: Array, used: int, stated: int, line: int, **more: float) -> None:
         """One move to `end` (9,); `more` is centre, radius, turns, feed, flags and spline as the layout has them."""
+        if self.count == len(self.rows):  # one line of a canned cycle stands for many
+            self.rows, self.marks = (np.concatenate([each, np.zeros_like(each)]) for each in (self.rows, self.marks))
         row, mark = self.rows[self.count], self.marks[self.count]
         row[:] = 0.0
         row[layout.END : layout.END + AXES] = end
@@ -145,6 +153,25 @@ class State:
     def say(self, line: int, text: str = "", dwell: float = 0.0, stop: bool = True) -> None:
         """A marker before the next move."""
         self.said.append(Mark(self.count, line, text, dwell, stop))
+
+    def switch(self, code: int) -> float:
+        """Take over what M3, M4, M5 and M6 say of spindle and tool: the seconds that it takes."""
+        if 3 <= code <= 5:
+            self.spindle = code % 5
+        if code != 6:
+            return 0.0
+        self.loaded = self.selected
+        return 0.0 if self.tools is None else self.tools.change
+
+    def select(self, tool: float, line: int) -> None:
+        """T: the tool that M6 loads; LineError where the table of tools does not have it."""
+        if self.tools is not None:
+            try:
+                self.tools.tool(tool)
+            except LineError as fault:
+                fault.line = line
+                raise
+        self.selected = tool
 
     def new_speed(self, speed: float) -> bool:
         """Take over the speed that S says; whether it is another one, for which a control waits at rest."""
@@ -176,7 +203,10 @@ class State:
                 if len(texts) < _TEXTS:
                     texts[key] = text
             changed = bool(words & 1) and self.new_speed(speed)
-            self.said.append(Mark(before, line, text, stop=changed or words != 1 or codes != 0))
+            if words & 2:
+                self.select(tool, line)
+            wait = sum(self.switch(int(digit)) for digit in str(codes)) if codes else 0.0
+            self.said.append(Mark(before, line, text, wait, changed or words != 1 or codes != 0))
 
     def take(self) -> Moves:
         """The moves made since the last time."""

@@ -134,8 +134,8 @@ def _setting(scanner: Scanner, block: Block) -> None:
 
 
 def _program_number(scanner: Scanner, text: str) -> None:
-    """Behind O (or :): the number of a program alone is only its name; everything else is a subprogram."""
-    if not scanner.text[scanner.at :].isdigit():
+    """Behind O, : or :O: the number of a program alone is only its name; everything else is a subprogram."""
+    if not re.fullmatch(r"(O|:O?)[0-9]+", scanner.text[scanner.at - 1 :], re.IGNORECASE):
         raise LineError(
             f"{_shown(text)[1:-1]}: subprograms, loops and jumps are not read; write the program in one piece"
         )

@@ -1,0 +1,102 @@
+"""Tool tables, and what G43, T and M6 make of them; `test_linuxcnc_interpreter` holds the moves against LinuxCNC."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import splinefeed as sf
+from gcode_programs import path_of, program, refusal
+from splinefeed.errors import FormatError
+from splinefeed.formats.gcode.overview import summary
+from splinefeed.formats.gcode.tools import read_tools
+from splinefeed.formats.path_parts import read_parts
+
+TBL = "T1 P1 D6 Z+50.5 ;drill\n\nt2 p12 x1.5 A90 Z-.5 I10 Q1\n; T3\n"
+TOML = """change_time = "6 s"
+[tools.1]
+length = "50.5 mm"
+diameter = "0.25in"
+[tools.2]
+offset = { x = 1.5, z = "-0.5mm", a = "90 deg" }
+"""
+
+
+def table(folder: Path, text: str, name: str) -> Path:
+    file = folder / name
+    file.write_text(text)
+    return file
+
+
+def test_both_tables_say_the_same(tmp_path: Path) -> None:
+    lines, toml = read_tools(table(tmp_path, TBL, "tool.tbl")), read_tools(table(tmp_path, TOML, "tools.toml"))
+    assert list(lines.by_number) == list(toml.by_number) == [1, 2]
+    for number in (1, 2):
+        assert np.allclose(lines.by_number[number].offset, toml.by_number[number].offset, atol=1e-15)
+    assert lines.by_number[2].offset[3] == pytest.approx(math.pi / 2)
+    assert lines.by_number[1].diameter == 6.0 and toml.by_number[1].diameter == 6.35
+    assert (lines.change, toml.change) == (0.0, 6.0)
+
+
+def test_lengths_shift_the_path_and_changes_take_their_time(tmp_path: Path) -> None:
+    lines = ["G0 X0 Z60", "T1 M6", "G43 H1 G0 Z10", "T2", "G1 X5 F600", "M6", "G43", "X6 Z3", "G49 X0 Z0"]
+    tools = table(tmp_path, TOML, "tools.toml")
+    file = program(tmp_path, *lines)
+    path = sf.read(file, start=(0, 0, 0), tools=tools)
+    assert path.axes == ("x", "z", "a") or path.axes == ("x", "z")
+    assert [curve.control_points[-1][:2].tolist() for curve in path.curves] == [
+        [0, 60], [0, 60.5], [5, 60.5], [7.5, 2.5], [0, 0],
+    ]  # fmt: skip
+    assert sum(wait for _, wait in path.dwells) == 12.0 == summary(file, start=(0, 0, 0), tools=tools).dwell_time
+    parts = list(read_parts(file, start=(0, 0, 0), tools=tools))
+    assert sum(part.length for part in parts) == pytest.approx(path.length)
+    bare = path_of(tmp_path, *lines)
+    assert bare.curves[1].control_points[-1].tolist() == [0, 10] and not bare.dwells
+    assert any("the path is that of the tool's tip, as programmed (tools=)" in each for each in bare.findings)
+
+
+def test_reference_places_may_be_given(tmp_path: Path) -> None:
+    path = path_of(tmp_path, "G0 X5 Z2", "G28 Z9", "G1 X1 F60", "G30", offsets="G28=-1,0,30;G30=7")
+    ends = [curve.control_points[-1].tolist() for curve in path.curves]
+    assert ends == [[5, 2], [5, 9], [5, 30], [1, 30], [7, 0]]
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("T9 M6", "tool 9 is not in the tool table, which has T1, T2"),
+        ("X1 F1 T9", "tool 9 is not in the tool table, which has T1, T2"),
+        ("G43 H3", "tool 3 is not in the tool table, which has T1, T2"),
+        ("G43.2", "G43.2 needs H, or axes, and not both"),
+    ],
+)
+def test_a_tool_that_is_missing(tmp_path: Path, line: str, reason: str) -> None:
+    tools = table(tmp_path, TBL, "tool.tbl")
+    assert refusal(tmp_path, "G1 X5 F60", line, "X7", tools=tools) == f"line 2: {reason}"
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "reason"),
+    [
+        ("T1 Z5\nZ5 D3\n", "a.tbl", "line 2: expected T1 P1 Z50.2 D6, got 'Z5 D3'"),
+        ("T1 Z5 hello\n", "a.tbl", "line 1: expected T1 P1 Z50.2 D6, got 'T1 Z5 hello'"),
+        ("T1 Z5\nT1 Z6\n", "a.tbl", "line 2: T1 stands twice, or is no number of a tool"),
+        ("T1 Z1e9\n", "a.tbl", "line 1: expected T1 P1 Z50.2 D6"),
+        ("T1 Z99999999999\n", "a.tbl", "an offset or diameter of a tool is beyond 1e+09 mm"),
+        ("[tools.1]\nlength = nan\n", "a.toml", "tools.1.z: "),
+        ("[tools.1]\nlenght = 5\n", "a.toml", "tools.1.lenght is not known; there are diameter, length, offset"),
+        ("[tools.x]\nlength = 5\n", "a.toml", "tools: expected a table [tools.1] a tool, got 'x'"),
+        ("tools = 5\n", "a.toml", "tools: expected a table [tools.1] a tool, got ''"),
+        ("change_time = '5mm'\n", "a.toml", "change_time: "),
+        ("change_time = -1\n", "a.toml", "change_time: -1 s is less than 0"),
+        ("[[[\n", "a.toml", ""),
+    ],
+)
+def test_tables_that_cannot_be_read(tmp_path: Path, text: str, name: str, reason: str) -> None:
+    file = table(tmp_path, text, name)
+    with pytest.raises(FormatError) as error:
+        read_tools(file)
+    assert str(error.value).startswith(f"{file}: {reason}") and "\n" not in str(error.value)
