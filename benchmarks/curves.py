@@ -134,7 +134,7 @@ CURVES: dict[str, Callable[[], sf.Path]] = {
 
 
 def measure() -> Report:
-    """Seconds of motion and of computing, and what no plan can be faster than."""
+    """Seconds of motion and of computing, and the bound on the grid."""
     rows = []
     shares = []
     for name, shape in CURVES.items():
@@ -169,7 +169,7 @@ def measure() -> Report:
     )
     notes = (
         "Limits (feed = axis velocity, axis acceleration, axis jerk; of rotary axes in rad): A 60, 500, 20000; "
-        "B 100, 2000, 50000; C 60, 50, 2000. Bound: second order, without jerk; no plan is faster. Other planners: the "
+        "B 100, 2000, 50000; C 60, 50, 2000. Bound: no plan on the same grid is faster. Other planners: the "
         "faster of IPOPT and COPP, slowed until their setpoints hold the limits, measured once; on the other "
         "curves they were not measured, or know nothing of jumps. Computing: processor time of a warm plan. "
         "Every motion here was held against `sf.check`.",
