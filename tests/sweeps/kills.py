@@ -91,7 +91,8 @@ def one(draw: random.Random) -> int:
     with tempfile.TemporaryDirectory() as place:
         folder, clean = Path(place, "killed"), Path(place, "clean")
         known: set[int] = set()
-        while not attempt(spec, folder, draw, 0.25 * seconds):
+        # a process may need longer to begin than a short sweep takes: each attempt may last a little longer
+        while not attempt(spec, folder, draw, 0.25 * seconds * 1.05**hits):
             hits += 1
             assert hits < 1000, "it never comes to its end"
             if not (folder / store.ABOUT).exists():
