@@ -344,9 +344,9 @@ class JointPath:
     def _refuse_pole(self, s: float) -> NoReturn:
         names = self.axes[self.linear :]
         raise CurveError(
-            f"at s = {s:.6g} mm the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off or stays, "
-            f"so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or give the "
-            f"angles of {' and '.join(names)}"
+            f"at s = {s:.6g} mm the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off or "
+            "stays, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or give "
+            f"the angles of {' and '.join(names)}"
         )
 
     def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
