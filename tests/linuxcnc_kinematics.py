@@ -24,11 +24,18 @@ class Pose(ctypes.Structure):
 
 def asked(module: str, sets: Sequence[dict[str, Any]]) -> list[list[list[float]]]:
     """Rows that the module answers: of each set {pins, inverse, rows}, poses (x ... w, deg) or joints (deg)."""
+    from benchmarks.hal_session import alone
+
     from splinefeed.live.linuxcnc_sink import PYTHON, as_nobody
 
     job = json.dumps({"module": module, "sets": sets})
+    with alone():
+        return _answer(job, [*as_nobody(), PYTHON, "-"])
+
+
+def _answer(job: str, command: Sequence[str]) -> list[list[list[float]]]:
     done = subprocess.run(
-        [*as_nobody(), PYTHON, "-"],
+        command,
         input=f"{Path(__file__).read_text(encoding='utf-8')}\nchild({job!r})\n",
         capture_output=True,
         text=True,

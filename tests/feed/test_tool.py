@@ -107,6 +107,21 @@ def test_joints_near_the_pole_turn_within_their_limits() -> None:
         assert np.ptp(points.position[:, 4]) > 2.5
 
 
+def test_a_tool_tilts_through_the_upright_without_slowing_down() -> None:
+    line = sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [100, 0, 0]])
+    motions = []
+    for low, high in ((-0.2, 0.2), (0.1, 0.5)):
+        lean = sf.NurbsCurve(1, [0, 0, 1, 1], [[low, 0.0, 1.0], [high, 0.0, 1.0]])
+        path = sf.JointPath(sf.ToolPath(line, lean, kind="vectors"), kinematics("xyzac-trt"))
+        law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
+        points = sf.interpolate(path, law)
+        assert sf.check(points, path, FLANK, law).ok
+        assert np.max(differences(points, FLANK)) <= 1.0 + 1e-6
+        assert np.ptp(points.position[:, 4]) < 1e-12
+        motions.append(law.duration)
+    assert motions[0] < 1.1 * motions[1]
+
+
 def test_a_tool_rests_at_kinks_of_its_axis() -> None:
     line = sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [80, 0, 0]])
     lean = sf.NurbsCurve(1, [0, 0, 0.5, 1, 1], [[0.1, 0.1, 1.0], [0.3, 0.1, 1.0], [0.3, 0.4, 1.0]])

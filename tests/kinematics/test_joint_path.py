@@ -114,10 +114,45 @@ def test_travel_that_is_left_is_refused_with_joint_and_mend() -> None:
         sf.JointPath(leaning((0.1, 0.0, 1.0), (0.1, 0.1, 1.0)), machine, travel={"w": (0.0, 1.0)})
 
 
-def test_a_path_through_the_pole_is_refused_and_one_beside_it_turns_fast() -> None:
+def bending(*vectors: tuple[float, float, float]) -> sf.ToolPath:
+    """A straight tip and a tool axis along a Bezier curve of vectors."""
+    knots = [0.0] * len(vectors) + [1.0] * len(vectors)
+    return sf.ToolPath(LINE, sf.NurbsCurve(len(vectors) - 1, knots, vectors), kind="vectors")
+
+
+@pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.kind)
+@pytest.mark.parametrize(
+    "tool",
+    [
+        leaning((0.2, 0.1, 1.0), (-0.3, -0.15, 1.0)),
+        bending((0.3, 0.1, 1.0), (0.0, -0.05, 1.0), (-0.3, 0.0, 1.0)).reversed(),
+        bending((-0.2, 0.2, 1.0), (-0.1, 0.0, 1.0), (0.1, -0.0, 1.0), (0.2, -0.2, 1.0)),
+        bending((0.0, 0.0, 1.0), (0.2, 0.0, 1.0), (0.3, 0.3, 1.0)),
+        leaning((0.2, 0.1, 1.0), (0.0, 0.0, 1.0)),
+    ],
+    ids=["straight", "beside", "curved", "from the pole", "to the pole"],
+)
+def test_a_path_straight_through_the_pole_tilts_on(machine: sf.Kinematics, tool: sf.ToolPath) -> None:
+    path = sf.JointPath(tool, machine)
+    s = np.linspace(0.0, 100.0, 4001)
+    tip, axis = machine.forward(path(s))
+    wanted = tool.orientation(*tool.locate(s))[:, 0]
+    assert np.max(np.abs(tip - tool(s))) <= 1e-12 * 500.0
+    assert np.max(np.abs(axis - wanted / np.linalg.norm(wanted, axis=1)[:, None])) <= 2e-10
+    middle = np.linspace(0.1, 99.9, 501)
+    exact = path.derivatives(middle)
+    numeric = (path.derivatives(middle + 1e-3)[:, :3] - path.derivatives(middle - 1e-3)[:, :3]) / 2e-3
+    assert np.max(np.abs(numeric - exact[:, 1:])[:, :, 6:]) <= 1e-6 * max(1.0, float(np.max(np.abs(exact[:, 1:, 6:]))))
+
+
+def test_turning_off_or_staying_at_the_pole_is_refused_and_a_path_beside_it_turns_fast() -> None:
     machine = kinematics("xyzac-trt")
-    with pytest.raises(CurveError, match=r"at s = 50 mm the tool axis is that of joint c .*; tilt the workpiece"):
-        sf.JointPath(leaning((0.2, 0.0, 1.0), (-0.2, 0.0, 1.0)), machine)
+    for tool in (
+        leaning((0.2, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.2, 1.0)),
+        leaning((0.2, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (0.2, 0.0, 1.0)),
+    ):
+        with pytest.raises(CurveError, match=r"at s = .* mm the tool axis is that of joint c .*; tilt the workpiece"):
+            sf.JointPath(tool, machine)
     path = sf.JointPath(leaning((0.2, 1e-3, 1.0), (-0.2, 1e-3, 1.0)), machine)
     d = path.derivatives(np.array([1.0, 50.0]))
     assert abs(d[1, 1, 7]) > 1000.0 * abs(d[0, 1, 7])

@@ -176,17 +176,22 @@ def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[M
     from splinefeed.cli.source import read_path
     from splinefeed.feed.planning import plan
     from splinefeed.feed.reserve import with_reserve
+    from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.live.motion import along
     from splinefeed.machine.table import Table
+    from splinefeed.pipeline.run import on_machine
 
     machine = Table.load(given["machine"]) if given["machine"] else None
     path = read_path(source, options.reading_from(given))
-    limits, period, strategy = options.limits_from(given, machine, path.axes)
+    tool = isinstance(path, ToolPath)
+    joints = machine.kinematics.joints if tool and machine is not None and machine.kinematics else path.axes
+    limits, period, strategy = options.limits_from(given, machine, joints)
     limits, _ = options.as_programmed(limits, path, given)
+    moved = on_machine(path, machine if tool else None, limits)
     say("planning")
-    law = plan(path, with_reserve(limits, given["top"]), strategy=strategy, period=period)
+    law = plan(moved, with_reserve(limits, given["top"]), strategy=strategy, period=period)
     # the feed is what is programmed: 100 %; what is a limit is that of the axes
-    return along(path, law, replace(limits, feed=max(most, 1.0) * limits.feed), highest=most), limits
+    return along(moved, law, replace(limits, feed=max(most, 1.0) * limits.feed), highest=most), limits
 
 
 def _through(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[Motion, Limits]:

@@ -10,12 +10,15 @@ import numpy as np
 from splinefeed.errors import LimitsError
 from splinefeed.geometry.path import Path
 from splinefeed.kernels.override_demand import ask
+from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits, TimeLaw, positive
 
 #: A law that is over its limits by less than this is at them.
 AT_LIMITS = 1e-6
 #: Jumps of q'' within three ticks weigh at most this much each in a third difference, a single one at most 1.
 NEAR_JUMPS = 0.75
+#: Places in a tick at which joints of a tool path are looked at, and how far beside a break, as a share of the path.
+LOOKED_AT, BESIDE = 5, 1e-9
 
 
 class Course(Protocol):
@@ -48,7 +51,7 @@ class LawCourse:
     Raises LimitsError for a law that does not rest at both ends, and where nobody says a period.
     """
 
-    def __init__(self, path: Path, law: TimeLaw, period: float | None = None) -> None:
+    def __init__(self, path: Path | JointPath, law: TimeLaw, period: float | None = None) -> None:
         wanted = law.period if period is None else period
         if wanted is None:
             raise LimitsError("no period: give period= in s, as the law was not brought to one")
@@ -61,6 +64,8 @@ class LawCourse:
 
     def asked(self, first: int, count: int) -> Array:
         """As `Course` says, from the exact derivatives of path and law."""
+        if isinstance(self.path, JointPath):
+            return with_jumps(*_of_joints(self.path, self.law, self.period, first - 1, count + 2), self.period)
         columns = len(self.axes) + 1
         cells, jumps = np.empty((count + 2, 3, columns)), np.empty((count + 2, columns))
         given = (self.law.breaks, self.law.coefficients, self.path.table, self.path.shape)
@@ -80,3 +85,28 @@ class LawCourse:
         if not all(map(math.isfinite, shares)):
             raise LimitsError("the law was not planned under the limits of centripetal acceleration or chord error")
         return max(shares)
+
+
+def _of_joints(path: JointPath, law: TimeLaw, period: float, first: int, count: int) -> tuple[Array, Array]:
+    """Largest |q'|, |q''|, |q'''| of joints and tip in ticks, (count, 3, axes + 1), and the jumps of q'' in each."""
+    inside = period * np.linspace(1e-6, 1.0 - 1e-6, LOOKED_AT)
+    t = np.clip(period * np.arange(first, first + count)[:, None] + inside, 0.0, law.duration).ravel()
+    v, a, j = (each(t)[:, None] for each in (law.feed, law.acceleration, law.jerk))
+    r = path.derivatives(np.clip(law(t), 0.0, path.length))[:, :, 3:]
+    joints = (r[:, 1] * v, r[:, 2] * v**2 + r[:, 1] * a, r[:, 3] * v**3 + 3.0 * r[:, 2] * v * a + r[:, 1] * j)
+    each = np.stack([np.concatenate(pair, axis=1) for pair in zip(joints, (v, a, j), strict=True)], axis=1)
+    cells = np.max(np.abs(each).reshape(count, LOOKED_AT, 3, -1), axis=1)
+    tick = np.arange(first, first + count)
+    cells[(tick < 0) | (tick * period >= law.duration)] = 0.0
+    jumps = np.zeros((count, cells.shape[2]))
+    ends = np.clip(period * np.arange(first, first + count + 1), 0.0, law.duration)
+    cell = np.searchsorted(law(ends), path.breaks, side="right") - 1
+    near = (cell >= 0) & (cell < count)
+    away = BESIDE * path.length
+    before, behind = (path.derivatives(path.breaks[near] + way)[:, :, 3:] for way in (-away, away))
+    feed, push = (np.max(np.abs(each.reshape(count, LOOKED_AT, 3, -1)[cell[near], :, k, -1]), axis=1) for k in (0, 1))
+    jump = (
+        np.abs(behind[:, 2] - before[:, 2]) * feed[:, None] ** 2 + np.abs(behind[:, 1] - before[:, 1]) * push[:, None]
+    )
+    np.maximum.at(jumps[:, :-1], cell[near], jump)
+    return cells, jumps

@@ -177,8 +177,10 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
 
 
 def _axes(axes: object, count: int, place: str) -> tuple[str, ...]:
-    if axes is None:
+    if axes is None and count <= len(DEFAULT_AXES):
         return DEFAULT_AXES[:count]
+    if axes is None:
+        raise FormatError(f"{place}: missing; control points of {count} columns need a name for each")
     if not isinstance(axes, list) or not all(isinstance(axis, str) for axis in axes):
         raise FormatError(f"{place}: is no list of names")
     if len(axes) != count:

@@ -7,6 +7,7 @@ import numpy as np
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import arc, chunks, columns, derivatives, place_on
 from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
+from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, IntArray, TimeLaw
 
 #: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
@@ -14,7 +15,7 @@ AT_END = 64.0 * 2.0**-52
 
 
 def fill(
-    path: Path, law: TimeLaw, time: Array, curve: IntArray, u: Array, s: Array, feed: Array, position: Array
+    path: Path | JointPath, law: TimeLaw, time: Array, curve: IntArray, u: Array, s: Array, feed: Array, position: Array
 ) -> None:
     """Curve (n,), u (n,), s (n,), mm, feed (n,), mm/s, and position (n, axes) at times (n,), s, of a law, in any order.
 
@@ -22,6 +23,10 @@ def fill(
     Source: the idea of an arc-length table is B. Guenter, R. Parent, "Computing the arc length of parametric curves",
     IEEE Computer Graphics and Applications 10(3), 1990, doi 10.1109/38.55155; the table is `kernels.layout`.
     """
+    if isinstance(path, JointPath):  # joints at the places of the tip
+        fill(path.tool, law, time, curve, u, s, feed, np.empty((len(time), len(path.tool.axes))))
+        position[:] = path.joints(curve, u, s)
+        return
     pieces, length, ends = path.arc_pieces, path.length, path.curve_starts[1:-1]
     curve[:] = 0
     for part in chunks(len(time)):

@@ -6,6 +6,7 @@ import numpy as np
 
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.arc_length import fill
+from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Setpoints, TimeLaw
 
 METHOD = "arc-length"
@@ -14,7 +15,7 @@ METHOD = "arc-length"
 class Instants:
     """Points of one motion at instants of its law, block by block."""
 
-    def __init__(self, path: Path, law: TimeLaw, period: float) -> None:
+    def __init__(self, path: Path | JointPath, law: TimeLaw, period: float) -> None:
         self.path, self.law, self.period = path, law, period
         self.tick = 0
 

@@ -157,12 +157,7 @@ class Interpolator:
             self._loop(*self._given, first, self._integers, self._floats, *self._asked, *room)
             return
         time = np.minimum(np.arange(first, first + len(room[0])) * self.period, self.law.duration)
-        if not isinstance(self.path, JointPath):
-            self._method.fill(self.path, self.law, time, *room)
-            return
-        curve, u, s, feed, joints = room
-        self._method.fill(self.curves, self.law, time, curve, u, s, feed, np.empty((len(time), len(self.curves.axes))))
-        joints[:] = self.path.joints(curve, u, s)
+        self._method.fill(self.path, self.law, time, *room)
 
     def block(self, count: int | None = None) -> Setpoints:
         """The next `count` setpoints, or all that are left; fewer, or none, at the end."""

@@ -25,7 +25,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.kinematics.jets import Jet, Number, angle, root, sin_cos
+from splinefeed.kinematics.jets import Jet, Number, angle, sin_cos
 from splinefeed.records import Array
 
 Vector = tuple[Number, Number, Number]
@@ -90,15 +90,16 @@ class Kinematics:
         found = np.stack([np.broadcast_to(np.asarray(part), joints.shape[:-1]) for part in parts], axis=-1)
         return found[..., :3], found[..., 3:]
 
-    def turns(self, k: tuple[Jet, Jet, Jet]) -> tuple[Jet, Jet]:
-        """The two rotary joints, rad, for the tool axis k: tilt >= 0, azimuth within half a turn of 0; k_xy not 0.
-
-        The other solution has the opposite tilt, and the azimuth half a turn further.
-        """
-        x, y, z = k
+    def turn(self, k: tuple[Jet, Jet, Jet]) -> Jet:
+        """The last joint, rad, for the tool axis k, k_xy not 0; half a turn further is right, too."""
         sign, offset = self.azimuth
-        tilt = angle(root(x * x + y * y), z)
-        return self.tilt * tilt, sign * (angle(y, x) - offset)
+        return sign * (angle(k[1], k[0]) - offset)
+
+    def tilted(self, k: tuple[Jet, Jet, Jet], turn: Jet) -> Jet:
+        """The first rotary joint, rad, for the tool axis k and one of its turns: of either sign."""
+        sign, offset = self.azimuth
+        s, c = sin_cos(sign * turn + offset)
+        return self.tilt * angle(c * k[0] + s * k[1], k[2])
 
 
 @dataclass(frozen=True, kw_only=True)

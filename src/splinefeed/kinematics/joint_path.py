@@ -21,6 +21,11 @@ from splinefeed.records import ROTARY_AXES, Array, IntArray
 POLE = 1e-5
 #: A tool axis that is nowhere further from the pole than this, rad, is upright.
 UPRIGHT = 1e-9
+#: Places at the pole nearer than this share of the path are one; a single one is no longer than that.
+APART, SINGLE = 1e-3, 1e-5
+#: How far from the pole, rad, the window ends in which a joint passes it by a polynomial; and how far the tool axis may
+#: be off there, rad.
+PASS, OFF_AXIS, SAMPLES_OF_PASS = 1e-2, 2e-10, 65
 #: Most turn of the last rotary joint from one sample to the next, rad; halvings until it is that; and samples at most.
 SAMPLE_TURN, HALVINGS, MOST_SAMPLES = 0.5, 48, 2_000_000
 #: Golden section, and the steps that bring it from one sample to rounding.
@@ -46,9 +51,10 @@ class JointPath:
 
     Of the two ways to turn to a tool axis, and all whole turns of the last joint, one is taken for the whole path: the
     nearest to `start` that stays inside the travel. Near the pole, where the tool axis is the axis of the last joint,
-    that turns fast, and its limits slow the tip down.
-    Raises CurveError where the path goes through the pole, or tilts a tool that cannot; LimitsError where it leaves the
-    travel of a joint: with the joint, the place and the mend.
+    that turns fast, and its limits slow the tip down. A path that goes straight through the pole tilts on to the other
+    side, and no joint turns fast.
+    Raises CurveError where the tool turns off or stays at the pole, or tilts and the machine cannot; LimitsError where
+    it leaves the travel of a joint: with the joint, the place and the mend.
     """
 
     def __init__(
@@ -70,7 +76,7 @@ class JointPath:
                 raise InputError(f"{name}: {kinematics.kind} has no such joint; it has {', '.join(self.axes)}")
         self._start = np.array([(start or {}).get(name, 0.0) for name in self.axes[self.linear :]])
         self._fixed: Array | None = None  # where the rotary joints stay all along
-        self._flip = False  # whether the tilt is the opposite one
+        self._passes: tuple[tuple[float, float, float, Array], ...] = ()  # windows in which a joint passes the pole
         self._s, self._turns = np.zeros(0), np.zeros(0)  # the last joint at samples, without jumps of whole turns
         self._dips = np.zeros(0)  # arc lengths where the tool axis is nearest to the pole
         self._choose()
@@ -86,28 +92,25 @@ class JointPath:
 
     def joints(self, curve: IntArray, u: Array, s: Array) -> Array:
         """Joints (n, joints) at parameters u (n,) of curves (n,), arc lengths s (n,)."""
-        jets = self._jets(curve, u, s, 0)
-        return np.stack([jet.value for jet in jets], axis=1)
+        return np.stack([jet.value for jet in self._jets(curve, u, s, 0)[3:]], axis=1)
 
     def derivatives(self, s: Array) -> Array:
         """Tip and joints and their first three derivatives by arc length, (n, 4, 3 + joints), at s (n,)."""
         curve, u = self.tool.locate(s)
-        jets = self._jets(curve, u, s, 3)
-        return np.stack([np.moveaxis(jet.derivatives, 0, 1) for jet in (*self._tip, *jets)], axis=2)
+        return np.stack([np.moveaxis(jet.derivatives, 0, 1) for jet in self._jets(curve, u, s, 3)], axis=2)
 
     def _jets(self, curve: IntArray, u: Array, s: Array, order: int) -> tuple[Jet, ...]:
-        """Every joint as a jet by arc length, (joints,); of order 0 or 3."""
+        """Tip and joints as jets by arc length, (3 + joints,); of order 0 or 3."""
         tip = self.tool.evaluate(curve, u, order)
         if self.tool.columns:
             tip = np.concatenate([tip, self.tool.orientation(curve, u, order)], axis=2)
         if order:
             tip = by_arc_length(tip, 3)
         each = [Jet.of_derivatives(np.ascontiguousarray(tip[:, :, k].T)) for k in range(tip.shape[2])]
-        self._tip = each[:3]
         turns = self._rotary(tuple(each[3:]), s, each[0])
-        p = each[0], each[1], each[2]
-        slides = self.kinematics.slides(p, turns)
-        return *(q if isinstance(q, Jet) else each[0] * 0.0 + q for q in slides), *turns
+        tip_jets = each[0], each[1], each[2]
+        slides = self.kinematics.slides(tip_jets, turns)
+        return *tip_jets, *(q if isinstance(q, Jet) else each[0] * 0.0 + q for q in slides), *turns
 
     def _rotary(self, given: tuple[Jet, ...], s: Array, like: Jet) -> tuple[Jet, ...]:
         """The rotary joints."""
@@ -115,11 +118,17 @@ class JointPath:
             return tuple(like * 0.0 + float(value) for value in self._fixed)
         if self.tool.kind == ANGLES:
             return given
-        tilt, turn = self.kinematics.turns(_unit(given))
-        if self._flip:
-            tilt, turn = -tilt, turn + math.pi
+        axis = _unit(given)
+        with np.errstate(divide="ignore", invalid="ignore"):  # at the pole itself there is no direction
+            turn = self.kinematics.turn(axis)
         near = np.interp(s, self._s, self._turns)
-        return tilt, turn + 2.0 * math.pi * np.round((near - turn.value) / (2.0 * math.pi))
+        turn = turn + math.pi * np.round((near - turn.value) / math.pi)
+        for low, high, origin, taylor in self._passes:
+            inside = np.flatnonzero((s >= low) & (s <= high))
+            x = s[inside] - origin
+            for order in range(len(turn.c)):
+                turn.c[order, inside] = _taylor(taylor, x, order)
+        return self.kinematics.tilted(axis, turn), turn
 
     # --- what the planner asks for ----------------------------------------------------------------------------------
 
@@ -153,13 +162,11 @@ class JointPath:
         Joints that move straight from r to r + r' h move the tip on a curve of its own, with second derivative c; the
         tip's is r''. So a step h leaves the tip off by h^2 / 8 |r'' - c|, across the path.
         """
-        n = self.linear
         lines = [Jet(np.stack([d[:, 0, 3 + k], d[:, 1, 3 + k], np.zeros(len(d))])) for k in range(len(self.axes))]
         own = np.stack([_as_jet(part, lines[0]).derivatives[2] for part in self.kinematics.tip(tuple(lines))], axis=1)
         off = d[:, 2, :3] - own
         tangent = d[:, 1, :3]
         across = off - np.sum(off * tangent, axis=1)[:, None] * tangent
-        assert n >= 3
         return np.asarray(np.linalg.norm(across, axis=1))
 
     # --- the turns of rotary joints ---------------------------------------------------------------------------------
@@ -207,7 +214,7 @@ class JointPath:
     def _turn_at(self, curve: IntArray, u: Array) -> Array:
         """The last rotary joint, rad, within a turn, (n,)."""
         k = self.tool.orientation(curve, u)[:, 0].T
-        return self.kinematics.turns((Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])))[1].value
+        return self.kinematics.turn((Jet(k[:1]), Jet(k[1:2]), Jet(k[2:]))).value
 
     def _unwind(self, curve: IntArray, u: Array, away: Array) -> None:
         """Follow the last rotary joint along samples, halved until it turns little between them."""
@@ -222,42 +229,93 @@ class JointPath:
         at, whole = np.append(curve, owner), np.append(u, nearest)
         order = np.lexsort((whole, at))
         curve, u = at[order], whole[order]
-        away = self._from_pole(curve, u)
+        away, s = self._from_pole(curve, u), self.tool.arc_length(curve, u)
         if len(low):
             near = self._from_pole(owner, nearest) < NEAR_POLE
             self._dips = self.tool.arc_length(owner[near], nearest[near])
-        k = int(np.argmin(away))
-        if away[k] < POLE:
-            self._refuse_pole(float(self.tool.arc_length(curve[k], u[k])))
+        at_pole = self._places_at_pole(s, away)
+        clear = away >= POLE
+        curve, u, s = curve[clear], u[clear], s[clear]
         turn = self._turn_at(curve, u)
         for _ in range(HALVINGS):
-            step = np.abs((np.diff(turn) + math.pi) % (2.0 * math.pi) - math.pi)
-            more = np.flatnonzero((step > SAMPLE_TURN) & (np.diff(curve) == 0) & (np.diff(u) > 0.0))
+            through = np.searchsorted(at_pole, s[1:]) > np.searchsorted(at_pole, s[:-1])
+            whole_turn = np.where(through, math.pi, 2.0 * math.pi)  # through the pole it may be half a turn further
+            step = (np.diff(turn) + 0.5 * whole_turn) % whole_turn - 0.5 * whole_turn
+            more = np.flatnonzero((np.abs(step) > SAMPLE_TURN) & (np.diff(curve) == 0) & (np.diff(u) > 0.0))
             if not len(more):
                 break
+            if len(u) + len(more) > MOST_SAMPLES or np.any(through[more]):
+                self._refuse_pole(float(s[more[0]]))
             middle = 0.5 * (u[more] + u[more + 1])
-            if len(u) + len(more) > MOST_SAMPLES:
-                self._refuse_pole(float(self.tool.arc_length(curve[k], u[k])))
-            new = self._turn_at(curve[more], middle)
-            turn, u, curve = (
-                np.insert(turn, more + 1, new),
-                np.insert(u, more + 1, middle),
-                np.insert(curve, more + 1, curve[more]),
-            )
-        self._s = self.tool.arc_length(curve, u)
-        self._take_turn(np.unwrap(turn), curve, u)
+            turn = np.insert(turn, more + 1, self._turn_at(curve[more], middle))
+            u, curve = np.insert(u, more + 1, middle), np.insert(curve, more + 1, curve[more])
+            s = self.tool.arc_length(curve, u)
+        self._s = s
+        self._take_turn(np.concatenate([turn[:1], turn[0] + np.cumsum(step)]), curve, u)
+        self._passes = tuple(self._pass(place) for place in at_pole)
+
+    def _places_at_pole(self, s: Array, away: Array) -> Array:
+        """Arc lengths (k,) of single places at the pole, mm; CurveError where the tool stays there for longer."""
+        found = s[away < POLE]
+        if not len(found):
+            return found
+        groups = np.split(found, np.flatnonzero(np.diff(found) > APART * self.length) + 1)
+        for group in groups:
+            if np.ptp(group) > SINGLE * self.length:
+                self._refuse_pole(float(group[0]))
+        return np.array([float(np.mean(group)) for group in groups])
+
+    def _pass(self, place: float) -> tuple[float, float, float, Array]:
+        """Between which arc lengths, mm, the last joint passes the pole at a place, and its Taylor coefficients (8,).
+
+        So near to the pole the direction of k_xy is lost in rounding. The joint goes on as the polynomial of degree 7
+        that has its value and three derivatives at both ends of a window; at an end of the path, that of degree 3 from
+        the one side that there is. CurveError where that leaves the tool axis by more than OFF_AXIS.
+        """
+        ends = (0.0, self.length)
+        for k in range(3, HALVINGS):
+            reach = 0.5**k * self.length
+            sides = [max(place - reach, 0.0), min(place + reach, self.length)]
+            inner = [s for s, end in zip(sides, ends, strict=True) if abs(s - end) > 0.0]
+            rho = [float(self._from_pole(*self.tool.locate(np.array([s])))[0]) for s in inner]
+            if max(rho) > PASS or not inner:
+                continue
+            if min(rho) < 1e-2 * PASS:
+                break
+            derivatives = np.array([self._last(s) for s in inner])
+            found = (sides[0], sides[1], place, _through(np.array(inner) - place, derivatives))
+            s = np.linspace(sides[0], sides[1], SAMPLES_OF_PASS)
+            if self._off_axis(s, found) <= OFF_AXIS:
+                return found
+        self._refuse_pole(place)
+
+    def _last(self, s: float) -> Array:
+        """The last joint and its first three derivatives by arc length, (4,), at s."""
+        at = np.array([s])
+        jets = self._jets(*self.tool.locate(at), at, 3)
+        return np.asarray(jets[-1].derivatives[:, 0])
+
+    def _off_axis(self, s: Array, window: tuple[float, float, float, Array]) -> float:
+        """How far the tool axis is from that of the path at s (n,) in a window, rad."""
+        self._passes = (window,)
+        curve, u = self.tool.locate(s)
+        _, axis = self.kinematics.forward(self.joints(curve, u, s))
+        self._passes = ()
+        wanted = self.tool.orientation(curve, u)[:, 0]
+        return float(np.max(np.linalg.norm(axis - wanted / np.linalg.norm(wanted, axis=1)[:, None], axis=1)))
 
     def _take_turn(self, turn: Array, curve: IntArray, u: Array) -> None:
         """Take the solution nearest to the start among those inside the travel."""
         k = self.tool.orientation(curve, u)[:, 0].T
-        tilt = self.kinematics.turns((Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])))[0].value
+        axis = Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])
         names = self.axes[self.linear :]
         free = (-math.inf, math.inf)
         limits = [self.travel.get(name, free) for name in names]
-        found: list[tuple[float, bool, float]] = []
+        found: list[tuple[float, float]] = []
         nearest: list[tuple[float, str, float, float]] = []
-        for flip in (False, True):
-            tilts, turns = (-tilt, turn + math.pi) if flip else (tilt, turn)
+        for half in (0.0, math.pi):
+            turns = turn + half
+            tilts = self.kinematics.tilted(axis, Jet(turns[None])).value
             low, high = float(np.min(tilts)), float(np.max(tilts))
             if low < limits[0][0] - LEFT or high > limits[0][1] + LEFT:
                 nearest.append((max(limits[0][0] - low, high - limits[0][1]), names[0], low, high))
@@ -277,19 +335,18 @@ class JointPath:
                 if out > LEFT:
                     nearest.append((out, names[1], low, high))
                     continue
-                distance = abs(tilts[0] - self._start[0]) + abs(turns[0] + by - self._start[1])
-                found.append((distance, flip, by))
+                found.append((abs(tilts[0] - self._start[0]) + abs(turns[0] + by - self._start[1]), half + by))
         if not found:
             _, name, low, high = min(nearest)
             _refuse_travel(name, self.travel[name], low, high, None)
-        _, self._flip, by = min(found)
-        self._turns = turn + (math.pi if self._flip else 0.0) + by
+        self._turns = turn + min(found)[1]
 
     def _refuse_pole(self, s: float) -> NoReturn:
         names = self.axes[self.linear :]
         raise CurveError(
-            f"at s = {s:.6g} mm the tool axis is that of joint {names[1]} (within {POLE:g} rad), which would have to "
-            f"turn at once; tilt the workpiece or the tool axis a little, or give the angles of {' and '.join(names)}"
+            f"at s = {s:.6g} mm the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off or "
+            "stays, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or give "
+            f"the angles of {' and '.join(names)}"
         )
 
     def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
@@ -315,6 +372,29 @@ def _unit(v: tuple[Jet, ...]) -> tuple[Jet, Jet, Jet]:
     x, y, z = v
     size = root(x * x + y * y + z * z)
     return x / size, y / size, z / size
+
+
+def _through(x: Array, derivatives: Array) -> Array:
+    """Taylor coefficients (8,) about 0 of the polynomial with these derivatives (k, 4) at x (k,), k = 1 or 2."""
+    scale = float(np.max(np.abs(x)))
+    rows, values = [], []
+    count = derivatives.size
+    for at, each in zip(x / scale, derivatives, strict=True):
+        for order in range(4):
+            powers = [math.perm(k, order) * at ** max(k - order, 0) if k >= order else 0.0 for k in range(count)]
+            rows.append(powers)
+            values.append(each[order] * scale**order)
+    found = np.zeros(8)
+    found[:count] = np.linalg.solve(np.array(rows), np.array(values)) / scale ** np.arange(count)
+    return found
+
+
+def _taylor(coefficients: Array, x: Array, order: int) -> Array:
+    """The Taylor coefficient of this order at x (n,), of a polynomial given by its own about 0."""
+    found = np.zeros(len(x))
+    for k in range(len(coefficients) - 1, order - 1, -1):
+        found = found * x + math.comb(k, order) * coefficients[k]
+    return found
 
 
 def _as_jet(value: object, like: Jet) -> Jet:

@@ -14,6 +14,7 @@ from splinefeed.feed.reserve import with_reserve
 from splinefeed.feed.rows_course import RowsCourse
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.instants import Instants
+from splinefeed.kinematics import JointPath
 from splinefeed.records import ROTARY_AXES, Array, Limits, Setpoints, TimeLaw
 
 #: Rows whose plan time is remembered, for a resume from one that is confirmed later.
@@ -107,7 +108,13 @@ class Motion:
 
 
 def along(
-    path: Path, law: TimeLaw, limits: Limits, *, tau: float = 0.0, rate: float = 1.0, highest: float = HIGHEST
+    path: Path | JointPath,
+    law: TimeLaw,
+    limits: Limits,
+    *,
+    tau: float = 0.0,
+    rate: float = 1.0,
+    highest: float = HIGHEST,
 ) -> Motion:
     """A law along a path; limits are those that hold for what is sent, the law is planned under a reserve of them."""
     course = LawCourse(path, law)
