@@ -1,4 +1,4 @@
-"""Kernels of arc length, matching, smoothing and the nearest point, one by one: against quadrature and brute force."""
+"""Kernels of arc length, matching and smoothing, one by one: against quadrature and brute force."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import arc
-from splinefeed.kernels import cells as cells_of
-from splinefeed.kernels import matching, nearest, pieces, smoothing
+from splinefeed.kernels import matching, pieces, smoothing
 
 pytestmark = pytest.mark.nojit
 
@@ -214,26 +213,3 @@ def test_a_least_squares_spline_is_that_of_numpy(spans: int):
     assert found == pytest.approx(np.concatenate([points[:1], inner, points[-1:]]), rel=1e-8, abs=1e-9)
     few = slice(0, 4)
     assert not smoothing.least_squares(s[few], points[few], weights[few], knots, found)  # they leave some open
-
-
-@pytest.mark.parametrize("aside", [-0.3, -1e-3, 1e-3, 0.3])
-@pytest.mark.parametrize("start", [-1.0, -0.5, 0.0, 0.5, 1.0])
-def test_a_search_in_one_cell_finds_the_nearer_of_two_valleys(aside: float, start: float):
-    """From (aside, 2) the parabola y = x^2 has a valley on each side; one cell over all of it is more than it turns.
-
-    The distance to (x, x^2) is stationary where 2 x^3 - 3 x - aside = 0.
-    """
-    parabola = NurbsCurve.bezier([[-2, 4], [0, -4], [2, 4]])
-    table, shape = parabola.table
-    cell = np.zeros((1, cells_of.ENDS + 4))
-    cell[0, cells_of.T_LOW], cell[0, cells_of.T_HIGH] = -1.0, 1.0
-    cell[0, cells_of.SPEED], cell[0, cells_of.BEND] = 2.0 * math.sqrt(17.0) * 1.01, 2.02
-    query = np.array([aside, 2.0])
-    square, t = nearest.search_cell(
-        table, shape, cell, 0, -1.0, 1.0, query, start, math.inf, 0.0, nearest.search_room()
-    )
-    valleys = np.roots([2.0, 0.0, -3.0, -aside]).real
-    wanted = min((x - aside) ** 2 + (x * x - 2.0) ** 2 for x in valleys)
-    assert square == pytest.approx(wanted, rel=1e-13)
-    x = 2.0 * t
-    assert (x - aside) ** 2 + (x * x - 2.0) ** 2 == pytest.approx(wanted, rel=1e-12)
