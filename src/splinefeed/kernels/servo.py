@@ -97,6 +97,22 @@ def quantise(position: float, resolution: float) -> float:
     return math.floor(position / resolution + 0.5) * resolution
 
 
+@hot_kernel
+def seen(parameters: Array, memory: Array) -> float:
+    """What encoder, or the scale on the load, says: the nearest count; mm or rad."""
+    return quantise(memory[LOAD] if parameters[ON_LOAD] != 0.0 else memory[MOTOR], parameters[RESOLUTION])
+
+
+@hot_kernel
+def act(volts: float, table: Array, parameters: Array, memory: Array, scratch: Array) -> None:
+    """The plant one period on under what the converter puts out, or put out a period ago."""
+    if parameters[DELAY] != 0.0:
+        late = memory[PENDING]
+        memory[PENDING] = volts
+        volts = late
+    advance(memory, volts, table, parameters, scratch)
+
+
 @leaf(worth=WORTH, lists=("table", "parameters"))
 def run_axis(
     command: Array,
@@ -114,22 +130,15 @@ def run_axis(
     At tick k: measure, compute, put out; then the plant moves one period. Outputs (n,): position of the load, what
     encoder or scale say, V, and 1 where the output is at its limit. memory (MEMORY,) and scratch (SCRATCH,) carry on.
     """
-    on_load = parameters[ON_LOAD] != 0.0
     for k in range(len(command)):
         position[k] = memory[LOAD]
-        seen = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
-        measured[k] = seen
-        wanted = control(command[k], seen, parameters, memory)
-        volts = convert(wanted, parameters)
-        output[k] = volts
+        measured[k] = seen(parameters, memory)
+        wanted = control(command[k], measured[k], parameters, memory)
+        output[k] = convert(wanted, parameters)
         saturated[k] = 1.0 if abs(wanted) > parameters[OUTPUT_LIMIT] else 0.0
-        if not abs(command[k] - seen) <= parameters[ERROR_LIMIT]:
+        if not abs(command[k] - measured[k]) <= parameters[ERROR_LIMIT]:
             return k + 1
-        applied = volts
-        if parameters[DELAY] != 0.0:
-            applied = memory[PENDING]
-            memory[PENDING] = volts
-        advance(memory, applied, table, parameters, scratch)
+        act(output[k], table, parameters, memory, scratch)
     return len(command)
 
 
@@ -138,16 +147,10 @@ def run_open(
     volts: Array, table: Array, parameters: Array, memory: Array, scratch: Array, position: Array, measured: Array
 ) -> None:
     """The plant alone over n periods of `volts` (n,): position of the load and what is measured before each, (n,)."""
-    on_load = parameters[ON_LOAD] != 0.0
     for k in range(len(volts)):
         position[k] = memory[LOAD]
-        measured[k] = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
-        applied = convert(volts[k], parameters)
-        if parameters[DELAY] != 0.0:
-            late = memory[PENDING]
-            memory[PENDING] = applied
-            applied = late
-        advance(memory, applied, table, parameters, scratch)
+        measured[k] = seen(parameters, memory)
+        act(convert(volts[k], parameters), table, parameters, memory, scratch)
 
 
 @leaf(worth=WORTH, lists=("table", "parameters"))
@@ -162,19 +165,12 @@ def run_relay(
     output: Array,
 ) -> None:
     """A relay in place of the controller: -`relay` V above +`hysteresis` (mm or rad), +`relay` below; fills (n,)."""
-    on_load = parameters[ON_LOAD] != 0.0
     volts = relay
     for k in range(len(measured)):
-        seen = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
-        measured[k] = seen
-        if seen > hysteresis:
+        measured[k] = seen(parameters, memory)
+        if measured[k] > hysteresis:
             volts = -relay
-        elif seen < -hysteresis:
+        elif measured[k] < -hysteresis:
             volts = relay
         output[k] = volts
-        applied = convert(volts, parameters)
-        if parameters[DELAY] != 0.0:
-            late = memory[PENDING]
-            memory[PENDING] = applied
-            applied = late
-        advance(memory, applied, table, parameters, scratch)
+        act(convert(volts, parameters), table, parameters, memory, scratch)
