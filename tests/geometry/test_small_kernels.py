@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import minimize_scalar
 
 import reference
-from splinefeed.geometry import tables
+from splinefeed.geometry import meetings, tables
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.path import Path
@@ -77,8 +77,7 @@ def test_the_least_distance_of_two_chords_is_that_of_brute_force(seed: int):
     points = random.normal(size=(4, 2 + seed % 2))
     if seed % 4 == 3:
         points[3] = points[2] + 0.7 * (points[1] - points[0])  # parallel ones
-    shares = np.empty(2)
-    found = matching.closest(points, 0, 2, shares)
+    (found,), (shares,) = meetings.closest(points, np.array([0]), np.array([2]))
     x, y = (points[i] + shares[k] * (points[i + 1] - points[i]) for k, i in enumerate((0, 2)))
     assert found == pytest.approx(float(np.sum((x - y) ** 2)), rel=1e-12, abs=1e-15)
 
@@ -104,20 +103,15 @@ def test_a_chord_runs_back_where_it_turns_by_more_than_its_cosine_says():
     ):
         end = [1.0 + 3.0 * math.cos(angle), 3.0 * math.sin(angle)]
         points = np.array([[9.0, 9.0], [0.0, 0.0], [1.0, 0.0], end, [7.0, 7.0]])
-        assert matching.runs_back(points, 1) == back
+        assert meetings.runs_back(points)[1] == back
 
 
 def test_meetings_of_a_line_with_itself_are_where_its_chords_cross():
     """A figure eight of 40 chords, (cos t, sin 2 t): it meets itself in the middle once, and at its ends."""
     t = np.linspace(0.2, 0.2 + 2.0 * math.pi, 41)
     points = np.column_stack([np.cos(t), np.sin(2.0 * t)])
-    boxes = np.empty((16, 4))
-    matching.boxes_of(points, boxes)
-    assert boxes[1] == pytest.approx([*points.min(axis=0), *points.max(axis=0)])
-    out = np.empty((8, 2))
-    count = matching.meetings(points, boxes, 1e-9, out)
-    found = out[:count]
-    assert count == 2
+    found = meetings.meetings(points, 1e-9, 8)
+    assert found is not None and len(found) == 2
     chord = t[1] - t[0]
     at = 0.2 + chord * found
     middle, ends = sorted(at.tolist(), key=lambda pair: pair[1] - pair[0])
@@ -127,7 +121,19 @@ def test_meetings_of_a_line_with_itself_are_where_its_chords_cross():
     for i, j in found:
         p, q = (np.array([np.interp(x, np.arange(41), points[:, k]) for k in range(2)]) for x in (i, j))
         assert p == pytest.approx(q, abs=1e-9)
-    assert matching.meetings(points, boxes, 1e-9, out[:1]) == 2  # more than fit
+    assert meetings.meetings(points, 1e-9, 1) is None  # too many
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_meetings_of_a_tangle_are_those_of_every_pair(seed: int):
+    points = np.random.default_rng(seed).uniform(size=(60 + seed, 2))
+    first, second = np.triu_indices(len(points) - 1, 2)
+    square, shares = meetings.closest(points, first, second)
+    wanted = (np.column_stack([first, second]) + shares)[square <= 1e-18]
+    found = meetings.meetings(points, 1e-9, 10_000)
+    assert found is not None and len(wanted) > 100
+    found = found[np.floor(found[:, 1]) > np.floor(found[:, 0]) + 1.0]  # without neighbours that run back
+    assert found == pytest.approx(wanted[np.lexsort((wanted[:, 1], wanted[:, 0]))], abs=1e-12)
 
 
 def test_the_nearest_share_is_the_least_of_the_larger_distance():
