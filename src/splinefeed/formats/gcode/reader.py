@@ -32,6 +32,9 @@ MAX_BYTES = 2 * 2**30
 BLOCK = 2**18
 #: Bytes without an end of line that are no program.
 LONGEST = 2**21
+#: Arrays cost, for few lines, what the interpreter does for so many. After so many runs of fewer lines, one behind the
+#: other, it takes the next ones, whatever they are: twice as many each time, at most so many.
+WORTH, PATIENCE, MOST = 16, 4, 64
 _HEAD = 2**16
 
 
@@ -54,6 +57,8 @@ class Reading:
     lines: int = 0
     ended: bool = False
     inch: bool = False
+    _short: int = 0  # runs of few lines, one behind the other
+    _left: int = 0  # lines that the interpreter takes, whatever they are
 
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
@@ -89,10 +94,14 @@ class Reading:
         lines = Lines(block) if self.fast else None
         at = 0
         while at < len(block) and not run.ended:
-            if lines is not None and not run.splines.open:
-                state.modes[layout.LINE] = self.lines
+            if self._left:
+                self._left -= 1
+            elif lines is not None and not run.splines.open:
+                before = state.modes[layout.LINE] = self.lines
                 at, why = state.scan(lines, at)
                 self.lines = int(state.modes[layout.LINE])
+                self._short = self._short + 1 if self.lines - before < WORTH else 0
+                self._left = min(2**self._short, MOST) if self._short > PATIENCE else 0
                 if state.full:
                     yield state.take()
                 if why == layout.FULL:
