@@ -64,7 +64,7 @@ $(VENV)/.installed: $(RECIPE_OF_VENV) | $(BIN)/python
 	@touch $@
 
 $(VENV)/.installed-dev: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[dev,cad,parquet,plots,studio]'
+	$(PIP) --editable '.[dev,cad,parquet,plots,sim,studio]'
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-all: $(RECIPE_OF_VENV) | $(BIN)/python
@@ -72,5 +72,5 @@ $(VENV)/.installed-all: $(RECIPE_OF_VENV) | $(BIN)/python
 	@touch $@ $(VENV)/.installed $(VENV)/.installed-dev
 
 $(VENV)/.installed-bench: $(RECIPE_OF_VENV) | $(BIN)/python
-	$(PIP) --editable '.[bench,cad]'
+	$(PIP) --editable '.[bench,cad,sim]'
 	@touch $@ $(VENV)/.installed

@@ -11,12 +11,12 @@ import numpy as np
 from marked import rows, words, write
 
 import splinefeed as sf
-from splinefeed.kernels import mechanics, servo
+from splinefeed.kernels import servo
 from splinefeed.machine.parts import Axis
 from splinefeed.pipeline.tuning import PathTuning, tune_on_path
 from splinefeed.report.servo_figures import bode_figure, step_figure
 from splinefeed.simulation.curves import hunts, rest_swing, tuned_axis
-from splinefeed.simulation.experiments import swept_sine
+from splinefeed.simulation.experiments import driven, swept_sine
 from splinefeed.simulation.linear import Margins, margins
 from splinefeed.simulation.plant import parameters, plant, step_table
 from splinefeed.simulation.tuning import VOLTS, Tuning, model_response
@@ -140,9 +140,8 @@ def traps(x: Axis, model: sf.simulation.experiments.UltimatePoint) -> str:
 
 def bare_relay(x: Axis) -> tuple[float, float]:
     """Period, s, of the swing that a relay of VOLTS keeps up, and the gain, V/mm, that the textbook reads from it."""
-    memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
-    measured, output = np.empty(RELAY), np.empty(RELAY)
-    servo.run_relay(VOLTS, 0.0, step_table(plant(x), PERIOD), parameters(x, PERIOD), memory, scratch, measured, output)
+    table, numbers = step_table(plant(x), PERIOD), parameters(x, PERIOD)
+    measured, output = driven(servo.RELAY, np.full(RELAY, VOLTS), 0.0, table, numbers)
     rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0))[-SWINGS:]
     swings = len(rises) - 1
     measured = measured[rises[0] : rises[-1]]

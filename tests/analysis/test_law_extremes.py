@@ -12,7 +12,7 @@ from numpy.polynomial import Polynomial
 import splinefeed as sf
 from splinefeed.analysis.check_bounds import Bounds, Worst
 from splinefeed.analysis.law_motion import LawMotion, breaks_apart
-from splinefeed.analysis.rows import Rows
+from splinefeed.geometry.rows import Rows
 
 RADIUS = 2.0
 #: A quarter circle as a rational quadratic: its parameter does not go evenly, so that every term of the chain counts.
@@ -31,7 +31,7 @@ def extremes(
 ) -> tuple[dict[str, Worst], LawMotion]:
     law = sf.TimeLaw(breaks=breaks, coefficients=coefficients, strategy="test")
     worsts = Bounds(path, limits, 0.0, 0.0).worsts()
-    motion = LawMotion(law, Rows(path), limits, path.axes, rounding)
+    motion = LawMotion(law, Rows(path.arc_pieces), limits, path.axes, rounding)
     motion.hold(worsts, None)
     return worsts, motion
 

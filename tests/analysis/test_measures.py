@@ -12,7 +12,7 @@ from scipy.integrate import quad
 import motions
 import splinefeed as sf
 from splinefeed.analysis import between, motion, ripple
-from splinefeed.analysis.rows import Rows
+from splinefeed.geometry.rows import Rows
 
 
 def circle(radius: float = 10.0) -> sf.Path:
@@ -26,12 +26,12 @@ def circle(radius: float = 10.0) -> sf.Path:
 
 def travelled(path: sf.Path, *u: float) -> float:
     """Arc length of the only curve from one parameter to another, mm."""
-    rows = Rows(path)
+    rows = Rows(path.arc_pieces)
     return float(between.lengths(rows, *rows.find(np.zeros(2, dtype=np.int64), np.array(u)))[0][0])
 
 
 def test_without_feeds_no_step_takes_time():
-    rows = Rows(motions.smooth())
+    rows = Rows(motions.smooth().arc_pieces)
     row, u = rows.find(np.zeros(3, dtype=np.int64), np.array([0.0, 0.5, 1.0]))
     lengths, times = between.lengths(rows, row, u)
     assert np.all(lengths > 0.0)

@@ -7,15 +7,15 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.analysis.contour import ContourMeter
-from splinefeed.analysis.rows import Rows
-from splinefeed.analysis.search import Search
+from splinefeed.geometry.rows import Rows
+from splinefeed.geometry.search import Search
 
 #: 10 mm along x, a quarter turn of a at x = 10, which counts 90 mm, and 10 mm more.
 PATH = sf.Path.polyline(np.array([[0, 0, 0], [10, 0, 0], [10, 0, np.pi / 2], [20, 0, np.pi / 2]]), ("x", "y", "a"))
 
 
 def reached(path: sf.Path, hint: float, half: float, way: int) -> float:
-    return float(Search(path, Rows(path)).reach(np.array([hint]), np.array([half]), way)[0])
+    return float(Search(Rows(path.arc_pieces), closed=path.closed).reach(np.array([hint]), np.array([half]), way)[0])
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from splinefeed.geometry import blossoms, tables
 from splinefeed.geometry import pieces as places
 from splinefeed.geometry.arc_length import ArcLength
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import arc_length, nearest, pieces
+from splinefeed.kernels import arc_length, pieces
 
 EPSILON = np.finfo(float).eps
 pytestmark = pytest.mark.nojit
@@ -132,14 +132,6 @@ def test_short_forms_agree_with_derivatives():
                 assert square == pytest.approx(first @ first, rel=1e-13)
                 allowed = 1e-12 * np.linalg.norm(first) * np.linalg.norm(second)
                 assert product == pytest.approx(first @ second, abs=allowed)
-                query = full[0] + np.arange(1.0, axes + 1.0) * curve.size
-                apart, scale = (full[0] - query)[:linear], table[row, pieces.SCALE]
-                got = nearest.squared_distance(table, row, shape, t, query)
-                slope, bend = apart @ first / scale, (first @ first + apart @ second) / scale**2
-                assert got[0] == pytest.approx(apart @ apart, rel=1e-13)
-                assert got[1] == pytest.approx(slope, rel=1e-11, abs=1e-12 * curve.size**2)
-                assert got[2] == pytest.approx(bend, rel=1e-11, abs=1e-11 * curve.size**2)
-                assert got[3] == pytest.approx(first @ first / scale**2, rel=1e-13)
 
 
 def test_find_row_is_the_last_one_not_above():

@@ -249,23 +249,39 @@ def test_path_of_many_curves_over_its_linear_axes():
     assert np.abs(np.linalg.norm(at - queries, axis=1) - distance).max() <= 1e-13 * path.size
 
 
-@pytest.mark.nojit
-def test_cells_hold_their_curve():
-    curve = butterfly()
-    search = curve.arc.nearest
-    from splinefeed.kernels import cells as kernels
-    from splinefeed.kernels import pieces
-
+@pytest.mark.parametrize("name", ["butterfly", "polyline", "near cusp, 1e-4"])
+def test_cells_hold_their_curve(name):
+    curve = CURVES[name]
+    search, rows = curve.arc.nearest.search, curve.arc.nearest.rows
+    cells, (least, greatest) = search.cells, search._boxes
     u = np.linspace(*curve.domain, 997)
-    points = curve(u)
-    rows = np.searchsorted(curve.arc.table[:, pieces.LOW], u, side="right") - 1
-    t = (u - curve.arc.table[rows, pieces.MIDDLE]) * curve.arc.table[rows, pieces.SCALE]
-    leaves = len(search.boxes) // 2
-    for row, at, point in zip(rows, t, points, strict=True):
-        cells = search.cells
-        index = int(np.flatnonzero((cells[:, kernels.ROW] == row) & (cells[:, kernels.T_LOW] <= at))[-1])
-        assert kernels.cell_bound(cells, index, 2, point) == 0.0
-        node = leaves + index
-        while node >= 1:
-            assert kernels.box_bound(search.boxes, node, 2, point) == 0.0
-            node //= 2
+    points = curve(u).T
+    row, _ = rows.find(np.zeros(len(u), dtype=np.int64), u)
+    t = (u - rows.middle[row]) * rows.scale[row]
+    cell = np.array([np.flatnonzero((cells.row == r) & (cells.low <= at))[-1] for r, at in zip(row, t, strict=True)])
+    assert np.all(search._cell_bound(points, cell) == 0.0)
+    node = cell + least.shape[1] // 2
+    while np.all(node >= 1):
+        assert np.all((least[:, node] <= points) & (points <= greatest[:, node]))
+        node //= 2
+
+
+@pytest.mark.parametrize("aside", [-0.3, -1e-3, 1e-3, 0.3])
+def test_the_nearer_of_two_valleys_is_found(aside):
+    """From (aside, 2) the parabola y = x^2 has a valley on each side, where 2 x^3 - 3 x - aside = 0."""
+    parabola = NurbsCurve.bezier([[-2, 4], [0, -4], [2, 4]])
+    u, distance = parabola.nearest([aside, 2.0])
+    valleys = np.roots([2.0, 0.0, -3.0, -aside]).real
+    wanted = np.sqrt(min((x - aside) ** 2 + (x * x - 2.0) ** 2 for x in valleys))
+    x = 4.0 * float(u) - 2.0
+    assert distance == pytest.approx(wanted, rel=1e-13)
+    assert np.hypot(x - aside, x * x - 2.0) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_one_minimum_by_arc_length_is_found_where_the_distance_is_not_convex_by_the_parameter():
+    """A line run through as x = u + 3 u^2: from far beyond its end Newton's step by u goes the wrong way."""
+    line = NurbsCurve.bezier([[0.0, 0.0], [0.5, 0.0], [4.0, 0.0]])
+    queries = np.column_stack([np.linspace(-3.0, 12.0, 61), np.full(61, 0.5)])
+    _, distance = line.nearest(queries)
+    beyond = np.maximum(np.maximum(-queries[:, 0], queries[:, 0] - 4.0), 0.0)
+    assert distance == pytest.approx(np.hypot(beyond, 0.5), rel=1e-14)

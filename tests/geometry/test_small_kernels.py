@@ -1,4 +1,4 @@
-"""Kernels of arc length, matching, smoothing and the nearest point, one by one: against quadrature and brute force."""
+"""Kernels of arc length, matching and smoothing, one by one: against quadrature and brute force."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from scipy.interpolate import BSpline
 from scipy.optimize import minimize_scalar
 
 import reference
-from splinefeed.geometry import tables
+from splinefeed.geometry import meetings, smoothing_fit, tables
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import arc
-from splinefeed.kernels import cells as cells_of
-from splinefeed.kernels import matching, nearest, pieces, smoothing
+from splinefeed.kernels import matching, pieces, smoothing
 
 pytestmark = pytest.mark.nojit
 
@@ -78,8 +77,7 @@ def test_the_least_distance_of_two_chords_is_that_of_brute_force(seed: int):
     points = random.normal(size=(4, 2 + seed % 2))
     if seed % 4 == 3:
         points[3] = points[2] + 0.7 * (points[1] - points[0])  # parallel ones
-    shares = np.empty(2)
-    found = matching.closest(points, 0, 2, shares)
+    (found,), (shares,) = meetings.closest(points, np.array([0]), np.array([2]))
     x, y = (points[i] + shares[k] * (points[i + 1] - points[i]) for k, i in enumerate((0, 2)))
     assert found == pytest.approx(float(np.sum((x - y) ** 2)), rel=1e-12, abs=1e-15)
 
@@ -105,20 +103,15 @@ def test_a_chord_runs_back_where_it_turns_by_more_than_its_cosine_says():
     ):
         end = [1.0 + 3.0 * math.cos(angle), 3.0 * math.sin(angle)]
         points = np.array([[9.0, 9.0], [0.0, 0.0], [1.0, 0.0], end, [7.0, 7.0]])
-        assert matching.runs_back(points, 1) == back
+        assert meetings.runs_back(points)[1] == back
 
 
 def test_meetings_of_a_line_with_itself_are_where_its_chords_cross():
     """A figure eight of 40 chords, (cos t, sin 2 t): it meets itself in the middle once, and at its ends."""
     t = np.linspace(0.2, 0.2 + 2.0 * math.pi, 41)
     points = np.column_stack([np.cos(t), np.sin(2.0 * t)])
-    boxes = np.empty((16, 4))
-    matching.boxes_of(points, boxes)
-    assert boxes[1] == pytest.approx([*points.min(axis=0), *points.max(axis=0)])
-    out = np.empty((8, 2))
-    count = matching.meetings(points, boxes, 1e-9, out)
-    found = out[:count]
-    assert count == 2
+    found = meetings.meetings(points, 1e-9, 8)
+    assert found is not None and len(found) == 2
     chord = t[1] - t[0]
     at = 0.2 + chord * found
     middle, ends = sorted(at.tolist(), key=lambda pair: pair[1] - pair[0])
@@ -128,7 +121,19 @@ def test_meetings_of_a_line_with_itself_are_where_its_chords_cross():
     for i, j in found:
         p, q = (np.array([np.interp(x, np.arange(41), points[:, k]) for k in range(2)]) for x in (i, j))
         assert p == pytest.approx(q, abs=1e-9)
-    assert matching.meetings(points, boxes, 1e-9, out[:1]) == 2  # more than fit
+    assert meetings.meetings(points, 1e-9, 1) is None  # too many
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_meetings_of_a_tangle_are_those_of_every_pair(seed: int):
+    points = np.random.default_rng(seed).uniform(size=(60 + seed, 2))
+    first, second = np.triu_indices(len(points) - 1, 2)
+    square, shares = meetings.closest(points, first, second)
+    wanted = (np.column_stack([first, second]) + shares)[square <= 1e-18]
+    found = meetings.meetings(points, 1e-9, 10_000)
+    assert found is not None and len(wanted) > 100
+    found = found[np.floor(found[:, 1]) > np.floor(found[:, 0]) + 1.0]  # without neighbours that run back
+    assert found == pytest.approx(wanted[np.lexsort((wanted[:, 1], wanted[:, 0]))], abs=1e-12)
 
 
 def test_the_nearest_share_is_the_least_of_the_larger_distance():
@@ -203,8 +208,7 @@ def test_a_least_squares_spline_is_that_of_numpy(spans: int):
     s = np.sort(np.append(random.uniform(0.0, 2.0, 60), [0.0, 2.0]))
     points = np.column_stack([np.sin(3.0 * s), np.cos(s)]) + 1e-3 * random.normal(size=(len(s), 2))
     weights = random.uniform(0.5, 2.0, len(s))
-    knots = smoothing.clamped_knots(np.linspace(0.0, 2.0, spans + 1), spans)
-    assert knots.tolist() == [0.0] * 5 + np.linspace(0.0, 2.0, spans + 1).tolist() + [2.0] * 5
+    knots = np.array([0.0] * 5 + np.linspace(0.0, 2.0, spans + 1).tolist() + [2.0] * 5)
     found = np.empty((spans + smoothing.DEGREE, 2))
     assert smoothing.least_squares(s, points, weights, knots, found)
     matrix = BSpline.design_matrix(s, knots, smoothing.DEGREE).toarray()
@@ -216,24 +220,22 @@ def test_a_least_squares_spline_is_that_of_numpy(spans: int):
     assert not smoothing.least_squares(s[few], points[few], weights[few], knots, found)  # they leave some open
 
 
-@pytest.mark.parametrize("aside", [-0.3, -1e-3, 1e-3, 0.3])
-@pytest.mark.parametrize("start", [-1.0, -0.5, 0.0, 0.5, 1.0])
-def test_a_search_in_one_cell_finds_the_nearer_of_two_valleys(aside: float, start: float):
-    """From (aside, 2) the parabola y = x^2 has a valley on each side; one cell over all of it is more than it turns.
+def test_shares_of_samples_are_their_distances_over_what_is_allowed():
+    s = np.linspace(0.0, 2.0, 23)
+    knots = np.array([0.0] * 6 + [0.7, 1.1] + [2.0] * 6)
+    coefficients = np.random.default_rng(7).normal(size=(8, 3))
+    points = BSpline(knots, coefficients, smoothing.DEGREE)(s)
+    points[5] += [3e-3, 4e-3, 0.0]
+    points[9, 2] += 2e-3
+    share, span = np.empty(23), np.empty(23, dtype=np.int64)
+    smoothing.shares(s, points, knots, coefficients, 2, 1e-2, 1e-3, share, span)
+    assert share[[5, 9]] == pytest.approx([0.5, 2.0]) and np.delete(share, [5, 9]).max() <= 1e-11
+    assert np.array_equal(span, np.searchsorted([0.7, 1.1], s, side="right"))
 
-    The distance to (x, x^2) is stationary where 2 x^3 - 3 x - aside = 0.
-    """
-    parabola = NurbsCurve.bezier([[-2, 4], [0, -4], [2, 4]])
-    table, shape = parabola.table
-    cell = np.zeros((1, cells_of.ENDS + 4))
-    cell[0, cells_of.T_LOW], cell[0, cells_of.T_HIGH] = -1.0, 1.0
-    cell[0, cells_of.SPEED], cell[0, cells_of.BEND] = 2.0 * math.sqrt(17.0) * 1.01, 2.02
-    query = np.array([aside, 2.0])
-    square, t = nearest.search_cell(
-        table, shape, cell, 0, -1.0, 1.0, query, start, math.inf, 0.0, nearest.search_room()
-    )
-    valleys = np.roots([2.0, 0.0, -3.0, -aside]).real
-    wanted = min((x - aside) ** 2 + (x * x - 2.0) ** 2 for x in valleys)
-    assert square == pytest.approx(wanted, rel=1e-13)
-    x = 2.0 * t
-    assert (x - aside) ** 2 + (x * x - 2.0) ** 2 == pytest.approx(wanted, rel=1e-12)
+
+def test_a_graded_grid_halves_what_is_wide_and_what_is_wide_beside_it():
+    grid = smoothing_fit.graded(np.array([0.0, 1.0, 2.0, 10.0]), np.array([True, False, False]))
+    assert {0.0, 0.5, 1.0, 2.0, 10.0} <= set(grid.tolist())
+    width = np.diff(grid)
+    assert np.all(width[1:] <= smoothing_fit.GRADE * width[:-1]) and np.all(width[:-1] <= 2.5 * width[1:])
+    assert smoothing_fit.graded(np.array([0.0, 1.0, 2.0]), np.array([False, False])).tolist() == [0.0, 1.0, 2.0]

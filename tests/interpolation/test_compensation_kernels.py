@@ -7,9 +7,9 @@ import pytest
 
 import splinefeed as sf
 from sample_curves import KINDS, random_curve
+from splinefeed.interpolation.feed_correction import TERMS, fit_feed_correction
 from splinefeed.kernels import pieces
-from splinefeed.kernels.feed_correction import TERMS, fit_feed_correction
-from splinefeed.kernels.secant import secant
+from splinefeed.kernels.pieces import secant
 
 pytestmark = pytest.mark.nojit
 

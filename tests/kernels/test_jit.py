@@ -223,3 +223,42 @@ def test_a_division_by_zero_gives_what_compiled_code_gives(by):
         _divided(table, factors, compiled, by)
     assert plain.tobytes() == compiled.tobytes()
     assert np.isfinite(plain).all() == (by != 0.0)
+
+
+#: A process in which Numba is not installed.
+WITHOUT = """
+import importlib.metadata, sys
+import numpy as np
+
+def version(name, real=importlib.metadata.version):
+    if name == "numba":
+        raise importlib.metadata.PackageNotFoundError(name)
+    return real(name)
+
+importlib.metadata.version, sys.modules["numba"] = version, None
+from splinefeed.kernels.jit import compiled_here, kernel, leaf, wanted_numba
+
+@kernel
+def third(x):
+    return x / 3.0
+
+@leaf(worth=10)
+def add(count, state):
+    for _ in range(count):
+        state[0] += third(state[0])
+
+state = np.ones(1)
+add.for_work(9)(9, state)
+few = list(wanted_numba)
+add.for_work(9)(9, state)
+print(float(state[0]).hex(), few, wanted_numba, compiled_here)
+"""
+
+
+def test_without_numba_everything_runs_as_plain_python_and_what_was_long_is_told(house):
+    (house.folder / "main.py").write_text(WITHOUT)
+    (line,) = house()
+    state = 1.0
+    for _ in range(18):
+        state += state / 3.0
+    assert line == f"{state.hex()} [] ['__main__.add'] []"

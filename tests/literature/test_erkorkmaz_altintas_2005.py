@@ -13,8 +13,8 @@ import pytest
 import motions
 import splinefeed as sf
 from sample_curves import ellipse
+from splinefeed.interpolation.feed_correction import SAMPLES, TERMS, fit_feed_correction
 from splinefeed.kernels.arc_length import arc_length, fitted_speed
-from splinefeed.kernels.feed_correction import SAMPLES, TERMS, fit_feed_correction
 from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START
 
 pytestmark = pytest.mark.nojit

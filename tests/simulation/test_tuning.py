@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
-from splinefeed.kernels import mechanics, servo
+from splinefeed.kernels import servo
 from splinefeed.machine import Table
-from splinefeed.simulation.experiments import relay, swept_sine
+from splinefeed.simulation.experiments import driven, relay, swept_sine
 from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins, spectral_radius
 from splinefeed.simulation.plant import parameters, plant, step_table
@@ -83,10 +83,8 @@ def test_a_relay_finds_it_on_other_axes(lag: float, delay: int, period: float) -
 def test_the_bare_swing_of_a_relay_would_not_do() -> None:
     """Why `relay` measures by sines: the swing on X of xytheta takes 12 ticks, and 4 d / (pi a) is 38 % too high."""
     axis = Table.load("xytheta").axes["x"]
-    memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
-    measured, output = np.empty(4000), np.empty(4000)
     table_of_steps, numbers = step_table(plant(axis), PERIOD), parameters(axis, PERIOD)
-    servo.run_relay(8.0, 0.0, table_of_steps, numbers, memory, scratch, measured, output)
+    measured, output = driven(servo.RELAY, np.full(4000, 8.0), 0.0, table_of_steps, numbers)
     assert np.all(output[-48:-12] == output[-36:])
     harmonic = 2.0 * abs(np.mean(measured[-12:] * np.exp(-2j * np.pi * np.arange(12) / 12)))
     point = ultimate_point(axis, PERIOD)

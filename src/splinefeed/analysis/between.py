@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.analysis.rows import Places, Rows
+from splinefeed.geometry.rows import Places, Rows
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Parts of pieces that are looked at together: they stay in the processor's cache.

@@ -8,8 +8,8 @@ import numpy as np
 
 from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
 from splinefeed.analysis.law_motion import LawMotion, breaks_apart, times_at
-from splinefeed.analysis.rows import EPSILON, Rows
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.rows import EPSILON, Rows
 from splinefeed.records import Array, LimitResult, TimeLaw, unit_along
 
 #: Limits that only setpoints can keep or exceed.
@@ -35,7 +35,7 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
     """Hold a law's exact derivatives to the limits, at many instants of each of its pieces; period in s."""
     path = bounds.path
     rounding = 4.0 * EPSILON * path.length
-    motion = LawMotion(law, Rows(path), bounds.limits, path.axes, rounding)
+    motion = LawMotion(law, Rows(path.arc_pieces), bounds.limits, path.axes, rounding)
     worsts = {name: worst for name, worst in bounds.worsts().items() if not name.startswith(BY_SETPOINTS)}
     steps = {name: worst for name, worst in worsts.items() if name.startswith(STEP)}
     held = {name: worst for name, worst in worsts.items() if name not in steps}

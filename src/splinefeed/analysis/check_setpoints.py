@@ -16,7 +16,7 @@ from splinefeed.analysis import between
 from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
 from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
 from splinefeed.analysis.place import Follower, Located
-from splinefeed.analysis.rows import EPSILON, Rows
+from splinefeed.geometry.rows import EPSILON, Rows
 from splinefeed.records import Array, BoolArray, LimitResult, Setpoints, TimeLaw, unit_along
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, besides the tolerance.
@@ -66,7 +66,7 @@ class Judge:
     def _know(self, bounds: Bounds) -> None:
         """Hold the setpoints to these bounds, on their path."""
         path, self.bounds = bounds.path, bounds
-        self.rows = Rows(path)
+        self.rows = Rows(path.arc_pieces)
         size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
         off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.analysis.rows import Places, Rows
-from splinefeed.analysis.search import MOST, Search, on_rows
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.rows import Places, Rows
+from splinefeed.geometry.search import MOST, Search, on_rows
 from splinefeed.records import Array, BoolArray, IntArray, check_finite, number
 
 #: The two notions of the nearest point, as `Contour.notion` names them.
@@ -62,8 +62,8 @@ class ContourMeter:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._rows = Rows(path)
-        self._search = Search(path, self._rows)
+        self._rows = Rows(path.arc_pieces)
+        self._search = Search(self._rows, closed=path.closed)
 
     def measure(
         self,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.analysis.check_bounds import Worst
-from splinefeed.analysis.rows import EPSILON, Places, Rows
+from splinefeed.geometry.rows import EPSILON, Places, Rows
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, IntArray, Limits, TimeLaw
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.

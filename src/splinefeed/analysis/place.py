@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from splinefeed.analysis.rows import EPSILON, Places, Rows
-from splinefeed.analysis.search import Found, Search
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.rows import EPSILON, Places, Rows
+from splinefeed.geometry.search import Found, Search
 from splinefeed.records import Array, BoolArray, IntArray, Setpoints
 
 #: A closed path's end counts as its start for a first setpoint within this, relative to the length of the path.
@@ -73,7 +73,7 @@ class Follower:
     @cached_property
     def search(self) -> Search:
         """Nearest points of the path; where only rotary axes move, also over these."""
-        return Search(self.path, self.rows, turned=self._turned)
+        return Search(self.rows, closed=self.path.closed, turned=self._turned)
 
     def locate(self, points: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
@@ -228,7 +228,7 @@ class Placer:
     """Commanded arc length of setpoints that come in order, whole or in chunks."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.rows = path, Rows(path)
+        self.path, self.rows = path, Rows(path.arc_pieces)
         self._follower: Follower | None = None
         #: Largest distance so far of a setpoint without arc length from the path, mm.
         self.apart = 0.0

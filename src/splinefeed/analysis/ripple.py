@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.analysis import between
-from splinefeed.analysis.rows import EPSILON, Places, Rows
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.rows import EPSILON, Places, Rows
 from splinefeed.records import Array, Setpoints, TimeLaw
 
 #: Ripple is measured where the feed is above this share of its top; near rest a step is smaller than the rounding of s.
@@ -46,7 +46,7 @@ def steps(points: Setpoints, path: Path) -> Array:
     """
     if len(points) < 2:
         return np.zeros(0)
-    rows = Rows(path)
+    rows = Rows(path.arc_pieces)
     return between.lengths(rows, *rows.find(points.curve, points.u))[0]
 
 
@@ -78,7 +78,7 @@ def chord_errors(points: Setpoints, path: Path) -> Array:
     """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
     if len(points) < 2:
         return np.zeros(0)
-    rows = Rows(path)
+    rows = Rows(path.arc_pieces)
     row, u = rows.find(points.curve, points.u)
     places = Places(rows, row)
     return between.chord_errors(rows, row, u, places.derivatives(places.t(u), 0)[0])

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Say = Callable[[str], None]
 
 COMPILING = "compiling kernels for this machine, once, up to half a minute"
+#: ... and where there is no compiler for work that is worth one.
+PLAIN = "running as plain Python; pip install 'splinefeed[sim]' brings Numba, which makes this many times faster"
 #: Where stderr is no terminal, work that lasts less than this, s, is not spoken of, and longer work not more often.
 PATIENCE = 5.0
 #: Kernels are spoken of sooner, s, but not before a mistake in the input would have ended the program.
@@ -31,10 +33,12 @@ def busy() -> Iterator[Say]:
         yield say
 
 
-def _compiling() -> bool:
-    """Whether this process has had to compile a kernel."""
+def _remark() -> str:
+    """What is to be said of kernels: that this process compiles some, or would if it could; else empty."""
     jit = sys.modules.get("splinefeed.kernels.jit")
-    return jit is not None and bool(getattr(jit, "compiled_here", False))  # it may be half imported just now
+    if getattr(jit, "compiled_here", False):  # it may be half imported just now
+        return COMPILING
+    return PLAIN if getattr(jit, "wanted_numba", False) else ""
 
 
 class _Status:
@@ -45,7 +49,7 @@ class _Status:
     def __rich__(self) -> Text:
         from rich.text import Text
 
-        return Text(f"{self.what} ({COMPILING})" if _compiling() else self.what)
+        return Text(f"{self.what} ({remark})" if (remark := _remark()) else self.what)
 
 
 @contextmanager
@@ -67,9 +71,9 @@ def _in_lines() -> Iterator[Say]:
         told = False
         began = time.monotonic()
         while not ended.wait(FIRST_WORD):
-            if _compiling() and not told:
+            if not told and (remark := _remark()):
                 told = True
-                print(f"splinefeed: {COMPILING}", file=sys.stderr, flush=True)
+                print(f"splinefeed: {remark}", file=sys.stderr, flush=True)
             if doing != said and time.monotonic() - began >= PATIENCE:
                 began = time.monotonic()
                 said = doing

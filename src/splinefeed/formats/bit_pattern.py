@@ -36,10 +36,12 @@ from splinefeed.formats import hdf5
 from splinefeed.formats.metadata import check_schema
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
 from splinefeed.formats.source import check_file, in_brief
-from splinefeed.kernels import bit_pattern as kernels
-from splinefeed.kernels.bit_pattern import SLOTS, Words
 from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints, check_finite, number, positive
 
+Words = NDArray[np.uint16]
+
+#: Slots of one word: its bits, bit 0 first.
+SLOTS = 16
 #: Axes that one card runs in step.
 AXES_OF_CARD = 3
 #: Slots of one period at most; at 1 ms that is a pulse clock of 65 MHz, beyond any card.
@@ -50,6 +52,8 @@ MAX_COUNT = 2**53
 CHUNK_WORDS = 2**16
 #: Periods that `read_chunks` gives at once.
 CHUNK_PERIODS = 8192
+#: Slots that are spread over at once, one byte each.
+MOST_BITS = 2**22
 _RECORD = "BitPattern"
 _DATASET = "words"
 _MEANING = "[period, axis, 0 plus or 1 minus, word]; bit 0 of word 0 is the first slot of the period; 1 is one pulse"
@@ -155,10 +159,8 @@ def encode_chunks(
         counts = np.concatenate([last, counts_of(chunk, scales, ticks)])
         before = ticks - len(last)
         _check_rate(counts, slots, before, first, scales)
-        words = np.empty((len(counts) - 1, len(chunk.axes), 2, slots // SLOTS), dtype=np.uint16)
-        kernels.spread(counts, words)
         yield BitPattern(
-            words=words,
+            words=_spread(np.diff(counts, axis=0), slots),
             start=counts[0],
             axes=chunk.axes,
             period=chunk.period,
@@ -180,16 +182,42 @@ def decode(pattern: BitPattern) -> Array:
 
 def pulses_at(pattern: BitPattern) -> IntArray:
     """Pulses from zero at the beginning of the first period and the end of every one, (n + 1, axes); see `decode`."""
-    counts = np.empty((len(pattern) + 1, len(pattern.axes)), dtype=np.int64)
-    counts[0] = pattern.start
-    clash = int(kernels.tally(pattern.words, counts))
-    if clash >= 0:
-        rest, slot = divmod(clash, pattern.slots_per_period)
-        interval, axis = divmod(rest, len(pattern.axes))
+    plus, minus = pattern.words[:, :, 0], pattern.words[:, :, 1]
+    both = plus & minus
+    if both.any():
+        interval, axis, word = np.unravel_index(int(np.argmax(both != 0)), both.shape)
+        value = int(both[interval, axis, word])
+        slot = int(word) * SLOTS + (value & -value).bit_length() - 1
         raise InputError(
             f"period {pattern.first + interval}, axis {pattern.axes[axis]}, slot {slot}: plus and minus are both set"
         )
+    counts = np.empty((len(pattern) + 1, len(pattern.axes)), dtype=np.int64)
+    counts[0] = pattern.start
+    counts[1:] = np.bitwise_count(plus).sum(axis=2, dtype=np.int64)
+    counts[1:] -= np.bitwise_count(minus).sum(axis=2, dtype=np.int64)
+    np.cumsum(counts, axis=0, out=counts)
     return counts
+
+
+def _spread(pulses: IntArray, slots: int) -> Words:
+    """The pulses (n, axes) of each period as words (n, axes, 2, slots / SLOTS), plus before minus.
+
+    Of d pulses in S slots pulse j goes to slot floor((2 j + 1) S / (2 d)), the middle of its share (Bresenham's
+    line, started half a step in): gaps differ by one slot at most, and a steady rate runs on over the periods.
+    Needs |d| <= S, checked before.
+    """
+    words = np.empty((*pulses.shape, 2, slots // SLOTS), dtype=np.uint16)
+    step = max(MOST_BITS // (2 * slots * pulses.shape[1]), 1)
+    for start in range(0, len(pulses), step):
+        part = pulses[start : start + step]
+        bits = np.zeros((part.size, 2, slots), dtype=np.uint8)
+        count = np.abs(part).ravel()
+        owner = np.repeat(np.arange(part.size), count)
+        j = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+        bits[owner, (part.ravel() < 0).astype(np.int64)[owner], (2 * j + 1) * slots // (2 * count[owner])] = 1
+        packed = np.packbits(bits, axis=2, bitorder="little").view("<u2")
+        words[start : start + step] = packed.reshape(*part.shape, 2, -1)
+    return words
 
 
 def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[str]) -> None:

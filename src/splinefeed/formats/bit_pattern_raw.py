@@ -22,6 +22,7 @@ from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.bit_pattern import (
     CHUNK_PERIODS,
     MAX_SLOTS,
+    SLOTS,
     BitPattern,
     follows_on,
     pulses_at,
@@ -29,7 +30,6 @@ from splinefeed.formats.bit_pattern import (
 from splinefeed.formats.metadata import SCHEMA, check_schema
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
 from splinefeed.formats.source import check_file
-from splinefeed.kernels.bit_pattern import SLOTS
 from splinefeed.records import ROTARY_AXES, positive
 
 #: Largest page beside the words, bytes.

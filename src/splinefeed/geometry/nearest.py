@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike
 
 from splinefeed.errors import InputError
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import cells as cell_kernels
-from splinefeed.kernels import layout as pieces
-from splinefeed.kernels import nearest as kernels
+from splinefeed.geometry.pieces import Pieces
+from splinefeed.geometry.rows import Rows
+from splinefeed.geometry.search import Search, on_rows
+from splinefeed.kernels.layout import Shape
 from splinefeed.records import Array, IntArray, check_finite
 
 #: A query coordinate beyond this, mm, has a square that is no number.
@@ -22,25 +23,18 @@ class Nearest:
     table  (pieces, width) and shape as in `kernels.layout`: of a curve's `arc`, or of a `Path`
     """
 
-    def __init__(self, table: Array, shape: pieces.Shape) -> None:
-        self.table = table
-        self.shape = shape
-        linear = abs(shape[2])
-        cells = np.empty((2 * len(table), cell_kernels.ENDS + 2 * linear))
-        while (needed := cell_kernels.make_cells(table, shape, cells)) > len(cells):
-            cells = np.empty((needed, cells.shape[1]))
-        self.cells: Array = cells[:needed].copy()
-        leaves = 1 << (needed - 1).bit_length()
-        self.boxes: Array = np.empty((2 * leaves, 2 * linear))
-        cell_kernels.make_boxes(self.cells, linear, self.boxes)
+    def __init__(self, table: Array, shape: Shape) -> None:
+        self.rows = Rows(Pieces(table, shape, np.array([[0, len(table) - 1]])))
+        self.search = Search(self.rows)
 
     def find(self, points: ArrayLike) -> tuple[IntArray, Array, Array]:
         """Row of the table (...), parameter u on it (...) and distance (...), mm, for points (..., linear), mm.
 
         Global: of all points of the curve none is nearer, by more than rounding; of several as near, any one.
-        Points in order along the curve are found fastest. Raises InputError for a wrong shape or values not finite.
+        Many at once are found fastest, those in order along the curve first. Raises InputError for a wrong shape or
+        values not finite.
         """
-        linear = abs(self.shape[2])
+        linear = self.rows.linear
         try:
             queries = np.array(points, dtype=np.float64, order="C")
         except (TypeError, ValueError) as error:
@@ -51,12 +45,13 @@ class Nearest:
         if queries.size and np.abs(queries).max() > FARTHEST:
             raise InputError(f"points: a coordinate is beyond {FARTHEST:g} mm; distances to it cannot be told")
         shape = queries.shape[:-1]
-        flat = queries.reshape(int(np.prod(shape)), linear)
-        rows = np.empty(len(flat), dtype=np.int64)
-        parameters = np.empty(len(flat))
-        distances = np.empty(len(flat))
-        kernels.nearest_points(self.table, self.shape, self.cells, self.boxes, flat, rows, parameters, distances)
-        return rows.reshape(shape), parameters.reshape(shape), distances.reshape(shape)
+        found = self.search.whole(np.ascontiguousarray(queries.reshape(int(np.prod(shape)), linear).T))
+        _, at_low, at_high = on_rows(self.rows, found)
+        rows, row = self.rows, found.row
+        low, high = rows.low[row], rows.high[row]
+        u = np.clip(rows.middle[row] + found.t / rows.scale[row], low, high)
+        u = np.where(at_low, low, np.where(at_high, high, u))  # an end is met exactly
+        return row.reshape(shape), u.reshape(shape), np.sqrt(found.square).reshape(shape)
 
 
 def nearest(curve: NurbsCurve, points: ArrayLike) -> tuple[Array, Array]:

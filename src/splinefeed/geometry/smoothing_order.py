@@ -9,6 +9,7 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.meetings import meetings
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing_proof import chords
 from splinefeed.kernels import matching as kernels
@@ -135,28 +136,12 @@ def _of_curves(way: Array, owner: IntArray, off: Array, linear: int, count: int)
     return found[0], found[1]
 
 
-def _meetings(points: Array) -> Array | None:
-    """Places (n, 2) at which a line of chords meets itself; None if there are too many."""
-    leaves = 1 << max(-(-(len(points) - 1) // kernels.LEAF) - 1, 0).bit_length()
-    boxes = np.empty((2 * leaves, 2 * points.shape[1]))
-    kernels.boxes_of(points, boxes)
-    room = 4 * len(points)
-    while True:
-        out = np.empty((room, 2))
-        found = kernels.meetings(points, boxes, TOUCH * float(np.abs(points).max()), out)
-        if found <= room:
-            return out[:found]
-        if room >= MOST_MEETINGS:
-            return None
-        room *= 4
-
-
 def _new_meetings(result: Path, p: Array, q: Array, owner: IntArray, way: Array) -> tuple[Array, Array]:
     """Arc lengths (n, 2) at which the result meets itself where the original, over the same pieces, does not.
 
     And (2 n, 2) where on the original these pieces begin and end.
     """
-    found, known = _meetings(p), _meetings(q)
+    found, known = (meetings(each, TOUCH * float(np.abs(each).max()), MOST_MEETINGS) for each in (p, q))
     if found is None or known is None or not len(found):
         return np.empty((0, 2)), np.empty((0, 2))
     # the pieces at both places and their neighbours, as places on the original

@@ -9,6 +9,7 @@ import numpy as np
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.smoothing_batch import Batch
+from splinefeed.geometry.smoothing_fit import fit_run
 from splinefeed.kernels import smoothing as kernels
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -173,11 +174,9 @@ class Runs:
         s = np.append(start[owner] + share * lengths[owner], start[-1])
         weights = np.append(lengths[owner] / counts[owner], 0.0)
         middle = points[0].copy()
-        spans, knots, coefficients, worst = kernels.fit_run(
-            s, points - middle, weights, linear, FIT * allowed, FIT * self.angular
-        )
+        coefficients, knots, worst = fit_run(s, points - middle, weights, linear, FIT * allowed, FIT * self.angular)
         line = int(owner[min(worst, len(owner) - 1)])
-        if not spans:
+        if coefficients is None:
             return None, line
         slopes = np.diff(coefficients[:, :linear], axis=0)
         if np.any(np.sum(slopes[1:] * slopes[:-1], axis=1) <= 0.0):

@@ -6,8 +6,7 @@ import math
 
 from splinefeed.interpolation.stepping import rate_at, step_length
 from splinefeed.kernels.jit import hot_kernel
-from splinefeed.kernels.pieces import MIDDLE, SCALE, Shape, walk_to
-from splinefeed.kernels.secant import secant
+from splinefeed.kernels.pieces import MIDDLE, SCALE, Shape, secant, walk_to
 from splinefeed.records import Array, IntArray
 
 #: Chord over wanted length up to which 2 - r stands for 1 / r in the corrector.

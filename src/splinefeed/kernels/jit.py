@@ -31,6 +31,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 #: Names of the kernels that this process found in no cache, in the order in which it began to compile them.
 compiled_here: list[str] = []
+#: Names of the kernels that ran as plain Python because Numba, the extra [sim], is missing: leaves if worth a compile.
+wanted_numba: list[str] = []
 
 #: What it costs to have a kernel that is in the cache, as a share of compiling it: to read it, 20 to 40 ms, and to
 #: import Numba before, 0.2 s, where a compile takes about 3 s.
@@ -123,7 +125,7 @@ class Kernel:
         self.options = {"error_model": "numpy", **options}
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the compiled function, or the plain one with NUMBA_DISABLE_JIT."""
+        """Call the compiled function, or the plain one with NUMBA_DISABLE_JIT or without Numba."""
         return self.compiled(*arguments)
 
     def __reduce__(self) -> str:
@@ -136,8 +138,10 @@ class Kernel:
 
     @cached_property
     def compiled(self) -> Callable[..., Any]:
-        """Numba's dispatcher with our cache; the plain function with NUMBA_DISABLE_JIT."""
+        """Numba's dispatcher with our cache; the plain function with NUMBA_DISABLE_JIT or without Numba."""
         if _disabled():
+            if not _numba_version():
+                wanted_numba.append(self.name)
             return self.py_func
         import numba
 
@@ -212,6 +216,8 @@ class Leaf(Kernel, Generic[F]):
         """
         self._work += count
         if _disabled() or self._work <= self.worth * self._price():
+            if self._work > self.worth and not _numba_version():
+                wanted_numba.append(self.name)
             return cast(F, self.plainly)
         return cast(F, self.compiled)
 
@@ -254,12 +260,13 @@ own_floats.plain = lambda count: [0.0] * count
 
 
 def _disabled() -> bool:
-    """Whether the user wants no compiler."""
-    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+    """Whether the user wants no compiler, or has none."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not _numba_version()
 
 
 @lru_cache(maxsize=1)
 def _numba_version() -> str:
+    """The version of Numba, empty if it is not installed."""
     try:
         return version("numba")
     except PackageNotFoundError:

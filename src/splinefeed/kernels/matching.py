@@ -1,4 +1,4 @@
-"""Two lines of chords run through side by side, forwards only, and chords of one line that meet."""
+"""Two lines of chords run through side by side, forwards only."""
 
 from __future__ import annotations
 
@@ -11,12 +11,6 @@ from splinefeed.records import Array, IntArray
 
 #: How a node was reached: from the left or from the lower edge of its cell.
 LEFT, BELOW = 1, 2
-#: Chords a leaf of the tree of boxes.
-LEAF = 8
-#: Pairs of boxes that wait at most: a few for each level of the tree.
-STACK = 1024
-#: Neighbouring chords whose directions have a cosine below this run back over each other.
-BACK = -0.996
 
 
 @kernel
@@ -205,117 +199,3 @@ def traced(lows: IntArray, starts: IntArray, places: Array, ways: IntArray, out:
             row -= 1
             edge = 1
     return count
-
-
-@kernel
-def closest(points: Array, i: int, j: int, shares: Array) -> float:
-    """Square of the least distance of chords i and j of points (n + 1, axes), and where it is, as `shares` (2,)."""
-    a = b = c = d = e = 0.0
-    for k in range(points.shape[1]):
-        u = points[i + 1, k] - points[i, k]
-        v = points[j + 1, k] - points[j, k]
-        w = points[i, k] - points[j, k]
-        a += u * u
-        b += u * v
-        c += v * v
-        d += u * w
-        e += v * w
-    best = math.inf
-    for trial in range(5):
-        if trial == 0:
-            determinant = a * c - b * b
-            if determinant <= 1e-14 * a * c:
-                continue
-            s, t = (b * e - c * d) / determinant, (a * e - b * d) / determinant
-            if not (0.0 <= s <= 1.0 and 0.0 <= t <= 1.0):
-                continue
-        elif trial < 3:
-            s = trial - 1.0
-            t = min(max((e + s * b) / c, 0.0), 1.0) if c > 0.0 else 0.0
-        else:
-            t = trial - 3.0
-            s = min(max((t * b - d) / a, 0.0), 1.0) if a > 0.0 else 0.0
-        square = 0.0
-        for k in range(points.shape[1]):
-            step = (points[i, k] + s * (points[i + 1, k] - points[i, k])) - (
-                points[j, k] + t * (points[j + 1, k] - points[j, k])
-            )
-            square += step * step
-        if square < best:
-            best = square
-            shares[0], shares[1] = s, t
-    return best
-
-
-@kernel
-def runs_back(points: Array, i: int) -> bool:
-    """Whether chord i + 1 runs back over chord i."""
-    a = b = c = 0.0
-    for k in range(points.shape[1]):
-        u = points[i + 1, k] - points[i, k]
-        v = points[i + 2, k] - points[i + 1, k]
-        a += u * u
-        b += u * v
-        c += v * v
-    return b < BACK * math.sqrt(a * c)
-
-
-@kernel
-def boxes_of(points: Array, boxes: Array) -> None:
-    """Boxes (2 leaves, 2 axes) of LEAF chords each and, node k over 2 k and 2 k + 1, of all; leaves is a power of 2."""
-    leaves, axes = boxes.shape[0] // 2, points.shape[1]
-    chords = points.shape[0] - 1
-    for leaf in range(leaves):
-        for a in range(axes):
-            low, high = np.inf, -np.inf
-            end = min((leaf + 1) * LEAF, chords) if leaf * LEAF < chords else -1
-            for i in range(leaf * LEAF, end + 1):
-                low, high = min(low, points[i, a]), max(high, points[i, a])
-            boxes[leaves + leaf, a], boxes[leaves + leaf, axes + a] = low, high
-    for k in range(leaves - 1, 0, -1):
-        for a in range(axes):
-            boxes[k, a] = min(boxes[2 * k, a], boxes[2 * k + 1, a])
-            boxes[k, axes + a] = max(boxes[2 * k, axes + a], boxes[2 * k + 1, axes + a])
-
-
-@kernel
-def meetings(points: Array, boxes: Array, touch: float, out: Array) -> int:
-    """Pairs of chords, neighbours only if one runs back over the other, no further apart than `touch`, mm.
-
-    out (room, 2) gets their places, chord and share in one number, the earlier one first. Returns how many there are,
-    room + 1 if more than fit.
-    """
-    leaves, axes = boxes.shape[0] // 2, points.shape[1]
-    chords = points.shape[0] - 1
-    stack = np.empty((STACK, 2), dtype=np.int64)
-    shares = np.empty(2)
-    stack[0, 0] = stack[0, 1] = 1
-    waiting = 1
-    found = 0
-    while waiting > 0:
-        waiting -= 1
-        k, m = stack[waiting, 0], stack[waiting, 1]
-        clear = False
-        for a in range(axes):
-            if boxes[k, a] > boxes[m, axes + a] + touch or boxes[m, a] > boxes[k, axes + a] + touch:
-                clear = True
-        if clear:
-            continue
-        if k < leaves:  # both are of one level
-            for one in range(2):
-                for other in range(2):
-                    if k == m and one > other:
-                        continue
-                    stack[waiting, 0], stack[waiting, 1] = 2 * k + one, 2 * m + other
-                    waiting += 1
-            continue
-        for i in range((k - leaves) * LEAF, min((k - leaves + 1) * LEAF, chords)):
-            for j in range(max((m - leaves) * LEAF, i + 1), min((m - leaves + 1) * LEAF, chords)):
-                if j == i + 1 and not runs_back(points, i):
-                    continue
-                if closest(points, i, j, shares) <= touch * touch:
-                    if found == out.shape[0]:
-                        return found + 1
-                    out[found, 0], out[found, 1] = i + shares[0], j + shares[1]
-                    found += 1
-    return found

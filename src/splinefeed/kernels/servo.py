@@ -36,6 +36,8 @@ from splinefeed.kernels.mechanics import (
 )
 from splinefeed.records import Array
 
+#: What drives an axis, see `run_axis`.
+CLOSED, OPEN, RELAY = 0, 1, 2
 #: Ticks of one axis that plain Python does in the time that its loop takes to compile: 20 to 30 us each, and 3 s.
 WORTH = 125_000
 
@@ -99,7 +101,9 @@ def quantise(position: float, resolution: float) -> float:
 
 @leaf(worth=WORTH, lists=("table", "parameters"))
 def run_axis(
+    kind: int,
     command: Array,
+    hysteresis: float,
     table: Array,
     parameters: Array,
     memory: Array,
@@ -109,72 +113,34 @@ def run_axis(
     output: Array,
     saturated: Array,
 ) -> int:
-    """One axis over n ticks of `command` (n,), mm or rad; returns the ticks done: n, or up to that of a run-away.
+    """One axis over n ticks of `command` (n,); returns the ticks done: n, or up to that of a run-away.
 
+    kind  CLOSED: the command is a position, mm or rad;  OPEN: it is the output, V, nobody controls;  RELAY: the output
+          is minus the command above +`hysteresis` (mm or rad), the command below -`hysteresis`, else what it was
     At tick k: measure, compute, put out; then the plant moves one period. Outputs (n,): position of the load, what
     encoder or scale say, V, and 1 where the output is at its limit. memory (MEMORY,) and scratch (SCRATCH,) carry on.
     """
     on_load = parameters[ON_LOAD] != 0.0
+    sign = 1.0
     for k in range(len(command)):
         position[k] = memory[LOAD]
         seen = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
         measured[k] = seen
-        wanted = control(command[k], seen, parameters, memory)
+        wanted = command[k]
+        if kind == CLOSED:
+            wanted = control(command[k], seen, parameters, memory)
+        elif kind == RELAY:
+            if abs(seen) > hysteresis:
+                sign = -1.0 if seen > 0.0 else 1.0
+            wanted = sign * command[k]
         volts = convert(wanted, parameters)
         output[k] = volts
         saturated[k] = 1.0 if abs(wanted) > parameters[OUTPUT_LIMIT] else 0.0
-        if not abs(command[k] - seen) <= parameters[ERROR_LIMIT]:
+        if kind == CLOSED and not abs(command[k] - seen) <= parameters[ERROR_LIMIT]:
             return k + 1
-        applied = volts
         if parameters[DELAY] != 0.0:
-            applied = memory[PENDING]
+            late = memory[PENDING]
             memory[PENDING] = volts
-        advance(memory, applied, table, parameters, scratch)
+            volts = late
+        advance(memory, volts, table, parameters, scratch)
     return len(command)
-
-
-@leaf(worth=WORTH, lists=("table", "parameters"))
-def run_open(
-    volts: Array, table: Array, parameters: Array, memory: Array, scratch: Array, position: Array, measured: Array
-) -> None:
-    """The plant alone over n periods of `volts` (n,): position of the load and what is measured before each, (n,)."""
-    on_load = parameters[ON_LOAD] != 0.0
-    for k in range(len(volts)):
-        position[k] = memory[LOAD]
-        measured[k] = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
-        applied = convert(volts[k], parameters)
-        if parameters[DELAY] != 0.0:
-            late = memory[PENDING]
-            memory[PENDING] = applied
-            applied = late
-        advance(memory, applied, table, parameters, scratch)
-
-
-@leaf(worth=WORTH, lists=("table", "parameters"))
-def run_relay(
-    relay: float,
-    hysteresis: float,
-    table: Array,
-    parameters: Array,
-    memory: Array,
-    scratch: Array,
-    measured: Array,
-    output: Array,
-) -> None:
-    """A relay in place of the controller: -`relay` V above +`hysteresis` (mm or rad), +`relay` below; fills (n,)."""
-    on_load = parameters[ON_LOAD] != 0.0
-    volts = relay
-    for k in range(len(measured)):
-        seen = quantise(memory[LOAD] if on_load else memory[MOTOR], parameters[RESOLUTION])
-        measured[k] = seen
-        if seen > hysteresis:
-            volts = -relay
-        elif seen < -hysteresis:
-            volts = relay
-        output[k] = volts
-        applied = convert(volts, parameters)
-        if parameters[DELAY] != 0.0:
-            late = memory[PENDING]
-            memory[PENDING] = applied
-            applied = late
-        advance(memory, applied, table, parameters, scratch)

@@ -1,4 +1,4 @@
-"""Runs of short lines: points that stand for their neighbours, and splines near many points by banded least squares."""
+"""Runs of short lines: points that stand for their neighbours, and banded least squares sample by sample."""
 
 from __future__ import annotations
 
@@ -7,16 +7,10 @@ import math
 import numpy as np
 
 from splinefeed.kernels.jit import kernel
-from splinefeed.records import Array, BoolArray
+from splinefeed.records import Array, BoolArray, IntArray
 
 #: Degree of the splines.
 DEGREE = 5
-#: Rounds of halving knot spans at most: a span is at least a 2^ROUNDS-th of the run.
-ROUNDS = 12
-#: Samples that a span needs to be halved.
-FEWEST = 9
-#: A span is halved if it is wider than this many of its neighbours.
-GRADE = 2.5
 
 
 @kernel
@@ -141,108 +135,38 @@ def least_squares(s: Array, points: Array, weights: Array, knots: Array, coeffic
 
 
 @kernel
-def clamped_knots(grid: Array, spans: int) -> Array:
-    """Knots of a clamped spline over the first `spans` spans of a grid."""
-    knots = np.empty(spans + 1 + 2 * DEGREE)
-    knots[:DEGREE] = grid[0]
-    for i in range(spans + 1):
-        knots[DEGREE + i] = grid[i]
-    knots[DEGREE + spans + 1 :] = grid[spans]
-    return knots
+def shares(
+    s: Array,
+    points: Array,
+    knots: Array,
+    coefficients: Array,
+    linear: int,
+    allowed: float,
+    angular: float,
+    out: Array,
+    spans: IntArray,
+) -> None:
+    """How far samples (n, axes) at s (n,) are from C(s), as shares of what is allowed, into out (n,), and their spans.
 
-
-@kernel
-def graded(grid: Array, wide: BoolArray, room: Array) -> int:
-    """Halve the spans that are `wide`, and those GRADE times wider than a neighbour; spans, or 0 if too many."""
-    spans = wide.shape[0]
-    count = 0
-    for i in range(spans):
-        if count + 2 >= room.shape[0]:
-            return 0
-        room[count] = grid[i]
-        count += 1
-        if wide[i]:
-            room[count] = 0.5 * (grid[i] + grid[i + 1])
-            count += 1
-    room[count] = grid[spans]
-    for _ in range(ROUNDS):
-        inserted = False
-        i = 0
-        while i < count:
-            width = room[i + 1] - room[i]
-            before = room[i] - room[i - 1] if i > 0 else width
-            behind = room[i + 2] - room[i + 1] if i + 1 < count else width
-            if width > GRADE * min(before, behind):
-                if count + 2 >= room.shape[0]:
-                    return 0
-                for k in range(count, i, -1):
-                    room[k + 1] = room[k]
-                room[i + 1] = 0.5 * (room[i] + room[i + 2])
-                count += 1
-                inserted = True
-            i += 1
-        if not inserted:
-            break
-    return count
-
-
-@kernel
-def fit_run(
-    s: Array, points: Array, weights: Array, linear: int, allowed: float, angular: float
-) -> tuple[int, Array, Array, int]:
-    """Spans, knots and coefficients of the spline near samples (n, axes) at s (n,), and the worst sample.
-
-    Spans are halved where a sample is further than `allowed`, mm, from C(s), or `angular`, rad, over the axes behind
-    the linear ones. 0 spans if that needs spans with fewer than FEWEST samples.
+    allowed, mm, over the linear axes; angular, rad, over those behind; spans (n,) from 0 on.
     """
-    count, axes = points.shape
-    most = max(count // FEWEST, 1)
-    grid = np.empty(4 * most + 8)
-    room = np.empty(4 * most + 8)
-    grid[0] = s[0]
-    grid[1] = s[count - 1]
-    spans = 1
     values = np.empty(DEGREE + 1)
     left = np.empty(DEGREE + 1)
     right = np.empty(DEGREE + 1)
-    worst = 0
-    for _ in range(ROUNDS):
-        knots = clamped_knots(grid, spans)
-        coefficients = np.empty((spans + DEGREE, axes))
-        if not least_squares(s, points, weights, knots, coefficients):
-            return 0, knots, coefficients, worst
-        wide = np.zeros(spans, dtype=np.bool_)
-        samples = np.zeros(spans, dtype=np.int64)
-        largest = 0.0
-        span = DEGREE
-        for i in range(count):
-            while span < spans + DEGREE - 1 and s[i] >= knots[span + 1]:
-                span += 1
-            basis(knots, span, s[i], values, left, right)
-            along = 0.0
-            turned = 0.0
-            for a in range(axes):
-                off = -points[i, a]
-                for j in range(DEGREE + 1):
-                    off += values[j] * coefficients[span - DEGREE + j, a]
-                if a < linear:
-                    along += off * off
-                else:
-                    turned += off * off
-            share = max(math.sqrt(along) / allowed, math.sqrt(turned) / angular)
-            samples[span - DEGREE] += 1
-            if share > 1.0:
-                wide[span - DEGREE] = True
-            if share > largest:
-                largest = share
-                worst = i
-        if largest <= 1.0:
-            return spans, knots, coefficients, worst
-        for i in range(spans):
-            if wide[i] and samples[i] < 2 * FEWEST:
-                return 0, knots, coefficients, worst
-        spans = graded(grid, wide, room)
-        if spans == 0 or spans > most:
-            return 0, knots, coefficients, worst
-        grid[: spans + 1] = room[: spans + 1]
-    return 0, knots, coefficients, worst
+    span = DEGREE
+    for i in range(points.shape[0]):
+        while span < coefficients.shape[0] - 1 and s[i] >= knots[span + 1]:
+            span += 1
+        basis(knots, span, s[i], values, left, right)
+        along = 0.0
+        turned = 0.0
+        for a in range(points.shape[1]):
+            off = -points[i, a]
+            for j in range(DEGREE + 1):
+                off += values[j] * coefficients[span - DEGREE + j, a]
+            if a < linear:
+                along += off * off
+            else:
+                turned += off * off
+        out[i] = max(math.sqrt(along) / allowed, math.sqrt(turned) / angular)
+        spans[i] = span - DEGREE

@@ -10,8 +10,7 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.formats import bit_pattern
-from splinefeed.formats.bit_pattern import BitPattern
-from splinefeed.kernels.bit_pattern import SLOTS
+from splinefeed.formats.bit_pattern import SLOTS, BitPattern
 from splinefeed.machine.table import Table
 from splinefeed.records import ROTARY_AXES, Setpoints
 

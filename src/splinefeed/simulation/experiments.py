@@ -92,10 +92,7 @@ def swept_sine(
         k = np.arange(-settle, ticks)
         angle = 2.0 * np.pi * swings / ticks * k
         volts = bias + amplitude * np.sin(angle)
-        memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
-        position, measured = np.empty(len(k)), np.empty(len(k))
-        run_open = servo.run_open.for_work(len(k))
-        run_open(volts, table, numbers, memory, scratch, position, measured)
+        measured, _ = driven(servo.OPEN, volts, 0.0, table, numbers)
         columns = np.column_stack([np.sin(angle), np.cos(angle), np.ones(len(k)), k / ticks])[settle:]
         sine, cosine = np.linalg.lstsq(columns, measured[settle:], rcond=None)[0][:2]
         values[i] = (sine + 1j * cosine) / amplitude
@@ -172,16 +169,25 @@ def _crossing(one: tuple[float, float, float], other: tuple[float, float, float]
     return one[0] + share * (other[0] - one[0]), one[1] + share * (other[1] - one[1])
 
 
+def driven(kind: int, volts: Array, hysteresis: float, table: Array, numbers: Array) -> tuple[Array, Array]:
+    """What is measured, and put out, V, (n,) each, over ticks from rest: kind OPEN or RELAY of `kernels.servo`.
+
+    table and numbers as `step_table` and `parameters` give them.
+    """
+    memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
+    position, measured, output, saturated = (np.empty(len(volts)) for _ in range(4))
+    run = servo.run_axis.for_work(len(volts))
+    run(kind, volts, hysteresis, table, numbers, memory, scratch, position, measured, output, saturated)
+    return measured, output
+
+
 def _swing(axis: Axis, period: float, volts: float, hysteresis: float, sub_steps: int) -> float:
     """Period of the swing that a relay keeps up, s."""
     table = step_table(plant(axis), period, sub_steps)
     numbers = parameters(axis, period, sub_steps)
     ticks = 2000
     while ticks <= LONGEST:
-        memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
-        measured, output = np.empty(ticks), np.empty(ticks)
-        run_relay = servo.run_relay.for_work(ticks)
-        run_relay(volts, hysteresis, table, numbers, memory, scratch, measured, output)
+        measured, output = driven(servo.RELAY, np.full(ticks, volts), hysteresis, table, numbers)
         rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0)) + 1
         if len(rises) > SWINGS and np.ptp(measured) > 0.0:
             return float(rises[-1] - rises[-1 - MEASURED_SWINGS]) * period / MEASURED_SWINGS

@@ -97,7 +97,9 @@ class Follower:
             if self.ticks == 0 and count > 0:
                 state.memory[[mechanics.MOTOR, mechanics.LOAD]] = command[i, 0]
             ticks = run_axis(
+                servo.CLOSED,
                 command[i],
+                0.0,
                 state.table,
                 state.parameters,
                 state.memory,

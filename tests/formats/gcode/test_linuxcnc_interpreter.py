@@ -13,6 +13,7 @@ import pytest
 import splinefeed as sf
 from rs274_twin import PROGRAM, ROUNDED, Canon, Run, run
 from splinefeed.errors import FormatError
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import arc_curve
 from splinefeed.formats.gcode.dialects import named
 from splinefeed.formats.gcode.moves import RAPID, SPLINE, Moves
@@ -20,7 +21,6 @@ from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.to_path import find_arcs
 from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
-from splinefeed.kernels import gcode as layout
 
 pytestmark = [
     pytest.mark.slow,

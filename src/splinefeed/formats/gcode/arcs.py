@@ -12,10 +12,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, Findings, Moves
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: An arc misses its circle where the radii at its ends differ by more than ALWAYS, mm, or by more than ROUNDED, mm, and

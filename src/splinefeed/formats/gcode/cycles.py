@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID
 from splinefeed.formats.gcode.state import State, check_size
-from splinefeed.kernels import gcode as layout
 
 #: Most moves that one line may stand for, and most repeats.
 MAX_MOVES, MAX_REPEATS = 100_000, 10_000

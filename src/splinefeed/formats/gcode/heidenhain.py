@@ -11,10 +11,10 @@ import re
 
 import numpy as np
 
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, RAPID, Spline
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
 #: An SPL block may begin this far from where the tool is, mm or rad: 1 um by the manual, and the words' own rounding.

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.formats.gcode import codes
+from splinefeed.formats.gcode import codes, layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.cycles import CYCLES, Cycles
 from splinefeed.formats.gcode.dialects import Dialect
@@ -24,7 +24,6 @@ from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, State, number
 from splinefeed.formats.gcode.tools import Tool
 from splinefeed.formats.gcode.words import Block, parse, without_comments, without_nested
-from splinefeed.kernels import gcode as layout
 
 _RATE = {0: RAPID, 10: LINE, 20: CLOCKWISE, 30: COUNTERCLOCKWISE}
 _SPLINES = (50, 51, 52, 53, 62, 63)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LETTERS, RAPID
 from splinefeed.formats.gcode.state import State
-from splinefeed.kernels import gcode as layout
 
 #: Most turns of one arc.
 MAX_TURNS = 1_000

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from splinefeed.formats.gcode import layout
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array, IntArray
 
 #: Letters of the axes in the order of the columns.
@@ -66,7 +66,7 @@ class Moves:
 
     start    (9,) where the first one begins
     values   (n, 16) ends of 9 axes, words of arcs, feed and tolerance; codes  (n, 6) kind, line of the file, plane,
-             flags, spline and axes: both as `kernels.gcode` lays them out
+             flags, spline and axes: both as `layout` lays them out
     splines  what the codes point into; marks  what is no motion
     """
 
@@ -91,7 +91,7 @@ class Moves:
 
     @property
     def flags(self) -> IntArray:
-        """Bits as in `kernels.gcode`, (n,)."""
+        """Bits as in `layout`, (n,)."""
         return self.codes[:, layout.FLAGS]
 
     @property

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import CHORD_SWEEP, Arcs, arc_curve
 from splinefeed.formats.gcode.moves import (
     AXES,
@@ -36,7 +37,6 @@ from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.metadata import axis_units, to_degrees
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array, BoolArray
 
 _KINDS = {RAPID: "G0", LINE: "G1", CLOCKWISE: "G2", COUNTERCLOCKWISE: "G3", SPLINE: "splines"}

@@ -1,4 +1,4 @@
-"""A whole file into moves, a part at a time: the kernel takes the simple lines, the interpreter all others."""
+"""A whole file into moves, a part at a time: `Lines` takes the simple lines, the interpreter all others."""
 
 from __future__ import annotations
 
@@ -10,25 +10,31 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.dialects import Dialect, detect
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.heidenhain import Heidenhain
 from splinefeed.formats.gcode.interpreter import Interpreter
+from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import AXES, Findings, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import Offsets
 from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.source import check_file, check_size, read_head
-from splinefeed.kernels import gcode as kernel
 from splinefeed.records import Array, IntArray
 
 #: Dialects whose lines are not those of RS274.
 _INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens, "heidenhain": Heidenhain}
 #: Largest program, bytes.
 MAX_BYTES = 2 * 2**30
-#: Bytes that are read at once.
-BLOCK = 2**21
+#: Bytes that are read at once: what is made of them stays in the processor's cache.
+BLOCK = 2**18
+#: Bytes without an end of line that are no program.
+LONGEST = 2**21
+#: Arrays cost, for few lines, what the interpreter does for so many. After so many runs of fewer lines, one behind the
+#: other, it takes the next ones, whatever they are: twice as many each time, at most so many.
+WORTH, PATIENCE, MOST = 16, 4, 64
 _HEAD = 2**16
 
 
@@ -38,7 +44,7 @@ class Reading:
 
     dialect  one of `dialects.DIALECTS`, detected if None; offsets  (9,) by number of the coordinate system
     tools    whose lengths G43 puts in force; None where the path is that of the tool's tip
-    repair   make findings of what can be mended; fast  let the kernel take what it knows
+    repair   make findings of what can be mended; fast  let `Lines` take what it knows
     """
 
     dialect: Dialect | None = None
@@ -51,6 +57,8 @@ class Reading:
     lines: int = 0
     ended: bool = False
     inch: bool = False
+    _short: int = 0  # runs of few lines, one behind the other
+    _left: int = 0  # lines that the interpreter takes, whatever they are
 
     def moves(self, file: str | os.PathLike[str]) -> Iterator[Moves]:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
@@ -76,30 +84,34 @@ class Reading:
                 yield made  # what is wrong in a line before is said first
             raise FormatError(f"{file}: line {fault.line or self.lines}: {fault}") from None
         self.ended, self.inch = run.ended, state.inch
-        if state.modes[kernel.EXTRUDED]:
+        if state.modes[layout.EXTRUDED]:
             self.findings.say("E words, the filament of a 3-D printer, are no motion of the path and are left out")
         if (made := state.take()).marks or len(made):
             yield made
 
     def _block(self, block: bytes, state: State, run: Interpreter) -> Iterator[Moves]:
         """The moves of whole lines; `self.lines` counts them."""
-        data = np.frombuffer(block, dtype=np.uint8)
+        lines = Lines(block) if self.fast else None
         at = 0
-        while at < len(data) and not run.ended:
-            if self.fast and not run.splines.open:
-                state.modes[kernel.LINE] = self.lines
-                at, why = state.scan(data, at)
-                self.lines = int(state.modes[kernel.LINE])
+        while at < len(block) and not run.ended:
+            if self._left:
+                self._left -= 1
+            elif lines is not None and not run.splines.open:
+                before = state.modes[layout.LINE] = self.lines
+                at, why = state.scan(lines, at)
+                self.lines = int(state.modes[layout.LINE])
+                self._short = self._short + 1 if self.lines - before < WORTH else 0
+                self._left = min(2**self._short, MOST) if self._short > PATIENCE else 0
                 if state.full:
                     yield state.take()
-                if why == kernel.FULL:
+                if why == layout.FULL:
                     continue
-                if at >= len(data):
+                if at >= len(block):
                     break
             end = block.index(b"\n", at)
             self.lines += 1
-            if end - at > kernel.MAX_LINE:
-                raise LineError(f"has {end - at} characters; at most {kernel.MAX_LINE} can be read")
+            if end - at > layout.MAX_LINE:
+                raise LineError(f"has {end - at} characters; at most {layout.MAX_LINE} can be read")
             run.run(block[at:end].decode("utf-8", errors="replace"), self.lines)
             at = end + 1
             if state.full:
@@ -109,7 +121,7 @@ class Reading:
 def joined(parts: list[Moves]) -> Moves:
     """Moves one after the other as one record."""
     if not parts:
-        return Moves(np.zeros(AXES), np.zeros((0, kernel.FLOATS)), np.zeros((0, kernel.INTEGERS), dtype=np.int64))
+        return Moves(np.zeros(AXES), np.zeros((0, layout.FLOATS)), np.zeros((0, layout.INTEGERS), dtype=np.int64))
     if len(parts) == 1:
         return parts[0]
     marks: list[Mark] = []
@@ -118,7 +130,7 @@ def joined(parts: list[Moves]) -> Moves:
     moves = 0
     for part in parts:
         numbered.append(part.codes.copy())
-        column = numbered[-1][:, kernel.SPLINE]
+        column = numbered[-1][:, layout.SPLINE]
         column[column >= 0] += len(splines)
         marks += [replace(mark, move=mark.move + moves) for mark in part.marks]
         splines += part.splines
@@ -147,7 +159,7 @@ def _blocks(file: str | os.PathLike[str]) -> Iterator[bytes]:
                     block = block.replace(b"\r", b"\n")
                 cut = block.rfind(b"\n") + 1
                 rest = block[cut:]
-                if len(rest) > BLOCK:
+                if len(rest) > LONGEST:
                     yield rest + b"\n"  # a line that long is refused where lines are counted
                     return
                 if cut:

@@ -13,11 +13,11 @@ import re
 
 import numpy as np
 
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import LETTERS, Spline
 from splinefeed.formats.gcode.spline_words import MAX_POINTS
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
 DEFAULT_DEGREE, HIGHEST_DEGREE = 3, 3

@@ -13,12 +13,12 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.errors import CurveError
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LETTERS, Findings, Spline
 from splinefeed.formats.gcode.state import State
 from splinefeed.geometry.curve import MAX_AXES, MAX_DEGREE, NurbsCurve
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
 #: Order unless the program gives it.

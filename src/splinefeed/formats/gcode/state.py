@@ -1,4 +1,4 @@
-"""The modal state of a program, in the arrays that `kernels.gcode` shares, and the rows of moves that it fills."""
+"""The modal state of a program, in the arrays that `layout` shares, and the rows of moves that it fills."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import AXES, LETTERS, ROTARY, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import (
     G92_PARAMETERS,
@@ -17,7 +19,6 @@ from splinefeed.formats.gcode.offsets import (
     Offsets,
 )
 from splinefeed.formats.gcode.tools import Tools
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 
 #: Moves that are kept before they are handed on.
@@ -179,17 +180,17 @@ class State:
         self._speed = speed
         return changed
 
-    def scan(self, data: layout.Bytes, at: int) -> tuple[int, int]:
-        """Let the kernel read lines from data[at:]: where it stopped, and DONE, UNKNOWN or FULL as it says."""
-        at, self.count, heard, why = layout.scan(
-            data, at, self.values, self.modes, self.rows, self.marks, self.count, self._heard, self._spoken
+    def scan(self, lines: Lines, at: int) -> tuple[int, int]:
+        """Take what is known of the lines from byte `at` on: where that stopped, and DONE, UNKNOWN or FULL."""
+        at, self.count, heard, why = lines.scan(
+            at, self.values, self.modes, self.rows, self.marks, self.count, self._heard, self._spoken
         )
         if heard:
             self._hear(heard)
         return at, why
 
     def _hear(self, count: int) -> None:
-        """Markers of the first `count` rows that the kernel has written of M, S and T."""
+        """Markers of the first `count` rows that `Lines` has written of M, S and T."""
         texts = self._texts
         for (before, line, codes, words), (speed, tool) in zip(
             self._heard[:count].tolist(), self._spoken[:count].tolist(), strict=True

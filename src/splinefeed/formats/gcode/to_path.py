@@ -20,6 +20,7 @@ import numpy as np
 from splinefeed.errors import CurveError, FormatError, InputError
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.gcode import arcs as arc_maker
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.dialects import named
 from splinefeed.formats.gcode.moves import (
     AXES,
@@ -41,7 +42,6 @@ from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.curves import LINE_KNOTS, Lines
 from splinefeed.geometry.path import Marker, Path
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Most moves of a program that becomes a path; `in_parts` and `overview` know no such bound.

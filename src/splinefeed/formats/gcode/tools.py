@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError, InputError
+from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import AXES, LETTERS, ROTARY
 from splinefeed.formats.source import read_text
-from splinefeed.kernels import gcode as layout
 from splinefeed.records import Array
 from splinefeed.units import parse
 

@@ -1,4 +1,4 @@
-"""The nearest point of a path, or of a stretch of it, to many positions at once.
+"""The nearest point of a curve or a path, or of a stretch of it, to many positions at once.
 
 The path is cut into cells of little turn. Where D = |C - Q|^2 / 2 is convex all over the stretch that counts, Newton's
 method from the commanded place finds its only minimum; that is so for almost every position. Elsewhere cells that can
@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.analysis.rows import Rows, taken
-from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import taylor
+from splinefeed.geometry.rows import Rows, taken
 from splinefeed.kernels.layout import DEGREES
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -38,6 +37,8 @@ CELL_TURN = 0.6
 MAX_HALVINGS, NO_LENGTH = 50, 1e-14
 #: Places in a cell at which speed and bend are looked at, and what is allowed for between them.
 SAMPLES, MARGIN = 17, 1.2
+#: Newton steps to where a curve is slowest.
+SLOW_STEPS = 8
 #: Places of a cell from which the search of the whole path begins.
 CELL_SAMPLES = 4
 #: Rounding of a length or a coordinate, relative, as bounds allow for it.
@@ -106,8 +107,8 @@ class Found:
 class Search:
     """Nearest points over the linear axes, or with `turned` over all, 1 degree as 1 mm."""
 
-    def __init__(self, path: Path, rows: Rows, *, turned: bool = False) -> None:
-        self.rows, self.length, self.closed = rows, path.length, path.closed
+    def __init__(self, rows: Rows, *, closed: bool = False, turned: bool = False) -> None:
+        self.rows, self.length, self.closed = rows, float(rows.end[-1]), closed
         self.dims = rows.axes if turned else rows.linear
         unit = np.where(np.arange(rows.axes) < rows.linear, 1.0, DEGREES)[: self.dims]
         self.unit, self._turned = unit, turned
@@ -170,10 +171,25 @@ class Search:
         largest = np.max(np.maximum(np.abs(first), np.abs(last)), axis=0, initial=0.0)
         new = np.concatenate([[True], row[1:] != row[:-1]])
         s = np.where(new, rows.start[row], rows.arc_length(row, low))
+        if not self._turned:
+            reach = self._reach(row, rows.arc_length(row, high) - rows.arc_length(row, low), last - first)
         return Cells(row, low, high, s, speed, bend, reach + ROUNDING * largest, first, last)
 
+    def _reach(self, row: IntArray, length: Array, chord: Array) -> Array:
+        """No point of an arc of some length (c,), mm, is further than this, mm, from its chord (dims, c).
+
+        All its points lie in the ellipsoid with the ends of the chord c as foci: sqrt(l^2 - c^2) / 2.
+        """
+        length = length + ROUNDING * self.length
+        square = np.maximum(length * length - np.sum(chord * chord, axis=0), 0.0) + 8.0 * ROUNDING * length * length
+        turns, reach = self.rows.turns, 0.5 * np.sqrt(square)
+        return reach if turns is None else np.where(turns[row], 0.0, reach)
+
     def _bends(self, row: IntArray, low: Array, high: Array) -> tuple[Array, Array, Array]:
-        """Greatest |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,), with MARGIN."""
+        """Greatest |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,), with MARGIN.
+
+        At SAMPLES places, and where the curve is slowest between two of them: there the curvature peaks.
+        """
         if self.rows.degree == 1 and not self.rows.rational:
             square = np.zeros(len(row))
             for a in range(self.dims):
@@ -182,27 +198,57 @@ class Search:
         out = np.zeros((3, len(row)))
         for start in range(0, len(row), MOST):
             part = slice(start, start + MOST)
-            terms = self._terms[:, :, row[part]]
+            terms, have = self._terms[:, :, row[part]], out[:, part]
+            before, falls = low[part], np.zeros(len(row[part]), dtype=bool)
             for k in range(SAMPLES):
                 t = low[part] + (high[part] - low[part]) * (k / (SAMPLES - 1))
-                _, c1, c2 = self._taylor(terms, t, 2)
-                square, product, bend, across = (np.zeros(len(t)) for _ in range(4))
-                for a in range(self.dims):
-                    square += c1[a] * c1[a]
-                    product += c1[a] * c2[a]
-                    bend += c2[a] * c2[a]
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    along = product / square
-                    for a in range(self.dims):
-                        across += (c2[a] - along * c1[a]) ** 2
-                    curvature = 2.0 * np.sqrt(across) / square
-                curvature = np.where(square > 0.0, curvature, np.where(bend > 0.0, np.inf, 0.0))
-                for have, seen in zip(out, (np.sqrt(square), curvature, 2.0 * np.sqrt(bend)), strict=True):
-                    np.maximum(have[part], seen, out=have[part])
+                slope = self._bend_at(terms, t, have)
+                slow = np.flatnonzero(falls & (slope > 0.0))
+                if len(slow):
+                    found = have[:, slow]
+                    self._bend_at(terms[:, :, slow], self._slowest(terms[:, :, slow], before[slow], t[slow]), found)
+                    have[:, slow] = found
+                before, falls = t, slope < 0.0
         turns = None if self._turned else self.rows.turns
         if turns is not None:
             out[:, turns[row]] = 0.0
         return MARGIN * out[0], MARGIN * out[1], MARGIN * out[2]
+
+    def _bend_at(self, terms: Array, t: Array, have: Array) -> Array:
+        """C'.C'' (n,) at t (n,); have (3, n), the greatest speed, curvature and |d2C/dt2| so far, is brought up."""
+        _, c1, c2 = self._taylor(terms, t, 2)
+        square, product, bend, across = (np.zeros(len(t)) for _ in range(4))
+        for a in range(self.dims):
+            square += c1[a] * c1[a]
+            product += c1[a] * c2[a]
+            bend += c2[a] * c2[a]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            along = product / square
+            for a in range(self.dims):
+                across += (c2[a] - along * c1[a]) ** 2
+            curvature = 2.0 * np.sqrt(across) / square
+        curvature = np.where(square > 0.0, curvature, np.where(bend > 0.0, np.inf, 0.0))
+        for known, seen in zip(have, (np.sqrt(square), curvature, 2.0 * np.sqrt(bend)), strict=True):
+            np.maximum(known, seen, out=known)
+        return 2.0 * product
+
+    def _slowest(self, terms: Array, low: Array, high: Array) -> Array:
+        """t (n,) between low, where the speed falls, and high, where it rises, at which it is least: Newton's method.
+
+        On the slope C'.C'' of |C'|^2 / 2, with a bisection where a step leaves what is known of the root.
+        """
+        t = 0.5 * (low + high)
+        for _ in range(SLOW_STEPS):
+            _, c1, c2, c3 = self._taylor(terms, t, 3)
+            slope, bend = np.zeros(len(t)), np.zeros(len(t))
+            for a in range(self.dims):
+                slope += 2.0 * c1[a] * c2[a]
+                bend += 4.0 * c2[a] * c2[a] + 6.0 * c1[a] * c3[a]
+            low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                after = t - slope / bend
+            t = np.where((after >= low) & (after <= high), after, 0.5 * (low + high))
+        return t
 
     @cached_property
     def _boxes(self) -> tuple[Array, Array]:
@@ -287,9 +333,11 @@ class Search:
         settled, lowest = np.zeros(len(t), dtype=bool), square
         for _ in range(SURE_STEPS):
             with np.errstate(divide="ignore", invalid="ignore"):
-                after = np.minimum(np.maximum(t - slope / bend, low), high)
+                newton = np.minimum(np.maximum(t - slope / bend, low), high)
                 least = np.maximum(square - slope * slope / bend, 0.0)
-            inner = (after > low) & (after < high)
+            # convex by arc length is not convex by t
+            after = np.where(bend > 0.0, newton, np.where(slope > 0.0, low, np.where(slope < 0.0, high, t)))
+            inner = (bend > 0.0) & (after > low) & (after < high)
             lowest = np.where(settled, lowest, np.where(inner, np.minimum(least, square), square))
             ends = np.where(inner, np.abs(after - t) < SMALL_STEP, after == t)
             t = np.where(settled, t, after)

@@ -1,4 +1,4 @@
-"""The kernel for simple lines and the interpreter of the whole language agree to the last bit."""
+"""The arrays for simple lines and the interpreter of the whole language agree to the last bit."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.interpreter import Interpreter
+from splinefeed.formats.gcode.layout import MODES, STATE
+from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import Moves
 from splinefeed.formats.gcode.reader import Reading, joined
-from splinefeed.kernels.gcode import MODES, STATE, scan
 
 NUMBERS = st.one_of(
     st.decimals(-999, 999, places=4).map(str),
@@ -59,7 +60,7 @@ PROGRAMS = st.lists(st.one_of(LINES, RIGHT, RIGHT, RIGHT), min_size=1, max_size=
 
 
 def both(file: Path, repair: bool) -> list[tuple[Moves | None, str, list[str]]]:
-    """Moves, error and findings with and without the kernel."""
+    """Moves, error and findings with and without arrays."""
     found = []
     for fast in (True, False):
         reading = Reading(fast=fast, repair=repair)
@@ -116,12 +117,12 @@ def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bo
     text = ("-" if negative else "") + digits[: len(digits) - places] + "." + digits[len(digits) - places :]
     if abs(float(text)) > 1e9:
         return
-    data = np.frombuffer(f"G1 X{text}\n".encode(), dtype=np.uint8)
+    lines = Lines(f"G1 X{text}\n".encode())
     state, modes = np.zeros(STATE), np.zeros(MODES, dtype=np.int64)
     state[18:27] = 1.0
     rows, marks = np.zeros((4, 16)), np.zeros((4, 6), dtype=np.int64)
     said, spoken = np.zeros((4, 4), dtype=np.int64), np.zeros((4, 2))
-    _, count, _, status = scan(data, 0, state, modes, rows, marks, 0, said, spoken)
+    _, count, _, status = lines.scan(0, state, modes, rows, marks, 0, said, spoken)
     if count == 1:  # otherwise it is left to the interpreter
         assert status == 0 and rows[0, 0] == float(text)
     else:

@@ -1,6 +1,6 @@
 """The pieces of a path as columns, one array a coefficient: many places at once, each on its own piece.
 
-What judges a motion reads the path's polynomials here and nowhere else; how setpoints were made does not matter.
+What judges a motion reads the path's polynomials here and nowhere else; the planner and the interpolators do not.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.geometry.path import Path
-from splinefeed.geometry.pieces import inverted, taylor
+from splinefeed.geometry.pieces import Pieces, inverted, taylor
 from splinefeed.kernels import layout
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -19,7 +18,7 @@ EPSILON = float(np.finfo(np.float64).eps)
 
 
 class Rows:
-    """Rows of a path's table, r of them, as columns.
+    """Rows of a table of pieces, of a path or of a curve, r of them, as columns.
 
     low, high, middle, scale   (r,)  interval of u, and t = (u - middle) scale, in [-1, 1]
     start                      (r,)  arc length at low, mm
@@ -29,8 +28,8 @@ class Rows:
     The curve is origin + A(t) / w(t); see `kernels.layout`.
     """
 
-    def __init__(self, path: Path) -> None:
-        table, (degree, axes, linear, rational) = path.table, path.shape
+    def __init__(self, pieces: Pieces) -> None:
+        table, (degree, axes, linear, rational) = pieces.table, pieces.shape
         self.axes, self.linear, self.degree, self.rational = axes, abs(linear), degree, bool(rational)
         column = [np.ascontiguousarray(table[:, k]) for k in range(layout.ARC)]
         self.low, self.high, self.middle, self.scale, self.start = column
@@ -38,7 +37,7 @@ class Rows:
         terms = table[:, layout.ORIGIN + axes :].T
         self.terms: Array = np.ascontiguousarray(terms).reshape(axes + rational, degree + 1, len(table))
         self._arc = table[:, layout.ARC : layout.ORIGIN].T
-        self.curves, self._arcs = path.curve_rows, path.arc_pieces
+        self.curves, self._pieces = pieces.rows, pieces
         self._may_turn = linear <= 0
 
     def __len__(self) -> int:
@@ -80,7 +79,7 @@ class Rows:
         """Row (n,) that holds u (n,) of the curves (n,), and u moved into the curve's domain."""
         first, last = self.curves[curve, 0], self.curves[curve, 1]
         value = np.minimum(np.maximum(u, self.low[first]), self.high[last])
-        return self._arcs.row_at(curve, value, False), value
+        return self._pieces.row_at(curve, value, False), value
 
     def at(self, s: Array) -> IntArray:
         """The last row that begins at or before arc lengths s (n,), mm."""

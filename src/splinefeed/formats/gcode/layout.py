@@ -1,0 +1,28 @@
+"""How the modal state of a program and the rows of its moves are laid out in arrays."""
+
+from __future__ import annotations
+
+#: Why `Lines.scan` returned: the data are used up, a line is not of the simple kind, the rows are full.
+DONE, UNKNOWN, FULL = 0, 1, 2
+
+# columns of the state of floats: position and offset of 9 axes, what one unit of each is, feed, tolerance
+POSITION, OFFSET, SCALE, FEED, TOLERANCE, STATE = 0, 9, 18, 27, 28, 29
+# entries of the state of integers
+MOTION, RELATIVE, PLANE, INVERSE, EXTRUDER, LINE, EXACT_STOP, EXTRUDED, CENTRES, MODES = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+# columns of the rows of floats: end of 9 axes, centre, radius, turns, feed, tolerance
+END, CENTER, RADIUS, TURNS, ROW_FEED, ROW_TOLERANCE, FLOATS = 0, 9, 12, 13, 14, 15, 16
+# columns of what is said between moves, integers: before which move, line, M codes as decimal digits, bits of S and T;
+# floats: the values of S and T
+SAID_BEFORE, SAID_LINE, SAID_M, SAID_WORDS, SAID = 0, 1, 2, 3, 4
+SAID_S, SAID_T, SPOKEN = 0, 1, 2
+# columns of the rows of integers
+KIND, ROW_LINE, ROW_PLANE, FLAGS, SPLINE, AXES, INTEGERS = 0, 1, 2, 3, 4, 5, 6
+#: AXES has bits of the axes that a move concerns, and from this bit on of those whose place the program states.
+STATED = 16
+# bits of FLAGS: I, J, K, R given; centre absolute; feed is one over minutes; the tool rests at the end; inches
+HAS_I, HAS_J, HAS_K, HAS_R, ABSOLUTE, INVERSE_FEED, STOPS, INCH = 1, 2, 4, 8, 16, 32, 64, 128
+
+#: Longest line that is read, characters.
+MAX_LINE = 4096
+#: Largest word, in mm or rad: beyond it the interpreter says what is wrong.
+LARGEST = 1e9
