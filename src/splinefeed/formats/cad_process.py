@@ -138,7 +138,7 @@ def read(
     """
     _check_installed(file, library)
     limits = {"most_curves": MAX_DRAWING_CURVES, "most_points": MAX_DRAWING_POINTS}
-    task = {"kind": library.kind, "file": os.path.abspath(file), **limits, **wanted}
+    task = {"kind": library.kind, "file": os.path.abspath(file), "repair": repair, **limits, **wanted}
     answer = _worker.ask(task, MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 2**20)
     if isinstance(answer, str):
         raise FormatError(f"{file}: {answer}; is it damaged?")
