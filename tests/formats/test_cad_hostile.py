@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -150,8 +151,8 @@ def test_a_library_that_dies_is_an_error_and_the_next_file_is_read(tmp_path: Pat
     before = read_all(file)
     process = cad_process._worker._process
     assert process is not None
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+    process.send_signal(signal.SIGSTOP)
+    threading.Timer(0.3, process.kill).start()
     with pytest.raises(FormatError) as caught:
         read_all(file)
     assert str(caught.value) == f"{file}: makes the CAD library crash; is it damaged?"
