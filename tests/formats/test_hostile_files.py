@@ -126,8 +126,8 @@ def test_words_that_are_no_numbers_are_refused(tmp_path: Path, kind: str, word: 
     file.write_text(NUMBERS[kind] % "2")
     read_all(file)
     file.write_text(NUMBERS[kind] % word)
-    if (kind, word) == ("gcode", "--1"):
-        return  # minus minus one is a value of RS274
+    if (kind, word) in (("gcode", "--1"), ("dxf", "1_0"), ("dxf", "\u0661")):
+        return  # minus minus one is a value of RS274, and ezdxf takes what Python's float takes
     refused(file)
 
 

@@ -7,34 +7,26 @@ error of one line, and the next file finds a new process. It is started by the f
 
 from __future__ import annotations
 
-import atexit
 import importlib.util
 import json
 import os
 import pathlib
-import subprocess
-import sys
-import threading
-from contextlib import suppress
 from typing import Any, NamedTuple
 
-import splinefeed
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats.cad_curves import curves_of
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import Drawing, many, runs_that_meet
 from splinefeed.formats.sizes import MAX_DRAWING_CURVES, MAX_DRAWING_POINTS
+from splinefeed.workers import LostError, Worker
 
 #: Time that a library gets for a file, s, and for each MB of it.
 MAX_SECONDS = 30.0
 SECONDS_PER_MB = 5.0
+#: What a library may take of the memory, bytes of address space; OCCT itself is half a gigabyte of it.
+MAX_ADDRESS_SPACE = 6 * 2**30
 #: Names that files give to their units.
 _UNITS = {"millimetre": "mm", "metre": "m", "centimetre": "cm", "micrometre": "um", "inch": "in", "foot": "ft"}
-#: The worker runs the same splinefeed as this process, wherever that was found.
-_PROGRAM = (
-    "import sys; sys.path.insert(0, sys.argv[1]); from splinefeed.formats import cad_worker; del sys.path[0]; "
-    "cad_worker.main()"
-)
 _INSTALL = "run: pip install 'splinefeed[cad]'"
 
 
@@ -46,80 +38,7 @@ class Library(NamedTuple):
     title: str
 
 
-class _Worker:
-    """The process that runs `cad_worker`; one task at a time."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._of_parents: list[object] = []
-
-    def ask(self, task: dict[str, Any], seconds: float) -> dict[str, Any] | str:
-        """The answer to `task`, or why there is none."""
-        with self._lock:
-            process = self._running()
-            assert process.stdin is not None
-            assert process.stdout is not None
-            late = threading.Event()
-
-            def end_it() -> None:
-                late.set()
-                process.kill()
-
-            clock = threading.Timer(seconds, end_it)
-            clock.daemon = True
-            clock.start()
-            try:
-                process.stdin.write(json.dumps(task).encode() + b"\n")
-                process.stdin.flush()
-                line = process.stdout.readline()
-            except BrokenPipeError:
-                line = b""
-            except BaseException:  # Ctrl-C: an answer that nobody read would be taken for that to the next task
-                self.stop()
-                raise
-            finally:
-                clock.cancel()
-            if line.endswith(b"\n"):
-                answer: dict[str, Any] = json.loads(line)
-                return answer
-            self.stop()
-            return f"takes longer than {seconds:.0f} s" if late.is_set() else "makes the CAD library crash"
-
-    def _running(self) -> subprocess.Popen[bytes]:
-        if self._process is None:
-            home = str(pathlib.Path(splinefeed.__file__).parent.parent)
-            # -P: what lies in the current folder is not imported
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", _PROGRAM, home],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-            )
-        return self._process
-
-    def stop(self) -> None:
-        """End the process."""
-        process, self._process = self._process, None
-        if process is not None:
-            process.kill()
-            process.wait()
-            for stream in (process.stdin, process.stdout):
-                if stream is not None:
-                    with suppress(OSError):  # words that did not get through before the process died
-                        stream.close()
-
-    def forget(self) -> None:
-        """Leave the process to the parent that this one was forked from: two must not talk through the same pipes."""
-        self._of_parents.append(self._process)  # kept, or Python would say that it still runs
-        self._lock = threading.Lock()
-        self._process = None
-
-
-_worker = _Worker()
-atexit.register(_worker.stop)
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_worker.forget)
+_worker = Worker("splinefeed.formats.cad_worker:open_libraries", memory=MAX_ADDRESS_SPACE, quiet=True)
 
 
 def read(
@@ -138,10 +57,13 @@ def read(
     """
     _check_installed(file, library)
     limits = {"most_curves": MAX_DRAWING_CURVES, "most_points": MAX_DRAWING_POINTS}
-    task = {"kind": library.kind, "file": os.path.abspath(file), **limits, **wanted}
-    answer = _worker.ask(task, MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 2**20)
-    if isinstance(answer, str):
-        raise FormatError(f"{file}: {answer}; is it damaged?")
+    task = {"kind": library.kind, "file": os.path.abspath(file), "repair": repair, **limits, **wanted}
+    seconds = MAX_SECONDS + SECONDS_PER_MB * file.stat().st_size / 2**20
+    try:
+        answer = json.loads(_worker.ask(task, seconds=seconds)[1])
+    except LostError as error:
+        why = f"takes longer than {seconds:.0f} s" if error.late else "makes the CAD library crash"
+        raise FormatError(f"{file}: {why}; is it damaged?") from None
     if "missing" in answer:
         raise FormatError(f"{file}: needs {library.title}, which cannot be loaded ({answer['missing']}); {_INSTALL}")
     if "refused" in answer:

@@ -1,8 +1,4 @@
-"""DXF drawings, text or binary: every curve exactly, blocks inserted, in mm; see docs/formats.md.
-
-The tags are read here and not by ezdxf, which builds a whole document first: for speed, and because an error must name
-the line. ezdxf writes (`dxf_write`), and the tests hold both against each other.
-"""
+"""DXF drawings, text or binary, read by ezdxf: every curve exactly, blocks inserted, in mm; see docs/formats.md."""
 
 from __future__ import annotations
 
@@ -11,12 +7,13 @@ import pathlib
 from collections.abc import Sequence
 
 import numpy as np
+from ezdxf.math import Vec3
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import Drawing, join_tolerance, layers_from, many, unit_in_mm
-from splinefeed.formats.dxf_entities import Block, EntityReader, Placement
-from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, Sections, Tags, fields, read_tags, sections
+from splinefeed.formats.dxf_entities import Block, EntityReader
+from splinefeed.formats.dxf_tags import BINARY_MARK, Entity, Sections, read_sections
 from splinefeed.formats.dxf_write import write as write
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.path import JOIN_TOLERANCE
@@ -41,6 +38,7 @@ INSERT_UNITS = {
 }
 #: Header lines and comments that may stand before the first section.
 _COMMENT = "999"
+_EXTERNAL = 4  # flag of a block
 
 
 def holds(head: bytes) -> bool:
@@ -68,29 +66,28 @@ def from_file(
     """
     allowed, wanted = join_tolerance(tolerance), layers_from(layer)
     source = os.fspath(file)
-    tags = read_tags(pathlib.Path(file).read_bytes(), source)
-    found = sections(tags)
+    found = read_sections(pathlib.Path(file).read_bytes(), source)
     drawing = Drawing(source)
-    _check_complete(tags, found, drawing, repair)
-    name, scale = _units(tags, found, drawing, units)
-    reader = EntityReader(tags, _blocks(tags, found), drawing, wanted, repair)
-    place = Placement(np.diag([scale] * 3), np.zeros(3))
-    reader.read(found.entities["ENTITIES"], place)
-    _say_layers(tags, found, reader, wanted)
+    _check_complete(found, drawing, repair)
+    name, scale = _units(found, drawing, units)
+    reader = EntityReader(source, drawing, wanted, repair)
+    _read_blocks(found, reader)
+    reader.read(found.entities["ENTITIES"], None if scale == 1.0 else (np.diag([scale] * 3), np.zeros(3)))
+    _say_layers(found, reader, wanted)
     _say_notes(reader)
     return Contents(drawing.paths(pathlib.Path(file).stem, allowed, repair), name)
 
 
-def _check_complete(tags: Tags, found: Sections, drawing: Drawing, repair: bool) -> None:
+def _check_complete(found: Sections, drawing: Drawing, repair: bool) -> None:
     """FormatError for a file without entities or cut inside a section; when repairing, its last entity goes."""
     if "ENTITIES" not in found.entities:
-        raise FormatError(f"{tags.source}: has no section ENTITIES; is the file complete, and is it a drawing?")
+        raise FormatError(f"{found.source}: has no section ENTITIES; is the file complete, and is it a drawing?")
     if found.complete:
         return
-    if tags.codes and found.open_section:
+    if found.open_section:
         text = f"ends inside section {found.open_section}; is the file complete?"
         if not repair:
-            raise tags.error(len(tags.codes) - 1, text)
+            raise found.error(found.last, text)
         lost = found.entities[found.open_section]
         drawing.findings.append(f"the file {text} its last entity is left out" if lost else f"the file {text}")
         del lost[-1:]
@@ -98,78 +95,62 @@ def _check_complete(tags: Tags, found: Sections, drawing: Drawing, repair: bool)
         drawing.findings.append("the file has no EOF at its end, but its sections are complete")
 
 
-def _units(tags: Tags, found: Sections, drawing: Drawing, override: str | None) -> tuple[str, float]:
+def _units(found: Sections, drawing: Drawing, override: str | None) -> tuple[str, float]:
     """Name of the drawing's unit, and how many mm it is."""
     if override is not None:
         return override, unit_in_mm(override)
-    number = _header_number(tags, found, "$INSUNITS")
+    number, measurement = (_header_number(found, name) for name in ("$INSUNITS", "$MEASUREMENT"))
     if number in INSERT_UNITS:
         return INSERT_UNITS[number]
     if number:
-        raise FormatError(f"{tags.source}: $INSUNITS is {number}, no unit of workpieces; give units")
-    imperial = _header_number(tags, found, "$MEASUREMENT") == 0
-    hint = " ($MEASUREMENT says inch: if so, give units in)" if imperial else ""
+        raise FormatError(f"{found.source}: $INSUNITS is {number}, no unit of workpieces; give units")
+    hint = " ($MEASUREMENT says inch: if so, give units in)" if measurement == 0 else ""
     drawing.findings.append(f"the drawing has no units; read as mm{hint}")
     return "mm", 1.0
 
 
-def _header_number(tags: Tags, found: Sections, name: str) -> int | None:
-    index = found.header.get(name)
-    if index is None:
-        return None
+def _header_number(found: Sections, name: str) -> int | None:
+    said = found.header.get(name)
     try:
-        return int(float(tags.values[index]))
+        return None if said is None else int(float(str(said)))
     except (ValueError, OverflowError):
-        raise tags.error(index, f"{name} is {tags.text(index)[:40]!r}; expected a whole number") from None
+        raise FormatError(
+            f"{found.source}: {name} is {str(said).strip()[:40]!r}; expected a whole number, or give units"
+        ) from None
 
 
-def _blocks(tags: Tags, found: Sections) -> dict[str, Block]:
-    """Blocks by their name in small letters, as DXF compares names."""
-    blocks: dict[str, Block] = {}
+def _read_blocks(found: Sections, reader: EntityReader) -> None:
+    """The blocks by their name in small letters, as DXF compares names."""
     inside: list[Entity] | None = None
     for entity in found.entities.get("BLOCKS", []):
         if entity.kind == "BLOCK":
-            values = fields(tags, entity)
-            try:
-                base = np.array([float(values.get(code, 0.0)) for code in (10, 20, 30)])
-                flags = int(values.get(70, 0))
-            except (ValueError, OverflowError):
-                raise tags.error(entity.low - 1, "BLOCK: its base point or flags are no numbers") from None
-            if not np.all(np.isfinite(base)):
-                raise tags.error(entity.low - 1, "BLOCK: its base point is not finite")
+            block = reader.understood(entity).dxf
             inside = []
-            external = str(values.get(1, "")).strip() or "another file" if flags & 4 else ""
-            blocks[str(values.get(2, "")).strip().casefold()] = Block(inside, base, external)
+            external = block.xref_path.strip() or "another file" if block.flags & _EXTERNAL else ""
+            base = np.array(Vec3(block.base_point).xyz)
+            reader.blocks[block.get("name", "").strip().casefold()] = Block(inside, base, external)
         elif entity.kind == "ENDBLK":
             inside = None
         elif inside is not None:
             inside.append(entity)
-    return blocks
 
 
-def _say_layers(tags: Tags, found: Sections, reader: EntityReader, wanted: Sequence[str]) -> None:
+def _say_layers(found: Sections, reader: EntityReader, wanted: Sequence[str]) -> None:
     """FormatError for a wanted layer that is not there; findings for layers that are hidden but were read."""
-    states: dict[str, str] = {}
-    named: list[str] = []
-    for entity in found.entities.get("TABLES", []):
-        if entity.kind == "LAYER":
-            values = fields(tags, entity)
-            name = str(values.get(2, "")).strip()
-            named.append(name)
-            try:
-                state = "frozen" if int(values.get(70, 0)) & 1 else "off" if int(values.get(62, 7)) < 0 else ""
-            except (ValueError, OverflowError):
-                state = ""
-            states[name.casefold()] = state
-    there = {name.casefold(): name for name in [*named, *reader.seen_layers]}
+    table = [reader.understood(entity) for entity in found.entities.get("TABLES", []) if entity.kind == "LAYER"]
+    states = {
+        each.dxf.get("name", ""): "frozen" if each.is_frozen() else "off" if each.is_off() else "" for each in table
+    }
+    there = {name.casefold(): name for name in [*states, *reader.seen_layers]}
     for name in wanted:
         if name.casefold() not in there:
             listed = ", ".join(repr(each) for each in list(there.values())[:12])
-            raise FormatError(f"{tags.source}: has no layer {name[:40]!r}; there are {listed or 'none'}")
+            raise FormatError(f"{found.source}: has no layer {name[:40]!r}; there are {listed or 'none'}")
+    hidden = {name.casefold(): state for name, state in states.items() if state}
     for name, count in reader.seen_layers.items():
-        if count and states.get(name.casefold()):
+        if count and name.casefold() in hidden:
             reader.drawing.findings.append(
-                f"layer {name!r} is {states[name.casefold()]} in the drawing; its {count} curves are read all the same"
+                f"layer {name!r} is {hidden[name.casefold()]} in the drawing; its {count} curves are read all the same"
             )
 
 

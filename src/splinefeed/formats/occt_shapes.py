@@ -5,31 +5,45 @@ from __future__ import annotations
 import math
 import os
 import pathlib
+import re
 import tempfile
 from collections.abc import Iterator
 from typing import Any
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import part21, part21_splines
+from splinefeed.formats import occt_splines
 
 #: Ends of a line farther out than this, mm, are OCCT's sign for infinite.
 INFINITE = 1e50
 #: How far an approximation may be from an offset curve that is no circle and no line, mm, and its most spans.
 OFFSET_TOLERANCE = 1e-7
 OFFSET_SPANS = 2000
-#: Most messages of the library's own checks that are passed on.
-MOST_CHECKS = 5
+#: Most faults of a file that are findings each when it is repaired.
+MOST_FAULTS = 5
+_SYNTAX = re.compile(r"Line (\d+): (.*?)\s*\*{4}")
+_ENTITY = "entity "
+_UNSOUND = "OCCT finds nothing sound in it; is the file complete?"
 
 
 def read(task: dict[str, Any]) -> dict[str, Any]:
-    """Answer a task of the kind "step" or "iges"; see `cad_worker`."""
-    reader, findings, units = (_step if task["kind"] == "step" else _iges)(task["file"])
+    """Answer a task of the kind "step" or "iges"; see `cad_worker`.
+
+    Raises FormatError for what OCCT holds against the file as a whole, or, when repairing, makes findings of it; what
+    it holds against single entities are findings.
+    """
+    reader, faults, findings, units = (_step if task["kind"] == "step" else _iges)(task["file"])
+    said = _said(reader.WS().ModelCheckList(True))
+    faults += [each for each in said if not each.startswith(_ENTITY)]
+    if faults and not task["repair"]:
+        raise FormatError(faults[0] + (f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""))
     roots = reader.NbRootsForTransfer()
     if roots == 0:
         raise FormatError("holds no geometry that OCCT knows how to reach; was it exported whole?")
     read = reader.TransferRoots()
     if read < roots:
         findings.append(f"{roots - read} of {roots} roots could not be read by OCCT")
+    findings += _shortened(_said(reader.WS().TransferReader().TransientProcess().CheckList(False), "not mapped"))
+    findings += _shortened(faults + [each for each in said if each.startswith(_ENTITY)])
     gathered = _Gathered(task["most_curves"], task["most_points"])
     for i in range(1, reader.NbShapes() + 1):
         gathered.add(reader.Shape(i))
@@ -44,20 +58,31 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
     return {"units": units, "findings": findings + gathered.findings(), "groups": gathered.groups}
 
 
-def _step(file: str) -> tuple[Any, list[str], str]:
+def _step(file: str) -> tuple[Any, list[str], list[str], str]:
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
 
     reader = STEPControl_Reader()
     with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
-        content = pathlib.Path(file).read_bytes()
-        mended, _ = part21_splines.mended(content, part21.plain(content))
-        if mended != content:
-            file = os.path.join(folder, "mended.stp")
-            pathlib.Path(file).write_bytes(mended)
-        if reader.ReadFile(file) != IFSelect_RetDone:
-            raise FormatError("OCCT finds no sound STEP in it; is the file complete?")
-    return reader, _checks(reader), _step_units(reader)
+        said = _listened(os.path.join(folder, "said"))
+        done = reader.ReadFile(file) == IFSelect_RetDone
+        said.Close()
+        if not done:
+            words = pathlib.Path(folder, "said").read_text(encoding="utf-8", errors="replace")
+            line = _SYNTAX.search(words)
+            raise FormatError(f"line {line[1]}: OCCT says: {line[2]}; is the file complete?" if line else _UNSOUND)
+    return reader, occt_splines.mend_step(reader.WS().Model()), [], _step_units(reader)
+
+
+def _listened(file: str) -> Any:
+    """What writes the messages of OCCT to `file` from here on."""
+    from OCP.Message import Message, Message_Gravity, Message_PrinterOStream
+
+    said = Message_PrinterOStream(file, False, Message_Gravity.Message_Trace)
+    messenger = Message.DefaultMessenger_s()
+    messenger.ChangePrinters().Clear()
+    messenger.AddPrinter(said)
+    return said
 
 
 def _step_units(reader: Any) -> str:
@@ -71,7 +96,7 @@ def _step_units(reader: Any) -> str:
     return str(lengths.Value(1).ToCString()) if lengths.Length() else ""
 
 
-def _iges(file: str) -> tuple[Any, list[str], str]:
+def _iges(file: str) -> tuple[Any, list[str], list[str], str]:
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.IGESControl import IGESControl_Reader
     from OCP.Interface import Interface_Static
@@ -79,30 +104,42 @@ def _iges(file: str) -> tuple[Any, list[str], str]:
     reader = IGESControl_Reader()
     # 0: no splitting of curves where a derivative jumps
     Interface_Static.SetIVal_s("read.iges.bspline.continuity", 0)
-    if reader.ReadFile(file) != IFSelect_RetDone:
-        raise FormatError("OCCT finds no sound IGES in it; is the file complete?")
-    section = reader.IGESModel().GlobalSection()
-    findings = _checks(reader)
+    if reader.ReadFile(file) != IFSelect_RetDone or not (model := reader.IGESModel()).NbEntities():
+        raise FormatError(_UNSOUND)
+    section, findings = model.GlobalSection(), []
     scale = section.Scale()
     if scale != 1.0:
         findings.append(f"the model space is {scale:g} times the real size by the header; the model is read as it is")
     name = section.UnitName()
     units = {1: "in", 2: "mm", 4: "ft", 5: "mi", 6: "m", 7: "km", 8: "mil", 9: "um", 10: "cm", 11: "uin"}
     said = name.ToCString() if name is not None else ""
-    return reader, findings, units.get(section.UnitFlag(), said)
+    return reader, occt_splines.check_iges(model), findings, units.get(section.UnitFlag(), said)
 
 
-def _checks(reader: Any) -> list[str]:
-    """What OCCT's own checks hold against entities of the file."""
+def _said(checks: Any, warning: str = "") -> list[str]:
+    """What `checks` of OCCT hold against the file and its entities, which count from 1 in the order of the file.
+
+    Of its warnings those are taken that hold the words `warning`.
+    """
     found = []
-    checks = reader.WS().ModelCheckList(True)
     checks.Start()
     while checks.More():
         check = checks.Value()
-        found += [f"entity {checks.Number()}: {check.CFail(i)}" for i in range(1, check.NbFails() + 1)]
+        words = [check.CFail(i) for i in range(1, check.NbFails() + 1)]
+        words += [said for i in range(1, check.NbWarnings() + 1) if warning and warning in (said := check.CWarning(i))]
+        place = f"{_ENTITY}{checks.Number()}: " if checks.Number() else ""
+        found += [f"{place}OCCT says: {_sentence(each)}" for each in words]
         checks.Next()
-    more = [f"... and {len(found) - MOST_CHECKS} more of OCCT's checks"] if len(found) > MOST_CHECKS else []
-    return [f"OCCT: {each}" for each in found[:MOST_CHECKS]] + more
+    return found
+
+
+def _shortened(faults: list[str]) -> list[str]:
+    more = [f"... and {len(faults) - MOST_FAULTS} more of OCCT's checks"] if len(faults) > MOST_FAULTS else []
+    return faults[:MOST_FAULTS] + more
+
+
+def _sentence(words: str) -> str:
+    return " ".join(words.split()).rstrip(".")
 
 
 class _Gathered:

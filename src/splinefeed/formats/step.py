@@ -9,23 +9,29 @@ from __future__ import annotations
 import math
 import os
 import pathlib
+import re
 from collections.abc import Sequence
 from itertools import groupby
 
 import splinefeed
 from splinefeed.errors import FormatError
-from splinefeed.formats import cad_process, part21
+from splinefeed.formats import cad_process
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.drawing import join_tolerance
 from splinefeed.formats.losses import losses, three_axes
-from splinefeed.formats.source import read_bytes
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import clamped
 from splinefeed.geometry.path import JOIN_TOLERANCE, Path
 
 _OCCT = cad_process.Library("step", "OCP", "OCCT (package cadquery-ocp-novtk)")
-holds = part21.holds
+START = b"ISO-10303-21"
+_COMMENTS = re.compile(rb"\A(?:\xef\xbb\xbf)?(?:\s|/\*.*?\*/)*", re.DOTALL)
+
+
+def holds(head: bytes) -> bool:
+    """Whether `head` looks like STEP, behind comments at most."""
+    return _COMMENTS.sub(b"", head[:4096]).startswith(START)
 
 
 def from_file(
@@ -33,8 +39,7 @@ def from_file(
 ) -> Contents:
     """The paths in `file`; `edges` adds the edges of faces, curves whose ends meet within `tolerance` make one path."""
     allowed = join_tolerance(tolerance)
-    findings = part21.check(read_bytes(file), file, repair=repair)
-    return cad_process.read(file, _OCCT, findings, tolerance=allowed, repair=repair, edges=edges)
+    return cad_process.read(file, _OCCT, [], tolerance=allowed, repair=repair, edges=edges)
 
 
 # --- out --------------------------------------------------------------------------------------------------------------

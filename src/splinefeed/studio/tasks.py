@@ -18,7 +18,7 @@ from splinefeed.studio import results, sources
 from splinefeed.studio.settings import SettingsError, Wanted, complete, field_of, key_of, resolve
 
 if TYPE_CHECKING:
-    from splinefeed.studio.worker import Mail
+    from splinefeed.workers import Mail
 
 #: Paths of more curves than this are not planned while a slider moves.
 MOST_WHILE_MOVING = 20_000

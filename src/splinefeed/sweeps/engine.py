@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
-import multiprocessing.connection
 import os
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -20,6 +18,7 @@ from concurrent.futures import (
 from splinefeed.errors import SplinefeedError
 from splinefeed.sweeps.spec import Task
 from splinefeed.sweeps.work import Artefacts, Row, lost_row, work
+from splinefeed.workers import end_with_parent
 
 #: Work that is handed out in one piece, s, and the most runs in it: small runs travel together.
 BATCH_SECONDS, MOST_IN_BATCH = 0.1, 256
@@ -29,6 +28,9 @@ WAITING = 2
 TRIES = 3
 #: Workers are lost so often in a row, with no result between, and the sweep gives up.
 LOST_IN_A_ROW = 8
+
+#: Address space of a worker, bytes; the libraries alone take some GB of it, most never touched.
+MOST_MEMORY = 12 * 2**30
 
 Engine = Callable[[], Executor]
 
@@ -40,19 +42,9 @@ class EngineError(SplinefeedError):
 def processes(workers: int | None = None) -> ProcessPoolExecutor:
     """Processes on this machine, one a core unless said; they start clean and share the cache of compiled kernels."""
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(workers or os.cpu_count() or 1, mp_context=context, initializer=_end_with_parent)
-
-
-def _end_with_parent() -> None:
-    """End this process when the one that started it is gone; after kill -9 a worker would wait for work for ever."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        multiprocessing.connection.wait([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
+    return ProcessPoolExecutor(
+        workers or os.cpu_count() or 1, mp_context=context, initializer=end_with_parent, initargs=(MOST_MEMORY,)
+    )
 
 
 def drive(

@@ -1,0 +1,194 @@
+"""A process that works for this one: a request at a time, bounded in time and memory, killed when nobody wants it.
+
+Requests and answers are JSON, with a body of any bytes behind an answer: what comes out of a process that a broken file
+has driven mad is read as text and never run. What is pickled or imported from the user's program would be; so the
+process is started as a program of its own, and a script needs no `if __name__ == "__main__"`.
+"""
+
+from __future__ import annotations
+
+import atexit
+import json
+import multiprocessing
+import multiprocessing.connection
+import os
+import pathlib
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from importlib import import_module
+from multiprocessing.connection import Connection
+from typing import Any
+
+Said = dict[str, Any]  # what JSON holds
+#: What a worker says of a request: the head, and a body for who asked.
+Answer = tuple[Said, bytes]
+Handler = Callable[[Said], Answer]
+#: Time that a process which was killed gets to be gone, s.
+PATIENCE = 2.0
+#: The worker runs the same splinefeed as this process, wherever that was found.
+_PROGRAM = (
+    "import sys; sys.path.insert(0, sys.argv[1]); from splinefeed import workers; del sys.path[0]; "
+    "workers.serve(int(sys.argv[2]), int(sys.argv[3]), *sys.argv[4:])"
+)
+
+
+class LostError(Exception):
+    """A worker was killed or died over a request; `late` is whether its time was up."""
+
+    def __init__(self, late: bool) -> None:
+        super().__init__("its time was up" if late else "it died")
+        self.late = late
+
+
+class Worker:
+    """A process that starts with the first request, and anew after its death.
+
+    handler  "module:function"; called in the process with its `Mail` and `words`, it gives what answers requests
+    memory   address space of the process, bytes; quiet  whether what it prints goes nowhere
+    """
+
+    def __init__(self, handler: str, *words: str, memory: int, quiet: bool = False) -> None:
+        self._command = [str(memory), handler, *words]
+        self._quiet = quiet
+        self._own()
+        atexit.register(self.stop)
+
+    def ask(self, request: Said, heard: Callable[[Said], None] | None = None, seconds: float | None = None) -> Answer:
+        """The answer to `request`; `heard` is told what the worker says before. LostError without an answer."""
+        if self._owner != os.getpid():  # forked: two must not talk through the same pipe
+            self._own()
+        with self._lock:
+            end = None if seconds is None else time.monotonic() + seconds
+            process, pipe = self._running()
+            try:
+                pipe.send_bytes(json.dumps(request).encode())
+                while True:
+                    if end is not None and not pipe.poll(max(0.0, end - time.monotonic())):
+                        raise LostError(late=True)
+                    line, _, body = pipe.recv_bytes().partition(b"\n")
+                    head = json.loads(line)
+                    if head["kind"] == "answer":
+                        return head, body
+                    if heard is not None:
+                        heard(head)
+            except (EOFError, OSError):
+                raise LostError(late=False) from None
+            finally:
+                if sys.exc_info()[0] is not None:  # Ctrl-C too: an answer that nobody read would be the next one's
+                    self._end(process)
+
+    def order(self, words: Said) -> None:
+        """Tell what runs to do otherwise; nothing if nothing runs."""
+        if self._pipe is not None:
+            with suppress(OSError):
+                self._pipe.send_bytes(json.dumps({"order": words}).encode())
+
+    def stop(self) -> None:
+        """Kill the process; whoever waits for an answer has a LostError."""
+        if self._owner == os.getpid():
+            self._end(self._process)
+
+    def _own(self) -> None:
+        self._owner = os.getpid()
+        self._lock = threading.Lock()
+        self._of_parents = [getattr(self, "_process", None)]  # kept, or Python would say that it still runs
+        self._process: subprocess.Popen[bytes] | None = None
+        self._pipe: Connection | None = None
+
+    def _end(self, process: subprocess.Popen[bytes] | None) -> None:
+        if process is self._process:
+            self._process = self._pipe = None
+        if process is not None:
+            process.kill()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(PATIENCE)
+
+    def _running(self) -> tuple[subprocess.Popen[bytes], Connection]:
+        if self._process is not None and self._process.poll() is not None:
+            self._end(self._process)
+        if self._process is None or self._pipe is None:
+            home = str(pathlib.Path(__file__).parent.parent)
+            self._pipe, theirs = multiprocessing.Pipe()
+            nowhere = subprocess.DEVNULL if self._quiet else None
+            with theirs:  # closed here, so that its end is seen
+                # -P: what lies in the current folder is not imported
+                self._process = subprocess.Popen(
+                    [sys.executable, "-P", "-c", _PROGRAM, home, str(theirs.fileno()), *self._command],
+                    stdin=subprocess.DEVNULL,
+                    stdout=nowhere,
+                    stderr=nowhere,
+                    pass_fds=[theirs.fileno()],
+                )
+        return self._process, self._pipe
+
+
+# --- in the process ---------------------------------------------------------------------------------------------------
+
+
+class Mail:
+    """What comes in and goes out: requests wait in a queue, orders to what runs are obeyed at once."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe = pipe
+        self._lock = threading.Lock()
+        self.requests: queue.Queue[Said] = queue.Queue()
+        self.obey: Callable[[Said], None] = lambda order: None
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def tell(self, head: Said, body: bytes = b"") -> None:
+        """Send a line of JSON, and a body of any bytes behind it."""
+        with self._lock, suppress(BrokenPipeError):
+            self._pipe.send_bytes(json.dumps(head, allow_nan=False).encode() + b"\n" + body)
+
+    def _listen(self) -> None:
+        while True:
+            try:
+                said = json.loads(self._pipe.recv_bytes())
+            except (EOFError, OSError):
+                os._exit(0)  # who asked is gone, and nobody waits for what is being done
+            if "order" in said:
+                with suppress(Exception):  # an order that makes no sense to what runs changes nothing
+                    self.obey(said["order"])
+            else:
+                self.requests.put(said)
+
+
+def serve(pipe: int, memory: int, handler: str, *words: str) -> None:
+    """Answer what comes by the file descriptor `pipe` until its other end closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, which ends us
+    limit_memory(memory)
+    mail = Mail(Connection(pipe))
+    module, _, function = handler.partition(":")
+    handle: Handler = getattr(import_module(module), function)(mail, *words)
+    while True:
+        head, body = handle(mail.requests.get())
+        mail.tell({**head, "kind": "answer"}, body)
+
+
+def limit_memory(most: int) -> None:
+    """Bound the address space of this process, bytes, where the system can; it leaves no core behind."""
+    with suppress(ImportError, ValueError, OSError):
+        import resource
+
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def end_with_parent(memory: int) -> None:
+    """Bound the memory of a process of a pool, and end it when its parent is gone: it would wait for work for ever."""
+    limit_memory(memory)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        multiprocessing.connection.wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
