@@ -22,6 +22,8 @@ from splinefeed.records import Array, BoolArray, IntArray
 RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
 #: ... without a limit of jerk, of the way up to the top feed: a ramp then takes half as long again as it might.
 RAMP_OF_WAY = 1e-5
+#: ... and of the way to the next knot, so that a cell fits in between.
+RAMP_OF_BREAK = 0.49
 #: Bending within a ramp costs at most this factor of the axis jerk; halvings until it does.
 RAMP_BEND, RAMP_HALVINGS = 1.3, 40
 #: The path turns by about this much within a ramp, rad, at most.
@@ -253,7 +255,9 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         if state.feed > 0.0:
             ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration))
             continue
-        ramp = min(ways)
+        # a ramp is looked at in few places: it ends before the next knot
+        beside = float(np.min(np.abs(setting.inside(low, high) - place), initial=np.inf))
+        ramp = min(*ways, RAMP_OF_BREAK * beside)
         for _ in range(RAMP_HALVINGS):
             bent = _ramp_units(setting, place, way * ramp)
             turn = ramp * float(np.linalg.norm(setting.places(np.array([place + way * 1e-3 * ramp])).d[0, 2]))
