@@ -101,3 +101,12 @@ def test_rotary_axes_that_turn_at_a_tip_keep_their_course() -> None:
     assert len(path.stops) == 1
     u = np.linspace(0.0, 1.0, 101)
     assert path.evaluate(np.zeros(101, dtype=int), u)[:, 0] == pytest.approx(curve(u), abs=1e-12)
+
+
+def test_under_a_tool_axis_a_cusp_is_a_corner_and_the_tip_goes_where_it_did() -> None:
+    tip = bezier(np.column_stack([bent(0.0).control_points, np.zeros(4)]))
+    path = sf.ToolPath(tip, bezier([[0.0, 0.0, 1.0], [0.0, 0.1, 1.0]]), kind="vectors")
+    (corner,) = path.corners
+    assert corner.stop and corner.angle == np.pi and corner.u == pytest.approx(0.5, abs=1e-9)
+    u = np.linspace(0.0, 1.0, 101)
+    assert path.evaluate(np.zeros(101, dtype=int), u)[:, 0] == pytest.approx(tip(u), abs=1e-13)

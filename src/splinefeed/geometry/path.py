@@ -59,6 +59,9 @@ class Path:
     markers that do not fit the curves.
     """
 
+    #: Whether something else is given for each curve over the same parameters: then tips become corners, and no more.
+    _tied = False
+
     def __init__(
         self,
         curves: Iterable[NurbsCurve],
@@ -101,9 +104,10 @@ class Path:
                 raise InputError(f"marker {marker.text!r} stands before curve {marker.before} of {count}")
         if count > 1:
             check_joints(self._ends, self.tolerance)
-            self._leave_out_points()
+            if not self._tied:
+                self._leave_out_points()
             self._close_gaps()
-        self._move_along(resolved(self._joined, self.flat, self.linear))
+        self._move_along(resolved(self._joined, self.flat, self.linear, in_place=self._tied))
         self._made = True
 
     def _close_gaps(self) -> None:

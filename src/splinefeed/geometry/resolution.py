@@ -92,8 +92,11 @@ def _units(axes: int, linear: int) -> Array:
     return np.where(np.arange(axes) < linear, 1.0, DEGREES)
 
 
-def resolved(curves: Sequence[NurbsCurve], flat: Flat, linear: int) -> Sequence[NurbsCurve]:
-    """The curves, (n,), the same ones where none of them has a tip; else those with a tip replaced next to it."""
+def resolved(curves: Sequence[NurbsCurve], flat: Flat, linear: int, *, in_place: bool = False) -> Sequence[NurbsCurve]:
+    """The curves, (n,), the same ones where none of them has a tip; else those with a tip replaced next to it.
+
+    With `in_place` tips become knots, where the tangent may jump, and nothing else changes.
+    """
     if isinstance(curves, Lines) or flat.degrees.max() == 1:
         return curves
     owner, low, high = _suspects(flat, linear)
@@ -107,7 +110,7 @@ def resolved(curves: Sequence[NurbsCurve], flat: Flat, linear: int) -> Sequence[
         for i in np.unique(owner).tolist():
             curve, here = curves[i], owner == i
             columns = slice(linear, None) if still[i] else slice(linear)
-            new = _without_tips(curve, np.column_stack([low, high])[here], unit, columns, resolution)
+            new = _without_tips(curve, np.column_stack([low, high])[here], unit, columns, resolution, in_place)
             if new is not curve:
                 changed[i] = new
     if not changed:
@@ -162,7 +165,9 @@ def _suspects(flat: Flat, linear: int) -> tuple[IntArray, Array, Array]:
     return curve[order], low[order], high[order]
 
 
-def _without_tips(curve: NurbsCurve, spans: Array, unit: Array, columns: slice, resolution: float) -> NurbsCurve:
+def _without_tips(
+    curve: NurbsCurve, spans: Array, unit: Array, columns: slice, resolution: float, in_place: bool
+) -> NurbsCurve:
     """The curve with what is next to the tips on some of its spans (k, 2) replaced: the same one if it has none."""
     tips = _tips(curve, spans, unit, columns, resolution)
     start, end = curve.domain
@@ -174,7 +179,7 @@ def _without_tips(curve: NurbsCurve, spans: Array, unit: Array, columns: slice, 
             if limit == edge or (edge == tip and not _starts_at_tip(curve, tip, limit, unit, columns, resolution)):
                 continue
             corners.append(tip)
-            side = _beside(curve, (tip, edge, limit), unit, columns, resolution)
+            side = None if in_place else _beside(curve, (tip, edge, limit), unit, columns, resolution)
             if side is not None:
                 at, points = side
                 cuts.append((at, tip, points[::-1]) if at < tip else (tip, at, points))
@@ -305,7 +310,7 @@ def _put(curve: NurbsCurve, corners: list[float], cuts: list[tuple[float, float,
 
     cuts  from, to, and Bezier points (4, axes) of what takes the place of the curve between these
     """
-    whole = curve.elevated(max(3 - curve.degree, 0))
+    whole = curve.elevated(max(3 - curve.degree, 0) if cuts else 0)
     p, (start, end) = whole.degree, whole.domain
     inner = sorted({u for u in (*corners, *(u for cut in cuts for u in cut[:2])) if start < u < end})
     pieces = whole.split(*inner) if inner else [whole]
