@@ -15,7 +15,7 @@ from splinefeed.feed.optimal.limits import Places, Rows
 from splinefeed.feed.optimal.limits.rows import FREE
 from splinefeed.feed.optimal.setting import INSIDE, Setting
 from splinefeed.feed.optimal.solve import End, Problem, lower_bound, solve
-from splinefeed.feed.optimal.spline import Spline
+from splinefeed.feed.optimal.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, and of the stretch.
@@ -126,9 +126,10 @@ class Window:
         self.free = self._rows(dataclasses.replace(self.places, rising=rising))
 
     def guess(self) -> Array:
-        """Coefficients to begin with: a share of what q is thought to be, falling off to ends at rest."""
-        at = self.spline.greville()
-        c: Array = GUESS * np.interp(at, self.samples.s, self.q)
+        """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest."""
+        at, size = self.spline.greville(), self.spline.size
+        thought = np.interp(self.spline.t, self.samples.s, self.q)
+        c: Array = GUESS * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
         for end, away, place in ((self.ends[0], at - self.low, 0), (self.ends[1], self.high - at, -1)):
             if end.rest:
                 ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
