@@ -82,6 +82,15 @@ def with_loop(at: float, width: float) -> NurbsCurve:
     return NurbsCurve.bezier(np.column_stack([bernstein(place.real, 3), bernstein(place.imag, 3)]))
 
 
+def bent(radius: float, size: float = 10.0) -> NurbsCurve:
+    """size (v^2, v^3 + e v), v from -1 to 1 over [0, 1]: a tip of this radius, mm, at v = 0, a cusp for 0."""
+    v = np.polynomial.Polynomial([-1.0, 2.0])
+    e = np.sqrt(2.0 * radius / size)
+    return NurbsCurve.bezier(
+        size * np.column_stack([bernstein(np.pad(c.coef, (0, 4))[:4], 3) for c in (v**2, v**3 + e * v)])
+    )
+
+
 def bernstein(power: np.ndarray, degree: int) -> np.ndarray:
     """Bezier coefficients (degree + 1,) on [0, 1] of sum_k power_k u^k."""
     out = np.zeros(degree + 1)
@@ -134,3 +143,29 @@ KNOWN = {
     ),
     "far parameters": NurbsCurve(3, [1000] * 4 + [1000.5] + [1001] * 4, [[0, 0], [1, 2], [3, -1], [4, 2], [6, 0]]),
 }
+
+#: Knots of three cubic Beziers in one curve.
+KNOTS_OF_BEZIERS = [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 3]
+
+#: Curves with something on them that is smaller than 1 nm, or rests.
+TIPS = {
+    "cusp": bent(0.0),
+    **{f"radius {r:g} mm": bent(r) for r in (1e-8, 1e-7, 5e-7)},
+    "rational cusp": NurbsCurve.bezier([[0, 0], [0, 0], [1, 2], [3, 1]], [1, 2, 0.5, 1]),
+    "cusp of degree 7 in space": with_cusp(0.3, 7, 3, 5).transformed(40.0),
+    "loop": with_loop(0.4, 1e-3).transformed(20.0),
+    "two equal points": NurbsCurve.bezier([[0, 0], [0, 0], [1, 2], [3, 1]]),
+    "three equal points at a knot": NurbsCurve(
+        3, [0, 0, 0, 0, 1, 2, 3, 4, 4, 4, 4], [[0, 0], [1, 0], [3, 1], [3, 1], [3, 1], [5, 3], [6, 0]]
+    ),
+    "a span without length": NurbsCurve(
+        3, KNOTS_OF_BEZIERS, [[0, 0], [1, 0], [2, 1], [3, 1], [3, 1], [3, 1], [3, 1], [4, 1], [5, 3], [6, 0]]
+    ),
+    "a span of 0.1 nm": NurbsCurve(
+        3,
+        KNOTS_OF_BEZIERS,
+        [[0, 0], [1, 0], [2, 1], [3, 1], [3, 1 + 1e-7], [3 + 1e-7, 1 + 1e-7], [3 + 1e-7, 1], [4, 1], [5, 3], [6, 0]],
+    ),
+    "straight there and back": NurbsCurve.bezier([[0, 0], [3, 4], [0, 0]]),
+    "straight from rest to rest": NurbsCurve.bezier([[0, 0], [0, 0], [2, 2], [2, 2]]),
+}  # fmt: skip

@@ -9,6 +9,7 @@ import pytest
 from benchmarks import cases
 from scipy.interpolate import BSpline
 
+import sample_curves
 import splinefeed as sf
 from splinefeed.feed.optimal import plan as planner
 from splinefeed.feed.optimal.law import quintics
@@ -119,19 +120,53 @@ def test_a_window_goes_from_state_to_state() -> None:
     assert rest.pieces.duration == pytest.approx(left, rel=1e-2)
 
 
-def test_tips_of_sharp_bends_are_found_and_a_cusp_within_a_nanometre_is_left_to_the_planner_before() -> None:
-    near = 10.0 * np.array([[0.0, 0.0], [1.0 + 1e-3, 1.0], [0.0, 1.0], [1.0, 0.0]])
-    path = Path([sf.NurbsCurve.bezier(near)])
+@pytest.mark.parametrize("radius", [2e-6, 1e-5, 1e-3])
+def test_tips_of_sharp_bends_are_found(radius: float) -> None:
+    path = Path([sample_curves.bent(radius)])
     s, curvature = sharp_bends(path)
-    assert len(s) >= 1
-    assert np.max(curvature) > 1e3
-    u = np.linspace(0.0, 1.0, 2001)
-    assert np.max(curvature) >= np.max(path.curves[0].curvature(u))
-    assert np.any(np.isclose(PathTrack(path).breaks[:, None], s[None, :]))
-    cusp = Path([sf.NurbsCurve.bezier(10.0 * np.array([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]]))])
-    assert planner.plan_in_mode(cusp, cases.axis_limits("A"), PERIOD, "time-optimal") is None
-    law = sf.plan(cusp, cases.axis_limits("A"), strategy="time-optimal", period=PERIOD)
-    assert sf.check(sf.interpolate(cusp, law), cusp, cases.axis_limits("A"), law).ok
+    assert curvature == pytest.approx([1.0 / radius], rel=1e-6)
+    assert s == pytest.approx(path.arc_length([0], [0.5]), rel=1e-12)
+    assert np.any(np.isclose(PathTrack(path).breaks[:, None], s[None, :], rtol=1e-13))
+
+
+@pytest.mark.parametrize("width", [1e-2, 3e-2])
+def test_a_loop_that_hides_between_samples_is_found(width: float) -> None:
+    """x' + i y' = (u + i w)^2: |C'| = w^2 and |C''| = 2 w across it at the tip."""
+    path = Path([sample_curves.with_loop(0.4, width)])
+    assert np.max(sharp_bends(path)[1]) == pytest.approx(2.0 / width**3, rel=1e-3)
+
+
+BENT = {f"radius {radius:g} mm": sample_curves.bent(radius) for radius in (1.1e-6, 1e-5, 1e-4, 1e-3)}
+PLANNED = {**sample_curves.TIPS, **BENT}
+
+
+@pytest.mark.parametrize("strategy", ["time-optimal", "look-ahead"])
+@pytest.mark.parametrize("name", PLANNED)
+def test_cusps_and_sharp_bends_are_planned_within_every_limit(name: str, strategy: str) -> None:
+    path, limits = Path([PLANNED[name]]), cases.axis_limits("A")
+    law = planner.plan_in_mode(path, limits, PERIOD, strategy)
+    assert law is not None
+    assert sf.check(sf.interpolate(path, law), path, limits, law).ok
+    ticks = np.arange(round(law.duration / PERIOD) + 1) * PERIOD
+    points = np.pad(path(np.clip(law(ticks), 0.0, path.length)), ((3, 3), (0, 0)), mode="edge")
+    for order, given in enumerate((limits.axis_velocity, limits.axis_acceleration, limits.axis_jerk), start=1):
+        assert isinstance(given, float)
+        seen = np.max(np.abs(np.diff(points, n=order, axis=0))) / PERIOD**order
+        assert seen <= given * (1.0 + 1e-6)
+        assert order == 1 or seen > 0.9 * given
+
+
+def test_a_rest_at_a_cusp_costs_what_a_bend_does() -> None:
+    """What is put next to the tip asks nothing of the axes: the same time as the bends of 0.01 to 10 um next to it."""
+    limits = cases.axis_limits("A")
+    times = [
+        planner.plan_in_mode(Path([sample_curves.bent(r)]), limits, PERIOD, "time-optimal") for r in (0.0, 1e-8, 1e-7)
+    ]
+    bend = planner.plan_in_mode(Path([sample_curves.bent(1e-4)]), limits, PERIOD, "time-optimal")
+    assert bend is not None
+    for law in times:
+        assert law is not None
+        assert law.duration <= 1.04 * bend.duration
 
 
 def test_setpoints_over_a_limit_are_seen_at_ticks() -> None:

@@ -13,7 +13,6 @@ from sample_curves import KNOWN, STILL, bernstein, butterfly, ellipse, random_cu
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.arc_length import ArcLength
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.differential import cusps
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import pieces
 from splinefeed.kernels.arc_length import ARC, arc_length, parameter_in_row
@@ -31,8 +30,7 @@ def speed_at(curve: NurbsCurve, u) -> np.ndarray:
 
 def places_of_cusps(curve: NurbsCurve) -> np.ndarray:
     """Parameters of the curve's cusps."""
-    path, grid = Path([curve]), curve.arc.table[:, pieces.LOW]
-    return cusps(path.flat, path.span_pieces, np.zeros(len(grid), dtype=int), grid, np.ones((1, curve.axes)))[1]
+    return np.array([corner.u for corner in Path([curve]).corners if corner.stop])
 
 
 def graded_lengths(curve: NurbsCurve) -> tuple[np.ndarray, np.ndarray]:

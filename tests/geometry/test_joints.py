@@ -72,9 +72,9 @@ def test_a_plan_over_gaps_keeps_all_limits(gap, strategy):
 
 def test_a_curve_hardly_longer_than_the_gap_keeps_its_shape():
     line = sf.NurbsCurve.bezier
-    path = Path([line([(0, 0), (1, 0)]), line([(1, 1e-7), (1, 6e-7)]), line([(1, 7e-7), (2, 0)])])
-    assert path.ends[1].tolist() == [[1, 1e-7], [1, 6e-7]]
-    assert path.ends[0, 1].tolist() == [1, 1e-7] and path.ends[2, 0].tolist() == [1, 6e-7]
+    path = Path([line([(0, 0), (1, 0)]), line([(1, 1e-7), (1, 16e-7)]), line([(1, 17e-7), (2, 0)])])
+    assert path.ends[1].tolist() == [[1, 1e-7], [1, 16e-7]]
+    assert path.ends[0, 1].tolist() == [1, 1e-7] and path.ends[2, 0].tolist() == [1, 16e-7]
     both = Path([line([(0, 0), (5e-7, 0)]), line([(5e-7, 1e-7), (1e-6, 1e-7)])])
     assert both.gaps == (pytest.approx(1e-7),) and both.ends[0, 1].tolist() == [5e-7, 0]
 

@@ -117,7 +117,7 @@ def test_curves_of_every_kind_in_one_table_are_as_each_alone():
             at = chain[-1].ends[1]
         path = Path(chain, axes)
         lengths, start, last_digit = [], 0.0, 4.0 * np.finfo(float).eps * path.length
-        for i, curve in enumerate(chain):
+        for i, curve in enumerate(path.joined):
             alone = ArcLength(curve, linear if path.shape[2] > 0 else -linear)
             rows = path.table[path.curve_rows[i, 0] : path.curve_rows[i, 1] + 1]
             assert len(rows) == len(alone.table)

@@ -24,7 +24,8 @@ BISECTIONS = 60
 #: An acceleration below this share of the law's largest has no sign: where a law comes to rest, a rounding of its feed
 #: is a square root of it in time.
 NO_SIGN = 1e-9
-#: A place is not told from one with C' = 0 within so many roundings of s; and how many may move a value.
+#: Where a rotary axis turns on while the linear ones stand still, a place is not told from one with C' = 0 within so
+#: many roundings of s; and how many may move a value.
 INDISTINCT, SHIFT = 16.0, 2.0
 #: What is sampled below this share of the largest so far is not looked at more closely.
 WORTH_A_LOOK = 0.9
@@ -168,7 +169,9 @@ class LawMotion:
             steep = b + np.hypot(b, np.sqrt(2.0 * c * d))
             x = np.where(steep > 0.0, 2.0 * c / steep, 0.0)
             away = x * (c - x * (b / 2.0 + x * d / 6.0))
-            near = np.where(steep > 0.0, ~(away > INDISTINCT * self.rounding), ~(c > 0.0))
+            near = ~(c > 0.0)
+            if rows.linear < rows.axes:  # linear axes alone have no such places: see `geometry.resolution`
+                near = np.where(steep > 0.0, ~(away > INDISTINCT * self.rounding), near)
             for name in names:
                 kind, _, axis = name.rpartition(".")
                 if name == "centripetal":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from splinefeed.geometry.differential import cusps, unit_tangents
+from splinefeed.geometry.differential import unit_tangents
 from splinefeed.kernels import layout as pieces
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -25,8 +25,6 @@ STILL = 1e-9
 SAME_PLACE = 1e-14
 #: A curvature jump below this, relative to the curvature itself and to 1 / size, is rounding.
 CURVATURE_JUMP = 1e-6
-#: A curve whose speed, as sampled, is nowhere below this share of its greatest one has no cusp: `cusps` asks for 0.1.
-NO_CUSP = 0.2
 #: Points looked at in one go: what bounds the memory that a path of a million lines takes.
 BLOCK = 1 << 16
 
@@ -100,7 +98,7 @@ class Corners(Sequence[Corner]):
 
 
 def find_corners(path: Path) -> Corners:
-    """Points inside the path where the tangent of all axes or the curvature jumps; a cusp is a corner of pi."""
+    """Points inside the path where the tangent of all axes or the curvature jumps."""
     flat = path.flat
     before, after, rough = _knots_and_joints(path)
     sizes = flat.sizes() / np.diff(flat.domains)[:, 0]
@@ -110,8 +108,6 @@ def find_corners(path: Path) -> Corners:
         curve, u = before[0][block], before[1][block]
         angle, jump, corner = _jumps(path, sizes, (curve, u), (after[0][block], after[1][block]), rough[block])
         parts.append((curve[corner], u[corner], angle[corner], jump[corner]))
-    at_curve, at = _cusps(path)
-    parts.append((at_curve, at, np.full(len(at), np.pi), np.full(len(at), np.inf)))
     curve, u, angle, jump = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     order = np.lexsort((u, curve))
     joint = u[order] == flat.domains[curve[order], 1]
@@ -197,27 +193,9 @@ def _turn(path: Path, sizes: Array, curve: IntArray, u: Array, side: str) -> tup
     tangents = first / np.sqrt(safe)
     for k in np.flatnonzero(still):
         columns = slice(linear, None) if turning[k] else slice(linear)
-        limit = unit_tangents(path.curves[int(curve[k])], u[k], columns, side)
+        limit = unit_tangents(path.joined[int(curve[k])], u[k], columns, side)
         tangents[k] = 0.0
         tangents[k, columns if measured.shape[2] > linear else slice(None)] = limit
     rates = pieces.DEGREES * derivatives[:, 0, linear:] / np.sqrt(safe)
     rates[turning] = 0.0
     return tangents, np.where(still[:, None], np.nan, bends), rates
-
-
-def _cusps(path: Path) -> tuple[IntArray, Array]:
-    """Curve and parameter (m,) of every cusp inside a knot span, in order."""
-    flat, rows = path.flat, path.curve_rows
-    curved = np.flatnonzero(flat.degrees > 1)
-    least, greatest = path.arc_pieces.speed_ranges(curved).T
-    slow = curved[least <= NO_CUSP * greatest]
-    if not len(slow):
-        return slow, np.empty(0)
-    counts = rows[slow, 1] - rows[slow, 0] + 2  # the starts of all pieces, and the end of the last
-    curve = np.repeat(slow, counts)
-    place = np.arange(len(curve)) - np.repeat(np.cumsum(counts) - counts, counts)
-    row = np.minimum(rows[curve, 0] + place, rows[curve, 1])
-    grid = np.where(row == rows[curve, 0] + place, path.table[row, pieces.LOW], path.table[row, pieces.HIGH])
-    still = flat.sizes(slice(path.linear)) == 0.0
-    counted = (np.arange(len(path.axes)) >= path.linear) == still[:, None]
-    return cusps(flat, path.span_pieces, curve, grid, counted.astype(np.float64))

@@ -8,28 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.curves import Flat
-from splinefeed.geometry.pieces import Pieces, last_below
 from splinefeed.kernels import layout as pieces
 from splinefeed.kernels.layout import DEGREES
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array
 
 #: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
 VANISHING = 1e-12
 #: Where C' would take the curve less than this part of its size over a piece, it is asked whether C' counts as none.
 SUSPECT = 1e-9
-#: A speed below this part of the greatest one is a cusp: the radius of its turn, as the square, is 1e-12 of the size.
-CUSP_SPEED = 1e-6
-#: How far from a cusp the tangents before and after it are taken, relative to the span.
-CUSP_ARM = 1e-4
-#: A cusp no further from a knot than this, relative to the span, is the knot's.
-AT_KNOT = 1e-9
-#: Samples a piece among which cusps are looked for.
-CUSP_SAMPLES = 8
-#: Golden section, and the steps that bring it from one sample to rounding.
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)
-GOLDEN_STEPS = 80
-
 
 #: Which axes count: the first so many, or a slice of them.
 Axes = int | slice | None
@@ -128,52 +114,6 @@ def _limit_direction(curve: NurbsCurve, u: float, linear: Axes, backwards: bool)
             return direction
         row += -1 if backwards else 1  # a span that stands still
     return np.zeros(axes)[_columns(linear)]
-
-
-def cusps(flat: Flat, spans: Pieces, curve: IntArray, grid: Array, counts: Array) -> tuple[IntArray, Array]:
-    """Curve and parameter (m,), strictly between knots, at which curves turn straight back.
-
-    There C' = 0 within rounding: the speed falls below CUSP_SPEED of its greatest value, and the tangents before and
-    after have an obtuse angle.
-    curve, grid (n,)  curves in order, and on each of them parameters that increase over its domain and are finer at
-                      cusps, as arc-length pieces are
-    counts (curves, axes)  1 for the axes that count, or 0; spans  the knot spans of `flat`
-    """
-    fractions = np.linspace(0.0, 1.0, CUSP_SAMPLES, endpoint=False)
-    wide = np.append(curve[1:] == curve[:-1], False)
-    steps = np.where(wide, np.append(np.diff(grid), 0.0), 0.0)
-    taken = wide[:, None] | (np.arange(CUSP_SAMPLES) == 0)  # the end of a curve is one sample alone
-    u = (grid[:, None] + steps[:, None] * fractions)[taken]
-    owner = np.repeat(curve, taken.sum(axis=1))
-
-    def velocity(index: IntArray, at: Array) -> Array:
-        return spans.evaluate(index, at, 1, False)[:, 1] * counts[index]
-
-    def speed(index: IntArray, at: Array) -> Array:
-        return np.asarray(np.linalg.norm(velocity(index, at), axis=1))
-
-    values = speed(owner, u)
-    first = np.flatnonzero(np.append(True, owner[1:] != owner[:-1]))
-    top = np.repeat(np.maximum.reduceat(values, first), np.diff(np.append(first, len(u))))
-    low = (values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] < 0.1 * top[1:-1])
-    dip = 1 + np.flatnonzero(low & (owner[:-2] == owner[2:]))
-    left, right, owner, top = u[dip - 1], u[dip + 1], owner[dip], top[dip]
-    for _ in range(GOLDEN_STEPS if len(dip) else 0):  # golden section, all dips at once
-        a, b = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
-        lower = speed(owner, a) <= speed(owner, b)
-        left, right = np.where(lower, left, a), np.where(lower, b, right)
-    at = 0.5 * (left + right)
-    ends = flat.knot_starts[owner] + flat.degrees[owner], flat.knot_starts[owner + 1] - flat.degrees[owner] - 2
-    knot = last_below(flat.knots, *ends, at)
-    start, end = flat.knots[knot], flat.knots[knot + 1]
-    width = end - start
-    cusp = (at - start > AT_KNOT * width) & (end - at > AT_KNOT * width) & (speed(owner, at) <= CUSP_SPEED * top)
-    before, after = np.maximum(at - CUSP_ARM * width, start), np.minimum(at + CUSP_ARM * width, end)
-    cusp &= np.sum(velocity(owner, before) * velocity(owner, np.nextafter(after, start)), axis=1) < 0.0
-    owner, at = owner[cusp], at[cusp]
-    same = (np.diff(owner) == 0) & (np.diff(at) <= 0.0)  # two samples as slow give one place twice
-    keep = np.append(True, ~same)[: len(at)]
-    return owner[keep], at[keep]
 
 
 def bounding_box(curve: NurbsCurve) -> tuple[Array, Array]:

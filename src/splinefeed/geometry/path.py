@@ -21,6 +21,7 @@ from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
 from splinefeed.geometry.markers import Marker as Marker
 from splinefeed.geometry.path_checks import check_joints, check_still, checked_axes, of_curves
 from splinefeed.geometry.pieces import Pieces
+from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_rows, read_only, span_rows
 from splinefeed.records import Array, BoolArray, IntArray, frozen_array
 
@@ -30,7 +31,7 @@ _FEW = 8
 _STORED = (Lines, Packed)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
-JOIN_TOLERANCE = 1e-6
+JOIN_TOLERANCE = RESOLUTION
 
 
 class Path:
@@ -45,12 +46,21 @@ class Path:
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
     markers     what is no motion, at its place; kept in the order of the places
 
+    What is smaller than the resolution, 1 nm, is decided once, here (`geometry.resolution`): a curve shorter than that
+    beside a long one is left out with a finding, its feed and tolerance with it, and curves are numbered, markers and
+    dwells placed, as if it had not been there. A curve with a cusp, or a bend that nobody can tell from one, stays one
+    curve on the same domain; next to the tip `joined`, what is moved along, leaves `curves` by 1 nm at most, and at the
+    tip it has a corner, where motion rests.
+
     Arc length s counts the linear axes, in mm. Where none of them moves but rotary axes do, it counts those, and 1 mm
     of s is 1 degree: a feed of 60 mm/s is 60 degrees a second there.
 
     Raises CurveError that names the curve, for a gap or for axes that do not fit; InputError for feeds, tolerances or
     markers that do not fit the curves.
     """
+
+    #: Whether something else is given for each curve over the same parameters: then tips become corners, and no more.
+    _tied = False
 
     def __init__(
         self,
@@ -86,15 +96,18 @@ class Path:
         if 0 < self.linear < len(self.axes):
             check_still(self.flat, self.linear)
         count = len(self.curves)
-        if count > 1:
-            check_joints(self._ends, self.tolerance)
-            self._close_gaps()
         self.feeds = of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
         self.tolerances = of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
-            if not 0 <= marker.before <= len(self.curves):
-                raise InputError(f"marker {marker.text!r} stands before curve {marker.before} of {len(self.curves)}")
+            if not 0 <= marker.before <= count:
+                raise InputError(f"marker {marker.text!r} stands before curve {marker.before} of {count}")
+        if count > 1:
+            check_joints(self._ends, self.tolerance)
+            if not self._tied:
+                self._leave_out_points()
+            self._close_gaps()
+        self._move_along(resolved(self._joined, self.flat, self.linear, in_place=self._tied))
         self._made = True
 
     def _close_gaps(self) -> None:
@@ -102,9 +115,29 @@ class Path:
         if isinstance(self.curves, Lines) or not np.any(open_joints(self._ends)):
             return
         self.findings += tuple(each for each in said_of(self.gaps, JOIN_TOLERANCE) if each not in self.findings)
-        self._joined = closed(self.curves, self._ends, self.linear)
-        for name in ("flat", "_ends"):
-            self.__dict__.pop(name, None)
+        self._move_along(closed(self.curves, self._ends, self.linear))
+
+    def _leave_out_points(self) -> None:
+        """Leave out the curves that are shorter than the resolution, with what is said of them."""
+        kept = long_curves(self.curves, self.flat, self.linear, self.tolerance)
+        if kept is None:
+            return
+        count = len(self.curves) - len(kept)
+        first = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
+        self.findings += (f"{count} curve(s) shorter than {1e6 * RESOLUTION:g} nm left out, the first curve {first}",)
+        self.curves = chosen(self.curves, kept)
+        self._move_along(self.curves)
+        self.feeds = None if self.feeds is None else read_only(self.feeds[kept])
+        self.tolerances = None if self.tolerances is None else read_only(self.tolerances[kept])
+        before = np.searchsorted(kept, [marker.before for marker in self.markers]).tolist()
+        self.markers = tuple(dataclasses.replace(m, before=k) for m, k in zip(self.markers, before, strict=True))
+
+    def _move_along(self, curves: Sequence[NurbsCurve]) -> None:
+        """Take other curves to be moved along."""
+        if curves is not self._joined:
+            self._joined = curves
+            for name in ("flat", "_ends"):
+                self.__dict__.pop(name, None)
 
     def __setattr__(self, name: str, value: object) -> None:
         if "_made" in self.__dict__:
@@ -168,6 +201,11 @@ class Path:
         """All curves as arrays."""
         return self._joined.flat if isinstance(self._joined, _STORED) else Flat.of(self._joined)
 
+    @property
+    def joined(self) -> Sequence[NurbsCurve]:
+        """The curves that are moved along: `curves` without gaps and without what is smaller than the resolution."""
+        return self._joined
+
     @cached_property
     def _ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes)."""
@@ -204,7 +242,7 @@ class Path:
         if self.shape[0] == 1 and not self.shape[3]:
             return self.table, self.curve_rows  # a line is its own arc-length piece
         if len(self.flat) == 1:
-            table = self.curves[0].table[0]
+            table = self._joined[0].table[0]
             return table, read_only(np.array([[0, len(table) - 1]]))
         return span_rows(self.flat, self.shape)
 
@@ -212,7 +250,7 @@ class Path:
     def _tables(self) -> tuple[Array, IntArray, Array]:
         """All arc-length pieces (pieces, width), first and last row of each curve, and where each curve starts, mm."""
         if len(self.flat) == 1 and self.linear == len(self.axes):
-            arc = self.curves[0].arc
+            arc = self._joined[0].arc
             return arc.table, read_only(np.array([[0, len(arc.table) - 1]])), read_only(np.array([0.0, arc.length]))
         return arc_rows(self.flat, self.shape, self._joined, "curve {} of the path: ")
 
@@ -285,7 +323,7 @@ class Path:
         """
         index, values = self._places(curve, u)
         if len(self.curves) == 1:
-            return self.curves[0].derivatives(values, order, side=side)
+            return self._joined[0].derivatives(values, order, side=side)
         if order not in (0, 1, 2, 3):
             raise InputError(f"order is {order!r}; derivatives of order 0 to 3 are there")
         out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, _is_left(side))
@@ -333,7 +371,7 @@ class Path:
                 if reach[i] <= 0.0:
                     break
                 continue
-            box = self.curves[int(i)].bounding_box()
+            box = self._joined[int(i)].bounding_box()
             low, high = np.minimum(low, box[0]), np.maximum(high, box[1])
         return low, high
 

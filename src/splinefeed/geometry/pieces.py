@@ -35,8 +35,7 @@ FREE_STEPS = 6
 MAX_STEPS = 90
 #: A Newton step in t, which runs over [-1, 1], after which S is off by its square times S'' / 2: rounding of the piece.
 SMALL_STEP = 1e-8
-#: Places of every piece at which its speed is looked at, and those at which its curvature is.
-SPEED_PLACES = np.linspace(-1.0, 1.0, 9)[:, None]
+#: Places of every piece at which its curvature is looked at.
 CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)[:, None]
 #: A step longer than this share of the one before gives way to a bisection.
 SHRINKING = 0.75
@@ -339,23 +338,6 @@ class Pieces:
         row = np.searchsorted(self.starts, s, side="right")
         row -= 1
         return np.maximum(row, 0, out=row)
-
-    def speed_ranges(self, curves: IntArray) -> Array:
-        """Least and greatest |C'| at SPEED_PLACES of every piece, by its arc length, of each of the curves, (n, 2)."""
-        counts = np.diff(self.rows[curves], axis=1)[:, 0] + 1
-        starts = np.cumsum(counts) - counts
-        row = np.arange(int(counts.sum())) + np.repeat(self.rows[curves, 0] - starts, counts)
-        ranges = np.empty((2, len(row)))
-        for part in chunks(len(row)):
-            c = self.table[row[part], : ARC + ARC_TERMS].T
-            speeds = np.zeros((len(SPEED_PLACES), c.shape[1]))
-            for k in range(ARC_TERMS - 1, 0, -1):
-                speeds = speeds * SPEED_PLACES + k * c[ARC + k]
-            speeds *= c[SCALE]
-            ranges[:, part] = speeds.min(axis=0), speeds.max(axis=0)
-        if not len(curves):
-            return np.empty((0, 2))
-        return np.column_stack([np.minimum.reduceat(ranges[0], starts), np.maximum.reduceat(ranges[1], starts)])
 
     def greatest_curvature(self) -> float:
         """Greatest curvature that is a number over the linear axes, 1/mm, at CURVATURE_PLACES of every piece."""

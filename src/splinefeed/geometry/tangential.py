@@ -71,7 +71,7 @@ def tangential(path: Path, tolerance: float = 1e-6) -> Path:
     curves: list[NurbsCurve] = []
     angle = 0.0
     worst = 0.0
-    for i, curve in enumerate(path.curves):
+    for i, curve in enumerate(path.joined):
         try:
             followed, error = _followed(curve, allowed, angle)
         except CurveError as problem:

@@ -42,6 +42,8 @@ class ToolPath(Path):
     for curves that do not belong together, and for a tool axis of no length, with the place.
     """
 
+    _tied = True
+
     def __init__(
         self,
         tip: NurbsCurve | Iterable[NurbsCurve] | Path,

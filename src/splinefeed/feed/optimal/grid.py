@@ -15,6 +15,8 @@ from splinefeed.records import Array, BoolArray
 SAMPLES, SAMPLE_TURN, HALVINGS = 5, 0.1, 40
 #: Most change of q from one sample to the next, as a share of it; q below this share of the greatest is slow.
 SAMPLE_CHANGE, SLOW = 0.4, 1e-3
+#: q is above this, mm^2/s^2, so that it can be divided by.
+LEAST = 1e-60
 #: Samples are no nearer than this share of the window.
 SHORTEST = 1e-9
 #: Cells in a window along which nothing changes.
@@ -105,7 +107,7 @@ def _tops(setting: Setting, s: Array) -> tuple[Array, Array, float, float]:
         q = np.minimum(q, 1.0 / np.max(rows.jump[:, 1], axis=(0, 1), initial=0.0))
         push = float(np.float64(0.5) / np.max(np.abs(rows.linear[:, 1]), initial=0.0))
         twist = float(np.float64(0.5) / np.max(np.abs(rows.jerk[:, 2]), initial=0.0))
-    return np.maximum(q, 1.0 / FREE), places.curvature, push, twist
+    return np.maximum(q, LEAST), places.curvature, push, twist
 
 
 def profile(s: Array, top: Array, push: float, low: float, high: float, q_low: float, q_high: float) -> Array:
@@ -116,7 +118,7 @@ def profile(s: Array, top: Array, push: float, low: float, high: float, q_low: f
     rise = 2.0 * push * (s - low)
     q = np.minimum.accumulate(q - rise) + rise
     found: Array = np.minimum.accumulate((q + rise)[::-1])[::-1] - rise
-    return np.maximum(found, 1.0 / FREE)
+    return np.maximum(found, LEAST)
 
 
 def density(samples: Samples, q: Array, slow: float, turn: float, beat: float) -> Array:

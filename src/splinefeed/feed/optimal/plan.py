@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.optimal.audit import LOOKED_AT_LAST, worst_shares
-from splinefeed.feed.optimal.corners import SHARPEST, passed_corners
+from splinefeed.feed.optimal.corners import passed_corners
 from splinefeed.feed.optimal.periods import in_periods
 from splinefeed.feed.optimal.setting import Setting
 from splinefeed.feed.optimal.stretch import Mode, Plan, State, plan_window
@@ -27,12 +27,8 @@ MODES = {
     TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=8, cells=8000, bounded=True),
     LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400),
 }
-#: A bend of a smaller radius, mm, is a cusp: 1 nm, what no drive follows.
-RESOLUTION = 1e-6
-#: A bend of a smaller radius, mm, is left to the planners of before.
-SHARP = 1e-3
-#: A motion that the audit finds over a limit by more than this, as a factor on q, is not taken.
-POOR = 1.02
+#: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but not taken.
+POOR = 1.2
 #: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
 RESERVES = (5e-3, 2e-2, 0.1)
 #: Halvings of a feed at an end until it is about the largest that limits allow.
@@ -75,30 +71,27 @@ def setting_of(path: Path, limits: Limits, period: float | None) -> Setting:
     """What a motion along the path is planned under."""
     feeds = curve_feeds(path, limits)
     changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
-    track, passed = PathTrack(path), passed_corners(path, limits, period)
+    passed = passed_corners(path, limits, period)
     return Setting(
-        track,
+        PathTrack(path),
         limits,
         path.axes,
         path.linear,
         period,
         (path.curve_starts[changes], feeds[np.concatenate([[0], changes])]),
         passed,
-        _rests(path, track, passed[0]),
+        _rests(path, passed[0]),
     )
 
 
-def _rests(path: Path, track: PathTrack, passed: Array) -> Array:
-    """Arc lengths (k,) strictly inside at which the motion rests, mm: stops that are not passed, and hidden cusps."""
+def _rests(path: Path, passed: Array) -> Array:
+    """Arc lengths (k,) strictly inside at which the motion rests, mm: stops that are not passed."""
     stops = np.asarray(path.stops)
-    tips, curvature = track.tips
-    found = np.concatenate([stops[~np.isin(stops, passed)], tips[curvature * RESOLUTION > 1.0]])
-    found = np.unique(found[(found > RESOLUTION) & (found < path.length - RESOLUTION)])
-    return found[np.diff(found, prepend=-np.inf) > RESOLUTION]
+    return np.unique(stops[~np.isin(stops, passed)])
 
 
 def plan_in_mode(path: Path, limits: Limits, period: float | None, strategy: str) -> TimeLaw | None:
-    """The motion in one of MODES; None where cusps, or what the audit finds, ask for the planners of before.
+    """The motion in one of MODES; None where rotary axes, or what the audit finds, ask for the planners of before.
 
     The law rests at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
     acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
@@ -117,7 +110,7 @@ def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> Tim
     inner = wanted[(wanted > 0.0) & (wanted < path.length) & ~np.isin(wanted, setting.passed[0])]
     uneven = limits.deceleration_jerk != limits.jerk
     many = len(setting.rests) >= MOST_RESTS
-    if many or uneven or _has_cusps(path, setting) or not np.all(np.isin(inner, setting.rests)):
+    if many or uneven or _turns_limited(path, setting) or not np.all(np.isin(inner, setting.rests)):
         return None
     try:
         law = motion(setting, strategy, mode)
@@ -140,7 +133,7 @@ def motion(setting: Setting, strategy: str, mode: Mode) -> TimeLaw | None:
         start = State(limits.start_feed if low == 0.0 else 0.0)
         stop = State(limits.end_feed if high == length else 0.0)
         plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
-        if plan.over > POOR or not plan.found:
+        if plan.over > POOR:
             return None
         bound += plan.bound
         rows.append(plan.pieces.coefficients)
@@ -166,17 +159,11 @@ def motion(setting: Setting, strategy: str, mode: Mode) -> TimeLaw | None:
     )
 
 
-def _has_cusps(path: Path, setting: Setting) -> bool:
-    """Whether the path turns back, bends by a radius below SHARP, or moves rotary axes that have limits, or alone."""
-    corners = path.corners
+def _turns_limited(path: Path, setting: Setting) -> bool:
+    """Whether the path moves rotary axes that have limits, or alone."""
     names = ("axis_velocity", "axis_acceleration", "axis_jerk")
     limited = [setting.limits.of_axes(name, path.axes)[path.linear :] for name in names]
-    if np.any(corners.angle[corners.stop] > SHARPEST) or path.shape[2] <= 0 or np.any(np.isfinite(limited)):
-        return True
-    before, after, _ = setting.beside
-    tips = setting.track.tips[1] if isinstance(setting.track, PathTrack) else np.zeros(0)
-    bends = (tips, np.abs(before[:, 2]), np.abs(after[:, 2]))
-    return not all(np.max(bend, initial=0.0) * SHARP < 1.0 for bend in bends)
+    return path.shape[2] <= 0 or bool(np.any(np.isfinite(limited)))
 
 
 def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> tuple[Plan, int]:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.feed.optimal.limits import Places, Rows, rows_at
-from splinefeed.feed.optimal.track import Track
+from splinefeed.feed.optimal.track import SAME, Track
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits
 
@@ -40,8 +40,13 @@ class Setting:
 
     @cached_property
     def breaks(self) -> Array:
-        """Where cells must end, mm."""
-        return np.unique(np.concatenate([self.track.breaks, self.feed_steps[0], self.passed[0], self.rests]))
+        """Where cells must end, mm; what is told twice with another rounding is one place."""
+        given = np.unique(np.concatenate([self.feed_steps[0], self.passed[0], self.rests]))
+        known = np.concatenate([[-np.inf], given, [np.inf]])
+        own = self.track.breaks
+        next_one = np.searchsorted(known, own)
+        apart = np.minimum(own - known[next_one - 1], known[next_one] - own)
+        return np.unique(np.concatenate([given, own[apart > SAME * self.track.length]]))
 
     def inside(self, low: float, high: float) -> Array:
         """The breaks strictly between two places, mm."""

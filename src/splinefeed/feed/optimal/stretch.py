@@ -15,13 +15,15 @@ from splinefeed.feed.optimal.limits import Places, Rows
 from splinefeed.feed.optimal.limits.rows import FREE
 from splinefeed.feed.optimal.setting import INSIDE, Setting
 from splinefeed.feed.optimal.solve import End, Problem, lower_bound, solve
-from splinefeed.feed.optimal.spline import Spline
+from splinefeed.feed.optimal.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, and of the stretch.
 RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
 #: ... without a limit of jerk, of the way up to the top feed: a ramp then takes half as long again as it might.
 RAMP_OF_WAY = 1e-5
+#: ... and of the way to the next knot, so that a cell fits in between.
+RAMP_OF_BREAK = 0.49
 #: Bending within a ramp costs at most this factor of the axis jerk; halvings until it does.
 RAMP_BEND, RAMP_HALVINGS = 1.3, 40
 #: The path turns by about this much within a ramp, rad, at most.
@@ -124,9 +126,10 @@ class Window:
         self.free = self._rows(dataclasses.replace(self.places, rising=rising))
 
     def guess(self) -> Array:
-        """Coefficients to begin with: a share of what q is thought to be, falling off to ends at rest."""
-        at = self.spline.greville()
-        c: Array = GUESS * np.interp(at, self.samples.s, self.q)
+        """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest."""
+        at, size = self.spline.greville(), self.spline.size
+        thought = np.interp(self.spline.t, self.samples.s, self.q)
+        c: Array = GUESS * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
         for end, away, place in ((self.ends[0], at - self.low, 0), (self.ends[1], self.high - at, -1)):
             if end.rest:
                 ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
@@ -253,7 +256,9 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         if state.feed > 0.0:
             ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration))
             continue
-        ramp = min(ways)
+        # a ramp is looked at in few places: it ends before the next knot
+        beside = float(np.min(np.abs(setting.inside(low, high) - place), initial=np.inf))
+        ramp = min(*ways, RAMP_OF_BREAK * beside)
         for _ in range(RAMP_HALVINGS):
             bent = _ramp_units(setting, place, way * ramp)
             turn = ramp * float(np.linalg.norm(setting.places(np.array([place + way * 1e-3 * ramp])).d[0, 2]))
