@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from splinefeed.analysis.check import check as check
     from splinefeed.analysis.ripple import feed_ripple as feed_ripple
     from splinefeed.errors import SplinefeedError as SplinefeedError
-    from splinefeed.feed.look_ahead_stream import LookAhead as LookAhead
+    from splinefeed.feed.optimal.stream import LookAhead as LookAhead
     from splinefeed.feed.planning import plan as plan
     from splinefeed.formats.path_parts import read_parts as read_parts
     from splinefeed.formats.registry import read as read
@@ -56,7 +56,7 @@ _PUBLIC = {
     "Kinematics": "kinematics.chains",
     "Interpolator": "interpolation.interpolator",
     "Limits": "records",
-    "LookAhead": "feed.look_ahead_stream",
+    "LookAhead": "feed.optimal.stream",
     "Marker": "geometry.path",
     "NurbsCurve": "geometry.curve",
     "Path": "geometry.path",

@@ -119,20 +119,22 @@ def profile(s: Array, top: Array, push: float, low: float, high: float, q_low: f
     return np.maximum(found, 1.0 / FREE)
 
 
-def density(samples: Samples, q: Array, slow: float, turn: float, beat: float) -> Array:
+def density(samples: Samples, q: Array, slow: float, turn: float, beat: float, *, so_far: bool = False) -> Array:
     """Cells a mm at samples: one for `turn` rad of the path, and where the feed changes one each `beat` sqrt(v / J).
 
-    v is the top feed, J the jerk along the path; without a limit of jerk the time in which v is reached counts.
+    v is the top feed, or with `so_far` the top up to a place; J the jerk along the path; without a limit of jerk the
+    time in which v is reached counts.
     """
     v = np.sqrt(np.maximum(q, slow))
-    top = float(np.max(v))
-    time = max((top / samples.twist) ** 0.5, REACHED * top / samples.push) or np.inf
+    top = np.maximum.accumulate(v) if so_far else np.full(len(v), np.max(v))
+    time = np.maximum((top / samples.twist) ** 0.5, REACHED * top / samples.push)
+    time = np.where(time > 0.0, time, np.inf)
     change = np.ones(len(q))
     if samples.push < np.inf:
         slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
         slope = np.minimum(CHANGING * slope, 1.0)
         change = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
-    steady = STEADY / (samples.s[-1] - samples.s[0])
+    steady = 0.0 if so_far else STEADY / (samples.s[-1] - samples.s[0])
     found: Array = samples.curvature / turn + change / (beat * v * time) + steady
     return found
 
@@ -210,7 +212,7 @@ def counted(setting: Setting, low: float, high: float, turn: float, beat: float,
     far = float(inner[most]) if len(inner) > most else high
     samples = sample(setting, low, far, FREE, FREE)
     slow = 2.0 * min(samples.push, 1e6) * RATIO * 1e-3
-    wanted = density(samples, samples.top, slow, turn, beat)
+    wanted = density(samples, samples.top, slow, turn, beat, so_far=True)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(samples.s))])
     edges = np.concatenate([[low], inner[inner < far], [far]])
     each = np.maximum(np.ceil(np.diff(np.interp(edges, samples.s, total))), 1.0)

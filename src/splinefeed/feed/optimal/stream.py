@@ -4,26 +4,51 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.feed.look_ahead_stream import ON_TICK, Block
 from splinefeed.feed.optimal.law import Pieces
 from splinefeed.feed.optimal.plan import LOOK_AHEAD, MODES, check_limits, setting_of
 from splinefeed.feed.optimal.stretch import REST, State
 from splinefeed.feed.optimal.window import Windows
+from splinefeed.feed.soft_limits import check_travel
 from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
+#: A wait for the next tick below this, in periods, is rounding.
+ON_TICK = 1e-9
 #: A place nearer to another than this share of the path in memory is the same one.
 SAME_PLACE = 1e-12
 #: The path is looked at again when what is known ahead has grown by this share.
 GROWN = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A block of committed motion: it no longer changes.
+
+    curve   index, among all that came, of the curve that it begins on
+    offset  arc length from the start of that curve, mm
+    tick    whole periods since the start, at which or behind which it begins; before the first block the tool stands
+    phase   how much later than that, s, less than a period: kept apart, as after hours their sum is rounded
+    law     from there: arc length from 0, time from 0
+    """
+
+    curve: int
+    offset: float
+    tick: int
+    phase: float
+    law: TimeLaw
+
+    @property
+    def time(self) -> float:
+        """When it begins, s since the start."""
+        return self.tick * float(self.law.period or 0.0) + self.phase
 
 
 class LookAhead:
@@ -75,10 +100,11 @@ class LookAhead:
     def push(self, path: Path) -> list[Block]:
         """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
 
-        Raises CurveError for other axes or a gap.
+        Raises CurveError for other axes or a gap, LimitsError where the path leaves the travel of an axis.
         """
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
+        check_travel(path, self.limits)
         last = self._waiting[-1] if self._waiting else self._path
         if last is not None:
             gap = float(np.max(np.abs(last.ends[-1, 1] - path.ends[0, 0])))
@@ -139,12 +165,13 @@ class LookAhead:
             stop = stops[np.searchsorted(stops, windows.low + same, side="right") :]
             high = float(stop[0]) if len(stop) else path.length
             last = whole or len(stop) > 0
-            if not last and windows.reach(setting, self._mode, high) == high:
+            near = windows.reach(setting, self._mode, high)
+            if not last and near == high:
                 self._looked = path.length - windows.low
                 break
             end = State(self.limits.end_feed) if whole and not len(stop) else REST
             begin = windows.low
-            pieces = windows.advance(setting, self._mode, high, end, last=last)
+            pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high, straight=True)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)
         self._forget(path)

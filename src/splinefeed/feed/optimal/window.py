@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from splinefeed.errors import PlanError
 from splinefeed.feed.optimal.grid import counted
 from splinefeed.feed.optimal.law import Pieces, joined
@@ -32,15 +34,21 @@ class Windows:
     end: float = 0.0
     work: int = 0
 
-    def advance(self, setting: Setting, mode: Mode, high: float, stop: State, *, last: bool) -> Pieces:
-        """The next final motion of a path that is known up to `high`, mm; with `last` the motion ends there in `stop`.
+    def advance(
+        self, setting: Setting, mode: Mode, near: float, stop: State, *, ends_here: bool, straight: bool = False
+    ) -> Pieces:
+        """The next final motion, by a window up to `near`, mm; with `ends_here` the motion ends there in `stop`.
 
-        Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest.
+        Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest. With `straight` a
+        straight line from rest to rest has its exact profile.
         Raises PlanError where there is none: from the state the motion cannot keep the limits.
         """
-        near = self.reach(setting, mode, high)
-        ends_here = last and near == high
-        plan = plan_window(setting, self.low, near, self.state, stop if ends_here else REST, mode, exact=True)
+        if straight and ends_here and self.state == stop == REST:
+            line = plan_straight(setting, self.low, near, REST, REST)
+            if line is not None:
+                return self._take(line.pieces, len(line.pieces), near, REST)
+        with np.errstate(all="ignore"):  # what is no number is no motion to take
+            plan = plan_window(setting, self.low, near, self.state, stop if ends_here else REST, mode, exact=True)
         self.work += len(plan.pieces)
         if plan.over > KEPT and self.left is not None and len(self.left):
             pieces, end = self.left, self.end
@@ -91,5 +99,6 @@ def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: 
         return plan_window(setting, low, high, start, stop, mode, exact=max(start.feed, stop.feed) > 0.0)
     parts = []
     while windows.low < high:
-        parts.append(windows.advance(setting, mode, high, stop, last=True))
+        near = windows.reach(setting, mode, high)
+        parts.append(windows.advance(setting, mode, near, stop, ends_here=near == high))
     return Plan(joined(parts), 0.0, 1.0, True)
