@@ -25,6 +25,7 @@ CHANGING = 3.0
 REACHED = 0.1
 #: Samples towards both ends, each at half the distance of the one before.
 TOWARDS_ENDS = 20
+_TOWARDS_HIGH = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
 #: No window has more cells.
 MOST_CELLS = 1_000_000
 #: Next to rest cells are about this share of their distance from it.
@@ -52,26 +53,34 @@ class Samples:
     twist: float
 
 
-def sample(setting: Setting, low: float, high: float, q_low: float, q_high: float) -> Samples:
-    """Places between two ends with these q, halved until tangent and feed change little from one to the next."""
+def sample(
+    setting: Setting, low: float, high: float, q_low: float, q_high: float, known: Samples | None = None
+) -> Samples:
+    """Places between two ends with these q, halved until tangent and feed change little from one to the next.
+
+    known  samples from `low` to `high` or further, to go on from
+    """
     edges = np.concatenate([[low], setting.inside(low, high), [high]])
-    steps = np.diff(edges)
-    s = (edges[:-1, None] + steps[:, None] * np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)).ravel()
-    near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
-    s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
-    d = setting.track.derivatives(s)
     least = SHORTEST * (high - low)
-    for _ in range(HALVINGS):
-        gap = np.diff(s)
-        tangent, kappa = d[:, 1, : setting.linear], np.linalg.norm(d[:, 2, : setting.linear], axis=1)
-        turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
-        turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
-        more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
-        if not len(more):
-            break
-        new = 0.5 * (s[more] + s[more + 1])
-        s, d = np.insert(s, more + 1, new), np.insert(d, more + 1, setting.track.derivatives(new), axis=0)
-    top, curvature, push, twist = _tops(setting, s)
+    if known is None:
+        s, d = _along(setting, edges, least)
+        top, curvature, push, twist = _tops(setting, s, d)
+    else:
+        inside = known.s < high
+        s, top, curvature, push, twist = (
+            known.s[inside],
+            known.top[inside],
+            known.curvature[inside],
+            known.push,
+            known.twist,
+        )
+        if high < known.s[-1]:
+            more = high - (high - max(edges[-2], s[-1])) * _TOWARDS_HIGH
+            found = _tops(setting, more)
+            s, top = np.concatenate([s, more]), np.concatenate([top, found[0]])
+            curvature = np.concatenate([curvature, found[1]])
+        else:
+            s, top, curvature = known.s, known.top, known.curvature
     for _ in range(HALVINGS):
         q = profile(s, top, push, low, high, q_low, q_high)
         slow = SLOW * np.max(q)
@@ -88,15 +97,36 @@ def sample(setting: Setting, low: float, high: float, q_low: float, q_high: floa
     return Samples(s, top, q, curvature, push, twist)
 
 
+def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
+    """Places (n,) between edges, mm, halved down to `least` until the tangent turns little; derivatives there."""
+    low, high = edges[0], edges[-1]
+    steps = np.diff(edges)
+    s = (edges[:-1, None] + steps[:, None] * np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)).ravel()
+    near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
+    s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
+    d = setting.track.derivatives(s)
+    for _ in range(HALVINGS):
+        gap = np.diff(s)
+        tangent, kappa = d[:, 1, : setting.linear], np.linalg.norm(d[:, 2, : setting.linear], axis=1)
+        turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
+        turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
+        more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
+        if not len(more):
+            break
+        new = 0.5 * (s[more] + s[more + 1])
+        s, d = np.insert(s, more + 1, new), np.insert(d, more + 1, setting.track.derivatives(new), axis=0)
+    return s, d
+
+
 def _same_piece(edges: Array, s: Array) -> BoolArray:
     """Whether places (n,) and the next ones lie between the same edges, (n - 1,)."""
     piece = np.searchsorted(edges, s)
     return np.asarray(piece[1:] == piece[:-1])
 
 
-def _tops(setting: Setting, s: Array) -> tuple[Array, Array, float, float]:
+def _tops(setting: Setting, s: Array, d: Array | None = None) -> tuple[Array, Array, float, float]:
     """What limits of velocity and acceleration allow q to be at places, their curvature, and push and twist."""
-    places = setting.places(s)
+    places = setting.places(s, d=d)
     rows = setting.rows(places)
     with np.errstate(divide="ignore", over="ignore"):
         a = np.max(np.abs(rows.linear[:, 0]), axis=0, initial=0.0)
@@ -202,9 +232,12 @@ def _with_reach(setting: Setting, samples: Samples, q: Array, edges: Array) -> A
     return np.unique(np.concatenate([edges, more[clear]]))
 
 
-def counted(setting: Setting, low: float, high: float, turn: float, beat: float, cells: int, joins: float) -> float:
+def counted(
+    setting: Setting, low: float, high: float, turn: float, beat: float, cells: int, joins: float
+) -> tuple[float, float, Samples]:
     """How far about so many cells reach from `low`, mm: `high`, where the path ends, if only `joins` times as many do.
 
+    With it what share of so many cells there is up to `high`, and the samples.
     What lies behind does not matter, so that a path which comes in parts is cut as one that is known whole.
     """
     inner = setting.inside(low, high)
@@ -217,9 +250,9 @@ def counted(setting: Setting, low: float, high: float, turn: float, beat: float,
     edges = np.concatenate([[low], inner[inner < far], [far]])
     each = np.maximum(np.ceil(np.diff(np.interp(edges, samples.s, total))), 1.0)
     so_far = np.concatenate([[0.0], np.cumsum(each)])
-    if far == high and so_far[-1] <= joins * cells:
-        return high
-    return float(np.interp(cells, so_far, edges))
+    share = float(so_far[-1]) / (joins * cells)
+    near = high if far == high and share <= 1.0 else float(np.interp(cells, so_far, edges))
+    return near, share, samples
 
 
 def graded(nodes: Array, cut: BoolArray) -> Array:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.optimal.audit import LOOKED_AT_LAST, worst_shares
+from splinefeed.feed.optimal.audit import chebyshev, worst_shares
 from splinefeed.feed.optimal.corners import SHARPEST, passed_corners
 from splinefeed.feed.optimal.periods import in_periods
 from splinefeed.feed.optimal.setting import Setting
@@ -24,8 +24,10 @@ from splinefeed.records import Array, Limits, TimeLaw
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=8, cells=8000, bounded=True),
-    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400),
+    TIME_OPTIMAL: Mode(
+        turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, looked=17, unseen=1e-6, rounds=8, cells=8000, bounded=True
+    ),
+    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, looked=9, unseen=1e-4, rounds=4, cells=400),
 }
 #: A bend of a smaller radius, mm, is a cusp: 1 nm, what no drive follows.
 RESOLUTION = 1e-6
@@ -37,8 +39,6 @@ POOR = 1.02
 RESERVES = (5e-3, 2e-2, 0.1)
 #: Halvings of a feed at an end until it is about the largest that limits allow.
 NEAREST = 10
-#: What the audit may not see of a peak between its places, as a factor on q.
-UNSEEN = 1e-6
 #: Stretches between so many rests, about 1 ms each, are left to compiled loops.
 MOST_RESTS = 10_000
 #: What rounding may make of a number of periods; a motion ends after a tick if it does by this share of a period.
@@ -190,8 +190,7 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
         plan = plan_stretch(setting, low, high, start, stop, mode)
         if plan.over > POOR:
             return plan, 0
-        over = plan.over * (1.0 + UNSEEN)
-        pieces = plan.pieces.stretched(math.sqrt(over)) if over > 1.0 else plan.pieces
+        pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
         if period is None:
             return replace(plan, pieces=pieces), 0
         ticks = max(math.ceil(pieces.duration / period * (1.0 - ROUNDING) - ROUNDING), 1)
@@ -215,7 +214,7 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
         whole = round(plan.pieces.duration / period)
         if abs(plan.pieces.duration - whole * period) <= ROUNDING * plan.pieces.duration + LATE * period:
             return plan, whole
-        if slower is not None and np.max(worst_shares(setting, slower, high, LOOKED_AT_LAST)) <= KEPT:
+        if slower is not None and np.max(worst_shares(setting, slower, high, chebyshev(mode.looked))) <= KEPT:
             return replace(plan, pieces=slower), round(slower.duration / period)
     assert first is not None
     assert period is not None

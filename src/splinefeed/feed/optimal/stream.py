@@ -24,8 +24,9 @@ WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
 ON_TICK = 1e-9
 #: A place nearer to another than this share of the path in memory is the same one.
 SAME_PLACE = 1e-12
-#: The path is looked at again when what is known ahead has grown by this share.
-GROWN = 0.1
+#: Where too little was known ahead, the path is looked at again when that has grown by this share, or to this share of
+#: what a window seems to need.
+GROWN, NEARLY = 0.1, 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,7 @@ class LookAhead:
         self._waiting: list[Path] = []  # what came since
         self._curves = 0  # that came
         self._first_curve = 0  # of _path, among all that came
-        self._looked = 0.0  # length of what was known ahead when the last window was too short, mm
+        self._looked = 0.0  # length that must be known ahead for the next window, about, mm
         self._tick = 0  # the last one at which motion is final
         self._elapsed = 0.0  # since then, s
         self._begun = False
@@ -149,7 +150,7 @@ class LookAhead:
         ahead = sum(path.length for path in self._waiting) if not whole else 0.0
         if self._path is not None:
             ahead += self._path.length - self._windows.low
-        if not whole and ahead < (1.0 + GROWN) * self._looked:
+        if not whole and ahead < self._looked:
             return
         path = self._known()
         if path is None:
@@ -167,7 +168,7 @@ class LookAhead:
             last = whole or len(stop) > 0
             near = windows.reach(setting, self._mode, high)
             if not last and near == high:
-                self._looked = path.length - windows.low
+                self._looked = (path.length - windows.low) * max(1.0 + GROWN, NEARLY / windows.ahead)
                 break
             end = State(self.limits.end_feed) if whole and not len(stop) else REST
             begin = windows.low

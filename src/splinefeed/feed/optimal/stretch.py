@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.optimal.audit import LOOKED, LOOKED_AT_LAST, worst_shares
+from splinefeed.feed.optimal.audit import LOOKED, chebyshev, worst_shares
 from splinefeed.feed.optimal.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.optimal.law import Pieces, pieces_of
 from splinefeed.feed.optimal.limits import Places, Rows
@@ -46,6 +46,8 @@ class Mode:
     beat       time over a cell, at most, in units of sqrt(v / J), v the top feed and J the jerk along the path
     gap        share of the time by which a solution may miss the optimum on its cells
     tolerance  share of a limit, as a factor on q, by which the audit may find a motion over it
+    looked     places of each piece that the audit looks at at last
+    unseen     what it may not see of a peak between them, as a factor on q
     rounds     times that cells found over a limit are tightened and solved again, at most
     cells      in a window, about
     bounded    whether a lower bound of the time is wanted
@@ -55,6 +57,8 @@ class Mode:
     beat: float
     gap: float
     tolerance: float
+    looked: int
+    unseen: float
     rounds: int
     cells: int
     bounded: bool = False
@@ -176,14 +180,21 @@ class Window:
 
 
 def plan_window(
-    setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode, exact: bool = False
+    setting: Setting,
+    low: float,
+    high: float,
+    start: State,
+    stop: State,
+    mode: Mode,
+    exact: bool = False,
+    known: Samples | None = None,
 ) -> Plan:
     """The motion from `low` to `high`, mm, between two states.
 
     With `exact` the share `mode.tolerance` of all limits is left unused, so that the audit may hold it to 1: for motion
-    that is not slowed down afterwards.
+    that is not slowed down afterwards. `known`: samples from `low` to `high` or further.
     """
-    samples = sample(setting, low, high, start.feed**2, stop.feed**2)
+    samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf and samples.twist == np.inf:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
     if np.min(samples.top) < WIDEST * np.max(samples.top):
@@ -194,9 +205,11 @@ def plan_window(
         # cells beside a jump end where its reach does, which is a matter of the feed there
         rough = solve(window.problem, window.guess(), ROUGH)
         window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
+    last = chebyshev(mode.looked)
     goal = 1.0 if exact else 1.0 + mode.tolerance
     factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
     uneven = setting.limits.deceleration_jerk != setting.limits.jerk
+    often = np.zeros(len(window))
     sign, settled = np.zeros(len(window)), np.ones(len(window), dtype=bool)
     c, z, bound, closely = window.guess(), None, 0.0, False
     found: list[Plan] = []
@@ -207,11 +220,12 @@ def plan_window(
         if k == 0 and mode.bounded:
             bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
         pieces = pieces_of(window.spline, c, ends)
-        shares = worst_shares(setting, pieces, high, LOOKED_AT_LAST if closely else LOOKED)
+        shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
         if not closely and (k == mode.rounds or (np.max(shares) <= goal and not (uneven and k == 0))):
             closely = True
-            shares = worst_shares(setting, pieces, high, LOOKED_AT_LAST)
+            shares = worst_shares(setting, pieces, high, last)
         if closely:
+            shares = shares * (1.0 + mode.unseen)
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
             if found[-1].over <= goal:
                 break
@@ -223,8 +237,10 @@ def plan_window(
             z = z if k else None  # about half of the cells have another limit now
         over = window.of_cells(shares) / goal
         lower = over > 1.0 - 0.5 * mode.tolerance
-        factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)), factor)
-    return dataclasses.replace(min(found, key=lambda plan: plan.seconds), bound=bound)
+        often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
+        factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
+    best = min(found, key=lambda plan: (exact and plan.over > goal, plan.seconds))
+    return dataclasses.replace(best, bound=bound)
 
 
 def _reserve(n: int, ends: tuple[End, End], share: float) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.optimal.grid import counted
+from splinefeed.feed.optimal.grid import Samples, counted
 from splinefeed.feed.optimal.law import Pieces, joined
 from splinefeed.feed.optimal.setting import Setting
 from splinefeed.feed.optimal.straight import plan_straight
@@ -26,6 +26,7 @@ class Windows:
     """Where the motion has come to, mm, its state there, and the rest of the last plan, which ends at rest at `end`.
 
     work  cells that were planned so far
+    ahead, samples  share of a window that is known ahead, and the samples by which `reach` found it
     """
 
     low: float
@@ -33,6 +34,8 @@ class Windows:
     left: Pieces | None = None
     end: float = 0.0
     work: int = 0
+    ahead: float = 0.0
+    samples: Samples | None = None
 
     def advance(
         self, setting: Setting, mode: Mode, near: float, stop: State, *, ends_here: bool, straight: bool = False
@@ -48,7 +51,8 @@ class Windows:
             if line is not None:
                 return self._take(line.pieces, len(line.pieces), near, REST)
         with np.errstate(all="ignore"):  # what is no number is no motion to take
-            plan = plan_window(setting, self.low, near, self.state, stop if ends_here else REST, mode, exact=True)
+            into = stop if ends_here else REST
+            plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
         self.work += len(plan.pieces)
         if plan.over > KEPT and self.left is not None and len(self.left):
             pieces, end = self.left, self.end
@@ -62,10 +66,12 @@ class Windows:
 
     def reach(self, setting: Setting, mode: Mode, high: float) -> float:
         """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
-        return counted(setting, self.low, high, mode.turn, mode.beat, mode.cells, JOINS)
+        near, self.ahead, self.samples = counted(setting, self.low, high, mode.turn, mode.beat, mode.cells, JOINS)
+        return near
 
     def move(self, origin: float) -> None:
         """Count arc length from a new origin, mm."""
+        self.samples = None
         self.low, self.end = self.low - origin, self.end - origin
         if self.left is not None:
             coefficients = self.left.coefficients.copy()
@@ -96,7 +102,8 @@ def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: 
         return straight
     windows = Windows(low, start)
     if windows.reach(setting, mode, high) == high:
-        return plan_window(setting, low, high, start, stop, mode, exact=max(start.feed, stop.feed) > 0.0)
+        exact = max(start.feed, stop.feed) > 0.0
+        return plan_window(setting, low, high, start, stop, mode, exact=exact, known=windows.samples)
     parts = []
     while windows.low < high:
         near = windows.reach(setting, mode, high)
