@@ -221,14 +221,16 @@ def plan_window(
             bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
         pieces = pieces_of(window.spline, c, ends)
         shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
-        if not closely and (k == mode.rounds or (np.max(shares) <= goal and not (uneven and k == 0))):
-            closely = True
-            shares = worst_shares(setting, pieces, high, last)
-        if closely:
+        hopeless = k == 0 and not solution.kept
+        if not closely and (k == mode.rounds or np.max(shares) <= goal or hopeless):
+            closely = not uneven or k > 0
+            shares = worst_shares(setting, pieces, high, last) * (1.0 + mode.unseen)
+            found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
+        elif closely:
             shares = shares * (1.0 + mode.unseen)
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
-            if found[-1].over <= goal:
-                break
+        if hopeless or (closely and found[-1].over <= goal):
+            break
         if uneven:
             now = window.signs(c)
             settled &= (sign == 0.0) | (now == sign)

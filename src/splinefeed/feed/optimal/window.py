@@ -17,6 +17,8 @@ from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
 FINAL = 0.5
 #: What is left of a stretch joins a window that would hold this share more cells than asked for.
 JOINS = 1.3
+#: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
+POOR = 4.0
 #: A motion counts as within its limits up to this share, as a factor on q.
 KEPT = 1.0 + 1e-9
 
@@ -56,6 +58,11 @@ class Windows:
         self.work += len(plan.pieces)
         if plan.over > KEPT and self.left is not None and len(self.left):
             pieces, end = self.left, self.end
+        elif not plan.over < POOR:
+            raise PlanError(
+                f"no motion from s = {self.low:.6g} to {near:.6g} mm was found within these limits: the path bends or "
+                "turns too sharply there; smooth it"
+            )
         elif plan.over > KEPT and (self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)):
             raise PlanError(self._out_of_reach(plan, near))
         else:
