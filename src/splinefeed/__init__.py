@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from splinefeed.analysis.ripple import feed_ripple as feed_ripple
     from splinefeed.errors import SplinefeedError as SplinefeedError
     from splinefeed.feed.optimal.stream import LookAhead as LookAhead
+    from splinefeed.feed.optimal.stretch import State as State
     from splinefeed.feed.planning import plan as plan
     from splinefeed.formats.path_parts import read_parts as read_parts
     from splinefeed.formats.registry import read as read
@@ -63,6 +64,7 @@ _PUBLIC = {
     "Setpoints": "records",
     "Smoother": "geometry.smoothing_stream",
     "SplinefeedError": "errors",
+    "State": "feed.optimal.stretch",
     "Response": "records",
     "Table": "machine.table",
     "TimeLaw": "records",

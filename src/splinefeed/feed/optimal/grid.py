@@ -30,6 +30,8 @@ _TOWARDS_HIGH = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
 MOST_CELLS = 1_000_000
 #: Next to rest cells are about this share of their distance from it.
 GROWTH = 0.35
+#: Next to an end in motion they are this share of what they were: what is given there leaves little to choose.
+MOVING = 0.125
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
 #: A cell is no more than this many times as long as its neighbour.
@@ -205,12 +207,17 @@ def lay(
     nodes[fraction == 0.0] = edges[:-1]
     nodes = np.maximum.accumulate(np.append(nodes, end))
     nodes = nodes[np.append(True, np.diff(nodes) > 0.0)]
-    for _ in range(HALVINGS):  # geometric from the ramps
+    first_cell, last_cell = MOVING * (nodes[1] - nodes[0]), MOVING * (nodes[-1] - nodes[-2])
+    for _ in range(HALVINGS):  # geometric from the ramps, and from ends in motion
         most = np.full(len(nodes) - 1, np.inf)
         if ramps[0] > 0.0:
             most = np.minimum(most, np.maximum(GROWTH * (nodes[1:] - low), 0.5 * ramps[0]))
         if ramps[1] > 0.0:
             most = np.minimum(most, np.maximum(GROWTH * (high - nodes[:-1]), 0.5 * ramps[1]))
+        if ramps[0] == 0.0:
+            most = np.minimum(most, np.maximum(GROWTH * (nodes[1:] - low), first_cell))
+        if ramps[1] == 0.0:
+            most = np.minimum(most, np.maximum(GROWTH * (high - nodes[:-1]), last_cell))
         cut = np.diff(nodes) > most
         if not cut.any():
             break

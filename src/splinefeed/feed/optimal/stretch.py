@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.errors import PlanError
+from splinefeed.errors import InputError, PlanError
 from splinefeed.feed.optimal.audit import LOOKED, chebyshev, worst_shares
 from splinefeed.feed.optimal.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.optimal.law import Pieces, pieces_of
@@ -29,7 +30,7 @@ RAMP_TURN = 0.3
 #: Jerk of a ramp as a share of the limit: an end is on a ramp all the time.
 RAMP_JERK = 0.97
 #: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
-FADE = 8.0
+FADE = 20.0
 #: Share of the time by which a solution may miss the optimum that only tells how fast jumps are passed.
 ROUGH = 0.05
 #: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
@@ -66,10 +67,30 @@ class Mode:
 
 @dataclass(frozen=True)
 class State:
-    """How fast the motion is at a place, mm/s, and its acceleration along the path, mm/s^2."""
+    """How a motion moves at a place of its path.
+
+    feed, acceleration  along the path, mm/s and mm/s^2
+    s                   arc length from the start of the path, mm
+
+    Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
+    """
 
     feed: float = 0.0
     acceleration: float = 0.0
+    s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.acceleration) or not (0.0 <= self.feed < math.inf and 0.0 <= self.s < math.inf):
+            raise InputError(f"{self}: feed and s must be finite and not negative, the acceleration finite")
+        if self.feed == 0.0 != self.acceleration:
+            raise InputError(f"{self}: at rest the acceleration is 0")
+
+    def __str__(self) -> str:
+        return f"a state of {self.feed:.6g} mm/s and {self.acceleration:.6g} mm/s^2 at s = {self.s:.6g} mm"
+
+    def slower(self, share: float) -> State:
+        """The state there of the same motion made slower: feed by the share, acceleration by its square."""
+        return State(self.feed * share, self.acceleration * share**2, self.s)
 
 
 REST = State()
@@ -213,7 +234,8 @@ def plan_window(
     sign, settled = np.zeros(len(window)), np.ones(len(window), dtype=bool)
     c, z, bound, closely = window.guess(), None, 0.0, False
     found: list[Plan] = []
-    for k in range(mode.rounds + 1):
+    rounds = 2 * mode.rounds if exact else mode.rounds  # such a motion is not slowed down afterwards
+    for k in range(rounds + 1):
         window.hold(factor)
         solution = solve(window.problem, c, mode.gap, z)
         c, z = solution.c, solution.z
@@ -222,7 +244,7 @@ def plan_window(
         pieces = pieces_of(window.spline, c, ends)
         shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
         hopeless = k == 0 and not solution.kept
-        if not closely and (k == mode.rounds or np.max(shares) <= goal or hopeless):
+        if not closely and (k == rounds or np.max(shares) <= goal or hopeless):
             closely = not uneven or k > 0
             shares = worst_shares(setting, pieces, high, last) * (1.0 + mode.unseen)
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))

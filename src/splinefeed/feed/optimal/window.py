@@ -23,6 +23,10 @@ POOR = 4.0
 KEPT = 1.0 + 1e-9
 
 
+class OutOfReachError(PlanError):
+    """From where it is the motion cannot keep the limits."""
+
+
 @dataclass(eq=False)
 class Windows:
     """Where the motion has come to, mm, its state there, and the rest of the last plan, which ends at rest at `end`.
@@ -46,7 +50,7 @@ class Windows:
 
         Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest. With `straight` a
         straight line from rest to rest has its exact profile.
-        Raises PlanError where there is none: from the state the motion cannot keep the limits.
+        Raises OutOfReachError where there is none: from the state the motion cannot keep the limits.
         """
         if straight and ends_here and self.state == stop == REST:
             line = plan_straight(setting, self.low, near, REST, REST)
@@ -56,15 +60,16 @@ class Windows:
             into = stop if ends_here else REST
             plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
         self.work += len(plan.pieces)
+        moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
         if plan.over > KEPT and self.left is not None and len(self.left):
             pieces, end = self.left, self.end
-        elif not plan.over < POOR:
+        elif not plan.over < POOR and not moving:
             raise PlanError(
                 f"no motion from s = {self.low:.6g} to {near:.6g} mm was found within these limits: the path bends or "
                 "turns too sharply there; smooth it"
             )
-        elif plan.over > KEPT and (self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)):
-            raise PlanError(self._out_of_reach(plan, near))
+        elif plan.over > KEPT and moving:
+            raise OutOfReachError(self._out_of_reach(plan, near))
         else:
             pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > KEPT else 1.0), near
             if ends_here:
@@ -107,7 +112,7 @@ def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: 
     straight = plan_straight(setting, low, high, start, stop)
     if straight is not None:
         return straight
-    windows = Windows(low, start)
+    windows = Windows(low, State(start.feed, start.acceleration))
     if windows.reach(setting, mode, high) == high:
         exact = max(start.feed, stop.feed) > 0.0
         return plan_window(setting, low, high, start, stop, mode, exact=exact, known=windows.samples)
