@@ -152,7 +152,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
         start = begin if low == begin.s else State(s=low)
         stop = State(limits.end_feed if high == length else 0.0)
         plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
-        if plan.over > POOR or not plan.found:
+        if plan.over > POOR or not (plan.found or plan.over <= KEPT):
             return None
         bound += plan.bound
         rows.append(plan.pieces.coefficients)

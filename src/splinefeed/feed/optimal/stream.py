@@ -11,6 +11,7 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError
 from splinefeed.feed.optimal.law import Pieces
 from splinefeed.feed.optimal.plan import LOOK_AHEAD, MODES, check_limits, setting_of
+from splinefeed.feed.optimal.setting import Setting
 from splinefeed.feed.optimal.stretch import REST, State
 from splinefeed.feed.optimal.window import Windows
 from splinefeed.feed.soft_limits import check_travel
@@ -38,6 +39,7 @@ class Block:
     tick    whole periods since the start, at which or behind which it begins; before the first block the tool stands
     phase   how much later than that, s, less than a period: kept apart, as after hours their sum is rounded
     law     from there: arc length from 0, time from 0
+    limits  that it keeps
     """
 
     curve: int
@@ -45,6 +47,7 @@ class Block:
     tick: int
     phase: float
     law: TimeLaw
+    limits: Limits
 
     @property
     def time(self) -> float:
@@ -59,21 +62,33 @@ class LookAhead:
                     Motion begins at start_feed and, when finished, ends at end_feed: not on a tick then
     axes            names of the axes of all that comes
     window          cells that are looked ahead over
+    start           where on the first path it begins, and how; None begins at its start with start_feed
 
     The last plan always ends at rest within the window and keeps every limit. Its first half becomes final and the rest
     is planned again with what follows; where that fails, the last plan still stands. So motion that came out can always
     be followed by a stop within the limits, and a window costs the same wherever it is.
+    From wherever it is the motion goes on without a stop under other limits (`change_limits`), along another path
+    (`reroute`), or comes to rest as soon as it can (`hold`). A feedrate override is `live`'s.
     Raises LimitsError for limits that leave acceleration and jerk free or name other axes, InputError for a window that
     is too small.
     """
 
-    def __init__(self, limits: Limits, period: float, axes: Sequence[str], window: int = WINDOW) -> None:
+    def __init__(
+        self,
+        limits: Limits,
+        period: float,
+        axes: Sequence[str],
+        window: int = WINDOW,
+        *,
+        start: State | None = None,
+    ) -> None:
         self.limits, self.axes, self.period = limits, tuple(axes), positive(period, "period")
+        start = State(limits.start_feed) if start is None else start
         if int(window) < LEAST_WINDOW:
             raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
         check_limits(limits, self.axes, LOOK_AHEAD)
         self._mode = replace(MODES[LOOK_AHEAD], cells=int(window))
-        self._windows = Windows(0.0, State(limits.start_feed))
+        self._windows = Windows(start.s, State(start.feed, start.acceleration))
         self._path: Path | None = None  # what is known and not yet behind
         self._waiting: list[Path] = []  # what came since
         self._curves = 0  # that came
@@ -118,6 +133,55 @@ class LookAhead:
     def finish(self) -> list[Block]:
         """Come to rest at the end of what came; the rest of the motion."""
         return list(self._drain(whole=True))
+
+    def change_limits(self, limits: Limits) -> list[Block]:
+        """Plan by other limits from where committed motion ends, or from the first place on where they can be kept.
+
+        Returns the motion up to there, which slows down within the limits of before: `Block.limits` tells which a block
+        keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path leaves.
+        """
+        check_limits(limits, self.axes, LOOK_AHEAD)
+        for path in ([] if self._path is None else [self._path]) + self._waiting:
+            check_travel(path, limits)
+        before, self.limits, self._looked = self.limits, limits, 0.0
+        known = self._known()
+        if known is None:
+            return []
+        settings = [setting_of(known, each, self.period) for each in (before, limits)]
+        begin = self._windows.low
+        pieces = self._windows.change(settings[0], settings[1], self._mode, self._stop_ahead(known, settings[0]))
+        return [] if pieces is None else [self._block(known, pieces, begin, dict(known.dwells), before)]
+
+    def reroute(self) -> int:
+        """Forget all of the path that the last plan does not need; how many curves are left, of all that came.
+
+        What is pushed next goes on at the end of the last of these: the motion does not stop before it is there.
+        """
+        path = self._known()
+        if path is None:
+            return 0
+        windows = self._windows
+        end = windows.low if windows.left is None else windows.end
+        starts = path.curve_starts[:-1] + SAME_PLACE * path.length
+        count = max(int(np.searchsorted(starts, end)), 1)
+        self._keep(path, 0, count)
+        self._curves, self._looked = self._first_curve + count, 0.0
+        return self._curves
+
+    def hold(self) -> list[Block]:
+        """A feed hold: come to rest on the shortest way that the limits allow; `push` and `finish` go on from there."""
+        path = self._known()
+        if path is None or self._windows.state.feed == 0.0:
+            return []
+        setting, begin = setting_of(path, self.limits, self.period), self._windows.low
+        pieces = self._windows.hold(setting, self._mode, self._stop_ahead(path, setting))
+        self._looked = 0.0
+        return [self._block(path, pieces, begin, dict(path.dwells))]
+
+    def _stop_ahead(self, path: Path, setting: Setting) -> float:
+        """Where the motion next rests, or what is known of the path ends, mm."""
+        ahead = setting.rests[setting.rests > self._windows.low]
+        return float(ahead[0]) if len(ahead) else path.length
 
     def _known(self) -> Path | None:
         """All that is not yet behind as one path."""
@@ -177,7 +241,9 @@ class LookAhead:
             yield self._block(path, pieces, begin, waits)
         self._forget(path)
 
-    def _block(self, path: Path, pieces: Pieces, begin: float, waits: dict[float, float]) -> Block:
+    def _block(
+        self, path: Path, pieces: Pieces, begin: float, waits: dict[float, float], limits: Limits | None = None
+    ) -> Block:
         """Pieces as a block; at rest the tool waits for the next tick, and for what the path asks."""
         spans, coefficients = pieces.spans, pieces.coefficients.copy()
         coefficients[:, 0] -= begin
@@ -202,7 +268,8 @@ class LookAhead:
             strategy=LOOK_AHEAD,
             period=self.period,
         )
-        return Block(self._first_curve + curve, begin - float(path.curve_starts[curve]), tick, phase, law)
+        kept = limits or self._windows.limits or self.limits
+        return Block(self._first_curve + curve, begin - float(path.curve_starts[curve]), tick, phase, law, kept)
 
     def _forget(self, path: Path) -> None:
         """Drop the curves behind the motion, and count arc length from the first that is left."""
@@ -210,15 +277,23 @@ class LookAhead:
         if behind <= 0:
             return
         origin = float(path.curve_starts[behind])
-        self._path = Path(
-            Packed(path.flat.part(behind, len(path.curves))),
-            self.axes,
-            feeds=None if path.feeds is None else path.feeds[behind:],
-            markers=[replace(m, before=m.before - behind) for m in path.markers if m.before > behind],
-            tolerance=path.tolerance,
-        )
+        self._keep(path, behind, len(path.curves))
         self._first_curve += behind
         self._windows.move(origin)
+
+    def _keep(self, path: Path, first: int, last: int) -> None:
+        """Of the path that is known keep the curves from `first` to the one before `last`."""
+        self._path = Path(
+            Packed(path.flat.part(first, last)),
+            self.axes,
+            feeds=None if path.feeds is None else path.feeds[first:last],
+            markers=[
+                replace(m, before=m.before - first)
+                for m in path.markers
+                if first < m.before < last or m.before == last == len(path.curves)
+            ],
+            tolerance=path.tolerance,
+        )
 
 
 def _wait_at(waits: dict[float, float], s: float, same: float) -> float:

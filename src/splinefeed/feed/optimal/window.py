@@ -12,6 +12,7 @@ from splinefeed.feed.optimal.law import Pieces, joined
 from splinefeed.feed.optimal.setting import Setting
 from splinefeed.feed.optimal.straight import plan_straight
 from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
+from splinefeed.records import Limits
 
 #: Share of a window's pieces that becomes final: what follows must not matter any more to what is kept.
 FINAL = 0.5
@@ -19,6 +20,8 @@ FINAL = 0.5
 JOINS = 1.3
 #: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
 POOR = 4.0
+#: Halvings of the way to rest at a feed hold.
+SHORTER = 8
 #: A motion counts as within its limits up to this share, as a factor on q.
 KEPT = 1.0 + 1e-9
 
@@ -33,6 +36,7 @@ class Windows:
 
     work  cells that were planned so far
     ahead, samples  share of a window that is known ahead, and the samples by which `reach` found it
+    limits  those that the last plan keeps
     """
 
     low: float
@@ -42,6 +46,7 @@ class Windows:
     work: int = 0
     ahead: float = 0.0
     samples: Samples | None = None
+    limits: Limits | None = None
 
     def advance(
         self, setting: Setting, mode: Mode, near: float, stop: State, *, ends_here: bool, straight: bool = False
@@ -55,6 +60,7 @@ class Windows:
         if straight and ends_here and self.state == stop == REST:
             line = plan_straight(setting, self.low, near, REST, REST)
             if line is not None:
+                self.limits = setting.limits
                 return self._take(line.pieces, len(line.pieces), near, REST)
         with np.errstate(all="ignore"):  # what is no number is no motion to take
             into = stop if ends_here else REST
@@ -72,9 +78,52 @@ class Windows:
             raise OutOfReachError(self._out_of_reach(plan, near))
         else:
             pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > KEPT else 1.0), near
+            self.limits = setting.limits
             if ends_here:
                 return self._take(pieces, len(pieces), end, stop)
         return self._take(pieces, max(int(FINAL * len(pieces)), 1), end, REST)
+
+    def hold(self, setting: Setting, mode: Mode, high: float) -> Pieces:
+        """Motion to rest on the shortest way that the limits allow, no further than `high`, mm, if rest is there.
+
+        Where no shorter way is found, it is the rest of the last plan.
+        """
+        self.left, self.end = self._shortest(setting, mode, high)
+        return self._take(self.left, len(self.left), self.end, REST)
+
+    def change(self, before: Setting, setting: Setting, mode: Mode, high: float) -> Pieces | None:
+        """What of the shortest way to rest, under the limits of before, comes before new limits can be kept, if any."""
+        if self.state.feed == 0.0:
+            return None
+        near = self.reach(setting, mode, high)
+        if self._found(setting, mode, near) is not None:
+            return None
+        self.left, self.end = left, _ = self._shortest(before, mode, high)
+        low, state, least, most = self.low, self.state, 0, len(left)
+        while most - least > 1:
+            middle = (least + most) // 2
+            self.low, self.state = _begin(left, middle)
+            least, most = (least, middle) if self._found(setting, mode, near) is not None else (middle, most)
+        self.low, self.state = low, state
+        return self._take(left, most, self.end, REST)
+
+    def _found(self, setting: Setting, mode: Mode, near: float) -> Pieces | None:
+        """Motion to rest at `near`, mm, if it keeps the limits."""
+        with np.errstate(all="ignore"):
+            plan = plan_window(setting, self.low, near, self.state, REST, mode, exact=True)
+        self.work += len(plan.pieces)
+        return plan.pieces if plan.over <= KEPT else None
+
+    def _shortest(self, setting: Setting, mode: Mode, high: float) -> tuple[Pieces, float]:
+        """The shortest way to rest, and where that is, mm: no further than the last plan or, without one, `high`."""
+        least, most, best = self.low, high if self.left is None else self.end, self.left
+        for _ in range(SHORTER):
+            middle = 0.5 * (least + most)
+            found = self._found(setting, mode, middle)
+            least, most, best = (middle, most, best) if found is None else (least, middle, found)
+        if best is None:
+            raise OutOfReachError(f"from {self.state} at s = {self.low:.6g} mm no way to rest was found")
+        return best, most
 
     def reach(self, setting: Setting, mode: Mode, high: float) -> float:
         """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
@@ -94,8 +143,7 @@ class Windows:
         """Make the first pieces final."""
         taken, self.left, self.end = pieces.part(0, count), pieces.part(count, len(pieces)), end
         if len(self.left):
-            row = self.left.coefficients[0]
-            self.low, self.state = float(row[0]), State(float(row[1]), float(2.0 * row[2]))
+            self.low, self.state = _begin(self.left, 0)
         else:
             self.low, self.state, self.left = end, stop, None
         return taken
@@ -105,6 +153,12 @@ class Windows:
             f"from {self.state.feed:g} mm/s at s = {self.low:.6g} mm the motion up to {near:.6g} mm is over a limit by "
             f"{100.0 * (plan.over - 1.0):.3g} %"
         )
+
+
+def _begin(pieces: Pieces, k: int) -> tuple[float, State]:
+    """Where piece `k` begins, mm, and how."""
+    s, feed, half = (float(value) for value in pieces.coefficients[k, :3])
+    return s, State(feed, 2.0 * half)
 
 
 def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> Plan:
