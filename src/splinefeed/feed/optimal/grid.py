@@ -180,10 +180,12 @@ def lay(
     ramps: tuple[float, float],
     turn: float,
     beat: float,
+    moving: tuple[float, float] = (np.inf, np.inf),
 ) -> tuple[Array, BoolArray]:
     """Nodes (n + 1,) from low + ramps[0] to high - ramps[1], mm, and at which of them the path jumps.
 
-    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J)
+    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J);  moving  how long, mm,
+    the first and the last are at most where the ends are in motion
     """
     begin, end = low + ramps[0], high - ramps[1]
     edges = np.concatenate([[begin], setting.inside(begin + ramps[0], end - ramps[1]), [end]])
@@ -207,7 +209,8 @@ def lay(
     nodes[fraction == 0.0] = edges[:-1]
     nodes = np.maximum.accumulate(np.append(nodes, end))
     nodes = nodes[np.append(True, np.diff(nodes) > 0.0)]
-    first_cell, last_cell = MOVING * (nodes[1] - nodes[0]), MOVING * (nodes[-1] - nodes[-2])
+    first_cell = min(MOVING * (nodes[1] - nodes[0]), moving[0])
+    last_cell = min(MOVING * (nodes[-1] - nodes[-2]), moving[1])
     for _ in range(HALVINGS):  # geometric from the ramps, and from ends in motion
         most = np.full(len(nodes) - 1, np.inf)
         if ramps[0] > 0.0:

@@ -14,6 +14,8 @@ from splinefeed.records import Array, Limits
 
 #: A place is within reach of a jump of the path if the motion passes that less than so many periods before or behind.
 REACH = 1.0
+#: Places nearer to each other than this share of the path are one: what lies between is rounding.
+SAME = 1e-12
 #: How far inside of a cell, as a share of it, derivatives are taken as those at its end, where they may jump.
 INSIDE = 1e-7
 #: A jump below this share of the derivative itself, or of what its own slope makes of it over INSIDE, is rounding.
@@ -45,9 +47,9 @@ class Setting:
 
     def inside(self, low: float, high: float) -> Array:
         """The breaks strictly between two places, mm."""
-        first, last = np.searchsorted(self.breaks, [low, high], side="right")
-        found = self.breaks[first:last]
-        return found[found < high]
+        same = SAME * self.track.length
+        first, last = np.searchsorted(self.breaks, [low + same, high - same], side="right")
+        return self.breaks[first:last]
 
     @cached_property
     def beside(self) -> tuple[Array, Array, Array]:

@@ -15,7 +15,7 @@ from splinefeed.feed.optimal.law import Pieces, pieces_of
 from splinefeed.feed.optimal.limits import Places, Rows
 from splinefeed.feed.optimal.limits.rows import FREE
 from splinefeed.feed.optimal.setting import INSIDE, Setting
-from splinefeed.feed.optimal.solve import End, Problem, lower_bound, solve
+from splinefeed.feed.optimal.solve import FAR, End, Problem, lower_bound, solve
 from splinefeed.feed.optimal.spline import Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -32,11 +32,12 @@ RAMP_JERK = 0.97
 #: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
 FADE = 20.0
 #: Share of the time by which a solution may miss the optimum that only tells how fast jumps are passed.
-ROUGH = 0.05
+ROUGH = 0.2
 #: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
 WIDEST = 1e-12
-#: The first guess of q as a share of what limits of velocity and acceleration alone allow.
-GUESS = 0.4
+#: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
+#: solution, from which on complementarity begins with this share of the time.
+GUESS, NEAR, CLOSE = 0.4, 0.9, 0.02
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,8 @@ class Window:
         self, setting: Setting, samples: Samples, q: Array, ends: tuple[End, End], low: float, high: float, mode: Mode
     ) -> None:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
-        nodes, jumps = lay(setting, samples, q, low, high, (ends[0].ramp, ends[1].ramp), mode.turn, mode.beat)
+        ramps, moving = (ends[0].ramp, ends[1].ramp), (ends[0].way(1.0), ends[1].way(-1.0))
+        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, moving)
         self.nodes, self.spline = nodes, Spline.on(nodes, jumps)
         cell, part, weight = _simpson(nodes, jumps)
         h = np.diff(nodes)
@@ -148,10 +150,10 @@ class Window:
         rising = np.where(sign[self.cell] == sign[self.beside], sign[self.cell], 0.0)
         self.free = self._rows(dataclasses.replace(self.places, rising=rising))
 
-    def guess(self) -> Array:
+    def guess(self, share: float) -> Array:
         """Coefficients to begin with: a share of what q is thought to be, falling off to ends at rest."""
         at = self.spline.greville()
-        c: Array = GUESS * np.interp(at, self.samples.s, self.q)
+        c: Array = share * np.interp(at, self.samples.s, self.q)
         for end, away, place in ((self.ends[0], at - self.low, 0), (self.ends[1], self.high - at, -1)):
             if end.rest:
                 ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
@@ -221,23 +223,25 @@ def plan_window(
     if np.min(samples.top) < WIDEST * np.max(samples.top):
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves next to no feed")
     ends = _ends(setting, samples, low, high, start, stop)
-    window = Window(setting, samples, samples.q, ends, low, high, mode)
+    window, share = Window(setting, samples, samples.q, ends, low, high, mode), GUESS
+    begin = FAR
     if setting.period is not None and np.any(np.isin(setting.inside(low, high), setting.real_jumps)):
         # cells beside a jump end where its reach does, which is a matter of the feed there
-        rough = solve(window.problem, window.guess(), ROUGH)
+        rough = solve(window.problem, window.guess(share), ROUGH)
         window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
+        share, begin = NEAR, CLOSE
     last = chebyshev(mode.looked)
     goal = 1.0 if exact else 1.0 + mode.tolerance
     factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
     uneven = setting.limits.deceleration_jerk != setting.limits.jerk
     often = np.zeros(len(window))
     sign, settled = np.zeros(len(window)), np.ones(len(window), dtype=bool)
-    c, z, bound, closely = window.guess(), None, 0.0, False
+    c, z, bound, closely = window.guess(share), None, 0.0, False
     found: list[Plan] = []
     rounds = 2 * mode.rounds if exact else mode.rounds  # such a motion is not slowed down afterwards
     for k in range(rounds + 1):
         window.hold(factor)
-        solution = solve(window.problem, c, mode.gap, z)
+        solution = solve(window.problem, c, mode.gap, z, begin)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
             bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +15,17 @@ from splinefeed.feed.optimal.straight import plan_straight
 from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
 from splinefeed.records import Limits
 
-#: Share of a window's pieces that becomes final: what follows must not matter any more to what is kept.
-FINAL = 0.5
+#: Pieces of a window that do not become final, as what follows still matters to them: this share, and so many, but no
+#: more than half of all.
+OPEN, MOST_OPEN = 0.25, 60
 #: What is left of a stretch joins a window that would hold this share more cells than asked for.
 JOINS = 1.3
 #: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
 POOR = 4.0
 #: Halvings of the way to rest at a feed hold.
 SHORTER = 8
+#: Shares of the feed that new limits allow, at which the motion comes under them.
+BRIDGES = (0.9, 0.5)
 #: A motion counts as within its limits up to this share, as a factor on q.
 KEPT = 1.0 + 1e-9
 
@@ -62,12 +66,17 @@ class Windows:
             if line is not None:
                 self.limits = setting.limits
                 return self._take(line.pieces, len(line.pieces), near, REST)
-        with np.errstate(all="ignore"):  # what is no number is no motion to take
-            into = stop if ends_here else REST
-            plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
+        into = stop if ends_here else REST
+        try:
+            with np.errstate(all="ignore"):  # what is no number is no motion to take
+                plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
+        except PlanError:
+            if self.left is None:
+                raise
+            return self._take(self.left, _final(len(self.left)), self.end, REST)
         self.work += len(plan.pieces)
         moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
-        if plan.over > KEPT and self.left is not None and len(self.left):
+        if plan.over > KEPT and self.left is not None:
             pieces, end = self.left, self.end
         elif not plan.over < POOR and not moving:
             raise PlanError(
@@ -81,7 +90,7 @@ class Windows:
             self.limits = setting.limits
             if ends_here:
                 return self._take(pieces, len(pieces), end, stop)
-        return self._take(pieces, max(int(FINAL * len(pieces)), 1), end, REST)
+        return self._take(pieces, _final(len(pieces)), end, REST)
 
     def hold(self, setting: Setting, mode: Mode, high: float) -> Pieces:
         """Motion to rest on the shortest way that the limits allow, no further than `high`, mm, if rest is there.
@@ -92,27 +101,39 @@ class Windows:
         return self._take(self.left, len(self.left), self.end, REST)
 
     def change(self, before: Setting, setting: Setting, mode: Mode, high: float) -> Pieces | None:
-        """What of the shortest way to rest, under the limits of before, comes before new limits can be kept, if any."""
+        """Motion under the limits of before to where the new ones can be kept, if that is not at once.
+
+        It ends at a feed that these allow, without acceleration, as soon as that can be, or at rest.
+        """
         if self.state.feed == 0.0:
             return None
-        near = self.reach(setting, mode, high)
-        if self._found(setting, mode, near) is not None:
+        near, low, state = self.reach(setting, mode, high), self.low, self.state
+        samples = self.samples
+        if samples is None or self._found(setting, mode, near) is not None:
             return None
-        self.left, self.end = left, _ = self._shortest(before, mode, high)
-        low, state, least, most = self.low, self.state, 0, len(left)
-        while most - least > 1:
-            middle = (least + most) // 2
-            self.low, self.state = _begin(left, middle)
-            least, most = (least, middle) if self._found(setting, mode, near) is not None else (middle, most)
-        self.low, self.state = low, state
-        return self._take(left, most, self.end, REST)
+        left, end = self._shortest(before, mode, high)
+        for k in range(SHORTER):
+            at = min(low + 2.0 * (end - low) * 0.5 ** (SHORTER - 1 - k), 0.5 * (low + near))
+            for share in BRIDGES:
+                into = State(share * float(np.interp(at, samples.s, samples.q)) ** 0.5)
+                bridge = self._found(before, mode, at, into)
+                if bridge is None:
+                    continue
+                self.low, self.state = at, into
+                onwards = self._found(setting, mode, near)
+                if onwards is not None:
+                    self.left, self.end, self.limits = onwards, near, setting.limits
+                    return bridge
+                self.low, self.state = low, state
+        return self._take(left, len(left), end, REST)
 
-    def _found(self, setting: Setting, mode: Mode, near: float) -> Pieces | None:
-        """Motion to rest at `near`, mm, if it keeps the limits."""
-        with np.errstate(all="ignore"):
-            plan = plan_window(setting, self.low, near, self.state, REST, mode, exact=True)
-        self.work += len(plan.pieces)
-        return plan.pieces if plan.over <= KEPT else None
+    def _found(self, setting: Setting, mode: Mode, near: float, into: State = REST) -> Pieces | None:
+        """Motion to `near`, mm, if it keeps the limits."""
+        with np.errstate(all="ignore"), suppress(PlanError):
+            plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True)
+            self.work += len(plan.pieces)
+            return plan.pieces if plan.over <= KEPT else None
+        return None
 
     def _shortest(self, setting: Setting, mode: Mode, high: float) -> tuple[Pieces, float]:
         """The shortest way to rest, and where that is, mm: no further than the last plan or, without one, `high`."""
@@ -153,6 +174,11 @@ class Windows:
             f"from {self.state.feed:g} mm/s at s = {self.low:.6g} mm the motion up to {near:.6g} mm is over a limit by "
             f"{100.0 * (plan.over - 1.0):.3g} %"
         )
+
+
+def _final(count: int) -> int:
+    """How many of so many pieces become final."""
+    return max(count - max(int(OPEN * count), min(MOST_OPEN, count // 2)), 1)
 
 
 def _begin(pieces: Pieces, k: int) -> tuple[float, State]:
