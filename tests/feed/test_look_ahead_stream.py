@@ -109,6 +109,7 @@ def run_long(count: int) -> tuple[list[int], list[float]]:
     return rows, work
 
 
+@pytest.mark.slow
 def test_memory_and_work_a_curve_do_not_grow_on_an_endless_path():
     rows, work = run_long(800)
     assert max(rows) <= 2 * 60 + 40

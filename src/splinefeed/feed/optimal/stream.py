@@ -225,18 +225,24 @@ class LookAhead:
         if not self._begun and 0.0 in waits:
             self._tick += math.ceil(waits.pop(0.0) / self.period - ON_TICK)
         windows = self._windows
+        windows.lines = None
         same = SAME_PLACE * path.length
         while windows.low < path.length - same:
             stop = stops[np.searchsorted(stops, windows.low + same, side="right") :]
             high = float(stop[0]) if len(stop) else path.length
             last = whole or len(stop) > 0
+            begin = windows.low
+            pieces = windows.straight(setting, np.append(begin, stop))
+            if pieces is not None:
+                self._begun, self._looked = True, 0.0
+                yield self._block(path, pieces, begin, waits)
+                continue
             near = windows.reach(setting, self._mode, high)
             if not last and near == high:
                 self._looked = (path.length - windows.low) * max(1.0 + GROWN, NEARLY / windows.ahead)
                 break
             end = State(self.limits.end_feed) if whole and not len(stop) else REST
-            begin = windows.low
-            pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high, straight=True)
+            pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)
         self._forget(path)

@@ -11,9 +11,9 @@ from splinefeed.errors import PlanError
 from splinefeed.feed.optimal.grid import Samples, counted
 from splinefeed.feed.optimal.law import Pieces, joined
 from splinefeed.feed.optimal.setting import Setting
-from splinefeed.feed.optimal.straight import plan_straight
+from splinefeed.feed.optimal.straight import plan_straight, plan_straights
 from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
-from splinefeed.records import Limits
+from splinefeed.records import Array, Limits
 
 #: Pieces of a window that do not become final, as what follows still matters to them: this share, and so many, but no
 #: more than half of all.
@@ -22,6 +22,8 @@ OPEN, MOST_OPEN = 0.25, 60
 JOINS = 1.3
 #: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
 POOR = 4.0
+#: Straight lines that are planned together.
+MOST_LINES = 4096
 #: Halvings of the way to rest at a feed hold.
 SHORTER = 8
 #: Shares of the feed that new limits allow, at which the motion comes under them.
@@ -40,7 +42,7 @@ class Windows:
 
     work  cells that were planned so far
     ahead, samples  share of a window that is known ahead, and the samples by which `reach` found it
-    limits  those that the last plan keeps
+    limits  those that the last plan keeps;  lines  plans of straight lines from rest to rest, by where they begin
     """
 
     low: float
@@ -51,21 +53,31 @@ class Windows:
     ahead: float = 0.0
     samples: Samples | None = None
     limits: Limits | None = None
+    lines: dict[float, Plan | None] | None = None
 
-    def advance(
-        self, setting: Setting, mode: Mode, near: float, stop: State, *, ends_here: bool, straight: bool = False
-    ) -> Pieces:
+    def straight(self, setting: Setting, marks: Array) -> Pieces | None:
+        """The exact profile to the next stop, if the motion is at rest and the line to there straight.
+
+        marks (m,)  where it is, mm, and the stops ahead: what is found of MOST_LINES of them is kept
+        """
+        if self.state.feed > 0.0 or len(marks) < 2:
+            return None
+        if self.lines is None or self.low not in self.lines:
+            marks = marks[: MOST_LINES + 1]
+            plans = plan_straights(setting, marks)
+            self.lines = {float(s): plan for s, plan in zip(marks[:-1], plans, strict=True)}
+        line = self.lines.get(self.low)
+        if line is None:
+            return None
+        self.limits = setting.limits
+        return self._take(line.pieces, len(line.pieces), float(marks[1]), REST)
+
+    def advance(self, setting: Setting, mode: Mode, near: float, stop: State, *, ends_here: bool) -> Pieces:
         """The next final motion, by a window up to `near`, mm; with `ends_here` the motion ends there in `stop`.
 
-        Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest. With `straight` a
-        straight line from rest to rest has its exact profile.
+        Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest.
         Raises OutOfReachError where there is none: from the state the motion cannot keep the limits.
         """
-        if straight and ends_here and self.state == stop == REST:
-            line = plan_straight(setting, self.low, near, REST, REST)
-            if line is not None:
-                self.limits = setting.limits
-                return self._take(line.pieces, len(line.pieces), near, REST)
         into = stop if ends_here else REST
         try:
             with np.errstate(all="ignore"):  # what is no number is no motion to take
