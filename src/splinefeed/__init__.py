@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from splinefeed.analysis.check import check as check
     from splinefeed.analysis.ripple import feed_ripple as feed_ripple
     from splinefeed.errors import SplinefeedError as SplinefeedError
-    from splinefeed.feed.look_ahead_stream import LookAhead as LookAhead
+    from splinefeed.feed.optimal.stream import LookAhead as LookAhead
+    from splinefeed.feed.optimal.stretch import State as State
     from splinefeed.feed.planning import plan as plan
     from splinefeed.formats.path_parts import read_parts as read_parts
     from splinefeed.formats.registry import read as read
@@ -56,13 +57,14 @@ _PUBLIC = {
     "Kinematics": "kinematics.chains",
     "Interpolator": "interpolation.interpolator",
     "Limits": "records",
-    "LookAhead": "feed.look_ahead_stream",
+    "LookAhead": "feed.optimal.stream",
     "Marker": "geometry.path",
     "NurbsCurve": "geometry.curve",
     "Path": "geometry.path",
     "Setpoints": "records",
     "Smoother": "geometry.smoothing_stream",
     "SplinefeedError": "errors",
+    "State": "feed.optimal.stretch",
     "Response": "records",
     "Table": "machine.table",
     "TimeLaw": "records",

@@ -10,7 +10,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed import LookAhead
-from splinefeed.feed.look_ahead_stream import Block, look_ahead
+from splinefeed.feed.optimal.stream import Block, look_ahead
 from splinefeed.geometry.path import Path
 
 PERIOD = 1e-3
@@ -66,11 +66,10 @@ def test_how_the_path_is_cut_does_not_matter(window):
         assert law.duration == pytest.approx(laws[0].duration, rel=5e-3)
         if window == 600:
             t = np.linspace(0, min(law.duration, laws[0].duration), 10_001)
-            assert law(t) == pytest.approx(laws[0](t), abs=1e-4)
+            assert law(t) == pytest.approx(laws[0](t), abs=1e-3 * path.length)
     planned = sf.plan(path, LIMITS, strategy="look-ahead", period=PERIOD)
     if window == 600:
-        # a stream sets half of the jerk aside for jumps of the curvature; a plan shares it with them
-        assert planned.duration < laws[0].duration < 1.15 * planned.duration
+        assert 0.999 * planned.duration <= laws[0].duration <= 1.02 * planned.duration
 
 
 @pytest.mark.parametrize("count", [1, 3, 11, 26, 53])
@@ -110,6 +109,7 @@ def run_long(count: int) -> tuple[list[int], list[float]]:
     return rows, work
 
 
+@pytest.mark.slow
 def test_memory_and_work_a_curve_do_not_grow_on_an_endless_path():
     rows, work = run_long(800)
     assert max(rows) <= 2 * 60 + 40
@@ -134,7 +134,7 @@ def test_stops_dwells_and_feeds_of_a_program():
 
 def test_bad_input():
     curve = next(lines_and_arcs())
-    with pytest.raises(sf.errors.InputError, match="a window of 5 cells; it must have at least 32"):
+    with pytest.raises(sf.errors.InputError, match="a window of 5 cells; it must have at least 20"):
         LookAhead(LIMITS, PERIOD, ("x", "y"), 5)
     planner = LookAhead(LIMITS, PERIOD, ("x", "y"))
     planner.push(Path([curve]))

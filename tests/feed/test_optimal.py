@@ -108,7 +108,7 @@ def test_between_two_feeds_the_optimum_is_up_and_down_at_the_limit() -> None:
 
 def test_a_window_goes_from_state_to_state() -> None:
     setting = setting_of(cases.butterfly(), cases.axis_limits("A"))
-    mode = Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400)
+    mode = Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, looked=17, unseen=0.0, rounds=8, cells=400)
     whole = plan_window(setting, 0.0, 200.0, REST, REST, mode, exact=True)
     k = len(whole.pieces) // 2
     row = whole.pieces.coefficients[k]
@@ -187,7 +187,7 @@ def test_chords_look_as_far_as_they_reach() -> None:
 
 def test_every_limit_is_a_file_and_a_line() -> None:
     names = {rows.__module__.rpartition(".")[2] for rows in LIMITS}
-    assert len(names) == len(LIMITS) == 9
+    assert len(names) == len(LIMITS) == 10
 
 
 def test_a_path_in_parts_is_planned_as_it_comes() -> None:

@@ -7,9 +7,8 @@ import pytest
 
 import splinefeed as sf
 from splinefeed import LookAhead
-from splinefeed.feed.look_ahead_stream import look_ahead, widened
+from splinefeed.feed.optimal.stream import look_ahead
 from splinefeed.geometry.path import Marker
-from splinefeed.kernels import pieces
 
 PERIOD = 2e-3
 AXES = {"feed": 20.0, "axis_velocity": 20.0, "axis_acceleration": 2000.0, "axis_jerk": 5e5}
@@ -131,17 +130,6 @@ def test_what_a_stream_refuses():
         stream.push(sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[1, 2], [1, 3]])]))
     assert list(look_ahead([], sf.Limits(**AXES), PERIOD)) == []
     assert LookAhead(sf.Limits(**AXES), PERIOD, ("x", "y")).finish() == []
-
-
-def test_rows_of_a_line_stand_in_a_wider_table_as_the_same_curve():
-    """A polynomial of degree 1 as a rational one of degree 3: the same points, weight 1."""
-    path = sf.Path([LINE])
-    wide = widened(path.table, path.shape, (3, 2, 2, 1))
-    out = np.empty((1, 2))
-    for t in (-1.0, 0.25, 1.0):
-        pieces.point(wide, 0, (3, 2, 2, 1), t, out[0])
-        assert out[0] == pytest.approx([1.0, 1.5 + 0.5 * t], abs=1e-15)
-    assert widened(path.table, path.shape, path.shape) is not path.table
 
 
 def test_a_straight_line_takes_the_seven_phase_profile_of_its_steepest_axis():

@@ -97,13 +97,13 @@ def print_page(page: dict[str, Any]) -> None:
 def _check_possible(given: dict[str, Any]) -> None:
     """InputError for what cannot be done by windows."""
     from splinefeed.errors import InputError
-    from splinefeed.feed.look_ahead_window import STRATEGY
+    from splinefeed.feed.optimal.plan import LOOK_AHEAD
     from splinefeed.pipeline.long_path import METHOD
 
     for name, sentence in NOT_BY_WINDOWS.items():
         if given[name]:
             raise InputError(sentence)
-    for name, only in (("strategy", STRATEGY), ("method", METHOD)):
+    for name, only in (("strategy", LOOK_AHEAD), ("method", METHOD)):
         if given[name] not in (None, only):
             raise InputError(f"--{name} {given[name]}: needs the whole path; by windows there is {only} alone")
     if "mat" in given["formats"]:
@@ -116,12 +116,12 @@ def _about(
 ) -> dict[str, Any]:  # fmt: skip
     """What the page of numbers says of the question and of the program."""
     import splinefeed
-    from splinefeed.feed.look_ahead_window import STRATEGY
+    from splinefeed.feed.optimal.plan import LOOK_AHEAD
     from splinefeed.formats.plain import plain
     from splinefeed.pipeline.long_path import METHOD
     from splinefeed.report.record import command, source_of, versions
 
-    settings = {"limits": limits, "period": period, "strategy": STRATEGY, "method": METHOD}
+    settings = {"limits": limits, "period": period, "strategy": LOOK_AHEAD, "method": METHOD}
     about: dict[str, Any] = plain(
         {
             "source": source_of(source),

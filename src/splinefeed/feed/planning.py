@@ -7,12 +7,12 @@ import difflib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.feed.optimal.plan import LOOK_AHEAD, TIME_OPTIMAL, plan_look_ahead, plan_time_optimal
+from splinefeed.feed.optimal.stretch import State
 from splinefeed.feed.optimal.tool import plan_tool
 from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
@@ -35,12 +35,12 @@ class Strategy:
     """One way to plan.
 
     make   makes a law for a path whose stops and length were checked, under limits, for a period in s or none; what
-           else it asks of the path is its own affair, hence Any
+           else it asks of the path is its own affair; with `start`, a State, if it is not "seven-phase"
     holds  fields of Limits that its laws keep: any other that is given is refused
     needs  fields of Limits without which it makes no law
     """
 
-    make: Callable[[Any, Limits, float | None], TimeLaw]
+    make: Callable[..., TimeLaw]
     holds: frozenset[str]
     needs: frozenset[str] = frozenset()
 
@@ -78,7 +78,12 @@ def strategy_for(limits: Limits, strategy: str | None = None) -> str:
 
 
 def plan(
-    path: Stretched | JointPath, limits: Limits, *, strategy: str | None = None, period: float | None = None
+    path: Stretched | JointPath,
+    limits: Limits,
+    *,
+    strategy: str | None = None,
+    period: float | None = None,
+    start: State | None = None,
 ) -> TimeLaw:
     """Time law s(t) of a motion along `path` that obeys `limits`, resting at the path's stops.
 
@@ -86,19 +91,23 @@ def plan(
               anything with `length` (mm) and `stops` (arc lengths inside it, mm, where the tangent jumps)
     strategy  a name in STRATEGIES; None chooses one that holds every limit given, see `strategy_for`
     period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be
+    start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s;
+              None begins at its start with the start_feed of the limits. Not for "seven-phase"
 
     Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so. Where the path waits, the law
     has a piece of constant s, whole periods long.
     Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (a limit that the
     strategy named does not hold; a chord error without a period; period not positive, or longer than the motion; the
     path leaves the travel of an axis; feeds at the ends that the path contradicts), PlanError (a stretch too short for
-    its change of feed).
+    its change of feed; a start from which the limits cannot be kept, with the nearest from which they can).
     """
     if isinstance(path, ToolPath):
         raise InputError(
             f"{path.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), or "
             "give run a machine"
         )
+    if start is not None and strategy is None:
+        strategy = TIME_OPTIMAL
     if strategy is None and not isinstance(path, Path):
         strategy = TIME_OPTIMAL if isinstance(path, JointPath) else SEVEN_PHASE
     strategy = strategy_for(limits, strategy)
@@ -115,18 +124,33 @@ def plan(
         path.check_travel(limits.travel_of(path.axes))
     elif limits.travel:
         raise LimitsError(f"travel.{next(iter(limits.travel))}: the path has no axes, only a length; give a Path")
+    if start is not None:
+        _check_start(path, strategy, start)
     if isinstance(path, JointPath):
         if strategy == SEVEN_PHASE:
             raise LimitsError(f"{SEVEN_PHASE} knows no joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
         law = plan_tool(path, limits, period, strategy)
-    else:
+    elif start is None:
         law = STRATEGIES[strategy].make(path, limits, period)
+    else:
+        law = STRATEGIES[strategy].make(path, limits, period, start)
     if isinstance(path, Path | JointPath):
-        law = with_dwells(law, path.dwells, path.length)
+        began = 0.0 if start is None else start.s
+        law = with_dwells(law, [(s, wait) for s, wait in path.dwells if s >= began], path.length)
     law = close_gaps(law)
     return dataclasses.replace(
         law, settings={**law.settings, "limits": limits.as_dict(), "strategy": strategy, "period": period}
     )
+
+
+def _check_start(path: Stretched | JointPath, strategy: str, start: State) -> None:
+    """Raise InputError for a start that is not on the path, or that the strategy cannot begin at."""
+    if strategy == SEVEN_PHASE or not isinstance(path, Path):
+        raise InputError(f"start: the {strategy} strategy begins at the start of a path; choose {TIME_OPTIMAL}")
+    if not start.s < path.length:
+        raise InputError(f"start is {start}; the path ends at {path.length:.6g} mm")
+    if start.feed > 0.0 and any(s == start.s for s, _ in path.dwells):
+        raise InputError(f"start is {start}, where the path waits: that is at rest")
 
 
 def _check_path(path: Stretched | JointPath) -> None:

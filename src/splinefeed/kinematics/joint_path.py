@@ -345,8 +345,8 @@ class JointPath:
         names = self.axes[self.linear :]
         raise CurveError(
             f"at s = {s:.6g} mm the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off or "
-            "stays, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or give "
-            f"the angles of {' and '.join(names)}"
+            "stays, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or "
+            f"give the angles of {' and '.join(names)}"
         )
 
     def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:

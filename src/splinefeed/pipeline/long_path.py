@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.feed.look_ahead_stream import ON_TICK, Block, LookAhead
-from splinefeed.feed.look_ahead_window import STRATEGY, WINDOW
+from splinefeed.feed.optimal.plan import LOOK_AHEAD
+from splinefeed.feed.optimal.stream import ON_TICK, WINDOW, Block, LookAhead
 from splinefeed.geometry.curves import Lines
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.path import Path
@@ -99,7 +99,7 @@ class _Walk:
                 planner = LookAhead(self.limits, self.period, path.axes, self.window)
                 self.settings = {
                     "limits": self.limits.as_dict(),
-                    "strategy": STRATEGY,
+                    "strategy": LOOK_AHEAD,
                     "path": path.name,
                     "period": planner.period,
                     "method": METHOD,

@@ -9,7 +9,7 @@ from typing import Any
 
 from splinefeed.analysis.check_parts import CheckInParts
 from splinefeed.errors import InputError
-from splinefeed.feed.look_ahead_window import STRATEGY
+from splinefeed.feed.optimal.plan import LOOK_AHEAD
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing_stream import PROGRAM, Smoother
@@ -82,7 +82,7 @@ class WindowedRun:
         return {
             **page,
             "lower_bound_s": None,
-            "strategy": STRATEGY,
+            "strategy": LOOK_AHEAD,
             "method": METHOD,
             "feed_max_mm_s": self._top,
             "notes": [*found, *page["notes"]],

@@ -8,15 +8,19 @@ from splinefeed.feed.optimal.law import Pieces
 from splinefeed.feed.optimal.setting import INSIDE, Setting
 from splinefeed.records import Array
 
-#: Shares of each piece's time at which it is looked at: while it is planned, and at last.
-LOOKED = (0.0, 0.15, 0.35, 0.5, 0.65, 0.85, 1.0)
-LOOKED_AT_LAST = tuple(0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 17))))
+#: Shares of each piece's time at which it is looked at: while it is planned.
+LOOKED = (0.0, 0.2, 0.5, 0.8, 1.0)
 #: Feed below 0 by more than this share of the top feed is motion that goes back.
 BACK = 1e-12
 #: How much larger the rise of a peak between places is taken than a parabola says.
 MARGIN = 2.0
 #: Places that are looked at together, so that memory stays small.
 TOGETHER = 32768
+
+
+def chebyshev(count: int) -> tuple[float, ...]:
+    """So many shares from 0 to 1, dense at both ends."""
+    return tuple(0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))))
 
 
 def worst_shares(setting: Setting, pieces: Pieces, end: float, looked: tuple[float, ...] = LOOKED) -> Array:

@@ -27,10 +27,13 @@ CHANGING = 3.0
 REACHED = 0.1
 #: Samples towards both ends, each at half the distance of the one before.
 TOWARDS_ENDS = 20
+_TOWARDS_HIGH = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
 #: No window has more cells.
 MOST_CELLS = 1_000_000
 #: Next to rest cells are about this share of their distance from it.
 GROWTH = 0.35
+#: Next to an end in motion they are this share of what they were: what is given there leaves little to choose.
+MOVING = 0.125
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
 #: A cell is no more than this many times as long as its neighbour.
@@ -54,26 +57,34 @@ class Samples:
     twist: float
 
 
-def sample(setting: Setting, low: float, high: float, q_low: float, q_high: float) -> Samples:
-    """Places between two ends with these q, halved until tangent and feed change little from one to the next."""
+def sample(
+    setting: Setting, low: float, high: float, q_low: float, q_high: float, known: Samples | None = None
+) -> Samples:
+    """Places between two ends with these q, halved until tangent and feed change little from one to the next.
+
+    known  samples from `low` to `high` or further, to go on from
+    """
     edges = np.concatenate([[low], setting.inside(low, high), [high]])
-    steps = np.diff(edges)
-    s = (edges[:-1, None] + steps[:, None] * np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)).ravel()
-    near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
-    s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
-    d = setting.track.derivatives(s)
     least = SHORTEST * (high - low)
-    for _ in range(HALVINGS):
-        gap = np.diff(s)
-        tangent, kappa = d[:, 1, : setting.linear], np.linalg.norm(d[:, 2, : setting.linear], axis=1)
-        turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
-        turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
-        more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
-        if not len(more):
-            break
-        new = 0.5 * (s[more] + s[more + 1])
-        s, d = np.insert(s, more + 1, new), np.insert(d, more + 1, setting.track.derivatives(new), axis=0)
-    top, curvature, push, twist = _tops(setting, s)
+    if known is None:
+        s, d = _along(setting, edges, least)
+        top, curvature, push, twist = _tops(setting, s, d)
+    else:
+        inside = known.s < high
+        s, top, curvature, push, twist = (
+            known.s[inside],
+            known.top[inside],
+            known.curvature[inside],
+            known.push,
+            known.twist,
+        )
+        if high < known.s[-1]:
+            more = high - (high - max(edges[-2], s[-1])) * _TOWARDS_HIGH
+            found = _tops(setting, more)
+            s, top = np.concatenate([s, more]), np.concatenate([top, found[0]])
+            curvature = np.concatenate([curvature, found[1]])
+        else:
+            s, top, curvature = known.s, known.top, known.curvature
     for _ in range(HALVINGS):
         q = profile(s, top, push, low, high, q_low, q_high)
         slow = SLOW * np.max(q)
@@ -90,15 +101,36 @@ def sample(setting: Setting, low: float, high: float, q_low: float, q_high: floa
     return Samples(s, top, q, curvature, push, twist)
 
 
+def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
+    """Places (n,) between edges, mm, halved down to `least` until the tangent turns little; derivatives there."""
+    low, high = edges[0], edges[-1]
+    steps = np.diff(edges)
+    s = (edges[:-1, None] + steps[:, None] * np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)).ravel()
+    near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
+    s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
+    d = setting.track.derivatives(s)
+    for _ in range(HALVINGS):
+        gap = np.diff(s)
+        tangent, kappa = d[:, 1, : setting.linear], np.linalg.norm(d[:, 2, : setting.linear], axis=1)
+        turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
+        turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
+        more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
+        if not len(more):
+            break
+        new = 0.5 * (s[more] + s[more + 1])
+        s, d = np.insert(s, more + 1, new), np.insert(d, more + 1, setting.track.derivatives(new), axis=0)
+    return s, d
+
+
 def _same_piece(edges: Array, s: Array) -> BoolArray:
     """Whether places (n,) and the next ones lie between the same edges, (n - 1,)."""
     piece = np.searchsorted(edges, s)
     return np.asarray(piece[1:] == piece[:-1])
 
 
-def _tops(setting: Setting, s: Array) -> tuple[Array, Array, float, float]:
+def _tops(setting: Setting, s: Array, d: Array | None = None) -> tuple[Array, Array, float, float]:
     """What limits of velocity and acceleration allow q to be at places, their curvature, and push and twist."""
-    places = setting.places(s)
+    places = setting.places(s, d=d)
     rows = setting.rows(places)
     with np.errstate(divide="ignore", over="ignore"):
         a = np.max(np.abs(rows.linear[:, 0]), axis=0, initial=0.0)
@@ -121,20 +153,22 @@ def profile(s: Array, top: Array, push: float, low: float, high: float, q_low: f
     return np.maximum(found, LEAST)
 
 
-def density(samples: Samples, q: Array, slow: float, turn: float, beat: float) -> Array:
+def density(samples: Samples, q: Array, slow: float, turn: float, beat: float, *, so_far: bool = False) -> Array:
     """Cells a mm at samples: one for `turn` rad of the path, and where the feed changes one each `beat` sqrt(v / J).
 
-    v is the top feed, J the jerk along the path; without a limit of jerk the time in which v is reached counts.
+    v is the top feed, or with `so_far` the top up to a place; J the jerk along the path; without a limit of jerk the
+    time in which v is reached counts.
     """
     v = np.sqrt(np.maximum(q, slow))
-    top = float(np.max(v))
-    time = max((top / samples.twist) ** 0.5, REACHED * top / samples.push) or np.inf
+    top = np.maximum.accumulate(v) if so_far else np.full(len(v), np.max(v))
+    time = np.maximum((top / samples.twist) ** 0.5, REACHED * top / samples.push)
+    time = np.where(time > 0.0, time, np.inf)
     change = np.ones(len(q))
     if samples.push < np.inf:
         slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
         slope = np.minimum(CHANGING * slope, 1.0)
         change = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
-    steady = STEADY / (samples.s[-1] - samples.s[0])
+    steady = 0.0 if so_far else STEADY / (samples.s[-1] - samples.s[0])
     found: Array = samples.curvature / turn + change / (beat * v * time) + steady
     return found
 
@@ -148,10 +182,12 @@ def lay(
     ramps: tuple[float, float],
     turn: float,
     beat: float,
+    moving: tuple[float, float] = (np.inf, np.inf),
 ) -> tuple[Array, BoolArray]:
     """Nodes (n + 1,) from low + ramps[0] to high - ramps[1], mm, and at which of them the path jumps.
 
-    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J)
+    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J);  moving  how long, mm,
+    the first and the last are at most where the ends are in motion
     """
     begin, end = low + ramps[0], high - ramps[1]
     edges = np.concatenate([[begin], setting.inside(begin + ramps[0], end - ramps[1]), [end]])
@@ -175,12 +211,18 @@ def lay(
     nodes[fraction == 0.0] = edges[:-1]
     nodes = np.maximum.accumulate(np.append(nodes, end))
     nodes = nodes[np.append(True, np.diff(nodes) > 0.0)]
-    for _ in range(HALVINGS):  # geometric from the ramps
+    first_cell = min(MOVING * (nodes[1] - nodes[0]), moving[0])
+    last_cell = min(MOVING * (nodes[-1] - nodes[-2]), moving[1])
+    for _ in range(HALVINGS):  # geometric from the ramps, and from ends in motion
         most = np.full(len(nodes) - 1, np.inf)
         if ramps[0] > 0.0:
             most = np.minimum(most, np.maximum(GROWTH * (nodes[1:] - low), 0.5 * ramps[0]))
         if ramps[1] > 0.0:
             most = np.minimum(most, np.maximum(GROWTH * (high - nodes[:-1]), 0.5 * ramps[1]))
+        if ramps[0] == 0.0:
+            most = np.minimum(most, np.maximum(GROWTH * (nodes[1:] - low), first_cell))
+        if ramps[1] == 0.0:
+            most = np.minimum(most, np.maximum(GROWTH * (high - nodes[:-1]), last_cell))
         cut = np.diff(nodes) > most
         if not cut.any():
             break
@@ -202,9 +244,12 @@ def _with_reach(setting: Setting, samples: Samples, q: Array, edges: Array) -> A
     return np.unique(np.concatenate([edges, more[clear]]))
 
 
-def counted(setting: Setting, low: float, high: float, turn: float, beat: float, cells: int, joins: float) -> float:
+def counted(
+    setting: Setting, low: float, high: float, turn: float, beat: float, cells: int, joins: float
+) -> tuple[float, float, Samples]:
     """How far about so many cells reach from `low`, mm: `high`, where the path ends, if only `joins` times as many do.
 
+    With it what share of so many cells there is up to `high`, and the samples.
     What lies behind does not matter, so that a path which comes in parts is cut as one that is known whole.
     """
     inner = setting.inside(low, high)
@@ -212,14 +257,14 @@ def counted(setting: Setting, low: float, high: float, turn: float, beat: float,
     far = float(inner[most]) if len(inner) > most else high
     samples = sample(setting, low, far, FREE, FREE)
     slow = 2.0 * min(samples.push, 1e6) * RATIO * 1e-3
-    wanted = density(samples, samples.top, slow, turn, beat)
+    wanted = density(samples, samples.top, slow, turn, beat, so_far=True)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(samples.s))])
     edges = np.concatenate([[low], inner[inner < far], [far]])
     each = np.maximum(np.ceil(np.diff(np.interp(edges, samples.s, total))), 1.0)
     so_far = np.concatenate([[0.0], np.cumsum(each)])
-    if far == high and so_far[-1] <= joins * cells:
-        return high
-    return float(np.interp(cells, so_far, edges))
+    share = float(so_far[-1]) / (joins * cells)
+    near = high if far == high and share <= 1.0 else float(np.interp(cells, so_far, edges))
+    return near, share, samples
 
 
 def graded(nodes: Array, cut: BoolArray) -> Array:

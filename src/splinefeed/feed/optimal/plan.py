@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.optimal.audit import LOOKED_AT_LAST, worst_shares
+from splinefeed.feed.optimal.audit import chebyshev, worst_shares
 from splinefeed.feed.optimal.corners import passed_corners
 from splinefeed.feed.optimal.periods import in_periods
 from splinefeed.feed.optimal.setting import Setting
-from splinefeed.feed.optimal.stretch import Mode, Plan, State, plan_window
+from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
 from splinefeed.feed.optimal.ticks import kept_at_ticks
 from splinefeed.feed.optimal.track import PathTrack
-from splinefeed.feed.optimal.window import KEPT, plan_stretch
+from splinefeed.feed.optimal.window import KEPT, OutOfReachError, Windows, plan_stretch
 from splinefeed.feed.stretches import curve_feeds, lasting
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Limits, TimeLaw
@@ -24,35 +26,42 @@ from splinefeed.records import Array, Limits, TimeLaw
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=8, cells=8000, bounded=True),
-    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400),
+    TIME_OPTIMAL: Mode(
+        turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, looked=17, unseen=1e-6, rounds=8, cells=8000, bounded=True
+    ),
+    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, looked=9, unseen=1e-4, rounds=4, cells=400),
 }
 #: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but not taken.
 POOR = 1.2
 #: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
 RESERVES = (5e-3, 2e-2, 0.1)
+#: ... and where an end in motion is out of reach so, this share of what the mode leaves unused.
+SLIGHT = 0.125
 #: Halvings of a feed at an end until it is about the largest that limits allow.
 NEAREST = 10
-#: What the audit may not see of a peak between its places, as a factor on q.
-UNSEEN = 1e-6
 #: Stretches between so many rests, about 1 ms each, are left to compiled loops.
 MOST_RESTS = 10_000
 #: What rounding may make of a number of periods; a motion ends after a tick if it does by this share of a period.
 ROUNDING, LATE = 1e-12, 1e-9
 
 
-def plan_time_optimal(path: Path, limits: Limits, period: float | None) -> TimeLaw:
+def plan_time_optimal(path: Path, limits: Limits, period: float | None, start: State | None = None) -> TimeLaw:
     """Least time under all limits at once, at rest at the stops; see `plan_in_mode`."""
-    return _planned(path, limits, period, TIME_OPTIMAL)
+    return _planned(path, limits, period, TIME_OPTIMAL, start)
 
 
-def plan_look_ahead(path: Path, limits: Limits, period: float | None) -> TimeLaw:
+def plan_look_ahead(path: Path, limits: Limits, period: float | None, start: State | None = None) -> TimeLaw:
     """Close to the least time, window by window; see `plan_in_mode`."""
-    return _planned(path, limits, period, LOOK_AHEAD)
+    return _planned(path, limits, period, LOOK_AHEAD, start)
 
 
-def _planned(path: Path, limits: Limits, period: float | None, strategy: str) -> TimeLaw:
+def _planned(path: Path, limits: Limits, period: float | None, strategy: str, start: State | None) -> TimeLaw:
     """The motion by this planner or, where it has none, by the one of before; PlanError where neither has any."""
+    if start is not None:
+        law = plan_in_mode(path, limits, period, strategy, start)
+        if law is None:
+            raise PlanError(f"from {start} no motion was found within these limits; start at rest")
+        return law
     from splinefeed.feed.look_ahead import plan_look_ahead as by_windows
     from splinefeed.feed.time_optimal import plan_time_optimal as by_cells
 
@@ -90,20 +99,22 @@ def _rests(path: Path, passed: Array) -> Array:
     return np.unique(stops[~np.isin(stops, passed)])
 
 
-def plan_in_mode(path: Path, limits: Limits, period: float | None, strategy: str) -> TimeLaw | None:
+def plan_in_mode(
+    path: Path, limits: Limits, period: float | None, strategy: str, start: State | None = None
+) -> TimeLaw | None:
     """The motion in one of MODES; None where rotary axes, or what the audit finds, ask for the planners of before.
 
     The law rests at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
     acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
-    motion that the limits do not allow.
+    motion that the limits do not allow, with the nearest that they do. With `start` it begins there, in the law too.
     """
     check_limits(limits, path.axes, strategy)
     _check_jumps(path, limits, period)
     with np.errstate(all="ignore"):  # what is no number is no motion to take
-        return _law(path, limits, period, strategy)
+        return _law(path, limits, period, strategy, State(limits.start_feed) if start is None else start)
 
 
-def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> TimeLaw | None:
+def _law(path: Path, limits: Limits, period: float | None, strategy: str, begin: State) -> TimeLaw | None:
     """The same, of limits that were looked at."""
     setting, mode = setting_of(path, limits, period), MODES[strategy]
     wanted = np.array([*path.stops, *(s for s, _ in path.dwells)])
@@ -113,9 +124,9 @@ def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> Tim
     if many or uneven or _turns_limited(path, setting) or not np.all(np.isin(inner, setting.rests)):
         return None
     try:
-        law = motion(setting, strategy, mode)
+        law = motion(setting, strategy, mode, begin)
     except PlanError:
-        if max(limits.start_feed, limits.end_feed) > 0.0:
+        if max(begin.feed, limits.end_feed) > 0.0:
             raise
         return None
     if law is None:
@@ -123,14 +134,15 @@ def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> Tim
     return law if kept_at_ticks(law, path, limits, setting.passed[0], setting.breaks) else None
 
 
-def motion(setting: Setting, strategy: str, mode: Mode) -> TimeLaw | None:
-    """From rest to rest over all of a setting's track, as `plan_in_mode`; None where nothing good was found."""
+def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = None) -> TimeLaw | None:
+    """From a state to the end of a setting's track, as `plan_in_mode`; None where nothing good was found."""
     limits, period, length = setting.limits, setting.period, setting.track.length
-    marks = np.concatenate([[0.0], setting.rests, [length]])
+    begin = State(limits.start_feed) if begin is None else begin
+    marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [length]])
     instants, rows, notes = [np.zeros(1)], [], []
     bound, tick, late = 0.0, 0, 0.0
     for low, high in pairwise(marks.tolist()):
-        start = State(limits.start_feed if low == 0.0 else 0.0)
+        start = begin if low == begin.s else State(s=low)
         stop = State(limits.end_feed if high == length else 0.0)
         plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
         if plan.over > POOR:
@@ -177,35 +189,34 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
         plan = plan_stretch(setting, low, high, start, stop, mode)
         if plan.over > POOR:
             return plan, 0
-        over = plan.over * (1.0 + UNSEEN)
-        pieces = plan.pieces.stretched(math.sqrt(over)) if over > 1.0 else plan.pieces
+        pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
         if period is None:
             return replace(plan, pieces=pieces), 0
         ticks = max(math.ceil(pieces.duration / period * (1.0 - ROUNDING) - ROUNDING), 1)
         return replace(plan, pieces=pieces.stretched(ticks * period / pieces.duration)), ticks
-    first: Plan | None = None
-    for tolerance in (mode.tolerance, *RESERVES):
-        try:
-            plan = plan_stretch(setting, low, high, start, stop, replace(mode, tolerance=tolerance))
-        except PlanError:
-            if first is None:
-                raise
+
+    def kept(tolerance: float) -> Plan | None:
+        with suppress(OutOfReachError):
+            found = plan_stretch(setting, low, high, start, stop, replace(mode, tolerance=tolerance))
+            return found if found.over <= KEPT else None
+        return None
+
+    first = kept(mode.tolerance) or kept(SLIGHT * mode.tolerance)
+    if first is None:
+        raise _out_of_reach(setting, low, high, start, stop)
+    if period is None:
+        return first, 0
+    found: Plan | None = first
+    for tolerance in (*RESERVES, 0.0):
+        if found is None:
             break
-        if plan.over > KEPT:
-            if first is None:
-                raise _out_of_reach(setting, low, high, start, stop)
-            break
-        first = plan if first is None else first
-        if period is None:
-            return plan, 0
-        slower = in_periods(plan.pieces, high, (start.feed > 0.0, stop.feed > 0.0), period)
-        whole = round(plan.pieces.duration / period)
-        if abs(plan.pieces.duration - whole * period) <= ROUNDING * plan.pieces.duration + LATE * period:
-            return plan, whole
-        if slower is not None and np.max(worst_shares(setting, slower, high, LOOKED_AT_LAST)) <= KEPT:
-            return replace(plan, pieces=slower), round(slower.duration / period)
-    assert first is not None
-    assert period is not None
+        whole = round(found.pieces.duration / period)
+        if abs(found.pieces.duration - whole * period) <= ROUNDING * found.pieces.duration + LATE * period:
+            return found, whole
+        slower = in_periods(found.pieces, high, (start.feed > 0.0, stop.feed > 0.0), period)
+        if slower is not None and np.max(worst_shares(setting, slower, high, chebyshev(mode.looked))) <= KEPT:
+            return replace(found, pieces=slower), round(slower.duration / period)
+        found = kept(tolerance) if tolerance > 0.0 else None
     return first, math.floor(first.pieces.duration / period)
 
 
@@ -220,17 +231,30 @@ def _late(high: float, length: float, late: float, period: float) -> str:
 def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> PlanError:
     """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow."""
     mode = replace(MODES[LOOK_AHEAD], rounds=2)
+    near = Windows(low).reach(setting, mode, high)
 
-    def possible(first: float, last: float) -> bool:
-        return plan_window(setting, low, high, State(first), State(last), mode, exact=True).over <= KEPT
+    def possible(first: State, last: State) -> bool:
+        return plan_window(setting, low, near, first, last if near == high else REST, mode, exact=True).over <= KEPT
 
-    at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start.feed, 0.0))
+    def most(fits: Callable[[float], bool]) -> float:
+        least, step = 0.0, 1.0
+        for _ in range(NEAREST):
+            step *= 0.5
+            least += step if fits(least + step) else 0.0
+        return least
+
+    at_end = stop.feed > 0.0 and near == high and (start.feed == 0.0 or possible(start, REST))
+    if not at_end and start.acceleration != 0.0:
+        calm = State(start.feed, 0.0, start.s)
+        nearest = start.slower(most(lambda share: possible(start.slower(share), stop)))
+        if possible(calm, stop):
+            share = most(lambda share: possible(replace(start, acceleration=share * start.acceleration), stop))
+            nearest = replace(start, acceleration=share * start.acceleration)
+        return PlanError(f"the limits up to s = {near:.6g} mm do not allow {start}; the nearest they do is {nearest}")
     name, wanted = ("end_feed", stop.feed) if at_end else ("start_feed", start.feed)
-    least, most = 0.0, wanted
-    for _ in range(NEAREST):
-        middle = 0.5 * (least + most)
-        fits = possible(start.feed, middle) if at_end else possible(middle, stop.feed)
-        least, most = (middle, most) if fits else (least, middle)
+    least = wanted * most(
+        lambda share: possible(start, stop.slower(share)) if at_end else possible(start.slower(share), stop)
+    )
     return PlanError(
         f"{name} is {wanted:g} mm/s; the limits between s = {low:.6g} and {high:.6g} mm allow at most {least:.6g} mm/s "
         "there; lower it"

@@ -50,9 +50,9 @@ class Setting:
 
     def inside(self, low: float, high: float) -> Array:
         """The breaks strictly between two places, mm."""
-        first, last = np.searchsorted(self.breaks, [low, high], side="right")
-        found = self.breaks[first:last]
-        return found[found < high]
+        same = SAME * self.track.length
+        first, last = np.searchsorted(self.breaks, [low + same, high - same], side="right")
+        return self.breaks[first:last]
 
     @cached_property
     def beside(self) -> tuple[Array, Array, Array]:
@@ -106,11 +106,16 @@ class Setting:
                 found = np.where(inside & (np.abs(s - corners[k]) <= near), np.minimum(found, feeds[k]), found)
         return found
 
-    def places(self, s: Array, feed: Array | None = None, rising: Array | None = None) -> Places:
-        """Places at s (n,), no breaks; how fast the motion may be there, feed (n,), mm/s, tells what is in reach."""
+    def places(
+        self, s: Array, feed: Array | None = None, rising: Array | None = None, d: Array | None = None
+    ) -> Places:
+        """Places at s (n,), no breaks; how fast the motion may be there, feed (n,), mm/s, tells what is in reach.
+
+        d (n, 4, axes)  r and its derivatives there, if they are known
+        """
         n = len(s)
         turn, bend = np.zeros((2, len(self.axes), n)), np.zeros((2, len(self.axes), n))
-        d = self.track.derivatives(s)
+        d = self.track.derivatives(s) if d is None else d
         found, at = self.jumps, self.real_jumps
         if self.period is not None and len(at):
             real = np.isin(self.breaks, at)

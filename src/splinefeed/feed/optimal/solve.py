@@ -31,6 +31,8 @@ STEPS, HALVINGS = 80, 40
 KEPT, KEPT_Q = 0.01, 0.1
 #: Slack of a row that is over its limit at the start, as a share of the limit.
 SLACK = 0.02
+#: Complementarity to begin with, as a share of the time, from a guess; a tenth of that from multipliers.
+FAR = 0.1
 #: Complementarity z s aimed at beside that of now: after long, fair and short steps.
 AIMS = ((0.8, 0.15), (0.3, 0.5), (0.0, 1.0))
 #: Multipliers of jerk may take this share of the weight of a place in a relaxation.
@@ -54,6 +56,10 @@ class End:
     def rest(self) -> bool:
         """Whether the motion begins or ends at rest here."""
         return self.ramp > 0.0
+
+    def way(self, side: float) -> float:
+        """Over half of this way, mm, q would vanish with the slope it has here, inwards (`side` 1 at the start)."""
+        return 0.5 * self.q / (-side * self.slope) if side * self.slope < 0.0 else np.inf
 
     @property
     def free(self) -> bool:
@@ -209,8 +215,10 @@ class Problem:
         return float(self.weight @ r + np.vdot(self.tilt, y))
 
 
-def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Solution:
+def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin: float = FAR) -> Solution:
     """From coefficients c (m,), q > 0, to a time within the share `gap` of the least; z goes on from multipliers.
+
+    begin  complementarity to begin with, as a share of the time; a tenth of it with z
 
     A row that is over its limit has a slack of its own until it is not; one that is not stays so. So whatever comes out
     keeps every row unless one could not be kept at all, and steps may end anywhere.
@@ -221,7 +229,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
         raise PlanError("no feed was found that is above 0 everywhere: a limit leaves next to none")
     time = problem.time(y, r)
     s = np.maximum(-g, SLACK if z is None else SLACK**2)
-    mu = (0.1 if z is None else 0.01) * time / problem.count
+    mu = (begin if z is None else 0.1 * begin) * time / problem.count
     z = mu / s if z is None else np.clip(z, 0.1 * mu / s, 10.0 * mu / s)
     for _ in range(STEPS):
         residual = g + s

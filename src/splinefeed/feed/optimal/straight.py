@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.feed.optimal.law import Pieces
+from splinefeed.feed.optimal.limits import Places
 from splinefeed.feed.optimal.setting import INSIDE, Setting
-from splinefeed.feed.optimal.stretch import Plan, State
+from splinefeed.feed.optimal.stretch import REST, Plan, State
+from splinefeed.feed.optimal.track import SAME
 from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.kernels.profile import lasting_jerk
 from splinefeed.records import Array, Limits
@@ -30,13 +32,48 @@ def plan_straight(setting: Setting, low: float, high: float, start: State, stop:
         return None
     edges = np.concatenate([[low], inner, [high]])
     places = setting.places((edges[:-1, None] + np.diff(edges)[:, None] * LOOKED).ravel())
-    d = places.d
-    if np.max(np.abs(d[:, 2])) * (high - low) > STRAIGHT or np.max(np.ptp(d[:, 1], axis=0)) > STRAIGHT:
-        return None
-    if np.ptp(np.minimum(places.feed, 1e300)) > 0.0:
-        return None
-    along = limits_along(setting, d[0, 1], float(places.feed[0]), start.feed, stop.feed)
-    if along is None or np.min(setting.rows(places).top) < (1.0 - STRAIGHT) * along.feed**2:
+    tangent, feed, top = _along(setting, places, 1)
+    return _profile(setting, low, high, start, stop, tangent[0], float(feed[0]), float(top[0]))
+
+
+def plan_straights(setting: Setting, marks: Array) -> list[Plan | None]:
+    """`plan_straight` between neighbouring marks (m + 1,), mm, from rest to rest: all of one span in one go."""
+    same = SAME * setting.track.length
+    first, last = (np.searchsorted(setting.breaks, s) for s in (marks[:-1] + same, marks[1:] - same))
+    single = np.flatnonzero(first >= last)
+    found: list[Plan | None] = [None] * (len(marks) - 1)
+    for k in np.flatnonzero(first < last).tolist():
+        found[k] = plan_straight(setting, float(marks[k]), float(marks[k + 1]), REST, REST)
+    if len(single):
+        low, high = marks[single], marks[single + 1]
+        places = setting.places((low[:, None] + (high - low)[:, None] * LOOKED).ravel())
+        columns = _along(setting, places, len(single))
+        for k, a, b, tangent, feed, top in zip(single.tolist(), low.tolist(), high.tolist(), *columns, strict=True):
+            found[k] = _profile(setting, a, b, REST, REST, tangent, float(feed), float(top))
+    return found
+
+
+def _along(setting: Setting, places: Places, count: int) -> tuple[Array, Array, Array]:
+    """Tangents (count, axes), feed that the path asks for and the least top of q (count,) of so many stretches.
+
+    NaN where a stretch is not straight, or asks for several feeds.
+    """
+    d = places.d.reshape(count, -1, *places.d.shape[1:])
+    feeds = np.minimum(places.feed, 1e300).reshape(count, -1)
+    length = np.ptp(places.s.reshape(count, -1), axis=1)
+    bent = np.max(np.abs(d[:, :, 2]), axis=(1, 2)) * length > STRAIGHT
+    turned = np.max(np.ptp(d[:, :, 1], axis=1), axis=1) > STRAIGHT
+    top = np.min(setting.rows(places).top.reshape(count, -1), axis=1)
+    feed = np.where(bent | turned | (np.ptp(feeds, axis=1) > 0.0), np.nan, places.feed.reshape(count, -1)[:, 0])
+    return d[:, 0, 1], feed, top
+
+
+def _profile(
+    setting: Setting, low: float, high: float, start: State, stop: State, tangent: Array, feed: float, top: float
+) -> Plan | None:
+    """The profile along a tangent (axes,) under a feed, mm/s, where q may be no more than `top`; None for no feed."""
+    along = None if np.isnan(feed) else limits_along(setting, tangent, feed, start.feed, stop.feed)
+    if along is None or top < (1.0 - STRAIGHT) * along.feed**2:
         return None
     profile = SevenPhase.solve(high - low, along)
     rounding = float(np.spacing(profile.duration))

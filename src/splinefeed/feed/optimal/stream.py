@@ -4,26 +4,55 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.feed.look_ahead_stream import ON_TICK, Block
 from splinefeed.feed.optimal.law import Pieces
 from splinefeed.feed.optimal.plan import LOOK_AHEAD, MODES, check_limits, setting_of
+from splinefeed.feed.optimal.setting import Setting
 from splinefeed.feed.optimal.stretch import REST, State
 from splinefeed.feed.optimal.window import Windows
+from splinefeed.feed.soft_limits import check_travel
 from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
+#: A wait for the next tick below this, in periods, is rounding.
+ON_TICK = 1e-9
 #: A place nearer to another than this share of the path in memory is the same one.
 SAME_PLACE = 1e-12
-#: The path is looked at again when what is known ahead has grown by this share.
-GROWN = 0.1
+#: Where too little was known ahead, the path is looked at again when that has grown by this share, or to this share of
+#: what a window seems to need.
+GROWN, NEARLY = 0.1, 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A block of committed motion: it no longer changes.
+
+    curve   index, among all that came, of the curve that it begins on
+    offset  arc length from the start of that curve, mm
+    tick    whole periods since the start, at which or behind which it begins; before the first block the tool stands
+    phase   how much later than that, s, less than a period: kept apart, as after hours their sum is rounded
+    law     from there: arc length from 0, time from 0
+    limits  that it keeps
+    """
+
+    curve: int
+    offset: float
+    tick: int
+    phase: float
+    law: TimeLaw
+    limits: Limits
+
+    @property
+    def time(self) -> float:
+        """When it begins, s since the start."""
+        return self.tick * float(self.law.period or 0.0) + self.phase
 
 
 class LookAhead:
@@ -33,26 +62,38 @@ class LookAhead:
                     Motion begins at start_feed and, when finished, ends at end_feed: not on a tick then
     axes            names of the axes of all that comes
     window          cells that are looked ahead over
+    start           where on the first path it begins, and how; None begins at its start with start_feed
 
     The last plan always ends at rest within the window and keeps every limit. Its first half becomes final and the rest
     is planned again with what follows; where that fails, the last plan still stands. So motion that came out can always
     be followed by a stop within the limits, and a window costs the same wherever it is.
+    From wherever it is the motion goes on without a stop under other limits (`change_limits`), along another path
+    (`reroute`), or comes to rest as soon as it can (`hold`). A feedrate override is `live`'s.
     Raises LimitsError for limits that leave acceleration and jerk free or name other axes, InputError for a window that
     is too small.
     """
 
-    def __init__(self, limits: Limits, period: float, axes: Sequence[str], window: int = WINDOW) -> None:
+    def __init__(
+        self,
+        limits: Limits,
+        period: float,
+        axes: Sequence[str],
+        window: int = WINDOW,
+        *,
+        start: State | None = None,
+    ) -> None:
         self.limits, self.axes, self.period = limits, tuple(axes), positive(period, "period")
+        start = State(limits.start_feed) if start is None else start
         if int(window) < LEAST_WINDOW:
             raise InputError(f"a window of {window} cells; it must have at least {LEAST_WINDOW}")
         check_limits(limits, self.axes, LOOK_AHEAD)
         self._mode = replace(MODES[LOOK_AHEAD], cells=int(window))
-        self._windows = Windows(0.0, State(limits.start_feed))
+        self._windows = Windows(start.s, State(start.feed, start.acceleration))
         self._path: Path | None = None  # what is known and not yet behind
         self._waiting: list[Path] = []  # what came since
         self._curves = 0  # that came
         self._first_curve = 0  # of _path, among all that came
-        self._looked = 0.0  # length of what was known ahead when the last window was too short, mm
+        self._looked = 0.0  # length that must be known ahead for the next window, about, mm
         self._tick = 0  # the last one at which motion is final
         self._elapsed = 0.0  # since then, s
         self._begun = False
@@ -75,10 +116,11 @@ class LookAhead:
     def push(self, path: Path) -> list[Block]:
         """Take more of the path, which goes on where the last one ended; returns the motion that is final by now.
 
-        Raises CurveError for other axes or a gap.
+        Raises CurveError for other axes or a gap, LimitsError where the path leaves the travel of an axis.
         """
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the motion has {self.axes}")
+        check_travel(path, self.limits)
         last = self._waiting[-1] if self._waiting else self._path
         if last is not None:
             gap = float(np.max(np.abs(last.ends[-1, 1] - path.ends[0, 0])))
@@ -91,6 +133,55 @@ class LookAhead:
     def finish(self) -> list[Block]:
         """Come to rest at the end of what came; the rest of the motion."""
         return list(self._drain(whole=True))
+
+    def change_limits(self, limits: Limits) -> list[Block]:
+        """Plan by other limits from where committed motion ends, or from the first place on where they can be kept.
+
+        Returns the motion up to there, which slows down within the limits of before: `Block.limits` tells which a block
+        keeps. Raises LimitsError for limits that leave acceleration and jerk free, or whose travel the path leaves.
+        """
+        check_limits(limits, self.axes, LOOK_AHEAD)
+        for path in ([] if self._path is None else [self._path]) + self._waiting:
+            check_travel(path, limits)
+        before, self.limits, self._looked = self.limits, limits, 0.0
+        known = self._known()
+        if known is None:
+            return []
+        settings = [setting_of(known, each, self.period) for each in (before, limits)]
+        begin = self._windows.low
+        pieces = self._windows.change(settings[0], settings[1], self._mode, self._stop_ahead(known, settings[0]))
+        return [] if pieces is None else [self._block(known, pieces, begin, dict(known.dwells), before)]
+
+    def reroute(self) -> int:
+        """Forget all of the path that the last plan does not need; how many curves are left, of all that came.
+
+        What is pushed next goes on at the end of the last of these: the motion does not stop before it is there.
+        """
+        path = self._known()
+        if path is None:
+            return 0
+        windows = self._windows
+        end = windows.low if windows.left is None else windows.end
+        starts = path.curve_starts[:-1] + SAME_PLACE * path.length
+        count = max(int(np.searchsorted(starts, end)), 1)
+        self._keep(path, 0, count)
+        self._curves, self._looked = self._first_curve + count, 0.0
+        return self._curves
+
+    def hold(self) -> list[Block]:
+        """A feed hold: come to rest on the shortest way that the limits allow; `push` and `finish` go on from there."""
+        path = self._known()
+        if path is None or self._windows.state.feed == 0.0:
+            return []
+        setting, begin = setting_of(path, self.limits, self.period), self._windows.low
+        pieces = self._windows.hold(setting, self._mode, self._stop_ahead(path, setting))
+        self._looked = 0.0
+        return [self._block(path, pieces, begin, dict(path.dwells))]
+
+    def _stop_ahead(self, path: Path, setting: Setting) -> float:
+        """Where the motion next rests, or what is known of the path ends, mm."""
+        ahead = setting.rests[setting.rests > self._windows.low]
+        return float(ahead[0]) if len(ahead) else path.length
 
     def _known(self) -> Path | None:
         """All that is not yet behind as one path."""
@@ -123,7 +214,7 @@ class LookAhead:
         ahead = sum(path.length for path in self._waiting) if not whole else 0.0
         if self._path is not None:
             ahead += self._path.length - self._windows.low
-        if not whole and ahead < (1.0 + GROWN) * self._looked:
+        if not whole and ahead < self._looked:
             return
         path = self._known()
         if path is None:
@@ -134,22 +225,31 @@ class LookAhead:
         if not self._begun and 0.0 in waits:
             self._tick += math.ceil(waits.pop(0.0) / self.period - ON_TICK)
         windows = self._windows
+        windows.lines = None
         same = SAME_PLACE * path.length
         while windows.low < path.length - same:
             stop = stops[np.searchsorted(stops, windows.low + same, side="right") :]
             high = float(stop[0]) if len(stop) else path.length
             last = whole or len(stop) > 0
-            if not last and windows.reach(setting, self._mode, high) == high:
-                self._looked = path.length - windows.low
+            begin = windows.low
+            pieces = windows.straight(setting, np.append(begin, stop))
+            if pieces is not None:
+                self._begun, self._looked = True, 0.0
+                yield self._block(path, pieces, begin, waits)
+                continue
+            near = windows.reach(setting, self._mode, high)
+            if not last and near == high:
+                self._looked = (path.length - windows.low) * max(1.0 + GROWN, NEARLY / windows.ahead)
                 break
             end = State(self.limits.end_feed) if whole and not len(stop) else REST
-            begin = windows.low
-            pieces = windows.advance(setting, self._mode, high, end, last=last)
+            pieces = windows.advance(setting, self._mode, near, end, ends_here=last and near == high)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)
         self._forget(path)
 
-    def _block(self, path: Path, pieces: Pieces, begin: float, waits: dict[float, float]) -> Block:
+    def _block(
+        self, path: Path, pieces: Pieces, begin: float, waits: dict[float, float], limits: Limits | None = None
+    ) -> Block:
         """Pieces as a block; at rest the tool waits for the next tick, and for what the path asks."""
         spans, coefficients = pieces.spans, pieces.coefficients.copy()
         coefficients[:, 0] -= begin
@@ -174,7 +274,8 @@ class LookAhead:
             strategy=LOOK_AHEAD,
             period=self.period,
         )
-        return Block(self._first_curve + curve, begin - float(path.curve_starts[curve]), tick, phase, law)
+        kept = limits or self._windows.limits or self.limits
+        return Block(self._first_curve + curve, begin - float(path.curve_starts[curve]), tick, phase, law, kept)
 
     def _forget(self, path: Path) -> None:
         """Drop the curves behind the motion, and count arc length from the first that is left."""
@@ -182,15 +283,23 @@ class LookAhead:
         if behind <= 0:
             return
         origin = float(path.curve_starts[behind])
-        self._path = Path(
-            Packed(path.flat.part(behind, len(path.curves))),
-            self.axes,
-            feeds=None if path.feeds is None else path.feeds[behind:],
-            markers=[replace(m, before=m.before - behind) for m in path.markers if m.before > behind],
-            tolerance=path.tolerance,
-        )
+        self._keep(path, behind, len(path.curves))
         self._first_curve += behind
         self._windows.move(origin)
+
+    def _keep(self, path: Path, first: int, last: int) -> None:
+        """Of the path that is known keep the curves from `first` to the one before `last`."""
+        self._path = Path(
+            Packed(path.flat.part(first, last)),
+            self.axes,
+            feeds=None if path.feeds is None else path.feeds[first:last],
+            markers=[
+                replace(m, before=m.before - first)
+                for m in path.markers
+                if first < m.before < last or m.before == last == len(path.curves)
+            ],
+            tolerance=path.tolerance,
+        )
 
 
 def _wait_at(waits: dict[float, float], s: float, same: float) -> float:

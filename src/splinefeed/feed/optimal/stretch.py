@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.errors import PlanError
-from splinefeed.feed.optimal.audit import LOOKED, LOOKED_AT_LAST, worst_shares
+from splinefeed.errors import InputError, PlanError
+from splinefeed.feed.optimal.audit import LOOKED, chebyshev, worst_shares
 from splinefeed.feed.optimal.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.optimal.law import Pieces, pieces_of
 from splinefeed.feed.optimal.limits import Places, Rows
 from splinefeed.feed.optimal.limits.rows import FREE
 from splinefeed.feed.optimal.setting import INSIDE, Setting
-from splinefeed.feed.optimal.solve import End, Problem, lower_bound, solve
+from splinefeed.feed.optimal.solve import FAR, End, Problem, lower_bound, solve
 from splinefeed.feed.optimal.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -31,13 +32,14 @@ RAMP_TURN = 0.3
 #: Jerk of a ramp as a share of the limit: an end is on a ramp all the time.
 RAMP_JERK = 0.97
 #: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
-FADE = 8.0
+FADE = 20.0
 #: Share of the time by which a solution may miss the optimum that only tells how fast jumps are passed.
-ROUGH = 0.05
+ROUGH = 0.2
 #: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
 WIDEST = 1e-12
-#: The first guess of q as a share of what limits of velocity and acceleration alone allow.
-GUESS = 0.4
+#: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
+#: solution, from which on complementarity begins with this share of the time.
+GUESS, NEAR, CLOSE = 0.4, 0.9, 0.02
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class Mode:
     beat       time over a cell, at most, in units of sqrt(v / J), v the top feed and J the jerk along the path
     gap        share of the time by which a solution may miss the optimum on its cells
     tolerance  share of a limit, as a factor on q, by which the audit may find a motion over it
+    looked     places of each piece that the audit looks at at last
+    unseen     what it may not see of a peak between them, as a factor on q
     rounds     times that cells found over a limit are tightened and solved again, at most
     cells      in a window, about
     bounded    whether a lower bound of the time is wanted
@@ -57,6 +61,8 @@ class Mode:
     beat: float
     gap: float
     tolerance: float
+    looked: int
+    unseen: float
     rounds: int
     cells: int
     bounded: bool = False
@@ -64,10 +70,30 @@ class Mode:
 
 @dataclass(frozen=True)
 class State:
-    """How fast the motion is at a place, mm/s, and its acceleration along the path, mm/s^2."""
+    """How a motion moves at a place of its path.
+
+    feed, acceleration  along the path, mm/s and mm/s^2
+    s                   arc length from the start of the path, mm
+
+    Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
+    """
 
     feed: float = 0.0
     acceleration: float = 0.0
+    s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.acceleration) or not (0.0 <= self.feed < math.inf and 0.0 <= self.s < math.inf):
+            raise InputError(f"{self}: feed and s must be finite and not negative, the acceleration finite")
+        if self.feed == 0.0 != self.acceleration:
+            raise InputError(f"{self}: at rest the acceleration is 0")
+
+    def __str__(self) -> str:
+        return f"a state of {self.feed:.6g} mm/s and {self.acceleration:.6g} mm/s^2 at s = {self.s:.6g} mm"
+
+    def slower(self, share: float) -> State:
+        """The state there of the same motion made slower: feed by the share, acceleration by its square."""
+        return State(self.feed * share, self.acceleration * share**2, self.s)
 
 
 REST = State()
@@ -101,7 +127,8 @@ class Window:
         self, setting: Setting, samples: Samples, q: Array, ends: tuple[End, End], low: float, high: float, mode: Mode
     ) -> None:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
-        nodes, jumps = lay(setting, samples, q, low, high, (ends[0].ramp, ends[1].ramp), mode.turn, mode.beat)
+        ramps, moving = (ends[0].ramp, ends[1].ramp), (ends[0].way(1.0), ends[1].way(-1.0))
+        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, moving)
         self.nodes, self.spline = nodes, Spline.on(nodes, jumps)
         cell, part, weight = _simpson(nodes, jumps)
         h = np.diff(nodes)
@@ -125,11 +152,11 @@ class Window:
         rising = np.where(sign[self.cell] == sign[self.beside], sign[self.cell], 0.0)
         self.free = self._rows(dataclasses.replace(self.places, rising=rising))
 
-    def guess(self) -> Array:
+    def guess(self, share: float) -> Array:
         """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest."""
         at, size = self.spline.greville(), self.spline.size
         thought = np.interp(self.spline.t, self.samples.s, self.q)
-        c: Array = GUESS * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
+        c: Array = share * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
         for end, away, place in ((self.ends[0], at - self.low, 0), (self.ends[1], self.high - at, -1)):
             if end.rest:
                 ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
@@ -179,45 +206,60 @@ class Window:
 
 
 def plan_window(
-    setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode, exact: bool = False
+    setting: Setting,
+    low: float,
+    high: float,
+    start: State,
+    stop: State,
+    mode: Mode,
+    exact: bool = False,
+    known: Samples | None = None,
 ) -> Plan:
     """The motion from `low` to `high`, mm, between two states.
 
     With `exact` the share `mode.tolerance` of all limits is left unused, so that the audit may hold it to 1: for motion
-    that is not slowed down afterwards.
+    that is not slowed down afterwards. `known`: samples from `low` to `high` or further.
     """
-    samples = sample(setting, low, high, start.feed**2, stop.feed**2)
+    samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf and samples.twist == np.inf:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
     if np.min(samples.top) < WIDEST * np.max(samples.top):
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves next to no feed")
     ends = _ends(setting, samples, low, high, start, stop)
-    window = Window(setting, samples, samples.q, ends, low, high, mode)
+    window, share = Window(setting, samples, samples.q, ends, low, high, mode), GUESS
+    begin = FAR
     if setting.period is not None and np.any(np.isin(setting.inside(low, high), setting.real_jumps)):
         # cells beside a jump end where its reach does, which is a matter of the feed there
-        rough = solve(window.problem, window.guess(), ROUGH)
+        rough = solve(window.problem, window.guess(share), ROUGH)
         window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
+        share, begin = NEAR, CLOSE
+    last = chebyshev(mode.looked)
     goal = 1.0 if exact else 1.0 + mode.tolerance
     factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
     uneven = setting.limits.deceleration_jerk != setting.limits.jerk
+    often = np.zeros(len(window))
     sign, settled = np.zeros(len(window)), np.ones(len(window), dtype=bool)
-    c, z, bound, closely = window.guess(), None, 0.0, False
+    c, z, bound, closely = window.guess(share), None, 0.0, False
     found: list[Plan] = []
-    for k in range(mode.rounds + 1):
+    rounds = 2 * mode.rounds if exact else mode.rounds  # such a motion is not slowed down afterwards
+    for k in range(rounds + 1):
         window.hold(factor)
-        solution = solve(window.problem, c, mode.gap, z)
+        solution = solve(window.problem, c, mode.gap, z, begin)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
             bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
         pieces = pieces_of(window.spline, c, ends)
-        shares = worst_shares(setting, pieces, high, LOOKED_AT_LAST if closely else LOOKED)
-        if not closely and (k == mode.rounds or (np.max(shares) <= goal and not (uneven and k == 0))):
-            closely = True
-            shares = worst_shares(setting, pieces, high, LOOKED_AT_LAST)
-        if closely:
+        shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
+        hopeless = k == 0 and not solution.kept
+        if not closely and (k == rounds or np.max(shares) <= goal or hopeless):
+            closely = not uneven or k > 0
+            shares = worst_shares(setting, pieces, high, last) * (1.0 + mode.unseen)
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
-            if found[-1].over <= goal:
-                break
+        elif closely:
+            shares = shares * (1.0 + mode.unseen)
+            found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
+        if hopeless or (closely and found[-1].over <= goal):
+            break
         if uneven:
             now = window.signs(c)
             settled &= (sign == 0.0) | (now == sign)
@@ -226,8 +268,10 @@ def plan_window(
             z = z if k else None  # about half of the cells have another limit now
         over = window.of_cells(shares) / goal
         lower = over > 1.0 - 0.5 * mode.tolerance
-        factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)), factor)
-    return dataclasses.replace(min(found, key=lambda plan: plan.seconds), bound=bound)
+        often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
+        factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
+    best = min(found, key=lambda plan: (exact and plan.over > goal, plan.seconds))
+    return dataclasses.replace(best, bound=bound)
 
 
 def _reserve(n: int, ends: tuple[End, End], share: float) -> Array:

@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
+import numpy as np
+
 from splinefeed.errors import PlanError
-from splinefeed.feed.optimal.grid import counted
+from splinefeed.feed.optimal.grid import Samples, counted
 from splinefeed.feed.optimal.law import Pieces, joined
 from splinefeed.feed.optimal.setting import Setting
-from splinefeed.feed.optimal.straight import plan_straight
+from splinefeed.feed.optimal.straight import plan_straight, plan_straights
 from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
+from splinefeed.records import Array, Limits
 
-#: Share of a window's pieces that becomes final: what follows must not matter any more to what is kept.
-FINAL = 0.5
+#: Pieces of a window that do not become final, as what follows still matters to them: this share, and so many, but no
+#: more than half of all.
+OPEN, MOST_OPEN = 0.25, 60
 #: What is left of a stretch joins a window that would hold this share more cells than asked for.
 JOINS = 1.3
+#: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
+POOR = 4.0
+#: Straight lines that are planned together.
+MOST_LINES = 4096
+#: Halvings of the way to rest at a feed hold.
+SHORTER = 8
+#: Shares of the feed that new limits allow, at which the motion comes under them.
+BRIDGES = (0.9, 0.5)
 #: A motion counts as within its limits up to this share, as a factor on q.
 KEPT = 1.0 + 1e-9
+
+
+class OutOfReachError(PlanError):
+    """From where it is the motion cannot keep the limits."""
 
 
 @dataclass(eq=False)
@@ -24,6 +41,8 @@ class Windows:
     """Where the motion has come to, mm, its state there, and the rest of the last plan, which ends at rest at `end`.
 
     work  cells that were planned so far
+    ahead, samples  share of a window that is known ahead, and the samples by which `reach` found it
+    limits  those that the last plan keeps;  lines  plans of straight lines from rest to rest, by where they begin
     """
 
     low: float
@@ -31,33 +50,122 @@ class Windows:
     left: Pieces | None = None
     end: float = 0.0
     work: int = 0
+    ahead: float = 0.0
+    samples: Samples | None = None
+    limits: Limits | None = None
+    lines: dict[float, Plan | None] | None = None
 
-    def advance(self, setting: Setting, mode: Mode, high: float, stop: State, *, last: bool) -> Pieces:
-        """The next final motion of a path that is known up to `high`, mm; with `last` the motion ends there in `stop`.
+    def straight(self, setting: Setting, marks: Array) -> Pieces | None:
+        """The exact profile to the next stop, if the motion is at rest and the line to there straight.
+
+        marks (m,)  where it is, mm, and the stops ahead: what is found of MOST_LINES of them is kept
+        """
+        if self.state.feed > 0.0 or len(marks) < 2:
+            return None
+        if self.lines is None or self.low not in self.lines:
+            marks = marks[: MOST_LINES + 1]
+            plans = plan_straights(setting, marks)
+            self.lines = {float(s): plan for s, plan in zip(marks[:-1], plans, strict=True)}
+        line = self.lines.get(self.low)
+        if line is None:
+            return None
+        self.limits = setting.limits
+        return self._take(line.pieces, len(line.pieces), float(marks[1]), REST)
+
+    def advance(self, setting: Setting, mode: Mode, near: float, stop: State, *, ends_here: bool) -> Pieces:
+        """The next final motion, by a window up to `near`, mm; with `ends_here` the motion ends there in `stop`.
 
         Where no new plan keeps the limits, the next part of the last one is taken: it leads to rest.
-        Raises PlanError where there is none: from the state the motion cannot keep the limits.
+        Raises OutOfReachError where there is none: from the state the motion cannot keep the limits.
         """
-        near = self.reach(setting, mode, high)
-        ends_here = last and near == high
-        plan = plan_window(setting, self.low, near, self.state, stop if ends_here else REST, mode, exact=True)
+        into = stop if ends_here else REST
+        try:
+            with np.errstate(all="ignore"):  # what is no number is no motion to take
+                plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
+        except PlanError:
+            if self.left is None:
+                raise
+            return self._take(self.left, _final(len(self.left)), self.end, REST)
         self.work += len(plan.pieces)
-        if plan.over > KEPT and self.left is not None and len(self.left):
+        moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
+        if plan.over > KEPT and self.left is not None:
             pieces, end = self.left, self.end
-        elif plan.over > KEPT and (self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)):
-            raise PlanError(self._out_of_reach(plan, near))
+        elif not plan.over < POOR and not moving:
+            raise PlanError(
+                f"no motion from s = {self.low:.6g} to {near:.6g} mm was found within these limits: the path bends or "
+                "turns too sharply there; smooth it"
+            )
+        elif plan.over > KEPT and moving:
+            raise OutOfReachError(self._out_of_reach(plan, near))
         else:
             pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > KEPT else 1.0), near
+            self.limits = setting.limits
             if ends_here:
                 return self._take(pieces, len(pieces), end, stop)
-        return self._take(pieces, max(int(FINAL * len(pieces)), 1), end, REST)
+        return self._take(pieces, _final(len(pieces)), end, REST)
+
+    def hold(self, setting: Setting, mode: Mode, high: float) -> Pieces:
+        """Motion to rest on the shortest way that the limits allow, no further than `high`, mm, if rest is there.
+
+        Where no shorter way is found, it is the rest of the last plan.
+        """
+        self.left, self.end = self._shortest(setting, mode, high)
+        return self._take(self.left, len(self.left), self.end, REST)
+
+    def change(self, before: Setting, setting: Setting, mode: Mode, high: float) -> Pieces | None:
+        """Motion under the limits of before to where the new ones can be kept, if that is not at once.
+
+        It ends at a feed that these allow, without acceleration, as soon as that can be, or at rest.
+        """
+        if self.state.feed == 0.0:
+            return None
+        near, low, state = self.reach(setting, mode, high), self.low, self.state
+        samples = self.samples
+        if samples is None or self._found(setting, mode, near) is not None:
+            return None
+        left, end = self._shortest(before, mode, high)
+        for k in range(SHORTER):
+            at = min(low + 2.0 * (end - low) * 0.5 ** (SHORTER - 1 - k), 0.5 * (low + near))
+            for share in BRIDGES:
+                into = State(share * float(np.interp(at, samples.s, samples.q)) ** 0.5)
+                bridge = self._found(before, mode, at, into)
+                if bridge is None:
+                    continue
+                self.low, self.state = at, into
+                onwards = self._found(setting, mode, near)
+                if onwards is not None:
+                    self.left, self.end, self.limits = onwards, near, setting.limits
+                    return bridge
+                self.low, self.state = low, state
+        return self._take(left, len(left), end, REST)
+
+    def _found(self, setting: Setting, mode: Mode, near: float, into: State = REST) -> Pieces | None:
+        """Motion to `near`, mm, if it keeps the limits."""
+        with np.errstate(all="ignore"), suppress(PlanError):
+            plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True)
+            self.work += len(plan.pieces)
+            return plan.pieces if plan.over <= KEPT else None
+        return None
+
+    def _shortest(self, setting: Setting, mode: Mode, high: float) -> tuple[Pieces, float]:
+        """The shortest way to rest, and where that is, mm: no further than the last plan or, without one, `high`."""
+        least, most, best = self.low, high if self.left is None else self.end, self.left
+        for _ in range(SHORTER):
+            middle = 0.5 * (least + most)
+            found = self._found(setting, mode, middle)
+            least, most, best = (middle, most, best) if found is None else (least, middle, found)
+        if best is None:
+            raise OutOfReachError(f"from {self.state} at s = {self.low:.6g} mm no way to rest was found")
+        return best, most
 
     def reach(self, setting: Setting, mode: Mode, high: float) -> float:
         """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
-        return counted(setting, self.low, high, mode.turn, mode.beat, mode.cells, JOINS)
+        near, self.ahead, self.samples = counted(setting, self.low, high, mode.turn, mode.beat, mode.cells, JOINS)
+        return near
 
     def move(self, origin: float) -> None:
         """Count arc length from a new origin, mm."""
+        self.samples = None
         self.low, self.end = self.low - origin, self.end - origin
         if self.left is not None:
             coefficients = self.left.coefficients.copy()
@@ -68,8 +176,7 @@ class Windows:
         """Make the first pieces final."""
         taken, self.left, self.end = pieces.part(0, count), pieces.part(count, len(pieces)), end
         if len(self.left):
-            row = self.left.coefficients[0]
-            self.low, self.state = float(row[0]), State(float(row[1]), float(2.0 * row[2]))
+            self.low, self.state = _begin(self.left, 0)
         else:
             self.low, self.state, self.left = end, stop, None
         return taken
@@ -81,15 +188,28 @@ class Windows:
         )
 
 
+def _final(count: int) -> int:
+    """How many of so many pieces become final."""
+    return max(count - max(int(OPEN * count), min(MOST_OPEN, count // 2)), 1)
+
+
+def _begin(pieces: Pieces, k: int) -> tuple[float, State]:
+    """Where piece `k` begins, mm, and how."""
+    s, feed, half = (float(value) for value in pieces.coefficients[k, :3])
+    return s, State(feed, 2.0 * half)
+
+
 def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> Plan:
     """The motion between two ends, at rest or in motion, by as many windows as it takes."""
     straight = plan_straight(setting, low, high, start, stop)
     if straight is not None:
         return straight
-    windows = Windows(low, start)
+    windows = Windows(low, State(start.feed, start.acceleration))
     if windows.reach(setting, mode, high) == high:
-        return plan_window(setting, low, high, start, stop, mode, exact=max(start.feed, stop.feed) > 0.0)
+        exact = max(start.feed, stop.feed) > 0.0
+        return plan_window(setting, low, high, start, stop, mode, exact=exact, known=windows.samples)
     parts = []
     while windows.low < high:
-        parts.append(windows.advance(setting, mode, high, stop, last=True))
+        near = windows.reach(setting, mode, high)
+        parts.append(windows.advance(setting, mode, near, stop, ends_here=near == high))
     return Plan(joined(parts), 0.0, 1.0, True)

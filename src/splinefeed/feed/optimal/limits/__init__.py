@@ -19,6 +19,7 @@ from splinefeed.feed.optimal.limits import (
     feed,
     tangential_acceleration,
     tangential_jerk,
+    unlimited,
 )
 from splinefeed.feed.optimal.limits.rows import Places, Row, Rows, stacked
 from splinefeed.records import Limits
@@ -34,6 +35,7 @@ LIMITS = (
     axis_acceleration.rows,
     tangential_jerk.rows,
     axis_jerk.rows,
+    unlimited.rows,
 )
 
 
