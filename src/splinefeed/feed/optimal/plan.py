@@ -13,18 +13,20 @@ from splinefeed.feed.optimal.audit import LOOKED_AT_LAST, worst_shares
 from splinefeed.feed.optimal.corners import SHARPEST, passed_corners
 from splinefeed.feed.optimal.periods import in_periods
 from splinefeed.feed.optimal.setting import Setting
+from splinefeed.feed.optimal.straight import straight_rests
 from splinefeed.feed.optimal.stretch import Mode, Plan, State, plan_window
-from splinefeed.feed.optimal.ticks import kept_at_ticks
+from splinefeed.feed.optimal.ticks import held_at_ticks
 from splinefeed.feed.optimal.track import PathTrack
-from splinefeed.feed.optimal.window import KEPT, plan_stretch
+from splinefeed.feed.optimal.turns import check_turns
+from splinefeed.feed.optimal.window import KEPT, Windows, plan_stretch
 from splinefeed.feed.stretches import curve_feeds, lasting
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, Limits, TimeLaw
+from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw
 
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=8, cells=8000, bounded=True),
+    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=12, cells=8000, bounded=True),
     LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400),
 }
 #: A bend of a smaller radius, mm, is a cusp: 1 nm, what no drive follows.
@@ -39,8 +41,6 @@ RESERVES = (5e-3, 2e-2, 0.1)
 NEAREST = 10
 #: What the audit may not see of a peak between its places, as a factor on q.
 UNSEEN = 1e-6
-#: Stretches between so many rests, about 1 ms each, are left to compiled loops.
-MOST_RESTS = 10_000
 #: What rounding may make of a number of periods; a motion ends after a tick if it does by this share of a period.
 ROUNDING, LATE = 1e-12, 1e-9
 
@@ -115,33 +115,48 @@ def _law(path: Path, limits: Limits, period: float | None, strategy: str) -> Tim
     setting, mode = setting_of(path, limits, period), MODES[strategy]
     wanted = np.array([*path.stops, *(s for s, _ in path.dwells)])
     inner = wanted[(wanted > 0.0) & (wanted < path.length) & ~np.isin(wanted, setting.passed[0])]
-    uneven = limits.deceleration_jerk != limits.jerk
-    many = len(setting.rests) >= MOST_RESTS
-    if many or uneven or _has_cusps(path, setting) or not np.all(np.isin(inner, setting.rests)):
+    if _has_cusps(path, setting) or not np.all(np.isin(inner, setting.rests)):
         return None
-    try:
-        law = motion(setting, strategy, mode)
-    except PlanError:
-        if max(limits.start_feed, limits.end_feed) > 0.0:
-            raise
-        return None
-    if law is None:
-        return None
-    return law if kept_at_ticks(law, path, limits, setting.passed[0], setting.breaks) else None
+    check_turns(path, np.concatenate([[0.0], setting.rests, [path.length]]), limits)
+    law = motion(setting, strategy, mode)
+    at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
+    return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
 
 
-def motion(setting: Setting, strategy: str, mode: Mode) -> TimeLaw | None:
-    """From rest to rest over all of a setting's track, as `plan_in_mode`; None where nothing good was found."""
+def motion(setting: Setting, strategy: str, mode: Mode) -> TimeLaw:
+    """From rest to rest over all of a setting's track, as `plan_in_mode`; PlanError where none was found."""
     limits, period, length = setting.limits, setting.period, setting.track.length
     marks = np.concatenate([[0.0], setting.rests, [length]])
     instants, rows, notes = [np.zeros(1)], [], []
     bound, tick, late = 0.0, 0, 0.0
-    for low, high in pairwise(marks.tolist()):
+    exact, phases, shapes = straight_rests(setting, marks)
+    exact[0] &= limits.start_feed == 0.0
+    exact[-1] &= limits.end_feed == 0.0
+    for first, last in _runs(exact):
+        if exact[first]:
+            spans, shape = phases[first:last], shapes[first:last]
+            seconds = np.sum(spans, axis=1)
+            bound += float(np.sum(seconds))
+            begin = float(instants[-1][-1])
+            ends = begin + np.cumsum(seconds)
+            if period is not None:
+                many = np.maximum(np.ceil(seconds / period * (1.0 - ROUNDING) - ROUNDING), 1.0)
+                slower = many * period / seconds
+                spans, shape = spans * slower[:, None], shape / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
+                ends = (tick + np.cumsum(many)) * period + late
+                tick += int(np.sum(many))
+            begins = np.concatenate([[begin], ends[:-1]])
+            breaks = np.minimum(begins[:, None] + np.cumsum(spans, axis=1), ends[:, None])
+            breaks[:, -1] = ends
+            instants.append(breaks.ravel())
+            rows.append(shape.reshape(-1, LAW_COEFFICIENTS))
+            continue
+        low, high = marks[first : first + 2].tolist()
         start = State(limits.start_feed if low == 0.0 else 0.0)
         stop = State(limits.end_feed if high == length else 0.0)
         plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
-        if plan.over > POOR or not plan.found:
-            return None
+        if not plan.over <= POOR:
+            raise _not_found(setting, plan, low, high)
         bound += plan.bound
         rows.append(plan.pieces.coefficients)
         breaks = float(instants[-1][-1]) + np.cumsum(plan.pieces.spans)
@@ -154,8 +169,6 @@ def motion(setting: Setting, strategy: str, mode: Mode) -> TimeLaw | None:
             breaks[-1] = tick * period + late
         instants.append(breaks)
     times, coefficients = lasting(np.concatenate(instants), np.concatenate(rows))
-    if not np.all(np.isfinite(coefficients)):
-        return None
     return TimeLaw(
         breaks=times,
         coefficients=coefficients,
@@ -166,16 +179,20 @@ def motion(setting: Setting, strategy: str, mode: Mode) -> TimeLaw | None:
     )
 
 
+def _runs(exact: BoolArray) -> list[tuple[int, int]]:
+    """First and behind the last of stretches (m,) that go together: exact ones in a row, others one by one."""
+    begin = np.flatnonzero(np.append(True, ~(exact[1:] & exact[:-1])))
+    return list(pairwise([*begin.tolist(), len(exact)]))
+
+
 def _has_cusps(path: Path, setting: Setting) -> bool:
-    """Whether the path turns back, bends by a radius below SHARP, or moves rotary axes that have limits, or alone."""
+    """Whether the path turns back or bends by a radius below SHARP."""
     corners = path.corners
-    names = ("axis_velocity", "axis_acceleration", "axis_jerk")
-    limited = [setting.limits.of_axes(name, path.axes)[path.linear :] for name in names]
-    if np.any(corners.angle[corners.stop] > SHARPEST) or path.shape[2] <= 0 or np.any(np.isfinite(limited)):
+    if np.any(corners.angle[corners.stop] > SHARPEST):
         return True
     before, after, _ = setting.beside
     tips = setting.track.tips[1] if isinstance(setting.track, PathTrack) else np.zeros(0)
-    bends = (tips, np.abs(before[:, 2]), np.abs(after[:, 2]))
+    bends = (tips, np.abs(before[:, 2, : path.linear]), np.abs(after[:, 2, : path.linear]))
     return not all(np.max(bend, initial=0.0) * SHARP < 1.0 for bend in bends)
 
 
@@ -222,6 +239,19 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
     return first, math.floor(first.pieces.duration / period)
 
 
+def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanError:
+    """The error for a stretch whose best motion is over a limit: where, by how much, and what mends it."""
+    with np.errstate(all="ignore"):
+        over = np.max(worst_shares(setting, plan.pieces, high, LOOKED_AT_LAST), axis=0)
+    k = int(np.argmax(over))
+    much = f"{100.0 * (over[k] - 1.0):.3g} % over a limit" if over[k] < np.inf else "no motion"
+    return PlanError(
+        f"from s = {low:.6g} to {high:.6g} mm no motion within the limits was found: at s = "
+        f"{plan.pieces.coefficients[k, 0]:.6g} mm the best one is {much}; smooth or split the path there, or leave out "
+        "the limits of an axis that turns or bends there while the path hardly moves on"
+    )
+
+
 def _late(high: float, length: float, late: float, period: float) -> str:
     """The note on a stretch with a moving end that could not be made to last whole periods."""
     place = f"the stop at {high:g} mm falls {late:.6g} s after a tick"
@@ -232,17 +262,21 @@ def _late(high: float, length: float, late: float, period: float) -> str:
 
 def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> PlanError:
     """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow."""
-    mode = replace(MODES[LOOK_AHEAD], rounds=2)
+    mode = MODES[LOOK_AHEAD]
+    near = Windows(low).reach(setting, mode, high)  # what lies behind does not matter
+    length = near - low
 
     def possible(first: float, last: float) -> bool:
-        return plan_window(setting, low, high, State(first), State(last), mode, exact=True).over <= KEPT
+        begin, end = (low, near) if last == 0.0 or near == high else (high - length, high)
+        first, last = (first if begin == low else 0.0), (last if end == high else 0.0)
+        return plan_window(setting, begin, end, State(first), State(last), mode, exact=True).over <= KEPT
 
     at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start.feed, 0.0))
     name, wanted = ("end_feed", stop.feed) if at_end else ("start_feed", start.feed)
     least, most = 0.0, wanted
     for _ in range(NEAREST):
         middle = 0.5 * (least + most)
-        fits = possible(start.feed, middle) if at_end else possible(middle, stop.feed)
+        fits = possible(start.feed, middle) if at_end else possible(middle, 0.0)
         least, most = (middle, most) if fits else (least, middle)
     return PlanError(
         f"{name} is {wanted:g} mm/s; the limits between s = {low:.6g} and {high:.6g} mm allow at most {least:.6g} mm/s "

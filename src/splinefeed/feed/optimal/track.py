@@ -109,9 +109,12 @@ def sharp_bends(path: Path) -> tuple[Array, Array]:
             at = 0.5 * (left + right)
             least = radius(owner, at)
             sharp = least < SHARP * np.diff(path.curve_starts)[owner]
+            if function is speed and path.linear < len(path.axes):  # rotary axes turn far within little of the path
+                sharp |= speed(owner, at) < SHARP * (path.curve_starts[owner + 1] - path.curve_starts[owner])
             with np.errstate(divide="ignore"):
                 found.append(np.column_stack([path.arc_length(owner, at), 1.0 / least])[sharp])
     tips = np.concatenate(found)
     tips = tips[np.argsort(tips[:, 0])]
     apart = np.diff(tips[:, 0], prepend=-np.inf) * tips[:, 1] > 1.0  # nearer than their radius they are one
+    apart |= np.diff(tips[:, 0], prepend=-np.inf) > SHARP * path.length
     return tips[apart, 0], tips[apart, 1]
