@@ -11,6 +11,7 @@ from scipy.interpolate import BSpline
 
 import sample_curves
 import splinefeed as sf
+from splinefeed.errors import PlanError
 from splinefeed.feed.optimal import plan as planner
 from splinefeed.feed.optimal.law import quintics
 from splinefeed.feed.optimal.limits import LIMITS
@@ -18,10 +19,12 @@ from splinefeed.feed.optimal.limits.chord_error import within_reach
 from splinefeed.feed.optimal.setting import Setting
 from splinefeed.feed.optimal.solve import End, Problem, lower_bound, solve
 from splinefeed.feed.optimal.spline import Spline
+from splinefeed.feed.optimal.straight import seven_phases
 from splinefeed.feed.optimal.stream import look_ahead
 from splinefeed.feed.optimal.stretch import REST, Mode, State, plan_window
 from splinefeed.feed.optimal.ticks import kept_at_ticks
 from splinefeed.feed.optimal.track import PathTrack, sharp_bends
+from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.geometry.path import Path
 
 PERIOD = 1e-3
@@ -209,3 +212,55 @@ def test_a_path_in_parts_is_planned_as_it_comes() -> None:
     again = list(look_ahead([path], limits, PERIOD, window=200))
     assert sum(b.law.duration for b in again) == pytest.approx(sum(b.law.duration for b in blocks), rel=5e-3)
     assert list(islice(look_ahead([], limits, PERIOD), 1)) == []
+
+
+def arc(length: float) -> Path:
+    """An arc so flat that it costs nothing, and yet no straight line."""
+    half = 0.5 * length / 1e5
+    ends = 1e5 * np.sin(half)
+    top = 1e5 * (1.0 / np.cos(half) - np.cos(half))
+    return Path([sf.NurbsCurve.bezier([[-ends, 0.0], [0.0, top], [ends, 0.0]], [1.0, float(np.cos(half)), 1.0])])
+
+
+@pytest.mark.parametrize(("length", "most"), [(2.0, 1.02), (20.0, 1.007), (200.0, 1.002)])
+@pytest.mark.parametrize(("jerk", "falling"), [(2e4, 5e3), (5e3, 2e4), (2e4, 2e5)])
+def test_two_limits_of_jerk_cost_what_the_exact_profile_says(
+    length: float, most: float, jerk: float, falling: float
+) -> None:
+    path, limits = arc(length), sf.Limits(feed=60, acceleration=500, jerk=jerk, deceleration_jerk=falling)
+    law = planner.plan_in_mode(path, limits, None, "time-optimal")
+    assert law is not None
+    exact = SevenPhase.solve(path.length, limits).duration
+    assert exact * (1.0 - 1e-6) <= law.duration <= most * exact
+
+
+def test_many_profiles_at_once_are_those_of_one_by_one() -> None:
+    rng = np.random.default_rng(1)
+    ranges = ((-3, 3), (-1, 3), (1, 5), (1, 5), (2, 7), (2, 7))
+    given = [10.0 ** rng.uniform(*each, 300) for each in ranges]
+    spans, c = seven_phases(*given)
+    names = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
+    for k, (length, *values) in enumerate(zip(*given, strict=True)):
+        one = SevenPhase.solve(length, sf.Limits(**dict(zip(names, values, strict=True))))
+        assert np.sum(spans[k]) == pytest.approx(one.duration, rel=1e-8)
+    t = spans[:, :, None] ** np.arange(4)
+    assert np.sum(c[:, 6, :4] * t[:, 6], axis=1) == pytest.approx(given[0], rel=1e-14)
+    ends = np.sum(c[:, :6, :4] * t[:, :6], axis=2)
+    assert np.max(np.abs(ends - c[:, 1:, 0]) / given[0][:, None]) < 1e-14
+    feeds = np.sum(c[:, :6, 1:4] * np.arange(1, 4) * t[:, :6, :3], axis=2)
+    assert np.max(np.abs(feeds - c[:, 1:, 1]) / given[1][:, None]) < 1e-14
+
+
+def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_spot_refused() -> None:
+    limits = sf.Limits(feed=50, axis_acceleration={"x": 500, "a": 20}, axis_jerk={"x": 2e4, "a": 1e3})
+    path = Path([sf.NurbsCurve.bezier([[0, 0], [5, 0.5], [10, -1.0], [15, 0.2]])], ("x", "a"))
+    law = planner.plan_in_mode(path, limits, PERIOD, "time-optimal")
+    assert law is not None
+    assert sf.check(sf.interpolate(path, law), path, limits, law).ok
+    on_the_spot = Path([sf.NurbsCurve.bezier([[0, 0], [0, 0.5], [10, 1.0]])], ("x", "a"))
+    with pytest.raises(PlanError, match="at s = 0 mm the linear axes stand still while a turns on"):
+        planner.plan_in_mode(on_the_spot, limits, PERIOD, "time-optimal")
+    alone = Path([sf.NurbsCurve.bezier([[0, 0], [0, 1.0]]), sf.NurbsCurve.bezier([[0, 1], [5, 1.0]])], ("x", "a"))
+    law = planner.plan_in_mode(alone, limits, PERIOD, "time-optimal")
+    assert law is not None
+    assert sf.check(sf.interpolate(alone, law), alone, limits, law).ok

@@ -194,7 +194,7 @@ def test_the_check_finds_a_corner_that_is_passed_too_fast():
     path = square()
     given = {"feed": 60, "axis_acceleration": 500, "axis_jerk": 20000}
     law, points = planned(path, sf.Limits(**given, axis_velocity_step=5.0), "time-optimal")
-    for given_law, step in ((law, 4.95), (None, 4.5)):  # setpoints alone tell the feed there by its mean over a step
+    for given_law, step in ((law, 4.997), (None, 4.5)):  # setpoints alone tell the feed there by its mean over a step
         lower = sf.Limits(**given, axis_velocity_step={"x": 5.0, "y": step})
         verdict = sf.check(points, path, lower, law=given_law)
         failing = [name for name, result in verdict.limits.items() if not result.holds]

@@ -12,6 +12,8 @@ from splinefeed.records import Array
 LOOKED = (0.0, 0.2, 0.5, 0.8, 1.0)
 #: Feed below 0 by more than this share of the top feed is motion that goes back.
 BACK = 1e-12
+#: An acceleration below this share of the largest one of its piece is none.
+STILL = 1e-9
 #: How much larger the rise of a peak between places is taken than a parabola says.
 MARGIN = 2.0
 #: Places that are looked at together, so that memory stays small.
@@ -24,13 +26,13 @@ def chebyshev(count: int) -> tuple[float, ...]:
 
 
 def worst_shares(setting: Setting, pieces: Pieces, end: float, looked: tuple[float, ...] = LOOKED) -> Array:
-    """Largest share of any limit in each piece, as a factor on q = feed^2, (m,); `end`: where the last one ends, mm.
+    """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
     A peak between places is told by a parabola through three of them.
     """
     begin = pieces.coefficients[:, 0]
     close = np.append(begin[1:], end)
-    worst = np.zeros(len(pieces))
+    worst = np.zeros((3, len(pieces)))
     size = max(TOGETHER // len(looked), 1)
     for first in range(0, len(pieces), size):
         block = slice(first, first + size)
@@ -38,25 +40,48 @@ def worst_shares(setting: Setting, pieces: Pieces, end: float, looked: tuple[flo
         inside = INSIDE * (high - low)
         s, v, a, j = (each.T for each in pieces.part(first, first + size).at(np.array(looked)[:, None]))
         if not np.all(np.isfinite(s)):
-            worst[block] = np.inf
+            worst[:, block] = np.inf
             continue
         s = np.clip(s, (low + inside)[:, None], (high - inside)[:, None])
-        places = setting.places(s.ravel(), feed=v.ravel(), rising=np.sign(a).ravel())
+        rising = _rising(a, j, pieces.spans[block, None] * np.diff(looked))
+        places = setting.places(s.ravel(), feed=v.ravel(), rising=rising.ravel(), alone=True)
         for jump in (places.turn, places.bend):  # what a piece comes within reach of counts for all of it
             by_piece = jump.reshape(*jump.shape[:2], *s.shape)
             by_piece[:] = np.max(by_piece, axis=3, keepdims=True)
-        found = setting.rows(places).shares(v.ravel(), a.ravel(), j.ravel())
+        rows = setting.rows(places)
+        found = rows.shares(v.ravel(), a.ravel(), j.ravel())
         found = np.where((v >= -BACK * np.max(v)).ravel() & np.isfinite(found), found, np.inf)
-        worst[block] = _peaks(np.moveaxis(found.reshape(-1, *s.shape), 2, 0))
+        peaks = _peaks(np.moveaxis(found.reshape(-1, *s.shape), 2, 0))
+        worst[:, block] = rows.by_kind(peaks)
     return worst
 
 
+def _rising(a: Array, j: Array, steps: Array) -> Array:
+    """The sign of the acceleration at places (n, k) of pieces, 0 where it may change on the way to the next one.
+
+    a, j  acceleration and jerk at the places, steps (n, k - 1) times between them. Where tangents at two of them meet
+    on the other side of 0 the acceleration may go there in between.
+    """
+    still = np.abs(a) <= STILL * np.max(np.abs(a), axis=1, keepdims=True)  # it has the sign of what is around it
+    sign = np.sign(np.where(still, np.sum(a, axis=1, keepdims=True), a))
+    a = np.where(still, 0.0, a)
+    bend = j[:, 1:] - j[:, :-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = (a[:, :-1] - a[:, 1:] + j[:, 1:] * steps) / bend
+        met = (a[:, :-1] + j[:, :-1] * at) * sign[:, :-1]
+    turns = (sign[:, 1:] != sign[:, :-1]) | ((at > 0.0) & (at < steps) & (met < 0.0))
+    either = np.zeros(a.shape, dtype=bool)
+    either[:, 1:] |= turns
+    either[:, :-1] |= turns
+    return np.where(either, 0.0, sign)
+
+
 def _peaks(shares: Array) -> Array:
-    """The largest of shares (places, limits, n), (n,), and of what parabolas tell between places."""
+    """The largest of shares (places, limits, n), (limits, n), and of what parabolas tell between places."""
     below, here, above = shares[:-2], shares[1:-1], shares[2:]
     with np.errstate(invalid="ignore"):
         bend = 2.0 * here - below - above
         peak = (here >= below) & (here >= above) & (bend > 0.0) & (bend < np.inf)
         rise = np.where(peak, (above - below) ** 2 / np.where(peak, 8.0 * bend, 1.0), 0.0)
-    found: Array = np.maximum(np.max(shares, axis=(0, 1)), np.max(here + MARGIN * rise, axis=(0, 1)))
+    found: Array = np.maximum(np.max(shares, axis=0), np.max(here + MARGIN * rise, axis=0))
     return found

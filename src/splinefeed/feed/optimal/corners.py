@@ -8,6 +8,9 @@ from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, Limits
 
+#: A corner is passed where that allows at least this share of the feed that a ramp at rest soon reaches; else it is a
+#: stop, as a feed next to nothing is.
+WORTH_PASSING = 0.02
 #: A corner that turns back by less than this, rad, is no corner to pass but a cusp.
 SHARPEST = np.pi - 1e-3
 
@@ -35,4 +38,16 @@ def passed_corners(path: Path, limits: Limits, period: float | None) -> tuple[Ar
         feed = np.fmin.reduce(steps, axis=1)
         if limits.chord_error is not None and period is not None:
             feed = np.minimum(feed, 2.0 * limits.chord_error / (period * np.sin(0.5 * angle)))
-    return np.asarray(s, dtype=np.float64), feed
+    passed = feed > _worth(path, limits)
+    return np.asarray(s, dtype=np.float64)[passed], feed[passed]
+
+
+def _worth(path: Path, limits: Limits) -> float:
+    """Feed in mm/s below which passing a corner is no better than a stop."""
+    top, push, twist = (
+        min(float(along), float(np.min(limits.of_axes(name, path.axes))))
+        for along, name in (
+            (limits.feed, "axis_velocity"), (limits.acceleration, "axis_acceleration"), (limits.jerk, "axis_jerk"),
+        )
+    )  # fmt: skip
+    return WORTH_PASSING * (min(push * push / twist, top) if np.isfinite(push / twist) else top)

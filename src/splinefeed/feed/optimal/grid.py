@@ -23,6 +23,8 @@ SHORTEST = 1e-9
 STEADY = 30.0
 #: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
 CHANGING = 3.0
+#: At a feed v below this share of the top feed it is the time in which v is reached that counts.
+CRAWL = 1.0 / 16.0
 #: Cells need not last less than this share of the time in which the top feed is reached.
 REACHED = 0.1
 #: Samples towards both ends, each at half the distance of the one before.
@@ -36,6 +38,8 @@ GROWTH = 0.35
 MOVING = 0.125
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
+#: Where the motion turns a cell ends, unless another end is within this share of a cell.
+APART = 0.1
 #: A cell is no more than this many times as long as its neighbour.
 RATIO = 2.2
 
@@ -86,18 +90,18 @@ def sample(
         else:
             s, top, curvature = known.s, known.top, known.curvature
     for _ in range(HALVINGS):
-        q = profile(s, top, push, low, high, q_low, q_high)
+        q = profile(s, top, push, twist, low, high, q_low, q_high)
         slow = SLOW * np.max(q)
         gap = np.diff(s)
         change = np.abs(np.diff(q)) > SAMPLE_CHANGE * (np.maximum(q[1:], q[:-1]) + slow)
         more = np.flatnonzero(change & (gap > least) & _same_piece(edges, s))
-        if push == np.inf or not len(more):
+        if min(push, twist) == np.inf or not len(more):
             break
         new = 0.5 * (s[more] + s[more + 1])
         found = _tops(setting, new)
         s = np.insert(s, more + 1, new)
         top, curvature = np.insert(top, more + 1, found[0]), np.insert(curvature, more + 1, found[1])
-    q = profile(s, top, push, low, high, q_low, q_high)
+    q = profile(s, top, push, twist, low, high, q_low, q_high)
     return Samples(s, top, q, curvature, push, twist)
 
 
@@ -111,7 +115,7 @@ def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
     d = setting.track.derivatives(s)
     for _ in range(HALVINGS):
         gap = np.diff(s)
-        tangent, kappa = d[:, 1, : setting.linear], np.linalg.norm(d[:, 2, : setting.linear], axis=1)
+        tangent, kappa = setting.turning(d)
         turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
         turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
         more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
@@ -139,18 +143,27 @@ def _tops(setting: Setting, s: Array, d: Array | None = None) -> tuple[Array, Ar
         q = np.minimum(q, 1.0 / np.max(rows.jump[:, 1], axis=(0, 1), initial=0.0))
         push = float(np.float64(0.5) / np.max(np.abs(rows.linear[:, 1]), initial=0.0))
         twist = float(np.float64(0.5) / np.max(np.abs(rows.jerk[:, 2]), initial=0.0))
-    return np.maximum(q, LEAST), places.curvature, push, twist
+    return np.maximum(q, LEAST), setting.turning(places.d)[1], push, twist
 
 
-def profile(s: Array, top: Array, push: float, low: float, high: float, q_low: float, q_high: float) -> Array:
-    """The part of q (n,) at places s that an acceleration along the path can follow from and to the ends, mm^2/s^2."""
-    if push == np.inf:
-        return top
-    q = np.minimum.reduce([top, q_low + 2.0 * push * (s - low), q_high + 2.0 * push * (high - s)])
-    rise = 2.0 * push * (s - low)
-    q = np.minimum.accumulate(q - rise) + rise
-    found: Array = np.minimum.accumulate((q + rise)[::-1])[::-1] - rise
-    return np.maximum(found, LEAST)
+def profile(
+    s: Array, top: Array, push: float, twist: float, low: float, high: float, q_low: float, q_high: float
+) -> Array:
+    """The part of q (n,) at places s that a motion can follow from and to the ends, mm^2/s^2.
+
+    By its acceleration |dq/ds| <= 2 push, and out of a dip by its jerk |d(q^(3/4))/ds| <= sqrt(9/2 twist): what
+    s = v0 t + J t^3/6 and v = v0 + J t^2/2 give, 3/2 J t / sqrt(v), at most.
+    """
+    q = top
+    for rate, power in ((2.0 * push, 1.0), ((4.5 * twist) ** 0.5, 0.75)):
+        if rate == np.inf:
+            continue
+        w = np.minimum.reduce([q**power, q_low**power + rate * (s - low), q_high**power + rate * (high - s)])
+        rise = rate * (s - low)
+        w = np.minimum.accumulate(w - rise) + rise
+        w = np.minimum.accumulate((w + rise)[::-1])[::-1] - rise
+        q = np.maximum(w, LEAST**power) ** (1.0 / power)
+    return np.maximum(q, LEAST)
 
 
 def density(samples: Samples, q: Array, slow: float, turn: float, beat: float, *, so_far: bool = False) -> Array:
@@ -163,6 +176,8 @@ def density(samples: Samples, q: Array, slow: float, turn: float, beat: float, *
     top = np.maximum.accumulate(v) if so_far else np.full(len(v), np.max(v))
     time = np.maximum((top / samples.twist) ** 0.5, REACHED * top / samples.push)
     time = np.where(time > 0.0, time, np.inf)
+    crawl = np.maximum((v / samples.twist) ** 0.5, v / samples.push)
+    time = np.where((v < CRAWL * top) & (crawl > 0.0), np.minimum(crawl, time), time)
     change = np.ones(len(q))
     if samples.push < np.inf:
         slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
@@ -182,21 +197,26 @@ def lay(
     ramps: tuple[float, float],
     turn: float,
     beat: float,
+    turns: Array,
     moving: tuple[float, float] = (np.inf, np.inf),
 ) -> tuple[Array, BoolArray]:
     """Nodes (n + 1,) from low + ramps[0] to high - ramps[1], mm, and at which of them the path jumps.
 
-    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J);  moving  how long, mm,
-    the first and the last are at most where the ends are in motion
+    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J);  turns (k,)  more places
+    at which cells end, mm, where they are not next to others;  moving  how long, mm, the first and the last are at most
+    where the ends are in motion
     """
     begin, end = low + ramps[0], high - ramps[1]
     edges = np.concatenate([[begin], setting.inside(begin + ramps[0], end - ramps[1]), [end]])
     edges = _with_reach(setting, samples, q, edges)
-    jumps = edges[1:-1]
     slow = 2.0 * min(samples.push, 1e6) * max(*ramps, 1e-12)
     wanted = density(samples, q, slow, turn, beat)
     s = samples.s
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
+    for at in turns[(turns > begin) & (turns < end)]:
+        if np.min(np.abs(np.interp(edges, s, total) - np.interp(at, s, total))) > APART:
+            edges = np.sort(np.append(edges, at))
+    jumps = edges[1:-1]
     at = np.interp(edges, s, total)
     counts = np.ceil(np.diff(at) - 1e-9)
     if not np.sum(counts) < MOST_CELLS:

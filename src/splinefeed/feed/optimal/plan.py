@@ -15,19 +15,21 @@ from splinefeed.feed.optimal.audit import chebyshev, worst_shares
 from splinefeed.feed.optimal.corners import passed_corners
 from splinefeed.feed.optimal.periods import in_periods
 from splinefeed.feed.optimal.setting import Setting
+from splinefeed.feed.optimal.straight import straight_rests
 from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
-from splinefeed.feed.optimal.ticks import kept_at_ticks
+from splinefeed.feed.optimal.ticks import held_at_ticks
 from splinefeed.feed.optimal.track import PathTrack
+from splinefeed.feed.optimal.turns import check_turns
 from splinefeed.feed.optimal.window import KEPT, OutOfReachError, Windows, plan_stretch
 from splinefeed.feed.stretches import curve_feeds, lasting
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, Limits, TimeLaw
+from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw
 
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
     TIME_OPTIMAL: Mode(
-        turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, looked=17, unseen=1e-6, rounds=8, cells=8000, bounded=True
+        turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, looked=17, unseen=1e-6, rounds=12, cells=8000, bounded=True
     ),
     LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, looked=9, unseen=1e-4, rounds=4, cells=400),
 }
@@ -39,8 +41,6 @@ RESERVES = (5e-3, 2e-2, 0.1)
 SLIGHT = 0.125
 #: Halvings of a feed at an end until it is about the largest that limits allow.
 NEAREST = 10
-#: Stretches between so many rests, about 1 ms each, are left to compiled loops.
-MOST_RESTS = 10_000
 #: What rounding may make of a number of periods; a motion ends after a tick if it does by this share of a period.
 ROUNDING, LATE = 1e-12, 1e-9
 
@@ -119,34 +119,50 @@ def _law(path: Path, limits: Limits, period: float | None, strategy: str, begin:
     setting, mode = setting_of(path, limits, period), MODES[strategy]
     wanted = np.array([*path.stops, *(s for s, _ in path.dwells)])
     inner = wanted[(wanted > 0.0) & (wanted < path.length) & ~np.isin(wanted, setting.passed[0])]
-    uneven = limits.deceleration_jerk != limits.jerk
-    many = len(setting.rests) >= MOST_RESTS
-    if many or uneven or _turns_limited(path, setting) or not np.all(np.isin(inner, setting.rests)):
+    if not np.all(np.isin(inner, setting.rests)):
         return None
-    try:
-        law = motion(setting, strategy, mode, begin)
-    except PlanError:
-        if max(begin.feed, limits.end_feed) > 0.0:
-            raise
-        return None
-    if law is None:
-        return None
-    return law if kept_at_ticks(law, path, limits, setting.passed[0], setting.breaks) else None
+    marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [path.length]])
+    check_turns(path, marks, limits)
+    law = motion(setting, strategy, mode, begin)
+    at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
+    return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
 
 
-def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = None) -> TimeLaw | None:
-    """From a state to the end of a setting's track, as `plan_in_mode`; None where nothing good was found."""
+def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = None) -> TimeLaw:
+    """From a state to the end of a setting's track, as `plan_in_mode`; PlanError where no motion was found."""
     limits, period, length = setting.limits, setting.period, setting.track.length
     begin = State(limits.start_feed) if begin is None else begin
     marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [length]])
     instants, rows, notes = [np.zeros(1)], [], []
     bound, tick, late = 0.0, 0, 0.0
-    for low, high in pairwise(marks.tolist()):
+    exact, phases, shapes = straight_rests(setting, marks)
+    exact[0] &= begin.feed == 0.0
+    exact[-1] &= limits.end_feed == 0.0
+    for first, last in _runs(exact):
+        if exact[first]:
+            spans, shape = phases[first:last], shapes[first:last]
+            seconds = np.sum(spans, axis=1)
+            bound += float(np.sum(seconds))
+            before = float(instants[-1][-1])
+            ends = before + np.cumsum(seconds)
+            if period is not None:
+                many = np.maximum(np.ceil(seconds / period * (1.0 - ROUNDING) - ROUNDING), 1.0)
+                slower = many * period / seconds
+                spans, shape = spans * slower[:, None], shape / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
+                ends = (tick + np.cumsum(many)) * period + late
+                tick += int(np.sum(many))
+            begins = np.concatenate([[before], ends[:-1]])
+            breaks = np.minimum(begins[:, None] + np.cumsum(spans, axis=1), ends[:, None])
+            breaks[:, -1] = ends
+            instants.append(breaks.ravel())
+            rows.append(shape.reshape(-1, LAW_COEFFICIENTS))
+            continue
+        low, high = marks[first : first + 2].tolist()
         start = begin if low == begin.s else State(s=low)
         stop = State(limits.end_feed if high == length else 0.0)
         plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
-        if plan.over > POOR:
-            return None
+        if not plan.over <= POOR:
+            raise _not_found(setting, plan, low, high)
         bound += plan.bound
         rows.append(plan.pieces.coefficients)
         breaks = float(instants[-1][-1]) + np.cumsum(plan.pieces.spans)
@@ -159,8 +175,6 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             breaks[-1] = tick * period + late
         instants.append(breaks)
     times, coefficients = lasting(np.concatenate(instants), np.concatenate(rows))
-    if not np.all(np.isfinite(coefficients)):
-        return None
     return TimeLaw(
         breaks=times,
         coefficients=coefficients,
@@ -171,11 +185,10 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
     )
 
 
-def _turns_limited(path: Path, setting: Setting) -> bool:
-    """Whether the path moves rotary axes that have limits, or alone."""
-    names = ("axis_velocity", "axis_acceleration", "axis_jerk")
-    limited = [setting.limits.of_axes(name, path.axes)[path.linear :] for name in names]
-    return path.shape[2] <= 0 or bool(np.any(np.isfinite(limited)))
+def _runs(exact: BoolArray) -> list[tuple[int, int]]:
+    """First and behind the last of stretches (m,) that go together: exact ones in a row, others one by one."""
+    begin = np.flatnonzero(np.append(True, ~(exact[1:] & exact[:-1])))
+    return list(pairwise([*begin.tolist(), len(exact)]))
 
 
 def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> tuple[Plan, int]:
@@ -220,6 +233,19 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
     return first, math.floor(first.pieces.duration / period)
 
 
+def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanError:
+    """The error for a stretch whose best motion is over a limit: where, by how much, and what mends it."""
+    with np.errstate(all="ignore"):
+        over = np.max(worst_shares(setting, plan.pieces, high), axis=0)
+    k = int(np.argmax(over))
+    much = f"{100.0 * (over[k] - 1.0):.3g} % over a limit" if over[k] < np.inf else "no motion"
+    return PlanError(
+        f"from s = {low:.6g} to {high:.6g} mm no motion within the limits was found: at s = "
+        f"{plan.pieces.coefficients[k, 0]:.6g} mm the best one is {much}; smooth or split the path there, or leave out "
+        "the limits of an axis that turns or bends there while the path hardly moves on"
+    )
+
+
 def _late(high: float, length: float, late: float, period: float) -> str:
     """The note on a stretch with a moving end that could not be made to last whole periods."""
     place = f"the stop at {high:g} mm falls {late:.6g} s after a tick"
@@ -230,11 +256,14 @@ def _late(high: float, length: float, late: float, period: float) -> str:
 
 def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> PlanError:
     """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow."""
-    mode = replace(MODES[LOOK_AHEAD], rounds=2)
-    near = Windows(low).reach(setting, mode, high)
+    mode = MODES[LOOK_AHEAD]
+    near = Windows(low).reach(setting, mode, high)  # what lies behind does not matter
+    length = near - low
 
     def possible(first: State, last: State) -> bool:
-        return plan_window(setting, low, near, first, last if near == high else REST, mode, exact=True).over <= KEPT
+        begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
+        first, last = (first if begin == low else REST), (last if end == high else REST)
+        return plan_window(setting, begin, end, first, last, mode, exact=True).over <= KEPT
 
     def most(fits: Callable[[float], bool]) -> float:
         least, step = 0.0, 1.0
@@ -243,7 +272,7 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
             least += step if fits(least + step) else 0.0
         return least
 
-    at_end = stop.feed > 0.0 and near == high and (start.feed == 0.0 or possible(start, REST))
+    at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start, REST))
     if not at_end and start.acceleration != 0.0:
         calm = State(start.feed, 0.0, start.s)
         nearest = start.slower(most(lambda share: possible(start.slower(share), stop)))
@@ -253,7 +282,7 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
         return PlanError(f"the limits up to s = {near:.6g} mm do not allow {start}; the nearest they do is {nearest}")
     name, wanted = ("end_feed", stop.feed) if at_end else ("start_feed", start.feed)
     least = wanted * most(
-        lambda share: possible(start, stop.slower(share)) if at_end else possible(start.slower(share), stop)
+        lambda share: possible(start, stop.slower(share)) if at_end else possible(start.slower(share), REST)
     )
     return PlanError(
         f"{name} is {wanted:g} mm/s; the limits between s = {low:.6g} and {high:.6g} mm allow at most {least:.6g} mm/s "

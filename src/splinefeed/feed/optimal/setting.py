@@ -106,8 +106,40 @@ class Setting:
                 found = np.where(inside & (np.abs(s - corners[k]) <= near), np.minimum(found, feeds[k]), found)
         return found
 
+    @cached_property
+    def weights(self) -> Array:
+        """What a unit of motion of each axis counts, (axes,): the inverse of its limit of acceleration, or of another.
+
+        0 for an axis without limits.
+        """
+        found = np.zeros(len(self.axes))
+        for name in ("axis_velocity", "axis_jerk", "axis_acceleration"):
+            limit = self.limits.of_axes(name, self.axes)
+            found = np.where(np.isfinite(limit), 1.0 / limit, found)
+        return found
+
+    def turning(self, d: Array) -> tuple[Array, Array]:
+        """Directions (n, axes) of the path with derivatives d (n, 4, axes), and how fast they turn, rad/mm, (n,).
+
+        Linear axes by their tangent; rotary ones with limits by their share of them, of the greatest one of all axes.
+        """
+        first, k = d[:, 1], self.linear
+        curvature = np.linalg.norm(d[:, 2, :k], axis=1)
+        if not np.any(self.weights[k:]):
+            return first[:, :k], curvature
+        along = 1.0 / min(self.limits.acceleration, 1e9)
+        greatest = np.maximum(np.max(np.abs(first) * self.weights, axis=1), along)
+        directions = np.concatenate([first[:, :k], first[:, k:] * self.weights[k:] / greatest[:, None]], axis=1)
+        rotary = np.max(np.abs(d[:, 2, k:]) * self.weights[k:], axis=1) / greatest
+        return directions, np.maximum(curvature, rotary)
+
     def places(
-        self, s: Array, feed: Array | None = None, rising: Array | None = None, d: Array | None = None
+        self,
+        s: Array,
+        feed: Array | None = None,
+        rising: Array | None = None,
+        d: Array | None = None,
+        alone: bool = False,
     ) -> Places:
         """Places at s (n,), no breaks; how fast the motion may be there, feed (n,), mm/s, tells what is in reach.
 
@@ -139,6 +171,7 @@ class Setting:
             bend=bend,
             rising=np.zeros(n) if rising is None else rising,
             chord=None if joints is None else joints.chord_curvature(d),
+            alone=alone,
         )
 
     def rows(self, places: Places) -> Rows:

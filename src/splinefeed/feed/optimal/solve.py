@@ -27,12 +27,16 @@ from splinefeed.records import Array, IntArray
 UPPER, UPPER_3 = np.triu_indices(DEGREE + 1), np.triu_indices(DEGREE)
 #: Most Newton steps, and halvings of one.
 STEPS, HALVINGS = 80, 40
+#: Shares of the diagonal that are added to it until rounding leaves the matrix positive.
+RIDGES = (0.0, 1e-12, 1e-9, 1e-6)
 #: A slack keeps this share of itself in a step; q keeps this share of itself.
 KEPT, KEPT_Q = 0.01, 0.1
 #: Slack of a row that is over its limit at the start, as a share of the limit.
 SLACK = 0.02
 #: Complementarity to begin with, as a share of the time, from a guess; a tenth of that from multipliers.
 FAR = 0.1
+#: Complementarity above this multiple of the time is that of rows which cannot all be kept.
+HOPELESS = 1e9
 #: Complementarity z s aimed at beside that of now: after long, fair and short steps.
 AIMS = ((0.8, 0.15), (0.3, 0.5), (0.0, 1.0))
 #: Multipliers of jerk may take this share of the weight of a place in a relaxation.
@@ -192,8 +196,13 @@ class Problem:
             band[b - a] += np.bincount(self.first + a, local[k], m)
         band[0, ~self.free] = 1.0
         total[~self.free] = 0.0
-        _, step, info = lapack.dpbsv(band, -total, lower=1)
-        return step if info == 0 else None
+        diagonal = band[0].copy()
+        for more in RIDGES:
+            band[0] = diagonal * (1.0 + more)
+            _, step, info = lapack.dpbsv(band, -total, lower=1)
+            if info == 0:
+                return np.asarray(step)
+        return None
 
     def slopes(self, r: Array) -> tuple[Array, Array]:
         """The factors of dq (k, n) in the rows of jerk upwards and, negative, downwards, at 1 / sqrt(q) (n,)."""
@@ -256,6 +265,8 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
         z = z + along_z * dz
         z = np.clip(z, mu / (BALANCE * s), BALANCE * mu / s)
         complementary = float(np.sum(z * s))
+        if not complementary < HOPELESS * time:  # rows that contradict each other
+            break
         least = min(along, along_z)
         if np.max(g) < 0.0 and complementary < gap * time and least > 0.5:
             break

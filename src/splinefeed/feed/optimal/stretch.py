@@ -24,7 +24,7 @@ RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
 #: ... without a limit of jerk, of the way up to the top feed: a ramp then takes half as long again as it might.
 RAMP_OF_WAY = 1e-5
 #: ... and of the way to the next knot, so that a cell fits in between.
-RAMP_OF_BREAK = 0.49
+RAMP_OF_BREAK = 0.4
 #: Bending within a ramp costs at most this factor of the axis jerk; halvings until it does.
 RAMP_BEND, RAMP_HALVINGS = 1.3, 40
 #: The path turns by about this much within a ramp, rad, at most.
@@ -37,6 +37,17 @@ FADE = 20.0
 ROUGH = 0.2
 #: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
 WIDEST = 1e-12
+#: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk, and
+#: the share of the time by which each may miss its optimum.
+TURNINGS, TURNING_GAP = 4, 2e-3
+#: The motion speeds up where its acceleration is above this share of what is possible; places of a cell looked at.
+LEVEL, SLOPES = 2e-3, 5
+#: From a state that leads over a limit by this, as a factor on q, nothing helps.
+HOPELESS = 1.5
+#: What a solution says q is between its places is no less than this share of what was thought.
+SLOWEST = 1e-3
+#: No places.
+NOWHERE = np.zeros(0)
 #: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
 #: solution, from which on complementarity begins with this share of the time.
 GUESS, NEAR, CLOSE = 0.4, 0.9, 0.02
@@ -120,15 +131,24 @@ class Plan:
 class Window:
     """The cells of a window and their problem.
 
-    low, high  mm;  q (n,) what is thought of q at the samples, mm^2/s^2, which decides where cells lie
+    low, high  mm;  q (n,) what is thought of q at the samples, mm^2/s^2, which decides where cells lie;
+    turns (k,)  where the motion is thought to turn from speeding up to slowing down or back, mm: cells end there
     """
 
     def __init__(
-        self, setting: Setting, samples: Samples, q: Array, ends: tuple[End, End], low: float, high: float, mode: Mode
+        self,
+        setting: Setting,
+        samples: Samples,
+        q: Array,
+        ends: tuple[End, End],
+        low: float,
+        high: float,
+        mode: Mode,
+        turns: Array = NOWHERE,
     ) -> None:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
         ramps, moving = (ends[0].ramp, ends[1].ramp), (ends[0].way(1.0), ends[1].way(-1.0))
-        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, moving)
+        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, turns, moving)
         self.nodes, self.spline = nodes, Spline.on(nodes, jumps)
         cell, part, weight = _simpson(nodes, jumps)
         h = np.diff(nodes)
@@ -136,6 +156,7 @@ class Window:
         inside = nodes[cell] + np.clip(part, INSIDE, 1.0 - INSIDE) * h[cell]
         self.cell = cell
         self.beside = np.clip(cell + np.where(part == 1.0, 1, np.where(part == 0.0, -1, 0)), 0, len(h) - 1)
+        self.own = jumps[cell + np.where(part == 1.0, 1, 0)] & (part != 0.5)  # of two places at one node
         self.places = setting.places(inside, feed=FASTER * np.sqrt(np.interp(x, samples.s, q)))
         self.free = self._rows(self.places)
         self.problem = Problem(self.spline, cell, x, weight, self.free, ends)
@@ -144,13 +165,19 @@ class Window:
         return len(self.nodes) - 1
 
     def hold(self, factor: Array) -> None:
-        """Have q lower by factors on cells (n,); a node counts for both of its cells."""
-        self.problem.hold(self.free.tightened(np.minimum(factor[self.cell], factor[self.beside])))
+        """Have q lower by factors on cells (3, n), see `Rows.tightened`; a node counts for both of its cells."""
+        self.problem.hold(self.free.tightened(np.minimum(factor[:, self.cell], factor[:, self.beside])))
 
-    def rise(self, sign: Array) -> None:
-        """Take cells (n,) to speed up where `sign` is 1, to slow down where it is -1, and to do either at 0."""
-        rising = np.where(sign[self.cell] == sign[self.beside], sign[self.cell], 0.0)
-        self.free = self._rows(dataclasses.replace(self.places, rising=rising))
+    def rise(self, way: float, cells: BoolArray, least: float) -> None:
+        """Have the motion speed up (`way` 1) or slow down (-1) over these cells (n,), |q'| >= least, mm/s^2.
+
+        There the limit of jerk is the one for that.
+        """
+        rising = np.where(cells[self.cell] & (self.own | cells[self.beside]), way, 0.0)
+        for end, place in zip(self.ends, (0, -1), strict=True):
+            if not end.rest:
+                rising[place] = 0.0  # the state there is given
+        self.free = self._rows(dataclasses.replace(self.places, rising=rising)).only_rising(rising, least)
 
     def guess(self, share: float) -> Array:
         """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest."""
@@ -173,21 +200,21 @@ class Window:
     def q_at_samples(self, c: Array) -> Array:
         """q (n,) of coefficients at the samples."""
         found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
-        return np.maximum(found, 0.0)
+        return np.maximum(found, SLOWEST * self.samples.q)  # less is no motion but rows that contradict each other
 
     def of_cells(self, shares: Array) -> Array:
-        """Shares of pieces as those of cells: what is on a ramp counts for the cell beside it."""
-        inner = shares[int(self.ends[0].rest) : len(shares) - int(self.ends[1].rest)].copy()
-        inner[0], inner[-1] = max(inner[0], shares[0]), max(inner[-1], shares[-1])
+        """Shares of pieces (3, m) as those of cells (3, n): any on a ramp counts for q in the cell beside it."""
+        inner = shares[:, int(self.ends[0].rest) : shares.shape[1] - int(self.ends[1].rest)].copy()
+        for end, place in zip(self.ends, (0, -1), strict=True):
+            if end.rest:
+                inner[:, place] = np.maximum(inner[:, place], np.max(shares[:, place]))
         return inner
 
-    def signs(self, c: Array) -> Array:
-        """1 for each cell over which q only grows, -1 where it only falls, 0 where it turns, (n,)."""
-        n = len(self)
-        cell = np.tile(np.arange(n), 3)
-        x = np.concatenate([self.nodes[:-1], 0.5 * (self.nodes[1:] + self.nodes[:-1]), self.nodes[1:]])
-        slope = self.spline.combine(self.spline.basis(cell, x), cell, c)[1].reshape(3, n)
-        return np.where(np.all(slope > 0.0, axis=0), 1.0, np.where(np.all(slope < 0.0, axis=0), -1.0, 0.0))
+    def slopes(self, c: Array) -> tuple[Array, Array]:
+        """Places, mm, SLOPES a cell and in order, and q' there, (n,) each."""
+        cell = np.repeat(np.arange(len(self)), SLOPES)
+        x = (self.nodes[:-1, None] + np.diff(self.nodes)[:, None] * np.linspace(0.0, 1.0, SLOPES)).ravel()
+        return x, self.spline.combine(self.spline.basis(cell, x), cell, c)[1]
 
     def _rows(self, places: Places) -> Rows:
         """All limits at places; those of jerk on ramps as bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3).
@@ -235,11 +262,13 @@ def plan_window(
         share, begin = NEAR, CLOSE
     last = chebyshev(mode.looked)
     goal = 1.0 if exact else 1.0 + mode.tolerance
+    c = window.guess(share)
+    if setting.limits.deceleration_jerk != setting.limits.jerk:
+        window, c = _turned(setting, window, c, mode)
+        begin = FAR
     factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
-    uneven = setting.limits.deceleration_jerk != setting.limits.jerk
-    often = np.zeros(len(window))
-    sign, settled = np.zeros(len(window)), np.ones(len(window), dtype=bool)
-    c, z, bound, closely = window.guess(share), None, 0.0, False
+    often = np.zeros_like(factor)
+    z, bound, closely = None, 0.0, False
     found: list[Plan] = []
     rounds = 2 * mode.rounds if exact else mode.rounds  # such a motion is not slowed down afterwards
     for k in range(rounds + 1):
@@ -250,22 +279,15 @@ def plan_window(
             bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
         pieces = pieces_of(window.spline, c, ends)
         shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
-        hopeless = k == 0 and not solution.kept
-        if not closely and (k == rounds or np.max(shares) <= goal or hopeless):
-            closely = not uneven or k > 0
-            shares = worst_shares(setting, pieces, high, last) * (1.0 + mode.unseen)
-            found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
-        elif closely:
+        hopeless = exact and not solution.kept and (k == 0 or np.max(shares) > HOPELESS)
+        if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
+            closely = True
+            shares = worst_shares(setting, pieces, high, last)
+        if closely:
             shares = shares * (1.0 + mode.unseen)
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
         if hopeless or (closely and found[-1].over <= goal):
             break
-        if uneven:
-            now = window.signs(c)
-            settled &= (sign == 0.0) | (now == sign)
-            sign = np.where(settled, now, 0.0)
-            window.rise(sign)
-            z = z if k else None  # about half of the cells have another limit now
         over = window.of_cells(shares) / goal
         lower = over > 1.0 - 0.5 * mode.tolerance
         often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
@@ -274,15 +296,42 @@ def plan_window(
     return dataclasses.replace(best, bound=bound)
 
 
+def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Window, Array]:
+    """A window whose cells end where the motion turns between speeding up and slowing down, and what to begin with.
+
+    Which limit of jerk holds depends on the sign of q'. Where it may be either the lower one does; over cells that keep
+    the sign of the higher one, that. The turn moves with the limits: cells that are held to a sign but would rather
+    turn have next to no q', and are let go in the next round, a problem of its own that does better than the last.
+    """
+    limits = setting.limits
+    way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
+    samples = window.samples
+    level = 2.0 * LEVEL * min(samples.push, float((np.max(samples.top) ** 0.5 * samples.twist) ** 0.5))
+    for _ in range(TURNINGS):
+        c = solve(window.problem, c, TURNING_GAP).c
+        x, slope = window.slopes(c)
+        clear = way * slope - level
+        at = np.flatnonzero((clear[1:] > 0.0) != (clear[:-1] > 0.0))
+        share = clear[at] / (clear[at] - clear[at + 1])
+        q = window.q_at_samples(c)
+        turns = x[at] + share * (x[at + 1] - x[at])
+        window = Window(setting, samples, q, window.ends, window.low, window.high, mode, turns)
+        middle = 0.5 * (window.nodes[1:] + window.nodes[:-1])
+        window.rise(way, np.interp(middle, x, clear) > 0.0, 0.5 * level)
+        window.hold(np.ones((3, len(window))))
+        c = window.guess(GUESS)
+    return window, c
+
+
 def _reserve(n: int, ends: tuple[End, End], share: float) -> Array:
-    """Factors on q (n,) of cells that leave a share of all limits unused, less and less towards ends in motion."""
+    """Factors on q (3, n) of cells that leave a share of all limits unused, less and less towards ends in motion."""
     factor = np.full(n, 1.0 - share)
     fade = np.minimum(np.arange(n) / FADE, 1.0)
     if not ends[0].rest:
         factor = np.maximum(factor, 1.0 - share * fade)
     if not ends[1].rest:
         factor = np.maximum(factor, 1.0 - share * fade[::-1])
-    return factor
+    return np.tile(factor, (3, 1))
 
 
 def _ends(setting: Setting, samples: Samples, low: float, high: float, start: State, stop: State) -> tuple[End, End]:
@@ -319,7 +368,8 @@ def _ramp_units(setting: Setting, place: float, ramp: float) -> Array:
     With s = j t^3 / 6: feed * acceleration = 3 j s and feed^3 = 9/2 j s^2. Backwards q' has the other sign.
     """
     away = np.abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
-    jerk = setting.rows(setting.places(place + np.sign(ramp) * away)).jerk
+    rising = np.full(len(away), np.sign(ramp))
+    jerk = setting.rows(setting.places(place + np.sign(ramp) * away, rising=rising)).jerk
     if not len(jerk):
         return np.zeros((1, len(away)))
     found: Array = np.abs(2.0 * jerk[:, 2] + np.sign(ramp) * 6.0 * jerk[:, 1] * away + 4.5 * jerk[:, 0] * away**2)

@@ -41,8 +41,6 @@ def plan_tool(path: JointPath, limits: Limits, period: float | None, strategy: s
         setting = tool_setting(path, replace(limits, chord_error=chord), period)
         with np.errstate(all="ignore"):  # what is no number is no motion to take
             law = motion(setting, strategy, TOOL_MODES[strategy])
-        if law is None:
-            break
         if limits.chord_error is None or chord is None or period is None:
             return law
         over = _chord_error(path, law, period) / limits.chord_error

@@ -116,12 +116,15 @@ def sharp_bends(path: Path) -> tuple[Array, Array]:
                 radius[near] = looked_at(owner[near], places[near])[1]
             at, least = np.where(radius < values[1][dip], places, at), np.minimum(radius, values[1][dip])
             sharp = least < SHARP * size[owner]
+            if value is values[0] and path.linear < len(path.axes):  # rotary axes turn far within little of the path
+                sharp |= looked_at(owner, at)[0] < SHARP * size[owner]
             with np.errstate(divide="ignore"):
                 found.append(np.column_stack([path.arc_length(owner, at), 1.0 / least])[sharp])
     tips = np.concatenate(found)
     tips = tips[np.argsort(tips[:, 0])]
     # nearer than their radius they are one, the sharpest
-    together = np.cumsum(np.diff(tips[:, 0], prepend=-np.inf) * tips[:, 1] > 1.0)
+    gap = np.diff(tips[:, 0], prepend=-np.inf)
+    together = np.cumsum((gap * tips[:, 1] > 1.0) | (gap > SHARP * path.length))
     tips = tips[np.lexsort((-tips[:, 1], together))]
     apart = np.diff(np.sort(together), prepend=0) > 0
     return tips[apart, 0], tips[apart, 1]

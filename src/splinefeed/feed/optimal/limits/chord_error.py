@@ -25,7 +25,8 @@ def rows(at: Places, limits: Limits) -> Iterator[Row]:
     with np.errstate(divide="ignore"):
         kappa = at.curvature if at.chord is None else at.chord
         step = 2.0 * delta / (quarter + np.sqrt(quarter**2 + 0.5 * kappa * delta))
-    yield Top("chord_error", (within_reach(at.s, np.maximum(step, 2.0 * delta)) / at.period) ** 2)
+    step = np.maximum(step, 2.0 * delta)
+    yield Top("chord_error", ((step if at.alone else within_reach(at.s, step)) / at.period) ** 2)
 
 
 def within_reach(s: Array, step: Array) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,6 +29,7 @@ class Places:
     turn, bend (2, axes, n)  the sum of the jumps of r' and of r'' within reach of the place, those up and those down
     chord   (n,)           curvature that a chord from tick to tick leaves, 1/mm, where it is not that of the path
     rising  (n,)           1 where the motion surely speeds up, -1 where it slows down, 0 where it may do either
+    alone                  whether what bends within a step of a place is of no concern: setpoints tell that
     """
 
     s: Array
@@ -41,6 +43,7 @@ class Places:
     bend: Array
     rising: Array
     chord: Array | None = None
+    alone: bool = False
 
     @property
     def curvature(self) -> Array:
@@ -103,23 +106,43 @@ class Rows:
     names: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 
     def tightened(self, factor: Array) -> Rows:
-        """The same with q held to so much less, (n,): accelerations by the factor, jerk by its power 3/2."""
-        jerk = factor**-1.5
+        """The same with q held to so much less, (3, n): tops and linear rows by the factor, jerk by its power 3/2."""
+        top, linear, jerk = factor[0], factor[1], factor[2] ** -1.5
         return Rows(
-            self.top * factor,
+            self.top * top,
             self.tops,
             self.linear,
-            self.low * factor,
-            self.high * factor,
+            self.low * linear,
+            self.high * linear,
             self.jerk * jerk,
             self.jump * jerk,
             self.names,
+        )
+
+    def only_rising(self, way: Array, least: float) -> Rows:
+        """And one more linear row: q' >= least where way (n,) is 1, q' <= -least where it is -1, anything where 0."""
+        unit = np.max(np.abs(self.linear[:, 1]), axis=0, initial=0.0)
+        unit = np.where(unit > 0.0, unit, 1.0)
+        row = np.stack([np.zeros(len(way)), unit * way])
+        low, high = np.where(way != 0.0, unit * least, -FREE), np.full(len(way), FREE)
+        return dataclasses.replace(
+            self,
+            linear=np.concatenate([self.linear, row[None]]),
+            low=np.concatenate([self.low, low[None]]),
+            high=np.concatenate([self.high, high[None]]),
+            names=(self.names[0], (*self.names[1], "turn"), self.names[2]),
         )
 
     def without_jerk(self) -> Rows:
         """All but the rows of jerk."""
         names = (*self.names[:2], ())
         return dataclasses.replace(self, jerk=self.jerk[:0], jump=self.jump[:, :, :0], names=names)
+
+    def by_kind(self, shares: Array) -> Array:
+        """The largest of shares (t + m + k, ...) among tops, linear rows and those of jerk, (3, ...)."""
+        edges = np.cumsum([0, *(len(names) for names in self.names)])
+        parts = [np.max(shares[a:b], axis=0, initial=0.0) for a, b in pairwise(edges.tolist())]
+        return np.stack(parts)
 
     def shares(self, v: Array, a: Array, j: Array) -> Array:
         """Share of each limit as a factor on q, (t + m + k, n), at feeds, accelerations and jerks along the path (n,).
