@@ -99,8 +99,8 @@ def _at_ticks(path: JointPath, law: TimeLaw, limits: Limits, period: float) -> t
             late = max(late, max(share, 0.0) ** (1.0 / order))
         if limits.chord_error is not None:
             tip = path.kinematics.forward(0.5 * (r[1:] + r[:-1]))[0]
-            d = path.derivatives(0.5 * (s[1:] + s[:-1]))[:, :2, :3]
-            away, tangent = tip - d[:, 0], d[:, 1]
+            d = path.tool.evaluate(*path.tool.locate(0.5 * (s[1:] + s[:-1])), 1)
+            away, tangent = tip - d[:, 0], d[:, 1] / np.linalg.norm(d[:, 1], axis=1)[:, None]
             away -= np.sum(away * tangent, axis=1)[:, None] * tangent
             off = max(off, float(np.max(np.linalg.norm(away, axis=1))))
     return late, off
