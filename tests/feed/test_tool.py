@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path as File
 
 import numpy as np
@@ -75,6 +76,23 @@ def assert_kept(machine: sf.Kinematics, seeds: range, strategy: str) -> None:
         assert verdict.ok, (seed, verdict.problems)
         assert np.max(differences(points, limits)) <= 1.0 + 1e-6, seed
         assert verdict.numbers["off_curve_max_mm"] <= 1e-11, seed
+
+
+def test_a_peak_between_the_places_of_the_audit_is_seen_at_ticks() -> None:
+    path = sf.JointPath(random_tool_path(128), MACHINES[0])
+    limits, period = random_limits(128, path.axes)
+    points = sf.interpolate(path, sf.plan(path, limits, period=period, strategy="look-ahead"))
+    assert np.max(differences(points, limits)) <= 1.0 + 1e-6
+
+
+def test_an_end_in_motion_is_kept(data_dir: File) -> None:
+    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    moving = replace(FLANK, start_feed=3.0, end_feed=5.0)
+    law = sf.plan(path, moving, period=FLANK_PERIOD)
+    assert law.feed(0.0) == pytest.approx(3.0)
+    assert law.feed(law.duration) == pytest.approx(5.0)
+    verdict = sf.check(sf.interpolate(path, law), path, moving, law)
+    assert verdict.ok, verdict.problems
 
 
 def test_a_chord_error_is_held_at_the_tip_through_the_kinematics() -> None:

@@ -21,10 +21,13 @@ TIP = ("tip.x", "tip.y", "tip.z")
 #: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes.
 TOOL_MODES = {TIME_OPTIMAL: replace(MODES[TIME_OPTIMAL], beat=0.1), LOOK_AHEAD: MODES[LOOK_AHEAD]}
 
-#: Times that a chord error which is exceeded between setpoints is planned for less of it, and how much less than that.
-CHORD_ROUNDS, OVER_CHORD = 4, 1.001
+#: Times that a motion is planned anew, slower or for less chord error, where its setpoints are over a limit; and by how
+#: much more than that.
+ROUNDS, HAIR, OVER_CHORD = 5, 1e-6, 1.001
 #: A duration within this of a tick, in periods, ends there; ticks that are looked at together.
 ON_TICK, TOGETHER = 1e-6, 1 << 15
+#: Roundings of a joint; slopes count where the tip moves by more than this share of its longest step.
+ROUNDINGS, MOVING = 8.0, 0.01
 
 
 def plan_tool(path: JointPath, limits: Limits, period: float | None, strategy: str) -> TimeLaw:
@@ -36,36 +39,71 @@ def plan_tool(path: JointPath, limits: Limits, period: float | None, strategy: s
     check_limits(limits, path.axes, strategy)
     if limits.axis_velocity_step is not None:
         raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
-    chord = limits.chord_error
-    for _ in range(CHORD_ROUNDS):
-        setting = tool_setting(path, replace(limits, chord_error=chord), period)
+    slower, chord = 1.0, limits.chord_error
+    for _ in range(ROUNDS):
+        setting = tool_setting(path, _slowed(limits, slower, chord), period)
         with np.errstate(all="ignore"):  # what is no number is no motion to take
             law = motion(setting, strategy, TOOL_MODES[strategy])
-        if limits.chord_error is None or chord is None or period is None:
+        if period is None:
             return law
-        over = _chord_error(path, law, period) / limits.chord_error
-        if over <= 1.0:
+        late, off = _at_ticks(path, law, limits, period)
+        if late <= 1.0 and off <= (limits.chord_error or np.inf):
             return law
-        chord /= over * OVER_CHORD
+        slower *= max(late * (1.0 + HAIR), 1.0)
+        if chord is not None and limits.chord_error is not None:
+            chord *= min(limits.chord_error / max(off * OVER_CHORD, 1e-300), 1.0)
     raise PlanError(
         f"{path.name}: no motion was found that keeps every limit; a joint turns or bends too sharply for its limits: "
         "smooth the path, or keep the tool axis further from that of the last rotary joint"
     )
 
 
-def _chord_error(path: JointPath, law: TimeLaw, period: float) -> float:
-    """How far the tip is from its path in the middle between setpoints, at most, mm; joints move straight there."""
-    ticks = np.minimum(np.arange(math.ceil(law.duration / period - ON_TICK) + 1) * period, law.duration)
-    worst = 0.0
-    for first in range(0, len(ticks) - 1, TOGETHER):
-        s = np.clip(law(ticks[first : first + TOGETHER + 1]), 0.0, path.length)
+def _slowed(limits: Limits, k: float, chord: float | None) -> Limits:
+    """Limits under which the same motion takes k times as long: velocities by k, accelerations by k^2, jerks by k^3."""
+    if k == 1.0:
+        return replace(limits, chord_error=chord)
+    power = {"feed": 1, "acceleration": 2, "deceleration": 2, "jerk": 3, "deceleration_jerk": 3, "centripetal": 2}
+    power |= {name: order for order, name in enumerate(AXIS_LIMITS, start=1)}
+    changes: dict[str, Any] = {}
+    for name, order in power.items():
+        value = getattr(limits, name)
+        if isinstance(value, Mapping):
+            changes[name] = {axis: each / k**order for axis, each in value.items()}
+        elif value is not None and value < math.inf:
+            changes[name] = value / k**order
+    return replace(limits, chord_error=chord, **changes)
+
+
+def _at_ticks(path: JointPath, law: TimeLaw, limits: Limits, period: float) -> tuple[float, float]:
+    """By what factor setpoints are too fast for the limits of joints, and how far the tip is off between them, mm.
+
+    The audit looks at places of each piece, and a peak between them may be higher than a parabola says. A joint is
+    known to ROUNDINGS eps (|q| + |dq/ds| L).
+    """
+    count = math.ceil(law.duration / period - ON_TICK) + 1
+    bounds = [limits.of_axes(name, path.axes) for name in AXIS_LIMITS]
+    late, off = 0.0, 0.0
+    for first in range(0, count - 1, TOGETHER):
+        low, high = (-3 if limits.start_feed == 0.0 else 0), count + (3 if limits.end_feed == 0.0 else 0)
+        ticks = np.arange(max(first - 3, low), min(first + TOGETHER + 4, high)) * period
+        s = np.clip(law(np.clip(ticks, 0.0, law.duration)), 0.0, path.length)
+        s[ticks >= law.duration] = path.length
         r = path(s)
-        tip = path.kinematics.forward(0.5 * (r[1:] + r[:-1]))[0]
-        d = path.derivatives(0.5 * (s[1:] + s[:-1]))[:, :2, :3]
-        off, tangent = tip - d[:, 0], d[:, 1]
-        off -= np.sum(off * tangent, axis=1)[:, None] * tangent
-        worst = max(worst, float(np.max(np.linalg.norm(off, axis=1), initial=0.0)))
-    return worst
+        steps, moved = np.diff(r, axis=0), np.diff(s)
+        moving = moved > MOVING * np.max(moved)
+        steep = np.max(np.abs(steps[moving]) / moved[moving, None], axis=0, initial=0.0)
+        rounding = ROUNDINGS * np.finfo(float).eps * (np.max(np.abs(r), axis=0) + steep * path.length)
+        for order, bound in enumerate(bounds, start=1):
+            seen = np.max(np.abs(np.diff(r, n=order, axis=0)), axis=0) / period**order
+            share = float(np.max((seen - 2.0**order * rounding / period**order) / bound))
+            late = max(late, max(share, 0.0) ** (1.0 / order))
+        if limits.chord_error is not None:
+            tip = path.kinematics.forward(0.5 * (r[1:] + r[:-1]))[0]
+            d = path.tool.evaluate(*path.tool.locate(0.5 * (s[1:] + s[:-1])), 1)
+            away, tangent = tip - d[:, 0], d[:, 1] / np.linalg.norm(d[:, 1], axis=1)[:, None]
+            away -= np.sum(away * tangent, axis=1)[:, None] * tangent
+            off = max(off, float(np.max(np.linalg.norm(away, axis=1))))
+    return late, off
 
 
 def tool_setting(path: JointPath, limits: Limits, period: float | None) -> Setting:
