@@ -52,7 +52,7 @@ PROGRAMS = {
     "splines": "F100\nG5 X10 Y10 I1 J1 P-1 Q-1\nG5 X20 Y0 P-1 Q1\nG5.1 X25 Y5 I2 J3\nG1 Z1",
     "nurbs": "F100 G17\nG5.2 X3 Y5 P1 L3\nX5 Y5 P2\nX8 Y1 P1\nX9 Y9 P1\nG5.3\nG1 Z1",
     "inverse time": "G93 G1 X1 F2\nX3 F4\nG2 X5 I1 F1\nG0 X0\nG94 G1 X1 F60",
-    "existence": "#<a>=999\nG0 X[exists[#1]] Y[exists[#99999]] Z[exists[#<a>]] A[exists[#<b>]]\nX[exists[#5602]*5]",
+    "existence": "#<a>=999\nG0 X[exists[#1]] Y[exists[#99999]] Z[exists[#<a>]] A[exists[#<b>]]\nX[exists[#5601]*5]",
     "ends": "G1 X1 F1\nM2\nG1 X2\n",
     "percent": "%\nG1 X1 F1\nX2\n%\nX3\n",
     "order in a line": "X1 F100 G1 G91\nG90 M3 S1 X5 G20\nG1 G21 G91 X1 Y1\nG0 G90 G54 G17 G40 G49 G80 X0 Y0 Z5",

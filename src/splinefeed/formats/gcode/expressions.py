@@ -14,7 +14,7 @@ from typing import TypeVar
 #: Most brackets within brackets.
 MAX_DEPTH = 40
 #: All parameters up to this number exist, set or not (LinuxCNC).
-LAST_NUMBER = 5602
+LAST_NUMBER = 5601
 #: Two numbers this near each other are the same to EQ and NE, as in the standard.
 SAME = 1e-4
 

@@ -18,7 +18,7 @@ from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LETTERS, Findings, Spline
 from splinefeed.formats.gcode.state import State
-from splinefeed.geometry.curve import MAX_AXES, MAX_DEGREE, NurbsCurve
+from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
 from splinefeed.records import Array
 
 #: Order unless the program gives it.
@@ -205,14 +205,12 @@ class SplineWords:
         if np.any(steps < 0.0):
             raise LineError(f"knot {knots[int(np.argmax(steps < 0.0)) + 1]:g} is less than the one before")
         if knots[1] < knots[degree] or knots[count] < knots[-2]:
-            moving = np.flatnonzero(np.ptp(points, axis=0) > 0.0)[:MAX_AXES]
             last = points[-1].copy()
             try:
-                curve = NurbsCurve(degree, knots, points[:, moving], weights).with_clamped_ends()
+                curve = NurbsCurve(degree, knots, points, weights).with_clamped_ends()
             except CurveError as error:
                 raise LineError(f"the spline from line {self._line} on: {error}") from None
-            knots, points = curve.knots, np.tile(points[0], (len(curve.control_points), 1))
-            points[:, moving] = curve.control_points
+            knots, points = curve.knots, curve.control_points.copy()
             weights = np.ones(len(points)) if curve.weights is None else curve.weights
             if (off := float(np.max(np.abs(points[-1] - last)))) > START_TOLERANCE:
                 self.findings.say(
