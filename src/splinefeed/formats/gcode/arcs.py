@@ -131,7 +131,7 @@ def _check_radii(
     off = np.abs(last - first)
     inch = flags & layout.INCH != 0
     always, rounded = np.where(inch, ALWAYS_INCH, ALWAYS), np.where(inch, ROUNDED_INCH, ROUNDED)
-    missed = (off > always) | ((off > rounded) & (off > RELATIVE * first))
+    missed = (off > always) | ((off > rounded) & (off > RELATIVE * np.maximum(first, last)))
     missed &= flags & layout.HAS_R == 0
     none = first <= SAME_POINT
     if np.any(none):
