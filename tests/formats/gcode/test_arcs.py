@@ -107,9 +107,10 @@ def test_arcs_that_cannot_be(tmp_path: Path, line: str, reason: str) -> None:
 
 
 def test_the_tolerance_of_arcs_in_inches_is_that_of_inches(tmp_path: Path) -> None:
-    words = "G2 X1 Y0 I0.5004 J0"  # radii that differ by 0.0008 in = 0.02 mm, of 12.7 mm
+    words = "G2 X1 Y0 I0.502 J0"  # radii that differ by 0.004 in, of 0.5 in
     assert "off its circle" in refusal(tmp_path, "G20 F10", words)
-    path_of(tmp_path, "G20 F10", "G2 X1 Y0 I0.5002 J0")  # by 0.0004 in, as words of four decimals may
+    path_of(tmp_path, "G20 F10", "G2 X1 Y0 I0.501 J0")  # by 0.002 in = 0.05 mm, as words of three decimals may
+    assert "off its circle" in refusal(tmp_path, "G21 F10", "G2 X25.4 Y0 I12.7254 J0")
 
 
 def test_an_arc_that_only_goes_outwards_is_its_chord(tmp_path: Path) -> None:

@@ -34,6 +34,8 @@ PROGRAMS = {
     "G3 Y0 Z4 J-1 F50\nG17 G2 I3\nG18 G3 K2 Y1\nG19 G3 J1 K1 X3 P3\nG17 G2 X1 Y1 Z5 I-1 P2",
     "radii": "G21 F100\nG2 X10 R5\nG3 X0 R-8\nG2 X3 Y4 R2.5\nG18 G3 X5 Z9 R30\nG19 G2 Y7 Z1 R-12\nG17 G3 X0 Y0 Z2 R9",
     "inches": "G20 G90\nF30\nG1 X1 Y2\nG2 X2 Y3 I1\nG21 G1 X1 Y1\nF100\nG20 G91 X.5 Z-.25\nG3 X0.1 Y0.1 R.1",
+    "radii that differ": "F99\nG2 X50.028 I25\nG0 X0\nG3 X2000.9 I1000\nG20\nG0 X0\nG2 X1.0028 I.5\n"
+    "G0 X0\nG2 X2000.28 I1000",
     "relative": "G91 F10\nG1 X1 Y2 Z3\nX1\nG2 X2 I1\nG90 X3 Y3 I-1 G3\nG91 G0 Z1 A30",
     "centres": "G90.1 F100\nG2 X2 Y0 I1 J0\nG91.1\nG2 X4 I1\nG90.1 G91\nG2 X2 Y0 I5 J0\n",
     "systems": "F100\nG10 L2 P1 X10 Y20\nG10 L2 P2 X-5 Z3\nG54 G1 X1\nG55 X1 Y1\nG10 L20 P2 X100\nX101\nG59.3 X0\n"
@@ -52,6 +54,7 @@ PROGRAMS = {
     "splines": "F100\nG5 X10 Y10 I1 J1 P-1 Q-1\nG5 X20 Y0 P-1 Q1\nG5.1 X25 Y5 I2 J3\nG1 Z1",
     "nurbs": "F100 G17\nG5.2 X3 Y5 P1 L3\nX5 Y5 P2\nX8 Y1 P1\nX9 Y9 P1\nG5.3\nG1 Z1",
     "inverse time": "G93 G1 X1 F2\nX3 F4\nG2 X5 I1 F1\nG0 X0\nG94 G1 X1 F60",
+    "existence": "#<a>=999\nG0 X[exists[#1]] Y[exists[#99999]] Z[exists[#<a>]] A[exists[#<b>]]\nX[exists[#5601]*5]",
     "ends": "G1 X1 F1\nM2\nG1 X2\n",
     "percent": "%\nG1 X1 F1\nX2\n%\nX3\n",
     "order in a line": "X1 F100 G1 G91\nG90 M3 S1 X5 G20\nG1 G21 G91 X1 Y1\nG0 G90 G54 G17 G40 G49 G80 X0 Y0 Z5",
@@ -60,7 +63,9 @@ PROGRAMS = {
 }  # fmt: skip
 #: What both refuse.
 REFUSED = [
-    "G1 X1 F1 X2", "G2 X1 F1", "G2 X5 I1 F1", "G2 X1 Y1 R.1 F1", "G21 G20", "M3 M4", "G17 G18", "X1",
+    "G1 X1 F1 X2", "G2 X1 F1", "F1 G2 X50.03 I25", "F1 G2 X8003 I4000",
+    "G20 G2 X1.003 I.5 F1", "G20 G2 X2000.3 I1000 F1",
+    "G2 X5 I1 F1", "G2 X1 Y1 R.1 F1", "G21 G20", "M3 M4", "G17 G18", "X1",
     "G1 F1 X1 (open", "G93 G1 X1", "G2 X1 I1 R1 F1", "G17 G2 X1 K1 F1", "G5 X1 Y1 F1", "G5.1 X1 Y1 F1", "G4",
     "G1 X[1/0] F1", "G1 X[sqrt[-1]] F1", "G92", "F-1", "G1 X F1", "Q1", "G1 X1 F1 I2", "G18 F1 G5 X1 Y1 I1 J1 P1 Q1",
     "G5.3", "G2 X2 I1 P-1 F1", "G53 G2 X1 I1 F1", "M1000", "G123.4", "#1=", "G1 X[1 + F1", "G3 R5 F1",

@@ -19,9 +19,10 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: An arc misses its circle where the radii at its ends differ by more than ALWAYS, mm, or by more than ROUNDED, mm, and
-#: RELATIVE of the radius; in programs in inches by more than these (LinuxCNC documentation, "G2, G3 Arc Move").
-ALWAYS, ROUNDED, RELATIVE = 0.5, 0.005, 1e-3
-ALWAYS_INCH, ROUNDED_INCH = 0.05 * 25.4, 0.0005 * 25.4
+#: RELATIVE of the radius; in programs in inches by more than these: what LinuxCNC 2.9 accepts, measured on its
+#: interpreter. Its documentation ("G2, G3 Arc Move") has 0.5 and 0.005 mm, 0.05 and 0.0005 in.
+ALWAYS, ROUNDED, RELATIVE = 2.8284, 0.028284, 1e-3
+ALWAYS_INCH, ROUNDED_INCH = 0.28284 * 25.4, 0.0028284 * 25.4
 #: A radius may be less than half the chord by this, mm: rounding of the words.
 SHORT_RADIUS = 0.00127
 #: Ends this near each other, mm, make a full circle.
@@ -130,7 +131,7 @@ def _check_radii(
     off = np.abs(last - first)
     inch = flags & layout.INCH != 0
     always, rounded = np.where(inch, ALWAYS_INCH, ALWAYS), np.where(inch, ROUNDED_INCH, ROUNDED)
-    missed = (off > always) | ((off > rounded) & (off > RELATIVE * first))
+    missed = (off > always) | ((off > rounded) & (off > RELATIVE * np.maximum(first, last)))
     missed &= flags & layout.HAS_R == 0
     none = first <= SAME_POINT
     if np.any(none):

@@ -13,6 +13,8 @@ from typing import TypeVar
 
 #: Most brackets within brackets.
 MAX_DEPTH = 40
+#: All parameters up to this number exist, set or not (LinuxCNC).
+LAST_NUMBER = 5601
 #: Two numbers this near each other are the same to EQ and NE, as in the standard.
 SAME = 1e-4
 
@@ -164,7 +166,8 @@ class Scanner:
             if self.peek() != "]":
                 raise LineError("EXISTS needs a parameter in brackets")
             self.at += 1
-            return float(self.parameters.find(key) is not None)
+            numbered = isinstance(key, int) and key <= LAST_NUMBER
+            return float(numbered or self.parameters.find(key) is not None)
         value = self._bracket()
         if name == "ATAN":
             if self.peek() != "/":

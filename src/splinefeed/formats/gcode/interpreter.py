@@ -8,6 +8,7 @@ G20 and G21 of its own line, and a finding says so.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -117,13 +118,18 @@ class Interpreter(LineWords):
             self.state.modes[layout.EXTRUDED] = 1
         for code in sorted(known):
             self._refuse(code, known)
-        if known & codes.READ_AS_THEY_STAND:
+        if not known & {100, 730, 830}:
             self._take("D")
-        self._units_and_feed(known)
-        self._outputs(block)
-        self._modes(known)
-        self._places(known)
-        self._motion(known)
+        said = {codes.GROUP_OF[code]: code for code in sorted(known, reverse=True) if code in codes.GROUP_OF}
+        for group, do in _ACTS.items():
+            if group is None:
+                self._feed_word()
+                self._outputs(block)
+            elif group in said:
+                do(self, said[group])
+        if not known & {100}:
+            self._take("H")
+        self._motion(said.get("motion"), known)
         self._stops(block)
         if self._words:
             letter, value = next(iter(self._words.items()))
@@ -133,7 +139,7 @@ class Interpreter(LineWords):
     def _refuse(self, code: int, known: set[int]) -> None:
         reason = codes.REFUSED.get(code)
         if reason is None:
-            if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT and code not in (434, 435):
+            if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
                 raise LineError(f"{g_name(code)} is not known in the dialect {self.dialect.title}")
             return
         if self.repair and code in codes.READ_AS_THEY_STAND:
@@ -149,23 +155,24 @@ class Interpreter(LineWords):
             return
         raise LineError(f"{g_name(code)} is {reason}")
 
-    def _units_and_feed(self, known: set[int]) -> None:
-        state = self.state
-        if known & {930, 940}:
-            state.modes[layout.INVERSE] = 930 in known
-        inch = bool(known & {200, 700})
-        if known & {200, 210, 700, 710} and inch != state.inch:
+    def _feed_mode(self, code: int) -> None:
+        self.state.modes[layout.INVERSE] = code == 930
+
+    def _units(self, code: int) -> None:
+        inch = code in (200, 700)
+        if inch != self.state.inch:
             if "F" in self._words:
                 unit = "inches" if inch else "mm"
                 self.findings.count(f"F stands with a change of units and is taken in {unit} a minute", self.line)
-            state.set_units(inch=inch)
-        feed = self._words.get("F")
-        if feed is not None:
-            if not 0.0 <= feed <= layout.LARGEST:
-                raise LineError(f"F{feed:g} is no feed")
-            if not state.modes[layout.INVERSE]:
-                state.values[layout.FEED] = feed * state.values[layout.SCALE]
-                self._take("F")
+            self.state.set_units(inch=inch)
+
+    def _feed_word(self) -> None:
+        feed, state = self._words.get("F"), self.state
+        if feed is not None and not 0.0 <= feed <= layout.LARGEST:
+            raise LineError(f"F{feed:g} is no feed")
+        if feed is not None and not state.modes[layout.INVERSE]:
+            state.values[layout.FEED] = feed * state.values[layout.SCALE]
+            self._take("F")
 
     def _outputs(self, block: Block) -> None:
         """S, T and M as markers before the motion of the line; dwells likewise."""
@@ -201,33 +208,32 @@ class Interpreter(LineWords):
             raise LineError(f"G4: a wait of {seconds:g} s is not possible")
         return seconds
 
-    def _modes(self, known: set[int]) -> None:
-        state = self.state
-        for code in (170, 180, 190):
-            if code in known:
-                state.modes[layout.PLANE] = code // 10
-        for code in (430, 431, 432, 434, 435, 490):
-            if code in known:
-                self._tool_length(code)
-        if not known & {100, 730, 830}:
-            self._take("H"), self._take("D")
-        for code, system in SYSTEMS.items():
-            if code in known and not state.offsets.select(system):
-                self.findings.say(f"line {self.line}: the offset of {g_name(code)} is not known: taken as 0 (offsets=)")
-        if known & {610, 611, 640}:
-            state.modes[layout.EXACT_STOP] = 611 in known
-            bound = self._take("P", UNBOUNDED) if 640 in known else 0.0
-            if 640 in known:
-                self._take("Q")
-            if bound is None or not bound >= 0.0:
+    def _plane(self, code: int) -> None:
+        self.state.modes[layout.PLANE] = code // 10
+
+    def _system(self, code: int) -> None:
+        if not self.state.offsets.select(SYSTEMS[code]):
+            self.findings.say(f"line {self.line}: the offset of {g_name(code)} is not known: taken as 0 (offsets=)")
+        self.state.set_offsets()
+
+    def _path_control(self, code: int) -> None:
+        state, bound = self.state, 0.0
+        state.modes[layout.EXACT_STOP] = code == 611
+        if code == 640:
+            bound = self._words.pop("P", UNBOUNDED)
+            self._take("Q")
+            if not bound >= 0.0:
                 raise LineError("G64: P, the tolerance, must be 0 or more")
-            state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
-        if known & {980, 990}:
-            self.cycles.returns = 98 if 980 in known else 99
-        if known & {900, 910}:
-            state.modes[layout.RELATIVE] = 910 in known
-        if known & {901, 911}:
-            state.modes[layout.CENTRES] = 901 in known
+        state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
+
+    def _retract(self, code: int) -> None:
+        self.cycles.returns = code // 10
+
+    def _distance(self, code: int) -> None:
+        self.state.modes[layout.RELATIVE] = code == 910
+
+    def _arc_distance(self, code: int) -> None:
+        self.state.modes[layout.CENTRES] = code == 901
 
     def _tool_length(self, code: int) -> None:
         """G43 and its kin: the axes go where the tool's tip is told to, by the offset of the tool."""
@@ -255,29 +261,25 @@ class Interpreter(LineWords):
             )
         state.set_offsets()
 
-    def _places(self, known: set[int]) -> None:
+    def _places(self, code: int) -> None:
         """G10, G52, G92 and the reference points of G28 and G30."""
-        state = self.state
-        offsets = state.offsets
-        if 100 in known:
+        offsets, position = self.state.offsets, self.state.position
+        if code == 100:
             self._set_system()
-        if 520 in known:
+        elif code == 520:
             offsets.set_local(self._axes())
-        if 920 in known:
+        elif code == 920:
             axes = self._axes()
             if not axes and self._bare_g92:
                 raise LineError("G92 needs the axes whose places it gives")
-            offsets.set_g92(axes, state.position)
-        for code in (921, 922, 923):
-            if code in known:
-                offsets.clear(code)
-        for code in (281, 301):
-            if code in known:
-                offsets.references[code - 1] = state.position.copy()
-        state.set_offsets()
-        for code in (280, 300):
-            if code in known:
-                self._go_to_reference(code)
+            offsets.set_g92(axes, position)
+        elif code in (921, 922, 923):
+            offsets.clear(code)
+        elif code in (281, 301):
+            offsets.references[code - 1] = position.copy()
+        self.state.set_offsets()
+        if code in (280, 300):
+            self._go_to_reference(code)
 
     def _set_system(self) -> None:
         kind, state = self._whole("L", 100), self.state
@@ -329,11 +331,9 @@ class Interpreter(LineWords):
 
     # --- motion -----------------------------------------------------------------------------------------------------
 
-    def _motion(self, known: set[int]) -> None:
+    def _motion(self, code: int | None, known: set[int]) -> None:
         state = self.state
-        code = next((each for each in sorted(known) if codes.GROUP_OF.get(each) == "motion" and each != 800), None)
-        code = 800 if code is None and 800 in known else code
-        if self.splines.open and code not in (None, 53) and not self.splines.goes_on(code, self._words):
+        if self.splines.open and code is not None and code != 53 and not self.splines.goes_on(code, self._words):
             self.splines.end()
         if code == 800:
             self._set_modal(None)
@@ -414,3 +414,19 @@ class Interpreter(LineWords):
         if self.ended:
             self._words.clear()
             self.splines.end()
+
+
+#: What carries out the code of each group, in LinuxCNC's order; None: feed, speed, tool, spindle, coolant and dwell.
+_ACTS: dict[str | None, Callable[[Interpreter, int], None]] = {
+    "feed mode": Interpreter._feed_mode,
+    "units": Interpreter._units,
+    None: lambda *_: None,
+    "plane": Interpreter._plane,
+    "tool length": Interpreter._tool_length,
+    "coordinate system": Interpreter._system,
+    "path control": Interpreter._path_control,
+    "retract": Interpreter._retract,
+    "distance": Interpreter._distance,
+    "arc distance": Interpreter._arc_distance,
+    "one line": Interpreter._places,
+}

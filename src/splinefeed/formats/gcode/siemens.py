@@ -16,9 +16,8 @@ import numpy as np
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
-from splinefeed.formats.gcode.moves import LETTERS, Spline
-from splinefeed.formats.gcode.spline_words import MAX_POINTS
-from splinefeed.records import Array
+from splinefeed.formats.gcode.moves import LETTERS
+from splinefeed.formats.gcode.spline_words import BSPLINE
 
 DEFAULT_DEGREE, HIGHEST_DEGREE = 3, 3
 #: Weights that PW may have.
@@ -51,16 +50,8 @@ class Siemens(Interpreter):
 
     def __init__(self, *arguments: object, **options: bool) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
-        self._open = False
-        self._begin()
-
-    def _begin(self) -> None:
         self._degree = DEFAULT_DEGREE
-        self._points: list[Array] = []
-        self._weights: list[float] = []
         self._intervals: list[float | None] = []
-        self._moved = 0
-        self._first_line = 0
 
     def run(self, text: str, line: int) -> None:
         """One line: translated, or taken as a control point."""
@@ -80,15 +71,15 @@ class Siemens(Interpreter):
         motion = any(re.fullmatch(r"G0*[0123]", word) for word in words)
         if "BSPLINE" in keys:
             self._close()
-            self._open, self._first_line = True, line
-            self._points, self._weights = [self.state.position.copy()], [1.0]
-        elif self._open and (motion or any(word in ("M2", "M02", "M30", "M17") for word in words)):
+            self.splines.begin(BSPLINE, line)
+            self.splines.here(1.0)
+        elif self.splines.open and (motion or any(word in ("M2", "M02", "M30", "M17") for word in words)):
             self._close()
         if "SD" in extra:
             self._degree = round(extra.pop("SD"))
             if not 2 <= self._degree <= HIGHEST_DEGREE:
                 raise LineError(f"SD={self._degree}: the degree of a BSPLINE is 2 or 3")
-        if self._open:
+        if self.splines.open:
             words = self._point(words, extra)
         elif extra.keys() & {"PL", "PW"}:
             raise LineError("PL and PW belong to BSPLINE")
@@ -114,7 +105,7 @@ class Siemens(Interpreter):
 
     def _place(self, axis: int) -> float:
         """Where the tool, or the control point before, is on an axis, in the words of the program."""
-        place = (self._points[-1] if self._open else self.state.position)[axis]
+        place = (self.splines.points[-1] if self.splines.open else self.state.position)[axis]
         return float((place - self.state.values[layout.OFFSET + axis]) / self.state.values[layout.SCALE + axis])
 
     def end(self) -> None:
@@ -132,44 +123,33 @@ class Siemens(Interpreter):
             raise LineError(f"PW={weight:g}: weights are greater than 0 and at most {HIGHEST_WEIGHT:g}")
         if interval is not None and not 0.0 <= interval <= layout.LARGEST:
             raise LineError(f"PL={interval:g}: the interval between knots must be 0 or more")
-        if len(self._points) >= MAX_POINTS:
-            raise LineError(f"a spline of more than {MAX_POINTS} control points")
-        before = self.state.position.copy()
-        self.state.position[:] = self._points[-1]
-        try:
-            there, said, _ = self.state.target(axes)
-        finally:
-            self.state.position[:] = before
-        if len(self._points) == 1 and interval == 0.0 and np.array_equal(there, self._points[0]):
-            self._weights[0] = weight  # the place of the tool, said again
+        splines = self.splines
+        splines.point(axes, weight)
+        if len(splines.points) == 2 and interval == 0.0 and np.array_equal(splines.points[0], splines.points[1]):
+            del splines.points[1], splines.weights[0]  # the place of the tool, said again
         else:
-            self._points.append(there)
-            self._weights.append(weight)
             self._intervals.append(interval)
-        self._moved |= said
         return [word for word in words if word[0] not in LETTERS]
 
     def _close(self) -> None:
         """The spline that is open is complete."""
-        if not self._open:
+        splines, degree = self.splines, self._degree
+        if not splines.open:
             return
-        self._open = False
-        count, degree = len(self._points), self._degree
+        count, line = len(splines.points), splines.first_line
+        intervals, self._intervals, self._degree = self._intervals, [], DEFAULT_DEGREE
         if count == 1:
+            splines.clear()
             return
         if count <= degree:
-            raise LineError(
-                f"the BSPLINE of line {self._first_line} has {count} control points; degree {degree} needs more"
-            )
+            raise LineError(f"the BSPLINE of line {line} has {count} control points; degree {degree} needs more")
         spans = count - degree
-        steps = [1.0 if step is None else step for step in self._intervals[:spans]]
-        if any(step for step in self._intervals[spans:]):
-            raise LineError(f"the BSPLINE of line {self._first_line}: the last {degree - 1} PL must be 0 or left out")
-        knots = np.concatenate([np.zeros(degree + 1), np.cumsum(steps), np.full(degree, np.sum(steps))])
-        spline = Spline(degree, knots, np.array(self._points), np.array(self._weights), self._first_line)
+        steps = [1.0 if step is None else step for step in intervals[:spans]]
+        if any(intervals[spans:]):
+            raise LineError(f"the BSPLINE of line {line}: the last {degree - 1} PL must be 0 or left out")
         self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
-        self.state.add_spline(spline, self._moved, self._moved)
-        self._begin()
+        knots = np.concatenate([np.zeros(degree + 1), np.cumsum(steps), np.full(degree, np.sum(steps))])
+        splines.finish(degree + 1, knots)
 
 
 def _translated(text: str) -> tuple[list[str], dict[str, float], set[str]]:

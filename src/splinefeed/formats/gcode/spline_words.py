@@ -18,7 +18,7 @@ from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LETTERS, Findings, Spline
 from splinefeed.formats.gcode.state import State
-from splinefeed.geometry.curve import MAX_AXES, MAX_DEGREE, NurbsCurve
+from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
 from splinefeed.records import Array
 
 #: Order unless the program gives it.
@@ -27,6 +27,8 @@ LINUXCNC_ORDER, FANUC_ORDER = 3, 4
 MAX_POINTS = 100_000
 #: The first control point may lie this far from where the tool is, mm or rad: rounding of the words.
 START_TOLERANCE = 1e-3
+#: The kind of a spline of Siemens.
+BSPLINE = 1
 #: Letters of a control point of G5.2 in each plane.
 _PLANE_LETTERS = {17: ("X", "Y"), 18: ("X", "Z"), 19: ("Y", "Z")}
 
@@ -38,18 +40,20 @@ class SplineWords:
         self.state, self.findings = state, findings
         self.open = 0  # the code of the block that is being collected: 52 or 62
         self._tangent: Array | None = None
-        self._clear()
+        self.clear()
 
-    def _clear(self) -> None:
-        self.open = 0
-        self._order = 0
-        self._points: list[Array] = []
-        self._weights: list[float] = []
+    def clear(self) -> None:
+        """No spline is open."""
+        self.begin(0, 0)
+
+    def begin(self, kind: int, line: int, order: int = 0, more: dict[str, float] | None = None) -> None:
+        """Open a spline; `kind` is 52, 62, or BSPLINE, which Siemens' reader finishes."""
+        self.open, self.first_line, self._order, self._more = kind, line, order, more or {}
+        self.points: list[Array] = []
+        self.weights: list[float] = []
         self._knots: list[float] = []
         self._said = 0
         self._stated = 0
-        self._line = 0
-        self._more: dict[str, float] = {}
 
     def line(
         self, code: int | None, modal: int | None, words: dict[str, float], line: int, inverse: float | None
@@ -123,11 +127,8 @@ class SplineWords:
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         weight = words.pop("P", 1.0)
         if code == 52:
-            self._clear()
-            self.open, self._line, self._more = 52, line, more
-            self._order = _order(words.pop("L", LINUXCNC_ORDER))
-            self._points.append(self.state.position.copy())
-            self._weights.append(1.0 if axes else weight)
+            self.begin(52, line, _order(words.pop("L", LINUXCNC_ORDER)), more)
+            self.here(1.0 if axes else weight)
             if not axes:
                 return
         plane = int(self.state.modes[layout.PLANE])
@@ -136,7 +137,7 @@ class SplineWords:
             raise LineError(f"a control point of G5.2 in G{plane} needs {first} and {second}, and nothing else but P")
         if self.state.modes[layout.RELATIVE]:
             raise LineError("control points of G5.2 need absolute places (G90)")
-        self._point(axes, weight)
+        self.point(axes, weight)
 
     def goes_on(self, code: int, words: dict[str, float]) -> bool:
         """Whether a line with the word `code` is one of the spline that is open: G6.2 with nothing but a knot."""
@@ -144,9 +145,7 @@ class SplineWords:
 
     def _knotted(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
         if code == 62 and not self.open:
-            self._clear()
-            self.open, self._line, self._more = 62, line, more
-            self._order = _order(words.pop("P", FANUC_ORDER))
+            self.begin(62, line, _order(words.pop("P", FANUC_ORDER)), more)
             words.pop("Q", None), words.pop("L", None)
         elif not self.open:
             raise LineError("the spline before has all its knots; begin the next one with G6.2")
@@ -156,23 +155,28 @@ class SplineWords:
         if knot is None and (code is None or axes):
             raise LineError("every line of G6.2 needs its knot, K")
         if axes:
-            self._point(axes, weight)
-        elif not self._points:
-            self._points.append(self.state.position.copy())
-            self._weights.append(weight)
+            self.point(axes, weight)
+        elif not self.points:
+            self.here(weight)
         if knot is not None:
             self._knots.append(knot)
-        if len(self._knots) == len(self._points) + self._order:
+        if len(self._knots) == len(self.points) + self._order:
             self.end()
 
-    def _point(self, axes: dict[str, float], weight: float) -> None:
-        if len(self._points) >= MAX_POINTS:
+    def here(self, weight: float) -> None:
+        """The first control point is where the tool is."""
+        self.points.append(self.state.position.copy())
+        self.weights.append(weight)
+
+    def point(self, axes: dict[str, float], weight: float) -> None:
+        """A control point: what is not said stays as in the one before, and relative words count from it."""
+        if len(self.points) >= MAX_POINTS:
             raise LineError(f"a spline of more than {MAX_POINTS} control points")
         if not 0.0 < weight <= layout.LARGEST:
             raise LineError(f"the weight {weight:g} of a control point must be greater than 0")
-        there, said, stated = self.state.target(axes, self._points[-1] if self._points else None)
-        self._points.append(there)
-        self._weights.append(weight)
+        there, said, stated = self.state.target(axes, self.points[-1] if self.points else None)
+        self.points.append(there)
+        self.weights.append(weight)
         self._said |= said
         self._stated |= stated
 
@@ -180,49 +184,48 @@ class SplineWords:
         """Finish the block that is open, if one is; LineError for one that is not complete."""
         if not self.open:
             return
-        count, order = len(self._points), self._order
-        who = f"the spline from line {self._line} on"
+        count, order = len(self.points), self._order
+        who = f"the spline from line {self.first_line} on"
         if self.open == 62 and len(self._knots) != count + order:
             raise LineError(
                 f"{who} has {len(self._knots)} knots; {count} control points of order {order} need {count + order}"
             )
         if count < order:
             raise LineError(f"{who} has {count} control points; order {order} needs at least {order}")
-        knots, points = np.array(self._knots), np.array(self._points)
-        if self.open == 62:
-            knots, points, weights = self._clamped(knots, points)
-        else:
-            weights, spans = np.array(self._weights), count - order + 1
-            knots = np.concatenate([np.zeros(order - 1), np.arange(spans + 1.0), np.full(order - 1, float(spans))])
-        spline = Spline(order - 1, knots, points, weights, self._line)
-        self.state.add_spline(spline, self._said, self._stated, **self._more)
-        self._clear()
+        spans = count - order + 1.0
+        uniform = [0.0] * (order - 1) + [float(k) for k in range(int(spans) + 1)] + [spans] * (order - 1)
+        self.finish(order, np.array(self._knots if self.open == 62 else uniform))
 
-    def _clamped(self, knots: Array, points: Array) -> tuple[Array, Array, Array]:
+    def finish(self, order: int, knots: Array) -> None:
+        """Add the spline of the control points so far; LineError for knots that decrease or begin elsewhere."""
+        knots, points, weights = self._clamped(order - 1, knots, np.array(self.points))
+        spline = Spline(order - 1, knots, points, weights, self.first_line)
+        self.state.add_spline(spline, self._said, self._stated, **self._more)
+        self.clear()
+
+    def _clamped(self, degree: int, knots: Array, points: Array) -> tuple[Array, Array, Array]:
         """Knots, control points and weights with clamped ends, the first one where the tool is."""
-        degree, count, weights = self._order - 1, len(points), np.array(self._weights)
+        count, weights = len(points), np.array(self.weights)
         steps = np.diff(knots)
         if np.any(steps < 0.0):
             raise LineError(f"knot {knots[int(np.argmax(steps < 0.0)) + 1]:g} is less than the one before")
         if knots[1] < knots[degree] or knots[count] < knots[-2]:
-            moving = np.flatnonzero(np.ptp(points, axis=0) > 0.0)[:MAX_AXES]
             last = points[-1].copy()
             try:
-                curve = NurbsCurve(degree, knots, points[:, moving], weights).with_clamped_ends()
+                curve = NurbsCurve(degree, knots, points, weights).with_clamped_ends()
             except CurveError as error:
-                raise LineError(f"the spline from line {self._line} on: {error}") from None
-            knots, points = curve.knots, np.tile(points[0], (len(curve.control_points), 1))
-            points[:, moving] = curve.control_points
+                raise LineError(f"the spline from line {self.first_line} on: {error}") from None
+            knots, points = curve.knots, curve.control_points.copy()
             weights = np.ones(len(points)) if curve.weights is None else curve.weights
             if (off := float(np.max(np.abs(points[-1] - last)))) > START_TOLERANCE:
                 self.findings.say(
-                    f"line {self._line}: the spline ends where its last knot span ends, at knot {knots[-1]:g}, "
+                    f"line {self.first_line}: the spline ends where its last knot span ends, at knot {knots[-1]:g}, "
                     f"{off:.6g} mm from its last control point; repeat the last knot {degree + 1} times to reach it"
                 )
         gap = float(np.max(np.abs(points[0] - self.state.position)))
         if gap > START_TOLERANCE:
             raise LineError(
-                f"the spline from line {self._line} on begins {gap:.6g} mm from where the tool is; "
+                f"the spline from line {self.first_line} on begins {gap:.6g} mm from where the tool is; "
                 "its first control point must be the place reached before"
             )
         points[0] = self.state.position

@@ -39,7 +39,7 @@ from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.tools import Tools, read_tools
 from splinefeed.formats.path_parts import PathParts
-from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
+from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import LINE_KNOTS, Lines
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.records import Array, BoolArray, IntArray
@@ -355,13 +355,10 @@ def find_arcs(moves: Moves, file: str | os.PathLike[str], findings: Findings, re
 
 
 def path_columns(used: int, file: str | os.PathLike[str]) -> IntArray:
-    """Columns of the axes that the program moves, in the order of a path; FormatError for none, or too many."""
+    """Columns of the axes that the program moves, in the order of a path; FormatError for none."""
     columns = np.array([column for column in PATH_ORDER if used >> column & 1], dtype=np.int64)
     if not len(columns):
         raise FormatError(f"{file}: no line of it moves an axis")
-    if len(columns) > MAX_AXES:
-        names = " ".join(LETTERS[column] for column in columns)
-        raise FormatError(f"{file}: moves the {len(columns)} axes {names}; a path has at most {MAX_AXES}")
     return columns
 
 

@@ -27,7 +27,6 @@ class Block:
     m: list[int] = field(default_factory=list)
     settings: list[tuple[int | str, float]] = field(default_factory=list)
     deletable: bool = False
-    program: bool = False
     percent: bool = False
 
     @property
@@ -72,7 +71,6 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
         scanner.at += 1
         if c in "O:":
             _program_number(scanner, text)
-            block.program = True
             return block
         if c == "N":
             _line_number(scanner)
