@@ -8,11 +8,6 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.feed import time_optimal, window, windows
-from splinefeed.feed.bounds import AxisLimits
-from splinefeed.feed.look_ahead import plan_look_ahead
-from splinefeed.feed.square import Setting
-from splinefeed.feed.steady import steady
 from splinefeed.geometry.path import Marker
 
 PERIOD = 2e-3
@@ -21,19 +16,6 @@ FEED, PUSH, TWIST = 20.0, 2000.0, 5e5
 AXES = {"feed": FEED, "axis_velocity": FEED, "axis_acceleration": PUSH, "axis_jerk": TWIST}
 #: A quarter of a circle of 1 mm, as a rational quadratic.
 ARC = sf.NurbsCurve.bezier([[0, 0], [1, 0], [1, 1]], [1.0, np.sqrt(0.5), 1.0])
-
-
-@pytest.fixture(autouse=True)
-def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One refinement of the grid instead of three: a motion a hair slower, and as right."""
-    monkeypatch.setattr(window, "REFINEMENTS", 1)
-
-
-def held_by_cells(path: sf.Path, limits: sf.Limits) -> sf.TimeLaw:
-    """The planner of before, which `feed/optimal` hands cusps and the like to."""
-    law = time_optimal.plan_time_optimal(path, limits, PERIOD)
-    assert sf.check(sf.interpolate(path, law, period=PERIOD), path, limits, law=law).ok
-    return law
 
 
 def held(path: sf.Path, limits: sf.Limits) -> sf.TimeLaw:
@@ -107,63 +89,3 @@ def test_a_path_s_own_feeds_and_waits_stand_in_the_law():
     assert np.max(v[s < ARC.length]) <= 5.0 * (1 + 1e-9) < np.max(v)
     # 10.5 ms are six periods of 2 ms, the first of them after the stop
     assert np.ptp(t[np.abs(s - ARC.length) < 1e-12]) == pytest.approx(6 * PERIOD, abs=2e-4)
-
-
-def test_one_slow_feed_keeps_every_limit_of_a_bend():
-    path, limits = sf.Path([ARC]), sf.Limits(**AXES)
-    none = np.zeros(0)
-    pieces = steady(path, 0.0, path.length, Setting(limits, AxisLimits.of(limits, path.axes), PERIOD, none, none, none))
-    law = sf.TimeLaw(breaks=pieces.times, coefficients=pieces.coefficients, strategy="steady")
-    assert sf.check(sf.interpolate(path, law, period=PERIOD), path, limits, law=law).ok
-    assert law.length == pytest.approx(path.length, rel=1e-12)
-    assert law.duration < 4 * held(path, limits).duration
-
-
-def test_windows_that_overlap_give_the_motion_of_the_whole(monkeypatch: pytest.MonkeyPatch):
-    """Forty cells a window on a wave of four bends: as long as in one piece, and no seam over a limit."""
-    bends = [[[k, 0], [k + 0.3, (-1) ** k * 0.3], [k + 0.7, (-1) ** k * 0.3], [k + 1, 0]] for k in range(4)]
-    path = sf.Path([sf.NurbsCurve.bezier(points) for points in bends])
-    limits = sf.Limits(feed=FEED, axis_velocity=FEED, axis_acceleration=4e3, axis_jerk=4e6)
-    none = np.zeros(0)
-    setting = Setting(limits, AxisLimits.of(limits, path.axes), PERIOD, none, none, none)
-    monkeypatch.setattr(windows, "WINDOW", 2)
-    monkeypatch.setattr(windows, "OVERLAP", 1)
-    at, half = windows.joints(path, 0.0, path.length, setting)
-    assert len(at)
-    long = windows.solve_long(path, 0.0, path.length, setting, at, half)
-    assert long is not None
-    whole = window.solve(path, 0.0, path.length, (0.0, 0.0), setting)
-    assert long.pieces.duration == pytest.approx(whole.pieces.duration, rel=2e-3)
-    assert long.lower_bound < whole.pieces.duration
-
-
-@pytest.mark.parametrize(("factor", "taken"), [(1.0, False), (1.08, False), (1.6, True)])
-def test_where_the_optimiser_finds_little_the_motion_of_look_ahead_is_taken(monkeypatch, factor, taken):
-    """A solution made slower by a factor stands for a poor one; below POOR times the bound it is kept as it is."""
-    path, limits = sf.Path([ARC]), sf.Limits(**AXES)
-    best, other = held_by_cells(path, limits), plan_look_ahead(path, limits, PERIOD)
-    assert best.duration * 1.08 < time_optimal.POOR * best.settings["lower_bound_s"] < other.duration * 1.6
-    solved = time_optimal.solve
-
-    def poor(*given):
-        found = solved(*given)
-        return replace(found, pieces=found.pieces.stretched(factor))
-
-    monkeypatch.setattr(time_optimal, "solve", poor)
-    law = held_by_cells(path, limits)
-    wanted = other.duration if taken else factor * best.duration
-    assert law.duration == pytest.approx(wanted, abs=1.01 * PERIOD)
-    assert any("planned by look-ahead" in note for note in law.notes) == taken
-    assert law.settings["lower_bound_s"] == best.settings["lower_bound_s"]
-    assert law.strategy == "time-optimal"
-
-
-def test_where_the_optimiser_finds_nothing_the_motion_of_look_ahead_is_taken(monkeypatch):
-    def nothing(*given):
-        raise sf.errors.PlanError("no feed was found")
-
-    monkeypatch.setattr(time_optimal, "solve", nothing)
-    path, limits = sf.Path([ARC]), sf.Limits(**AXES)
-    law = held_by_cells(path, limits)
-    assert law.duration == plan_look_ahead(path, limits, PERIOD).duration
-    assert law.settings["lower_bound_s"] == 0.0

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.feed import window
 
 #: So long a servo period that a stretch has a few dozen cells.
 PERIOD = 0.1
@@ -38,34 +37,6 @@ def test_from_rest_to_rest_on_a_few_cells():
     bend = float(1.0 / PATH.minimum_radius())
     slow = sf.Limits(feed=math.sqrt(125.0 / bend), acceleration=125.0, jerk=500.0)
     assert law.duration < sf.plan(PATH, slow, strategy="seven-phase").duration
-
-
-@pytest.mark.parametrize(("feeds", "down"), [((20.0, 25.0), 4000.0), ((0.0, 25.0), 1500.0)])
-def test_ends_in_motion_have_their_feeds_and_whole_periods(monkeypatch, feeds, down):
-    monkeypatch.setattr(window, "REFINEMENTS", 1)
-    monkeypatch.setattr(window, "MORE_REFINEMENTS", 0)
-    start, end = feeds
-    limits = sf.Limits(
-        feed=60, jerk=4000, deceleration_jerk=down, axis_jerk=4000, start_feed=start, end_feed=end, **EACH
-    )
-    law = sf.plan(PATH, limits, strategy="time-optimal", period=PERIOD)
-    assert law.duration / PERIOD == pytest.approx(round(law.duration / PERIOD), abs=1e-9) and not law.notes
-    assert law.feed(np.array([0.0, law.duration])) == pytest.approx([start, end], abs=1e-6)
-    assert law(np.array([law.duration])) == pytest.approx([PATH.length], abs=1e-9)
-    assert np.max(np.abs(differences(law, 2))) <= 250.0 * (1 + 1e-3)
-    jerk = law.jerk(np.linspace(0.0, law.duration, 1000))
-    assert np.max(np.abs(jerk)) <= 4000.0 * (1 + 1e-9)
-
-
-def test_without_a_period_it_is_as_fast_as_it_can_be(monkeypatch):
-    monkeypatch.setattr(window, "REFINEMENTS", 1)
-    monkeypatch.setattr(window, "MORE_REFINEMENTS", 0)
-    monkeypatch.setattr("splinefeed.feed.grid.FEWEST_CELLS", 24)
-    limits = sf.Limits(feed=60, jerk=4000, axis_jerk=4000, start_feed=20.0, end_feed=25.0, **EACH)
-    law = sf.plan(PATH, limits, strategy="time-optimal")
-    whole = sf.plan(PATH, limits, strategy="time-optimal", period=PERIOD)
-    assert law.duration <= whole.duration < law.duration + 2 * PERIOD
-    assert law.feed(np.array([0.0, law.duration])) == pytest.approx([20.0, 25.0], abs=1e-6)
 
 
 def test_feeds_at_the_ends_that_the_path_is_too_short_for():

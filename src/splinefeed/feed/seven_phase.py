@@ -11,8 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.corners import apart
-from splinefeed.feed.stretches import least_feeds
+from splinefeed.feed.stretches import SAME_PLACE, least_feeds
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import profile as kernels
 from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw, frozen_array, positive
@@ -120,7 +119,7 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
     tells what those see.
     Raises PlanError where the first or last stretch has no room, LimitsError for a period longer than the motion.
     """
-    marks = apart(path.length, np.array([0.0, *path.stops, path.length]), np.zeros(0))
+    marks = _apart(np.array([0.0, *path.stops, path.length]))
     rows = np.zeros((len(marks) - 1, kernels.ROW))
     along = _kernel_limits(limits)
     feeds = least_feeds(path, limits, marks) if isinstance(path, Path) else np.full(len(rows), along[0])
@@ -262,3 +261,9 @@ def _outward(value: float, rounding: str, bound: float | None = None) -> str:
         if bound is None or (rounded <= bound if rounding == ROUND_CEILING else rounded >= bound):
             return f"{rounded:.{digits}g}"
     return repr(bound)
+
+
+def _apart(marks: Array) -> Array:
+    """The marks (m,), mm, without those that rounding puts beside another; both ends stay."""
+    same, inner = SAME_PLACE * marks[-1], marks[1:-1]
+    return np.concatenate([marks[:1], inner[(np.diff(marks[:-1]) > same) & (marks[-1] - inner > same)], marks[-1:]])

@@ -35,6 +35,8 @@ MODES = {
 }
 #: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but not taken.
 POOR = 1.2
+#: Places of a piece at which a finished motion is looked at.
+LOOKED_AT_LAST = 33
 #: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
 RESERVES = (5e-3, 2e-2, 0.1)
 #: ... and where an end in motion is out of reach so, this share of what the mode leaves unused.
@@ -47,33 +49,12 @@ ROUNDING, LATE = 1e-12, 1e-9
 
 def plan_time_optimal(path: Path, limits: Limits, period: float | None, start: State | None = None) -> TimeLaw:
     """Least time under all limits at once, at rest at the stops; see `plan_in_mode`."""
-    return _planned(path, limits, period, TIME_OPTIMAL, start)
+    return plan_in_mode(path, limits, period, TIME_OPTIMAL, start)
 
 
 def plan_look_ahead(path: Path, limits: Limits, period: float | None, start: State | None = None) -> TimeLaw:
     """Close to the least time, window by window; see `plan_in_mode`."""
-    return _planned(path, limits, period, LOOK_AHEAD, start)
-
-
-def _planned(path: Path, limits: Limits, period: float | None, strategy: str, start: State | None) -> TimeLaw:
-    """The motion by this planner or, where it has none, by the one of before; PlanError where neither has any."""
-    if start is not None:
-        law = plan_in_mode(path, limits, period, strategy, start)
-        if law is None:
-            raise PlanError(f"from {start} no motion was found within these limits; start at rest")
-        return law
-    from splinefeed.feed.look_ahead import plan_look_ahead as by_windows
-    from splinefeed.feed.time_optimal import plan_time_optimal as by_cells
-
-    before = by_cells if strategy == TIME_OPTIMAL else by_windows
-    try:
-        law = plan_in_mode(path, limits, period, strategy)
-    except PlanError as error:
-        try:
-            return before(path, limits, period)
-        except PlanError:
-            raise error from None
-    return before(path, limits, period) if law is None else law
+    return plan_in_mode(path, limits, period, LOOK_AHEAD, start)
 
 
 def setting_of(path: Path, limits: Limits, period: float | None) -> Setting:
@@ -94,38 +75,30 @@ def setting_of(path: Path, limits: Limits, period: float | None) -> Setting:
 
 
 def _rests(path: Path, passed: Array) -> Array:
-    """Arc lengths (k,) strictly inside at which the motion rests, mm: stops that are not passed."""
-    stops = np.asarray(path.stops)
-    return np.unique(stops[~np.isin(stops, passed)])
+    """Arc lengths (k,) strictly inside at which the motion rests, mm: stops that are not passed, and dwells."""
+    stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
+    return np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed)])
 
 
 def plan_in_mode(
     path: Path, limits: Limits, period: float | None, strategy: str, start: State | None = None
-) -> TimeLaw | None:
-    """The motion in one of MODES; None where rotary axes, or what the audit finds, ask for the planners of before.
+) -> TimeLaw:
+    """The motion in one of MODES.
 
     The law rests at the stops, and each stretch lasts whole periods. Raises LimitsError for limits that leave
     acceleration and jerk free, and for curvature jumps under an axis jerk without a period; PlanError for ends in
-    motion that the limits do not allow, with the nearest that they do. With `start` it begins there, in the law too.
+    motion that the limits do not allow, with the nearest that they do, and for places where no motion within them was
+    found. With `start` it begins there, in the law too.
     """
     check_limits(limits, path.axes, strategy)
     _check_jumps(path, limits, period)
+    begin = State(limits.start_feed) if start is None else start
     with np.errstate(all="ignore"):  # what is no number is no motion to take
-        return _law(path, limits, period, strategy, State(limits.start_feed) if start is None else start)
-
-
-def _law(path: Path, limits: Limits, period: float | None, strategy: str, begin: State) -> TimeLaw | None:
-    """The same, of limits that were looked at."""
-    setting, mode = setting_of(path, limits, period), MODES[strategy]
-    wanted = np.array([*path.stops, *(s for s, _ in path.dwells)])
-    inner = wanted[(wanted > 0.0) & (wanted < path.length) & ~np.isin(wanted, setting.passed[0])]
-    if not np.all(np.isin(inner, setting.rests)):
-        return None
-    marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [path.length]])
-    check_turns(path, marks, limits)
-    law = motion(setting, strategy, mode, begin)
-    at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
-    return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
+        setting = setting_of(path, limits, period)
+        check_turns(path, np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [path.length]]), limits)
+        law = motion(setting, strategy, MODES[strategy], begin)
+        at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
+        return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
 
 
 def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = None) -> TimeLaw:
@@ -200,9 +173,10 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
     period = setting.period
     if max(start.feed, stop.feed) == 0.0:
         plan = plan_stretch(setting, low, high, start, stop, mode)
-        if plan.over > POOR:
+        if not plan.over <= POOR:
             return plan, 0
-        pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
+        over = max(plan.over, float(np.max(worst_shares(setting, plan.pieces, high, chebyshev(LOOKED_AT_LAST)))))
+        pieces = plan.pieces.stretched(math.sqrt(over)) if over > 1.0 else plan.pieces
         if period is None:
             return replace(plan, pieces=pieces), 0
         ticks = max(math.ceil(pieces.duration / period * (1.0 - ROUNDING) - ROUNDING), 1)
