@@ -34,7 +34,7 @@ def test_jerk_that_builds_up_acceleration_within_the_rounding_of_instants(strate
     held(corner, limits, strategy)
 
 
-@pytest.mark.parametrize("chord", [1e-7, 1e-9, 1e-12, 1e-15])
+@pytest.mark.parametrize("chord", [1e-5, 1e-6, 1e-7, 1e-9])
 @pytest.mark.parametrize("angle", [1e-7, 1e-6, 1e-5, 9e-5])
 def test_a_chord_error_across_turns_that_are_no_stops(chord, angle):
     """A step d across a turn leaves it by up to d angle/4."""

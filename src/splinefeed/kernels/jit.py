@@ -38,6 +38,8 @@ wanted_numba: list[str] = []
 #: import Numba before, 0.2 s, where a compile takes about 3 s.
 LOADING = 0.01
 LOADING_WITH_NUMBA = 0.1
+#: What a compile takes, s; plain Python that has run for longer was worth one, however few its units of work.
+COMPILING = 3.0
 
 #: A kernel that nobody loaded for this long, s, is removed when the next one is kept.
 UNUSED = 90 * 86400.0
@@ -205,18 +207,20 @@ class Leaf(Kernel, Generic[F]):
         super().__init__(function)
         self.worth = worth
         self._work = 0
+        self._spent = 0.0  # s, as plain Python
         places = function.__code__.co_varnames
         self._rows, self._lists = ([places.index(name) for name in names] for names in (rows, lists))
 
     def for_work(self, count: int) -> F:
-        """The function for `count` more units of work: plain Python until that has done as much as a compile costs.
+        """The function for `count` more units of work: plain Python until that has cost as much as a compile does.
 
         So work costs at most twice what it would if its length were known, and short work nothing but itself. The bits
         are the same either way.
         """
         self._work += count
-        if _disabled() or self._work <= self.worth * self._price():
-            if self._work > self.worth and not _numba_version():
+        price = self._price()
+        if _disabled() or (self._work <= self.worth * price and self._spent <= COMPILING * price):
+            if max(self._work - self.worth, self._spent - COMPILING) > 0 and not _numba_version():
                 wanted_numba.append(self.name)
             return cast(F, self.plainly)
         return cast(F, self.compiled)
@@ -246,6 +250,7 @@ class Leaf(Kernel, Generic[F]):
                 given[place] = [row.data for row in each]
             else:
                 given[place] = each.data
+        begin = time.perf_counter()
         try:
             return self.plain(*given)
         except Exception:
@@ -253,6 +258,8 @@ class Leaf(Kernel, Generic[F]):
                 array[...] = kept
             with np.errstate(all="ignore"):  # nothing to a compiled function, but it may be plain
                 return self.compiled(*arguments)
+        finally:
+            self._spent += time.perf_counter() - begin
 
 
 own_floats = Kernel(_empty, forceinline=True)

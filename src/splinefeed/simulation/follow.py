@@ -92,8 +92,8 @@ class Follower:
         command = np.ascontiguousarray(points.position.T[:, :count])  # (axes, n), one row an axis for the kernel
         position, measured, output, saturated = (np.empty_like(command) for _ in range(4))
         done = count
-        run_axis = servo.run_axis.for_work(count * len(self._states))
         for i, state in enumerate(self._states):
+            run_axis = servo.run_axis.for_work(count)
             if self.ticks == 0 and count > 0:
                 state.memory[[mechanics.MOTOR, mechanics.LOAD]] = command[i, 0]
             ticks = run_axis(

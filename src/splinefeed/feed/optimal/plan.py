@@ -33,8 +33,9 @@ MODES = {
     ),
     LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, looked=9, unseen=1e-4, rounds=4, cells=400),
 }
-#: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but not taken.
-POOR = 1.2
+#: A motion that the audit finds over a limit is slowed down as a whole; by more than POOR, as a factor on q, a note
+#: says so, and by more than HOPELESS it is none.
+POOR, HOPELESS = 1.2, 100.0
 #: Places of a piece at which a finished motion is looked at.
 LOOKED_AT_LAST = 33
 #: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
@@ -134,8 +135,13 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
         start = begin if low == begin.s else State(s=low)
         stop = State(limits.end_feed if high == length else 0.0)
         plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
-        if not plan.over <= POOR:
+        if not plan.over <= HOPELESS:
             raise _not_found(setting, plan, low, high)
+        if plan.over > POOR:
+            notes.append(
+                f"from s = {low:.6g} to {high:.6g} mm the motion is {plan.over**0.5:.3g} times slower than "
+                "it might be: no better one within the limits was found"
+            )
         bound += plan.bound
         rows.append(plan.pieces.coefficients)
         breaks = float(instants[-1][-1]) + np.cumsum(plan.pieces.spans)
@@ -173,7 +179,7 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
     period = setting.period
     if max(start.feed, stop.feed) == 0.0:
         plan = plan_stretch(setting, low, high, start, stop, mode)
-        if not plan.over <= POOR:
+        if not plan.over <= HOPELESS:
             return plan, 0
         over = max(plan.over, float(np.max(worst_shares(setting, plan.pieces, high, chebyshev(LOOKED_AT_LAST)))))
         pieces = plan.pieces.stretched(math.sqrt(over)) if over > 1.0 else plan.pieces

@@ -130,12 +130,11 @@ def _looked_at(law: TimeLaw, breaks: Array) -> list[IntArray]:
     Between breaks a difference is a mean of the derivative, which the audit holds.
     """
     assert law.period is not None
-    last = int(np.ceil(law.duration / law.period * (1.0 - 1e-12)))
-    begin, end = -3 * int(law.coefficients[0, 1] == 0.0), last + 1
-    if law.coefficients[-1, 1] == 0.0 or abs(float(law.feed(law.duration))) <= 1e-9 * float(
-        np.max(law.coefficients[:, 1])
-    ):
-        end += 3
+    top = float(np.max(law.coefficients[:, 1]))
+    rest = law.coefficients[-1, 1] == 0.0 or abs(float(law.feed(law.duration))) <= 1e-9 * top
+    periods = law.duration / law.period
+    last = int(np.ceil(periods * (1.0 - 1e-12)) if rest else np.floor(periods * (1.0 + 1e-12)))  # no short one
+    begin, end = -3 * int(law.coefficients[0, 1] == 0.0), last + 1 + 3 * int(rest)
     if last <= MOST_TICKS:
         return [np.arange(max(k - 3, begin), min(k + TOGETHER, end)) for k in range(begin, end, TOGETHER)]
     times = law.breaks[np.clip(np.searchsorted(law.coefficients[:, 0], breaks), 0, len(law.breaks) - 1)]
