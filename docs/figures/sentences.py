@@ -113,7 +113,7 @@ def velocities() -> str:
     )
 
 
-@tells("windows", "math/look-ahead.md")
+@tells("windows", "math/planner.md")
 def windows() -> str:
     """What smaller windows cost."""
     longest = []

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from splinefeed.kernels import override as kernels
-from splinefeed.kernels.override_demand import look_on
 
 pytestmark = pytest.mark.nojit
 
@@ -141,12 +140,3 @@ def test_no_rate_above_the_base_where_an_axis_is_at_its_limits():
     ahead = np.array([[2 * V, 0, 0], [V, A, 0], [V, 0, J], [1e-3, 0, 0]])[None, :, :, None]
     kernels.cap_rates(ahead, 1.0, 2.0, np.array([1.0]), limit, PERIOD, out)
     assert out[0].tolist() == [1.0, 1.0, 1.0, 2.0]
-
-
-@pytest.mark.parametrize("window", [1, 2, 5, 16])
-def test_the_largest_ahead_is_that_of_a_sliding_window(window: int):
-    cells = np.random.default_rng(window).uniform(size=(23 + window, 3, 2))
-    out = np.empty((23, 3, 2))
-    look_on(cells, window, out)
-    wanted = np.lib.stride_tricks.sliding_window_view(cells, window, axis=0)[:23].max(axis=-1)
-    assert np.array_equal(out, wanted)

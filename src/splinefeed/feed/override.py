@@ -10,13 +10,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import LimitsError
 from splinefeed.feed.course import AT_LIMITS, Course
 from splinefeed.feed.reserve import ACCELERATION_SHARE, JERK_SHARE, MOST_RATE
 from splinefeed.kernels import override as kernels
-from splinefeed.kernels.override_demand import look_on
 from splinefeed.records import Array, Limits
 
 #: Ticks of a law looked ahead over: a change of the rate begins only where its end lies within the first; a rate that
@@ -197,7 +197,7 @@ class Override:
         self._first, self._loaded = cell, direction
         self._ahead = np.empty((len(WINDOWS), count, *cells.shape[1:]))
         for window, out in zip(WINDOWS, self._ahead, strict=True):
-            look_on(cells[: count + window], window, out)
+            out[:] = maximum_filter1d(cells[: count + window], window, axis=0, origin=-(window // 2))[:count]
         self._caps = np.full(self._ahead.shape[:2], self.top)
         if self._most > self.top:
             left = self.period * (self._windows.astype(np.float64) - 1.0)
