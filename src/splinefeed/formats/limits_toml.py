@@ -38,8 +38,6 @@ ORDERS = {"travel": 0, **{name: order for order, name in enumerate(AXIS_LIMITS, 
 #: Limits that may be 0.
 _MAY_BE_ZERO = ("start_feed", "end_feed")
 _UNITS = {"length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
-_TURNING = re.compile(r"\s*(.*?(?:deg|degrees?|rad|rev|turns?|°))\s*/\s*(s|sec|ms|min)(?:\s*\^?\s*([23]))?\s*", re.I)
-_SPEED_OF_ROTATION = re.compile(r"\s*(\S+?)\s*rpm\s*", re.I)
 
 
 class LimitsFileError(FormatError):
@@ -126,23 +124,8 @@ def by_axis(text: str) -> list[tuple[str, str]]:
 
 def turning(value: Any, order: int) -> float:
     """An angle (order 0) or its derivative by time of an order up to 3, rad/s^order; a bare number is in degrees."""
-    if not isinstance(value, str):
-        return math.radians(units.parse(value, "angle"))
-    if order == 1 and (match := _SPEED_OF_ROTATION.fullmatch(value)):
-        return units.parse(match[1], "angle") * 2.0 * math.pi / 60.0
-    power = "" if order <= 1 else f"^{order}"
-    example = "15deg" if order == 0 else f"90deg/s{power}"
-    match = _TURNING.fullmatch(value) if order else None
-    try:
-        if match is None and re.fullmatch(r"\s*[-+0-9.eE]+\s*", value):
-            return math.radians(units.parse(value.strip(), "angle"))
-        if order == 0:
-            return units.parse(value, "angle")
-        if match is not None and int(match[3] or 1) == order:
-            return units.parse(match[1], "angle") / units.parse(f"1{match[2]}", "time") ** order
-    except UnitError:
-        pass
-    raise UnitError(f"{value[:64]!r} is no such quantity of a rotary axis; expected one such as {example}")
+    kind = ("angle", "angular velocity", "angular acceleration", "angular jerk")[order]
+    return units.parse(value, kind, units.KINDS[kind].base.replace("rad", "deg"))
 
 
 def _number(name: str, value: Any) -> float:

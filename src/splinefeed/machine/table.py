@@ -277,7 +277,8 @@ def _expected(described: Field[Any], rotary: bool) -> str:
     """What a missing key should hold, for the end of a message."""
     kind = described.metadata.get("kind")
     if kind in quantities.KINDS:
-        return f"; expected {quantities.KINDS[kind].title} such as {quantities.KINDS[kind].examples[rotary]}"
+        wanted = quantities.KINDS[kind][rotary]
+        return f"; expected {wanted.title} such as {wanted.example}"
     if "choices" in described.metadata:
         return f"; must be one of {', '.join(described.metadata['choices'])}"
     return ""
