@@ -161,6 +161,6 @@ def test_files(tmp_path):
     file = tmp_path / "limits.toml"
     limits_toml.write(limits, file)
     assert limits_toml.read(file) == limits
-    assert "theta = 90.0  # deg/s^2" in file.read_text()
+    assert "theta = 90.0 # deg/s^2" in file.read_text()
     with pytest.raises(FormatError, match="there is no such file"):
         limits_toml.read(tmp_path / "no.toml")

@@ -7,9 +7,11 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
+
+import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import FormatError, LimitsError, UnitError
@@ -37,7 +39,6 @@ KINDS = {
 ORDERS = {"travel": 0, **{name: order for order, name in enumerate(AXIS_LIMITS, start=1)}, "axis_velocity_step": 1}
 #: Limits that may be 0.
 _MAY_BE_ZERO = ("start_feed", "end_feed")
-_UNITS = {"length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
 
 
 class LimitsFileError(FormatError):
@@ -173,24 +174,25 @@ def write(limits: Limits, target: str | os.PathLike[str]) -> None:
 
 def to_text(limits: Limits) -> str:
     """The limits as the text of a TOML file, numbers to their last digit, the unit beside each."""
-    top = ["# limits of a motion for splinefeed"]
-    tables: list[str] = []
+    import tomlkit
+
+    def said(value: float | Sequence[float], unit: str, axis: str = "") -> Any:
+        ends = np.atleast_1d(value).tolist()
+        if axis in ROTARY_AXES:
+            ends, unit = [_degrees(each) for each in ends], unit.replace("mm", "deg")
+        return tomlkit.item(ends if np.ndim(value) else ends[0]).comment(unit)
+
+    document = tomlkit.document()
+    document.add(tomlkit.comment("limits of a motion for splinefeed"))
     for name, kind in KINDS.items():
-        value = getattr(limits, name)
-        unit = _UNITS[kind]
+        value, unit = getattr(limits, name), units.KINDS[kind].base
         if isinstance(value, Mapping):
-            tables += ["", f"[{name}]"]
-            for axis, limit in value.items():
-                turns = axis in ROTARY_AXES
-                shown = _degrees(limit) if turns else float(limit)
-                tables.append(f"{axis} = {shown!r}  # {unit.replace('mm', 'deg') if turns else unit}")
+            document[name] = {axis: said(limit, unit, axis) for axis, limit in value.items()}
         elif value is not None and value != math.inf:
-            top.append(f"{name} = {float(value)!r}  # {unit}")
-    for i, (axis, (low, high)) in enumerate(limits.travel.items()):
-        turns = axis in ROTARY_AXES
-        ends = [_degrees(low), _degrees(high)] if turns else [float(low), float(high)]
-        tables += ["", "[travel]"] * (i == 0) + [f"{axis} = {ends!r}  # {'deg' if turns else 'mm'}"]
-    return "\n".join([*top, *tables]) + "\n"
+            document[name] = said(value, unit)
+    if limits.travel:
+        document["travel"] = {axis: said(ends, "mm", axis) for axis, ends in limits.travel.items()}
+    return tomlkit.dumps(document)
 
 
 def _degrees(angle: float) -> float:
