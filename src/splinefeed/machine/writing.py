@@ -12,7 +12,7 @@ from splinefeed.machine import quantities
 
 if TYPE_CHECKING:
     from splinefeed.machine.parts import Axis
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
 
 #: Sections in the order in which the package's own files have them.
 _ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scale", "limits", "controller")
@@ -20,7 +20,7 @@ _ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scal
 _MAY_BE_LEFT_OUT = ("friction", "limits")
 
 
-def save(table: Table, path: str | os.PathLike[str]) -> None:
+def save(table: Machine, path: str | os.PathLike[str]) -> None:
     """Write a machine file, whole or not at all; comments of the file that the machine came from are not kept.
 
     Raises FormatError for a name that does not end in .toml, and for a file that cannot be written.
@@ -32,7 +32,7 @@ def save(table: Table, path: str | os.PathLike[str]) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def to_text(table: Table) -> str:
+def to_text(table: Machine) -> str:
     """The text of the machine file of `table`."""
     import tomlkit
 
