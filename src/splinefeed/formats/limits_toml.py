@@ -107,6 +107,12 @@ def from_content(content: Mapping[str, Any], source: str, lines: Mapping[str, in
     raise LimitsFileError(source, (text for _, text in sorted(problems, key=lambda each: each[0])))
 
 
+def unit_of(limit: str) -> str | None:
+    """The base unit of a limit, or of an end of a travel, by its name; None for what is no limit."""
+    kind = "length" if limit in ("travel", *TRAVEL_ENDS) else KINDS.get(limit)
+    return None if kind is None else units.KINDS[kind].base
+
+
 def axis_value(name: str, axis: str, value: Any) -> float:
     """A limit of one axis in mm, s and rad; of a rotary one a bare number is in degrees.
 

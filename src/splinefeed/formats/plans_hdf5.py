@@ -7,21 +7,18 @@ import os
 from pathlib import Path
 from typing import Any
 
-from splinefeed import units
 from splinefeed.errors import FormatError
 from splinefeed.formats import hdf5
-from splinefeed.formats.limits_toml import KINDS
+from splinefeed.formats.limits_toml import KINDS, unit_of
 from splinefeed.formats.metadata import settings_from_json, settings_to_json
-from splinefeed.records import ROTARY_AXES, TRAVEL_ENDS, Limits, TimeLaw, positive
+from splinefeed.records import ROTARY_AXES, Limits, TimeLaw, positive
 
 
 def _unit_of(limit: str) -> str | None:
     """The unit of a limit as `Limits.as_dict` names it; None for what is no limit."""
     name, _, axis = limit.partition(".")
-    if name not in KINDS and name not in TRAVEL_ENDS:
-        return None
-    unit = units.KINDS[KINDS.get(name, "length")].base
-    return unit.replace("mm", "rad") if axis in ROTARY_AXES else unit
+    unit = unit_of(name)
+    return unit.replace("mm", "rad") if unit and axis in ROTARY_AXES else unit
 
 
 def save_law(law: TimeLaw, path: str | os.PathLike[str]) -> None:
