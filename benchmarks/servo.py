@@ -67,7 +67,7 @@ class AxisRun:
     """One axis of a machine over TICKS ticks of laps on the paper's airfoil, at each call from rest."""
 
     def __init__(self, machine: str, name: str, linear: bool) -> None:
-        axis = sf.Table.load(machine).axes[name]
+        axis = sf.Machine.load(machine).axes[name]
         self.table = step_table(plant(axis), cases.PERIOD, SUB_STEPS)
         self.parameters = parameters(axis, cases.PERIOD, SUB_STEPS, linear=linear)
         lap = _lap()[:, 1 if name == "y" else 2 if name == "theta" else 0]
@@ -140,7 +140,7 @@ def job(hours: float) -> dict[str, Any]:
     limits = sf.Limits(feed=60.0, acceleration=500.0, jerk=20000.0)
     points = sf.run(path, limits, period=cases.PERIOD).points
     wanted = round(3600.0 * hours / cases.PERIOD)
-    machine = Servo(sf.Table.load("xytheta"), path)
+    machine = Servo(sf.Machine.load("xytheta"), path)
     start = time.perf_counter()
     for _ in follow_chunks(_laps(points, wanted), machine):
         pass

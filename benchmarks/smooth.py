@@ -37,7 +37,7 @@ def measure() -> Report:
     rows: list[tuple[Cell, ...]] = []
     for name in PROGRAMS:
         path = sf.read(FOLDER / name, repair=True)
-        limits = sf.Limits(**ALONG, **sf.Table.load("router").limits(path.axes))
+        limits = sf.Limits(**ALONG, **sf.Machine.load("router").limits(path.axes))
         for how, corners in HOW.items():
             after, off, order = path, None, None
             if corners:

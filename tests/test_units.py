@@ -40,6 +40,8 @@ from splinefeed.units import KINDS, UNITS, WORDS, format_quantity, parse
         ("180deg", "angle", math.pi),
         ("180°", "angle", math.pi),
         ("0.5rev", "angle", math.pi),
+        ("15rpm", "angular velocity", math.pi / 2.0),
+        ("90deg/s^3", "angular jerk", math.pi / 2.0),
     ],
 )
 def test_a_quantity_is_read_in_base_units(quantity: str | float, kind: str, value: float) -> None:
@@ -147,12 +149,13 @@ def test_a_unit_is_what_the_standards_say(unit: str) -> None:
     exact = {
         "nm": 1e-6, "um": 1e-3, "mm": 1, "cm": 10, "m": 1e3, "in": 25.4, "thou": 0.0254, "ft": 12 * 25.4,
         "us": 1e-6, "ms": 1e-3, "s": 1, "min": 60, "h": 3600, "hz": 1, "khz": 1e3, "ipm": 25.4 / 60, "g": 9806.65,
-        "rad": 1, "deg": math.pi / 180, "rev": 2 * math.pi,
+        "rad": 1, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": math.pi / 10800, "arcsec": math.pi / 648000,
+        "rev": 2 * math.pi, "rpm": 2 * math.pi / 60, "kg": 1, "n": 1e3, "kn": 1e6, "v": 1, "mv": 1e-3,
     }  # fmt: skip
     assert UNITS[unit][0] == pytest.approx(exact[unit], rel=1e-15)
 
 
 @pytest.mark.parametrize(("word", "unit"), WORDS.items())
 def test_a_word_is_its_unit(word: str, unit: str) -> None:
-    kind = {(1, 0, 0): "length", (0, 1, 0): "time", (0, 0, 1): "angle"}[UNITS[unit][1]]
+    kind = {(1, 0, 0): "length", (0, 1, 0): "time", (0, 0, 1): "angle"}[UNITS[unit][1][:3]]
     assert parse(f"2 {word}", kind) == parse(f"2{unit}", kind)

@@ -35,7 +35,7 @@ def main() -> None:
     """Run the experiment and the plants, fill docs/paper.md, and draw plants.svg."""
     path = sf.shapes.from_text(PAPER_SHAPE)
     run = sf.run(path, PAPER_LIMITS, period=PAPER_PERIOD)
-    table = sf.Table.load("xytheta")
+    table = sf.Machine.load("xytheta")
     flat = list(serve_methods(path, run.law, table))
     solid = list(serve_methods(sf.tangential(path), run.law, table))
     put("run", run_words(run))
@@ -97,7 +97,7 @@ def errors(flat: list[Served], solid: list[Served]) -> str:
     )
 
 
-def loops(table: sf.Table) -> str:
+def loops(table: sf.Machine) -> str:
     """Margins of table 2's gains on xytheta, and on the same table with a faster drive."""
     lines = [("axis", "lag 10 ms (xytheta)", "lag 1 ms")]
     for name, axis in table.axes.items():
@@ -106,7 +106,7 @@ def loops(table: sf.Table) -> str:
     return rows(*lines, left=3)
 
 
-def plants(table: sf.Table, points: sf.Setpoints) -> str:
+def plants(table: sf.Machine, points: sf.Setpoints) -> str:
     """The largest x error over plants that the paper may have had, as a table, and as plants.svg."""
     found = {lag: [largest(with_drives(table, velocity(gain, lag)), points) for gain in GAINS] for lag in LAGS}
     lines = [("speed per volt, mm/s/V", *(f"lag {1e3 * lag:g} ms" for lag in LAGS))]
@@ -142,12 +142,12 @@ def torque_drive(torque: float) -> Drive:
     return Drive(mode="torque", lag=CURRENT_LAG, force_per_volt=torque)
 
 
-def with_drives(table: sf.Table, drive: Drive) -> sf.Table:
+def with_drives(table: sf.Machine, drive: Drive) -> sf.Machine:
     """The table with that drive on x and y."""
     return replace(table, axes={**table.axes, **{name: replace(table.axes[name], drive=drive) for name in XY}})
 
 
-def heavier(table: sf.Table) -> sf.Table:
+def heavier(table: sf.Machine) -> sf.Machine:
     """The table with y as heavy beside x as its gains are high beside x's: then both loops are alike."""
     x, y = (table.axes[name] for name in XY)
     ratio = y.controller.kp / x.controller.kp
@@ -156,7 +156,7 @@ def heavier(table: sf.Table) -> sf.Table:
     return replace(table, axes={**table.axes, "y": heavy})
 
 
-def largest(table: sf.Table, points: sf.Setpoints) -> tuple[float, bool]:
+def largest(table: sf.Machine, points: sf.Setpoints) -> tuple[float, bool]:
     """Largest error of x and y, mm, and whether both loops are stable."""
     response = follow(points, table)
     stable = all(margins(table.axes[name], PAPER_PERIOD).stable for name in XY)

@@ -67,7 +67,7 @@ def nose() -> str:
 def slots() -> str:
     """Slots and pulses of the airfoil on the paper's table."""
     points = airfoil().points
-    scales = pulses.pulses_of(sf.Table.load("xytheta"), points.axes)
+    scales = pulses.pulses_of(sf.Machine.load("xytheta"), points.axes)
     found, tally = pulses.survey([points], scales), pulses.Tally()
     for _ in pulses.encoded([points], scales, found.slots, tally):
         pass
@@ -86,7 +86,7 @@ def slow_clock() -> str:
     """The error where a clock is too slow."""
     points = airfoil().points
     try:
-        bit_pattern.encode(points, pulses.pulses_of(sf.Table.load("xytheta"), points.axes), TOO_FEW)
+        bit_pattern.encode(points, pulses.pulses_of(sf.Machine.load("xytheta"), points.axes), TOO_FEW)
     except InputError as error:
         return words(
             f"With `--clock {TOO_FEW / PERIOD / 1e3:g}kHz` the airfoil is refused: `{str(error).split(' (')[0]} ...`."

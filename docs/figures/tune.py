@@ -34,7 +34,7 @@ RELAY, SWINGS = 4000, 41
 
 def main() -> None:
     """Tune the paper's table by every rule and on the paper's path, fill docs/tune.md, and draw X before and after."""
-    table = sf.Table.load("xytheta")
+    table = sf.Machine.load("xytheta")
     x = table.axes["x"]
     old, calm = sf.tune(x, "ziegler-nichols"), sf.tune(x, "tyreus-luyben")
     put("stable", stable(old))

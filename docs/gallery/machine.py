@@ -12,7 +12,7 @@ def picture() -> Figure:
     """Follow the airfoil and draw where the table left it."""
     path = sf.shapes.naca("0025", perimeter=33)
     points = sf.run(path).points
-    response = sf.follow(points, sf.Table.load("xytheta"), path=path)
+    response = sf.follow(points, sf.Machine.load("xytheta"), path=path)
     beside = deviation(response, path, points.s)
     assert beside is not None  # it moves, so there is something to draw
     return contour_figure(beside, "NACA 0025, 33 mm", "xytheta")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from splinefeed.interpolation.registry import register as register
     from splinefeed.kinematics import JointPath as JointPath
     from splinefeed.kinematics import Kinematics as Kinematics
-    from splinefeed.machine.table import Table as Table
+    from splinefeed.machine.table import Machine as Machine
     from splinefeed.pipeline.compare import compare as compare
     from splinefeed.pipeline.follow import follow as follow
     from splinefeed.pipeline.long_path import stream_setpoints as stream_setpoints
@@ -58,6 +59,7 @@ _PUBLIC = {
     "Interpolator": "interpolation.interpolator",
     "Limits": "records",
     "LookAhead": "feed.optimal.stream",
+    "Machine": "machine.table",
     "Marker": "geometry.path",
     "NurbsCurve": "geometry.curve",
     "Path": "geometry.path",
@@ -66,7 +68,6 @@ _PUBLIC = {
     "SplinefeedError": "errors",
     "State": "feed.optimal.stretch",
     "Response": "records",
-    "Table": "machine.table",
     "TimeLaw": "records",
     "ToolPath": "geometry.tool_path",
     "Verdict": "records",
@@ -99,6 +100,9 @@ __all__ = ["__version__", *_PUBLIC]  # pyright: ignore[reportUnsupportedDunderAl
 
 
 def __getattr__(name: str) -> Any:
+    if name == "Table":
+        warnings.warn("splinefeed.Table is now called splinefeed.Machine", DeprecationWarning, stacklevel=2)
+        name = "Machine"
     if name not in _PUBLIC:
         raise AttributeError(f"module 'splinefeed' has no attribute {name!r}")
     room = f"splinefeed.{_PUBLIC[name]}"

@@ -1,16 +1,17 @@
-"""Quantities as people write them (`3600mm/min`, `1ms`, `0.5in`) to and from the base units mm, s and rad."""
+"""Quantities as people write them (`3600mm/min`, `1ms`, `20N/mm`) to and from the base units mm, s, rad, kg and V."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from splinefeed.errors import UnitError
 
-#: Powers of length, time and angle.
-Dimensions = tuple[int, int, int]
+#: Powers of length, time, angle, mass and voltage.
+Dimensions = tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -31,31 +32,48 @@ KINDS = {
     "jerk": Kind("a jerk", "mm/s^3", "2000mm/s^3 or 2m/s^3"),
     "angle": Kind("an angle", "rad", "15deg or 0.26rad"),
     "frequency": Kind("a frequency", "hz", "256khz or 256000hz"),
+    "angular velocity": Kind("an angular velocity", "rad/s", "90deg/s or 15rpm"),
+    "angular acceleration": Kind("an angular acceleration", "rad/s^2", "90deg/s^2"),
+    "angular jerk": Kind("an angular jerk", "rad/s^3", "90deg/s^3"),
 }
 
 #: The units a user may write, in small letters, since case says nothing here (MM/MIN is mm/min): the size of each in
-#: mm, s and rad, and the powers of these.
+#: mm, s, rad, kg and V, and the powers of these.
 UNITS: dict[str, tuple[float, Dimensions]] = {
-    "mm": (1.0, (1, 0, 0)),
-    "nm": (1e-6, (1, 0, 0)),
-    "um": (1e-3, (1, 0, 0)),
-    "cm": (10.0, (1, 0, 0)),
-    "m": (1000.0, (1, 0, 0)),
-    "in": (25.4, (1, 0, 0)),
-    "thou": (0.0254, (1, 0, 0)),
-    "ft": (304.8, (1, 0, 0)),
-    "s": (1.0, (0, 1, 0)),
-    "us": (1e-6, (0, 1, 0)),
-    "ms": (1e-3, (0, 1, 0)),
-    "min": (60.0, (0, 1, 0)),
-    "h": (3600.0, (0, 1, 0)),
-    "hz": (1.0, (0, -1, 0)),
-    "khz": (1000.0, (0, -1, 0)),
-    "ipm": (25.4 / 60.0, (1, -1, 0)),
-    "g": (9806.65, (1, -2, 0)),
-    "rad": (1.0, (0, 0, 1)),
-    "deg": (math.pi / 180.0, (0, 0, 1)),
-    "rev": (2.0 * math.pi, (0, 0, 1)),
+    "mm": (1.0, (1, 0, 0, 0, 0)),
+    "nm": (1e-6, (1, 0, 0, 0, 0)),
+    "um": (1e-3, (1, 0, 0, 0, 0)),
+    "cm": (10.0, (1, 0, 0, 0, 0)),
+    "m": (1000.0, (1, 0, 0, 0, 0)),
+    "in": (25.4, (1, 0, 0, 0, 0)),
+    "thou": (0.0254, (1, 0, 0, 0, 0)),
+    "ft": (304.8, (1, 0, 0, 0, 0)),
+    "s": (1.0, (0, 1, 0, 0, 0)),
+    "us": (1e-6, (0, 1, 0, 0, 0)),
+    "ms": (1e-3, (0, 1, 0, 0, 0)),
+    "min": (60.0, (0, 1, 0, 0, 0)),
+    "h": (3600.0, (0, 1, 0, 0, 0)),
+    "hz": (1.0, (0, -1, 0, 0, 0)),
+    "khz": (1000.0, (0, -1, 0, 0, 0)),
+    "ipm": (25.4 / 60.0, (1, -1, 0, 0, 0)),
+    "g": (9806.65, (1, -2, 0, 0, 0)),
+    "rad": (1.0, (0, 0, 1, 0, 0)),
+    "mrad": (1e-3, (0, 0, 1, 0, 0)),
+    "deg": (math.pi / 180.0, (0, 0, 1, 0, 0)),
+    "arcmin": (math.pi / 10800.0, (0, 0, 1, 0, 0)),
+    "arcsec": (math.pi / 648000.0, (0, 0, 1, 0, 0)),
+    "rev": (2.0 * math.pi, (0, 0, 1, 0, 0)),
+    "rpm": (math.pi / 30.0, (0, -1, 1, 0, 0)),
+    "kg": (1.0, (0, 0, 0, 1, 0)),
+    "n": (1000.0, (1, -2, 0, 1, 0)),
+    "kn": (1e6, (1, -2, 0, 1, 0)),
+    "v": (1.0, (0, 0, 0, 0, 1)),
+    "mv": (1e-3, (0, 0, 0, 0, 1)),
+}
+#: What two of them mean where the quantity wanted says so: a gram where a mass is wanted, N*m where a torque is.
+OTHERWISE: dict[str, tuple[float, Dimensions]] = {
+    "g": (1e-3, (0, 0, 0, 1, 0)),
+    "nm": (1e6, (2, -2, 0, 1, 0)),
 }
 #: Other words for them.
 WORDS = {
@@ -75,30 +93,42 @@ _LONGEST_TEXT = 64
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
 _FACTOR = r"[a-z]+(?:\^-?[1-9])?"
 _TERM = re.compile(r"([*/]?)\s*([a-z]+)(?:\^(-?[1-9]))?")
-_QUANTITY = re.compile(rf"({_NUMBER})\s*({_FACTOR}(?:\s*[*/\s]\s*{_FACTOR})*)?")
+_QUANTITY = re.compile(rf"({_NUMBER})\s*((?:1?\s*/\s*)?{_FACTOR}(?:\s*[*/\s]\s*{_FACTOR})*)?")
 _SIGNS = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "³": "^3", "°": "deg", '"': "in", "·": "*"})
 
 
-def parse(quantity: str | float, kind: str) -> float:
-    """The value of `quantity` in the base unit of its `kind` (see KINDS); a bare number is in that unit already.
+def parse(quantity: str | float, kind: str, bare: str | None = None) -> float:
+    """The value of `quantity` in the base unit of its `kind` (see KINDS); a bare number is in `bare`, or in that unit.
 
     Raises UnitError for text that is no number, for an unknown unit or one of another kind, and for what is not finite.
     """
     wanted = _kind(kind)
-    if not isinstance(quantity, str):
-        return _finite(_as_float(quantity, wanted), quantity, wanted)
-    if len(quantity) > _LONGEST_TEXT:
-        raise _refusal(quantity, f"has {len(quantity)} characters", wanted)
-    text = quantity.strip().lower().translate(_SIGNS).replace("**", "^")
-    text = re.sub(r"([a-df-z])([0-9])", r"\1^\2", text)  # m/s2 is m/s^2; an e may belong to the number
-    match = _QUANTITY.fullmatch(text)
-    if match is None:
-        hint = "uses a comma; write a decimal point" if re.fullmatch(r"[+-]?[0-9]+,[0-9].*", text) else "cannot be read"
-        raise _refusal(quantity, hint, wanted)
-    number, unit = float(match[1]), match[2]
-    if unit is not None:
-        number *= _factor(unit, quantity, number, wanted)
-    return _finite(number, quantity, wanted)
+    return read(quantity, wanted, bare or wanted.base)
+
+
+def read(quantity: object, wanted: Kind, bare: str | None) -> float:
+    """The value of `quantity` in the base unit of `wanted`; a bare number is in `bare` or, without it, refused.
+
+    Raises UnitError as `parse` does.
+    """
+    if isinstance(quantity, str):
+        if len(quantity) > _LONGEST_TEXT:
+            raise _refusal(quantity, f"has {len(quantity)} characters", wanted)
+        text = quantity.strip().lower().translate(_SIGNS).replace("**", "^")
+        text = re.sub(r"([a-df-z])([0-9])", r"\1^\2", text)  # m/s2 is m/s^2; an e may belong to the number
+        match = _QUANTITY.fullmatch(text)
+        if match is None:
+            comma = re.fullmatch(r"[+-]?[0-9]+,[0-9].*", text)
+            raise _refusal(quantity, "uses a comma; write a decimal point" if comma else "cannot be read", wanted)
+        number, unit = float(match[1]), match[2] or bare
+    else:
+        number, unit = _as_float(quantity, wanted), bare
+    if unit is None:
+        raise _refusal(quantity, "has no unit", wanted)
+    number *= _factor(unit, quantity, number, wanted)
+    if not math.isfinite(number):
+        raise _refusal(quantity, "is not finite", wanted)
+    return number
 
 
 def format_quantity(value: float, kind: str) -> str:
@@ -129,32 +159,31 @@ def _as_float(value: Any, wanted: Kind) -> float:
         raise _refusal(value, "is no number", wanted) from None
 
 
-def _finite(value: float, quantity: object, wanted: Kind) -> float:
-    if not math.isfinite(value):
-        raise _refusal(quantity, "is not finite", wanted)
-    return value
-
-
-def _factor(unit: str, quantity: str, number: float, wanted: Kind) -> float:
+def _factor(unit: str, quantity: object, number: float, wanted: Kind) -> float:
     """What one `unit` is in the base unit of the wanted kind."""
-    factor, given = _size(unit, quantity, wanted)
     base, dimensions = _size(wanted.base, quantity, wanted)
-    if given != dimensions:
-        raise _refusal(quantity, _other_kind(number * factor, given, wanted), wanted)
-    return factor / base
+    for units in (UNITS, UNITS | OTHERWISE):
+        factor, given = _size(unit, quantity, wanted, units)
+        if given == dimensions:
+            return factor / base
+    factor, given = _size(unit, quantity, wanted)
+    raise _refusal(quantity, _other_kind(number * factor, given, wanted), wanted)
 
 
-def _size(unit: str, quantity: str, wanted: Kind) -> tuple[float, Dimensions]:
+def _size(
+    unit: str, quantity: object, wanted: Kind, units: Mapping[str, tuple[float, Dimensions]] = UNITS
+) -> tuple[float, Dimensions]:
     """Size and dimensions of a product of units such as mm/s^2: from left to right, a blank between two multiplies."""
-    factor, powers = 1.0, [0, 0, 0]
-    for sign, name, power in _TERM.findall(unit):
-        one = UNITS.get(WORDS.get(name, name))
+    factor = 1.0
+    powers: Dimensions = (0, 0, 0, 0, 0)
+    for sign, name, power in _TERM.findall(unit.lower()):
+        one = units.get(WORDS.get(name, name))
         if one is None:
             raise _refusal(quantity, f"has an unknown unit: {name}", wanted)
         times = int(power or 1) * (-1 if sign == "/" else 1)
         factor *= one[0] ** times
-        powers = [so_far + times * each for so_far, each in zip(powers, one[1], strict=True)]
-    return factor, (powers[0], powers[1], powers[2])
+        powers = tuple(so_far + times * each for so_far, each in zip(powers, one[1], strict=True))
+    return factor, powers
 
 
 def _other_kind(value: float, given: Dimensions, wanted: Kind) -> str:
@@ -164,7 +193,7 @@ def _other_kind(value: float, given: Dimensions, wanted: Kind) -> str:
     for kind in KINDS.values():
         if given == _size(kind.base, "", wanted)[1]:
             return f"is {kind.title}"
-    return "is of no kind that is known here"
+    return "is of another kind"
 
 
 def _refusal(quantity: object, what: str, wanted: Kind) -> UnitError:

@@ -5,20 +5,20 @@ from __future__ import annotations
 import json
 from importlib.resources import files
 
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 
 
 def test_machines_are_listed(splinefeed):
     result = splinefeed("machine", "list")
     assert result.exit_code == 0
-    assert [line.split()[0] for line in result.stdout.splitlines()] == ["machine", *Table.names()]
+    assert [line.split()[0] for line in result.stdout.splitlines()] == ["machine", *Machine.names()]
     page = json.loads(splinefeed("machine", "list", "--json").stdout)
     assert page["machines"][-1]["axes"] == ["x", "y", "theta"]
 
 
 def test_a_machine_is_shown_in_words_and_as_json(splinefeed):
     text = splinefeed("machine", "show", "xytheta").stdout
-    assert text.rstrip("\n") == Table.load("xytheta").describe()
+    assert text.rstrip("\n") == Machine.load("xytheta").describe()
     page = json.loads(splinefeed("machine", "show", "xytheta", "--json").stdout)
     assert page["axes"]["x"]["scale"]["resolution"] == {"value": 0.001, "unit": "mm"}
 

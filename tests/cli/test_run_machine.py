@@ -33,7 +33,7 @@ def test_the_experiment_puts_the_paper_s_methods_side_by_side(splinefeed, folder
     path = sf.shapes.naca("0025", perimeter=33)
     law = sf.plan(path, sf.Limits(feed=60, acceleration=50, jerk=2000), period=1e-3)
     for each in found["methods"]:
-        response = sf.follow(sf.interpolate(path, law, method=each["method"]), sf.Table.load("xytheta"), path)
+        response = sf.follow(sf.interpolate(path, law, method=each["method"]), sf.Machine.load("xytheta"), path)
         assert each["contour_error_max_mm"] == pytest.approx(np.max(response.contour_error), rel=1e-9)
     assert found["largest_error_mm"] == max(page["tracking_error_max"].values())
     # the digest: 85 to 107 um on X; Taylor-2 and Milne-Simpson move the contour error by less than a hundredth
@@ -98,10 +98,10 @@ def test_a_source_is_planned_for_the_axes_of_its_machine(splinefeed, folder):
 def test_one_number_for_all_axes_leaves_theta_its_own(splinefeed, folder):
     words = ["plan", "circle?radius=10&tangential=true", "--machine", "xytheta", "--axis-accel", "300", "--json"]
     assert page_of(splinefeed(*words))["strategy"] == "time-optimal"
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.limits import over_machine
 
-    flat = over_machine({"axis_acceleration": 300.0}, Table.load("xytheta"), ("x", "y", "theta"))
+    flat = over_machine({"axis_acceleration": 300.0}, Machine.load("xytheta"), ("x", "y", "theta"))
     assert flat["axis_acceleration.x"] == 300.0
     assert flat["axis_acceleration.theta"] == pytest.approx(np.radians(100000.0))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 
-from splinefeed.machine import Table
+from splinefeed.machine import Machine
 from splinefeed.machine.writing import to_text
 
 FLANK = str(Path(__file__).parents[1] / "data" / "five-axis" / "flank_milling_2022.json")
@@ -52,7 +52,7 @@ def test_what_a_tool_path_needs_is_said_in_one_line(splinefeed: Callable[..., Re
 
 
 def test_a_machine_file_with_other_kinematics_is_taken(splinefeed: Callable[..., Result], folder: Path) -> None:
-    text = to_text(Table.load("trunnion"))
+    text = to_text(Machine.load("trunnion"))
     shifted = text.replace('type = "xyzac-trt"', 'type = "xyzac-trt"\ny-offset = "5mm"\nz-rot-point = "-20mm"')
     (folder / "mine.toml").write_text(shifted)
     done = splinefeed("run", FLANK, "--machine", "mine.toml", "--strategy", "look-ahead", "--no-figures", "--json")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from splinefeed.machine import Table
+from splinefeed.machine import Machine
 
 SLOW = 'lag = "10ms"'
 
@@ -69,9 +69,9 @@ def test_a_path_with_figures_and_a_machine_file(splinefeed, folder):
         ["tuned.toml", *(f"out/{n}.svg" for n in ("bode-x", "bode-y", "step")), "out/tune.json"]
     )
     assert all((folder / name).stat().st_size > 500 for name in page["files"])
-    tuned = Table.load(folder / "tuned.toml")
+    tuned = Machine.load(folder / "tuned.toml")
     assert tuned.axes["x"].controller.kp == page["axes"]["x"]["gains"]["kp"]
-    assert tuned.axes["theta"] == Table.load("xytheta").axes["theta"]
+    assert tuned.axes["theta"] == Machine.load("xytheta").axes["theta"]
     again = splinefeed("tune", "tuned.toml", "--axis", "x", "--json")
     assert json.loads(again.stdout)["axes"]["x"]["gains_before"] == page["axes"]["x"]["gains"]
 

@@ -68,7 +68,7 @@ def test_the_machine_of_the_how_to_is_stable(workplace):
     page = ROOT / "docs/how-to/add-a-machine.md"
     text = next(block.text for block in blocks(page) if block.language == "toml")
     (workplace / "my-mill.toml").write_text(text, encoding="utf-8")
-    for axis in sf.Table.load("my-mill.toml").axes.values():
+    for axis in sf.Machine.load("my-mill.toml").axes.values():
         assert margins(axis, period=1e-3).verdict.startswith("stable: ")
 
 

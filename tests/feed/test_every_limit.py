@@ -16,7 +16,7 @@ import splinefeed as sf
 from splinefeed.cli.main import command_line
 from splinefeed.errors import LimitsError
 from splinefeed.feed.planning import STRATEGIES, strategy_for
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.pipeline.contour_feed import tune_feed
 from splinefeed.pipeline.long_run import run_any, run_long
 from splinefeed.studio.settings import SettingsError, resolve
@@ -138,7 +138,7 @@ def typed(command: tuple[str, ...], given: dict, strategy: str | None) -> str:
 
 
 def served(given: dict, strategy: str | None) -> str:
-    tuning = tune_feed(PATH, sf.Limits(**given), Table.load("xytheta"), 1.0, period=5e-3,
+    tuning = tune_feed(PATH, sf.Limits(**given), Machine.load("xytheta"), 1.0, period=5e-3,
                        strategy=strategy, vary="feed")  # fmt: skip
     return tuning.trials[-1].law.strategy
 

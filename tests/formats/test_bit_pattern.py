@@ -356,6 +356,11 @@ def without_words(file):
     del file["words"]
 
 
+def hollow_words(file):
+    del file["words"]
+    file.create_dataset("words", shape=(2**20, 2, 2, 4), dtype=np.uint16, chunks=(2**10, 2, 2, 4))
+
+
 def other_words(file):
     del file["words"]
     file["words"] = np.zeros((19, 2, 2, 3), dtype=np.uint16)
@@ -364,12 +369,17 @@ def other_words(file):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        (
+            hollow_words,
+            "dataset words: has shape (1048576, 2, 2, 4) of uint16, but far fewer bytes on disk than that packs into; "
+            "the file is damaged",
+        ),
         (without_words, "dataset words: is missing or lies in another file"),
         (other_words, "dataset words: has shape (19, 2, 2, 3) of uint16; expected (periods, 2, 2, 4) of uint16"),
-        (lambda f: f.attrs.modify("record", "Setpoints"), "holds a record 'Setpoints'; expected 'BitPattern'"),
+        (lambda f: f.attrs.modify("record", "Setpoints"), "holds a record 'Setpoints'; known are BitPattern"),
         (lambda f: f.attrs.modify("schema", 99), "schema: 99 is newer than the 1 known here; update splinefeed"),
         (lambda f: f.attrs.modify("pulses_per_unit", [1.0, 0.0]), "attribute pulses_per_unit: holds what is no scale"),
-        (lambda f: f.attrs.create("axes", [1, 2]), "attribute axes: is no list of 1 to 6 names"),
+        (lambda f: f.attrs.create("axes", [1, 2]), "attribute axes: is no list of names"),
         (lambda f: f.attrs.modify("period", -1.0), "period is -1; it must be greater than 0"),
     ],
 )

@@ -25,7 +25,7 @@ def points() -> sf.Setpoints:
 
 @pytest.fixture(scope="module")
 def response(points) -> sf.Response:
-    return sf.follow(points, sf.Table.load("xytheta"), motions.smooth())
+    return sf.follow(points, sf.Machine.load("xytheta"), motions.smooth())
 
 
 def test_a_response_comes_back_bit_for_bit(tmp_path, response):
@@ -43,7 +43,7 @@ def test_a_response_comes_back_bit_for_bit(tmp_path, response):
 
 
 def test_pieces_make_the_same_file(tmp_path, points, response):
-    servo = Servo(sf.Table.load("xytheta"), motions.smooth())
+    servo = Servo(sf.Machine.load("xytheta"), motions.smooth())
     pieces = follow_chunks((points.part(i, i + 300) for i in range(0, len(points), 300)), servo)
     response_hdf5.save(pieces, tmp_path / "r.h5")
     np.testing.assert_array_equal(sf.load(tmp_path / "r.h5").contour_error, response.contour_error)

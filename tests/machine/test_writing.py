@@ -11,16 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from splinefeed.errors import FormatError
-from splinefeed.machine import Table
+from splinefeed.machine import Machine
 from splinefeed.machine.quantities import KINDS, parse, write
 from splinefeed.machine.writing import to_text
 
 
-@pytest.mark.parametrize("name", Table.names())
+@pytest.mark.parametrize("name", Machine.names())
 def test_the_machines_of_the_package_come_back_equal(name: str, tmp_path: Path) -> None:
-    table = Table.load(name)
+    table = Machine.load(name)
     table.save(tmp_path / f"{name}.toml")
-    assert Table.load(tmp_path / f"{name}.toml") == table
+    assert Machine.load(tmp_path / f"{name}.toml") == table
     text = (tmp_path / f"{name}.toml").read_text()
     assert '"25mm/s/V"' in text or name != "xytheta"
     assert '"5mm/rev"' in text or name != "xytheta"
@@ -49,7 +49,7 @@ def test_quantities_read_well() -> None:
 
 @given(st.text(st.characters(exclude_categories=["Cs"]), max_size=30))
 def test_any_words_come_back(words: str) -> None:
-    table = Table.load("router")
+    table = Machine.load("router")
     axis = table.axes["x"]
     changed = replace(
         table,
@@ -57,11 +57,11 @@ def test_any_words_come_back(words: str) -> None:
         notes=(words, "second"),
         axes={"x": replace(axis, motor=replace(axis.motor, source=words))},
     )
-    assert Table.parse(to_text(changed), "router") == changed
+    assert Machine.parse(to_text(changed), "router") == changed
 
 
 def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
-    table = Table.load("xytheta")
+    table = Machine.load("xytheta")
     with pytest.raises(FormatError) as caught:
         table.save(tmp_path / "machine.txt")
     assert str(caught.value) == f"{tmp_path / 'machine.txt'}: a machine file is named .toml"

@@ -12,7 +12,7 @@ from splinefeed.pipeline import contour_feed
 from splinefeed.pipeline.contour_feed import limits_within, scaled, tune_feed
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
-TABLE = sf.Table.load("xytheta")
+TABLE = sf.Machine.load("xytheta")
 OPTIONS = {"period": 1e-3, "strategy": "seven-phase"}
 
 

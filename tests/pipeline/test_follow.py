@@ -17,7 +17,7 @@ from splinefeed.pipeline.follow import Servo, follow_chunks
 from splinefeed.pipeline.overview import Overview, thinned
 from splinefeed.records import Response
 
-TABLE = sf.Table.load("xytheta")
+TABLE = sf.Machine.load("xytheta")
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ HOW = {"period": 2e-3, "strategy": "look-ahead"}
 
 @pytest.fixture(scope="module")
 def both():
-    path, table = sf.shapes.butterfly(), sf.Table.load("xytheta")
+    path, table = sf.shapes.butterfly(), sf.Machine.load("xytheta")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(long_run, "LONG", 1000)
         patch.setattr(long_run, "COLUMNS", 40)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.formats.bit_pattern import decode, encode
-from splinefeed.machine import Table
+from splinefeed.machine import Machine
 from splinefeed.pipeline.pulses import Tally, encoded, per_degree, pulses_of, survey
 from splinefeed.records import Setpoints
 
@@ -89,7 +89,7 @@ def test_a_closed_path_comes_back_to_its_start():
     path = sf.shapes.circle(radius=12.3)
     law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20_000), period=1e-3)
     points = sf.interpolate(path, law, period=1e-3)
-    scales = pulses_of(Table.load("xytheta"), points.axes)
+    scales = pulses_of(Machine.load("xytheta"), points.axes)
     assert scales["x"] == pytest.approx(4000.0)
     asked = survey([points], scales)
     assert asked.rate <= 60.0 * 4000.0 * 1.001
@@ -100,13 +100,13 @@ def test_a_closed_path_comes_back_to_its_start():
 
 
 def test_scales_of_machines():
-    assert per_degree(pulses_of(Table.load("xytheta"), ("theta",)))["theta"] == pytest.approx(20000 * 5 / 360)
+    assert per_degree(pulses_of(Machine.load("xytheta"), ("theta",)))["theta"] == pytest.approx(20000 * 5 / 360)
     with pytest.raises(InputError) as caught:
-        pulses_of(Table.load("lintable"), ("x",))
+        pulses_of(Machine.load("lintable"), ("x",))
     assert str(caught.value) == (
         "machine 'lintable': axis x has no encoder to take pulses from; give them yourself, such as --pulses x=1000"
     )
     with pytest.raises(InputError, match="machine 'xytheta' has no axis 'z'; its axes are x, y, theta"):
-        pulses_of(Table.load("xytheta"), ("z",))
+        pulses_of(Machine.load("xytheta"), ("z",))
     with pytest.raises(InputError, match="there are no setpoints"):
         survey([], {"x": 1.0})

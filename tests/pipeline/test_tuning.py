@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
-from splinefeed.machine import Table
+from splinefeed.machine import Machine
 from splinefeed.pipeline.tuning import tune_on_path
 from splinefeed.records import Limits, Setpoints
 from splinefeed.simulation.bound import Bound, BoundTest
@@ -29,7 +29,7 @@ def circle() -> tuple[Path, Setpoints]:
 @pytest.mark.parametrize(("name", "forward"), [("xytheta", False), ("xytheta", True), ("lintable", False)])
 def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], name: str, forward: bool) -> None:
     path, points = circle
-    machine = Table.load(name)
+    machine = Machine.load(name)
     told: list[tuple[int, int]] = []
     found = tune_on_path(
         machine, points, path, evaluations=60, feed_forward=forward, on_progress=lambda *each: told.append(each)
@@ -57,7 +57,7 @@ def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], nam
 
 def test_the_same_seed_gives_the_same_gains(circle: tuple[Path, Setpoints]) -> None:
     path, points = circle
-    machine = Table.load("xytheta")
+    machine = Machine.load("xytheta")
     one, two, other = (tune_on_path(machine, points, path, evaluations=25, seed=seed).table for seed in (1, 1, 2))
     assert one == two
     assert one != other
@@ -73,15 +73,15 @@ def test_a_rotary_axis_is_tuned_for_itself(circle: tuple[Path, Setpoints]) -> No
     turned = sf.Path(curves, axes=("x", "y", "theta"))
     position = np.column_stack([points.position, theta])
     moved = replace(points, position=position, axes=("x", "y", "theta"))
-    found = tune_on_path(Table.load("xytheta"), moved, turned, axes=("theta",), evaluations=30)
+    found = tune_on_path(Machine.load("xytheta"), moved, turned, axes=("theta",), evaluations=30)
     assert set(found.axes) == {"theta"}
     assert found.axes["theta"].tracking < 0.2 * found.axes["theta"].tracking_before
-    assert found.table.axes["x"] == Table.load("xytheta").axes["x"]
+    assert found.table.axes["x"] == Machine.load("xytheta").axes["x"]
 
 
 def test_gains_that_run_away_are_replaced_and_said(circle: tuple[Path, Setpoints]) -> None:
     path, points = circle
-    machine = Table.load("xytheta")
+    machine = Machine.load("xytheta")
     x = machine.axes["x"]
     x = replace(x, controller=replace(x.controller, ki=20_000.0, kd=0.0, error_limit=0.5))
     wild = replace(machine, axes={**machine.axes, "x": x})
@@ -95,7 +95,7 @@ def test_gains_that_run_away_are_replaced_and_said(circle: tuple[Path, Setpoints
 def test_the_quick_test_of_margins_is_the_exact_one() -> None:
     bound = Bound()
     rng = np.random.default_rng(3)
-    axis = Table.load("xytheta").axes["x"]
+    axis = Machine.load("xytheta").axes["x"]
     quick = BoundTest(axis, 1e-3, bound)
     for _ in range(40):
         kp, ki, kd = (
@@ -109,7 +109,7 @@ def test_the_quick_test_of_margins_is_the_exact_one() -> None:
 
 def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
     path, points = circle
-    machine = Table.load("xytheta")
+    machine = Machine.load("xytheta")
     found = sf.tune(machine, "path", points=points, path=path, evaluations=5)
     assert found.contour.max > 0.0
     assert sf.tune(machine.axes["x"]).rule == "ziegler-nichols"
@@ -120,13 +120,13 @@ def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
         ),
         (
             lambda: sf.tune(machine.axes["x"], "path"),
-            "rule 'path' tunes the axes of a machine together: give the Table, with points and path",
+            "rule 'path' tunes the axes of a machine together: give the Machine, with points and path",
         ),
         (
             lambda: sf.tune(machine, "path", points=points),
             "rule 'path' needs path: setpoints to follow and the path they are on",
         ),
-        (lambda: sf.tune("x"), "tune takes an axis, or with rule 'path' a Table; got str"),
+        (lambda: sf.tune("x"), "tune takes an axis, or with rule 'path' a Machine; got str"),
         (
             lambda: tune_on_path(machine, points, path, evaluations=0),
             "evaluations is 0; it must be a whole number from 1 to 100000",
@@ -148,4 +148,4 @@ def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
 def test_where_no_gains_keep_the_bound_it_is_said(circle: tuple[Path, Setpoints]) -> None:
     path, points = circle
     with pytest.raises(InputError, match=r"no gains of axis x, y were found that keep the bound \(gain margin"):
-        tune_on_path(Table.load("xytheta"), points, path, evaluations=5, bound=Bound(1.01, 89.9, 1.0001))
+        tune_on_path(Machine.load("xytheta"), points, path, evaluations=5, bound=Bound(1.01, 89.9, 1.0001))

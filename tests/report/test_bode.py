@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from splinefeed.machine import Friction, Table
+from splinefeed.machine import Friction, Machine
 from splinefeed.report.figure import Dots, Line
 from splinefeed.report.saving import save_figure
 from splinefeed.report.servo_figures import bode_figure, step_figure
@@ -18,7 +18,7 @@ from splinefeed.simulation.tuning import tune
 
 @pytest.mark.parametrize("name", ["x", "theta"])
 def test_margins_are_drawn_where_they_are(name, tmp_path):
-    found = tune(Table.load("xytheta").axes[name], "tyreus-luyben", experiment="sine")
+    found = tune(Machine.load("xytheta").axes[name], "tyreus-luyben", experiment="sine")
     tuned = tuned_axis(found.old, found.axis, found.rule, 1e-3, found.response)
     figure = bode_figure(tuned, "xytheta")
     gain, phase, closed = figure.panels
@@ -45,7 +45,7 @@ def test_margins_are_drawn_where_they_are(name, tmp_path):
 
 
 def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):
-    axis = Table.load("xytheta").axes["x"]
+    axis = Machine.load("xytheta").axes["x"]
     wild = scaled(axis, 10.0)
     tuned = tuned_axis(wild, axis, "none", 1e-3)
     figure = bode_figure(tuned, "wild")
@@ -57,20 +57,20 @@ def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):
 
 
 def test_a_step_is_small_and_rounded_and_ends_at_its_size():
-    axis = Table.load("xytheta").axes["x"]
+    axis = Machine.load("xytheta").axes["x"]
     old, new = step_responses(axis, scaled(axis, 0.5), 1e-3)
     assert old.size == new.size == 0.02
     for step in (old, new):
         assert step.stopped is None
         assert np.all(step.position[step.t <= 0.0] == 0.0)
         assert step.position[-1] == pytest.approx(0.02, abs=2e-3)
-    turning = Table.load("xytheta").axes["theta"]
+    turning = Machine.load("xytheta").axes["theta"]
     assert np.degrees(step_responses(turning, turning, 1e-3)[0].size) in (pytest.approx(0.5), pytest.approx(0.2))
 
 
 def test_gains_that_hunt_at_rest_are_known():
     """Ziegler and Nichols' integral against the friction of X swings by some counts for ever; the paper's rests."""
-    table = Table.load("xytheta")
+    table = Machine.load("xytheta")
     x = table.axes["x"]
     hunting = tune(x).axis
     assert rest_swing(x, 1e-3) <= 2e-3
@@ -86,7 +86,7 @@ def test_gains_that_hunt_at_rest_are_known():
 
 
 def test_the_curves_are_those_of_the_loop():
-    axis = Table.load("lintable").axes["x"]
+    axis = Machine.load("lintable").axes["x"]
     curves = loop_curves(axis, 1e-3)
     np.testing.assert_allclose(curves.loop, loop_response(axis, 1e-3, 2.0 * np.pi * curves.frequency), rtol=1e-12)
     assert np.abs(curves.closed[0]) == pytest.approx(1.0, rel=0.03)

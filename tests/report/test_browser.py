@@ -25,7 +25,7 @@ def address(tmp_path_factory) -> str:
     """A report with everything in it, as a file."""
     path = motions.smooth()
     run = sf.run(path, LIMITS, strategy="look-ahead")
-    response = sf.follow(run.points, sf.Table.load("xytheta"), path=path)
+    response = sf.follow(run.points, sf.Machine.load("xytheta"), path=path)
     traces = list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
     said = record(run, traces, "smooth.json", {}, ["hdf5"])
     said["contour_error_max_mm"] = float(response.contour_error.max())

@@ -29,7 +29,7 @@ LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450,
 def made():
     path = motions.smooth()
     run = sf.run(path, LIMITS, strategy="time-optimal")
-    response = sf.follow(run.points, sf.Table.load("xytheta"), path=path)
+    response = sf.follow(run.points, sf.Machine.load("xytheta"), path=path)
     traces = list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
     said = record(run, traces, "smooth.json", {}, ["hdf5"])
     return (

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Motor, Scale, Table, Transmission
+from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Machine, Motor, Scale, Transmission
 from splinefeed.records import Setpoints
 
 PERIOD = 1e-3
@@ -82,9 +82,9 @@ def force_axis(
     )
 
 
-def table(*axes: Axis) -> Table:
+def table(*axes: Axis) -> Machine:
     """A machine of these axes."""
-    return Table(name="test", axes={axis.name: axis for axis in axes})
+    return Machine(name="test", axes={axis.name: axis for axis in axes})
 
 
 def setpoints(position: Any, axes: tuple[str, ...] = ("x",), period: float = PERIOD) -> Setpoints:

@@ -9,7 +9,7 @@ import pytest
 
 import splinefeed
 from simulation.axes import table, velocity_axis
-from splinefeed.machine import Table
+from splinefeed.machine import Machine
 from splinefeed.records import Setpoints
 from splinefeed.simulation.follow import follow
 
@@ -31,7 +31,7 @@ def test_the_largest_x_error_is_85_to_107_um(default_run: Setpoints, lag: float,
 
 def test_xytheta_lies_within_that_range(default_run: Setpoints) -> None:
     """10 ms of lag, with friction, counts and codes: the error on X is the servo's, not the paper's 12.18 um."""
-    response = follow(default_run, Table.load("xytheta"))
+    response = follow(default_run, Machine.load("xytheta"))
     assert response.stopped is None
     assert not response.saturated.any()
     assert 0.085 < np.max(np.abs(response.tracking_error[:, 0])) < 0.107

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics, servo
-from splinefeed.machine import Friction, Table
+from splinefeed.machine import Friction, Machine
 from splinefeed.records import Response, Setpoints
 from splinefeed.simulation.follow import CHUNK, Follower, follow
 from splinefeed.simulation.plant import parameters
@@ -154,7 +154,7 @@ def test_the_first_axis_to_run_away_stops_all() -> None:
 
 @pytest.mark.parametrize("sizes", [[1] * 40 + [560], [7, 93, 500], [600]])
 def test_chunks_give_the_same_bits(sizes: list[int]) -> None:
-    machine = Table.load("xytheta")
+    machine = Machine.load("xytheta")
     points = setpoints(np.column_stack([WAVE, -WAVE, 0.1 * WAVE]), ("x", "y", "theta"))
     whole = follow(points, machine)
     stops = np.cumsum(sizes)
@@ -195,7 +195,7 @@ def test_progress_is_told_and_long_runs_are_the_same_bits() -> None:
 
 
 def test_axes_at_rest_stay_where_they_are() -> None:
-    machine = Table.load("xytheta")
+    machine = Machine.load("xytheta")
     position = np.column_stack([WAVE, np.full(600, 12.3456), np.full(600, 0.5)])
     response = follow(setpoints(position, ("x", "y", "theta")), machine)
     assert np.max(np.abs(response.tracking_error[:, 1])) <= 1e-3
@@ -203,8 +203,8 @@ def test_axes_at_rest_stay_where_they_are() -> None:
 
 
 def test_no_machine_of_the_package_runs_away_on_a_calm_wave() -> None:
-    for name in Table.names():
-        machine = Table.load(name)
+    for name in Machine.names():
+        machine = Machine.load(name)
         axes = tuple(machine.axes)
         calm = np.column_stack([(0.1 if axis == "theta" else 1.0) * WAVE for axis in axes])
         response = follow(setpoints(calm, axes), machine)
@@ -217,7 +217,7 @@ def test_no_machine_of_the_package_runs_away_on_a_calm_wave() -> None:
 
 @pytest.mark.nojit
 def test_bad_input_is_refused_by_name() -> None:
-    machine = Table.load("xytheta")
+    machine = Machine.load("xytheta")
     with pytest.raises(InputError) as caught:
         follow(setpoints(np.zeros((3, 2)), ("x", "z")), machine)
     assert str(caught.value) == "machine 'xytheta' has no axis z; its axes are x, y, theta"
@@ -240,7 +240,7 @@ def test_bad_input_is_refused_by_name() -> None:
 
 @pytest.mark.nojit
 def test_chunks_must_go_together() -> None:
-    follower = Follower(Table.load("xytheta"), ("x",), PERIOD)
+    follower = Follower(Machine.load("xytheta"), ("x",), PERIOD)
     with pytest.raises(InputError) as caught:
         follower.follow(setpoints(np.zeros(3), ("y",)))
     assert str(caught.value) == "setpoints have axes y; expected x"
@@ -257,7 +257,7 @@ def logs(low: float, high: float) -> Any:
 
 
 @st.composite
-def machines(draw: Any) -> Table:
+def machines(draw: Any) -> Machine:
     """Any machine that passes its checks, sensible or not."""
     dry = draw(st.sampled_from([0.0, 1.0, 30.0]))
     more = draw(st.sampled_from([0.0, 0.5, 20.0]))
@@ -290,7 +290,7 @@ def machines(draw: Any) -> Table:
 
 @settings(max_examples=60)
 @given(machines(), st.integers(0, 2**32 - 1), st.integers(1, 5))
-def test_no_machine_makes_a_nan(machine: Table, seed: int, sub_steps: int) -> None:
+def test_no_machine_makes_a_nan(machine: Machine, seed: int, sub_steps: int) -> None:
     """Whatever the machine and the motion: finite numbers, output within its limit, and an end that is explained."""
     command = np.cumsum(np.random.default_rng(seed).normal(scale=0.05, size=120))
     points: Setpoints = setpoints(command)
@@ -306,7 +306,7 @@ def test_no_machine_makes_a_nan(machine: Table, seed: int, sub_steps: int) -> No
 
 @settings(max_examples=25)
 @given(machine=machines(), seed=st.integers(0, 2**31), sub_steps=st.integers(1, 4))
-def test_plain_python_and_the_compiled_loop_give_the_same_bits(machine: Table, seed: int, sub_steps: int) -> None:
+def test_plain_python_and_the_compiled_loop_give_the_same_bits(machine: Machine, seed: int, sub_steps: int) -> None:
     points = setpoints(np.cumsum(np.random.default_rng(seed).normal(scale=0.03, size=60)))
     found = []
     for run_axis in (servo.run_axis.plainly, servo.run_axis.compiled):

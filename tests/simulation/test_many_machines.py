@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simulation.axes import setpoints
-from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Motor, Scale, Table, Transmission
+from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Machine, Motor, Scale, Transmission
 from splinefeed.machine.writing import to_text
 from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins
@@ -137,9 +137,9 @@ def check(seed: int) -> str:
     """One machine on one motion; what came of it."""
     lottery = Lottery(seed)
     names = [("x",), ("x", "y"), ("x", "theta"), ("x", "y", "a")][int(lottery.rng.integers(4))]
-    machine = Table(name="drawn", axes={name: lottery.axis(name) for name in names})
+    machine = Machine(name="drawn", axes={name: lottery.axis(name) for name in names})
     if seed % 10 == 0:
-        assert Table.parse(to_text(machine), "drawn") == machine
+        assert Machine.parse(to_text(machine), "drawn") == machine
     period = float(lottery.rng.choice([2.5e-4, 1e-3, 2e-3]))
     time = np.arange(250) * period
     columns = []

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
 from splinefeed.kernels import servo
-from splinefeed.machine import Table
+from splinefeed.machine import Machine
 from splinefeed.simulation.experiments import driven, relay, swept_sine
 from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins, spectral_radius
@@ -41,7 +41,7 @@ def test_a_swept_sine_identifies_the_linear_plant(delay: int) -> None:
 
 
 def test_a_swept_sine_on_the_full_machine_is_near_the_linear_one() -> None:
-    axis = Table.load("xytheta").axes["x"]
+    axis = Machine.load("xytheta").axes["x"]
     found = swept_sine(axis, PERIOD, np.array([5.0, 20.0, 60.0]), 2.0)
     shares = np.abs(found.value / model_response(axis, PERIOD, found.frequency).value)
     assert np.all((shares > 0.9) & (shares < 1.05))
@@ -65,7 +65,7 @@ def test_the_ultimate_point_is_where_proportional_control_just_swings() -> None:
 @pytest.mark.parametrize("name", ["x", "y", "theta"])
 def test_experiments_on_the_full_table_find_the_model_s_ultimate_point(experiment: str, name: str) -> None:
     """Friction, counts, codes and ticks included: 1 % of gain and period, where the bare relay is 40 to 50 % off."""
-    axis = Table.load("xytheta").axes[name]
+    axis = Machine.load("xytheta").axes[name]
     point, seen = ultimate_point(axis, PERIOD), tune(axis, experiment=experiment).ultimate
     assert seen.gain == pytest.approx(point.gain, rel=0.01)
     assert seen.period == pytest.approx(point.period, rel=0.01)
@@ -82,7 +82,7 @@ def test_a_relay_finds_it_on_other_axes(lag: float, delay: int, period: float) -
 
 def test_the_bare_swing_of_a_relay_would_not_do() -> None:
     """Why `relay` measures by sines: the swing on X of xytheta takes 12 ticks, and 4 d / (pi a) is 38 % too high."""
-    axis = Table.load("xytheta").axes["x"]
+    axis = Machine.load("xytheta").axes["x"]
     table_of_steps, numbers = step_table(plant(axis), PERIOD), parameters(axis, PERIOD)
     measured, output = driven(servo.RELAY, np.full(4000, 8.0), 0.0, table_of_steps, numbers)
     assert np.all(output[-48:-12] == output[-36:])
@@ -93,7 +93,7 @@ def test_the_bare_swing_of_a_relay_would_not_do() -> None:
 
 
 def test_friction_takes_its_share_of_a_sine_that_turns_the_axis_round() -> None:
-    axis = Table.load("xytheta").axes["x"]
+    axis = Machine.load("xytheta").axes["x"]
     frequency = np.array([70.0])
     model = model_response(axis, PERIOD, swept_sine(axis, PERIOD, frequency, 1.0).frequency).value
     turning = swept_sine(axis, PERIOD, frequency, 1.0).value
@@ -105,7 +105,7 @@ def test_friction_takes_its_share_of_a_sine_that_turns_the_axis_round() -> None:
 @pytest.mark.parametrize("name", ["x", "y", "theta"])
 def test_a_swept_sine_of_the_full_table_is_the_model_within_two_percent(name: str) -> None:
     """Up to a tenth of the servo rate, where a swing still has counts enough."""
-    axis = Table.load("xytheta").axes[name]
+    axis = Machine.load("xytheta").axes[name]
     found = sines(axis, PERIOD, 2.0)
     model = model_response(axis, PERIOD, found.frequency).value
     low = found.frequency < 100.0
@@ -132,7 +132,7 @@ def test_the_rules_are_those_of_their_tables() -> None:
 @pytest.mark.parametrize("rule", ["ziegler-nichols", "tyreus-luyben"])
 @pytest.mark.parametrize("experiment", ["model", "relay", "sine"])
 def test_tuned_axes_are_stable_and_follow(rule: str, experiment: str) -> None:
-    machine = Table.load("xytheta")
+    machine = Machine.load("xytheta")
     for name in machine.axes:
         found = tune(machine.axes[name], rule, experiment=experiment)
         assert found.margins.stable

@@ -32,17 +32,17 @@ def test_fields_take_units_and_single_axes(tmp_path):
 
 def test_a_machine_holds_where_no_limit_is_given(tmp_path):
     wanted = resolve({"limits": {"feed": 60, "axis_velocity": 30}, "machine": {"name": "xytheta"}}, tmp_path)
-    own = sf.Table.load("xytheta").limits(("x", "y"))
+    own = sf.Machine.load("xytheta").limits(("x", "y"))
     assert wanted.limits.axis_acceleration == own["axis_acceleration"]
     assert wanted.limits.axis_velocity == {"x": 30.0, "y": 30.0}
-    text = {"name": "mine", "toml": sf.Table.load("xytheta").axes and _text("xytheta")}
+    text = {"name": "mine", "toml": sf.Machine.load("xytheta").axes and _text("xytheta")}
     assert resolve({"machine": text}, tmp_path).table.name == "mine"
 
 
 def _text(name: str) -> str:
     from splinefeed.machine import writing
 
-    return writing.to_text(sf.Table.load(name))
+    return writing.to_text(sf.Machine.load(name))
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def test_rows_say_what_a_run_says(serial):
                               "machine.x.load.inertia", *COLUMNS}  # fmt: skip
     row = serial[3]  # taylor-2 on the circle at 10 mm/s
     path = sf.shapes.circle(radius=1)
-    of_machine = sf.Table.load("xytheta").limits(path.axes)
+    of_machine = sf.Machine.load("xytheta").limits(path.axes)
     limits = sf.Limits(feed=10, acceleration=400, jerk=2e4, **of_machine)
     run = sf.run(path, limits, strategy="time-optimal", method="taylor-2")
     assert row["duration_s"] == run.law.duration

@@ -68,14 +68,14 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.errors import FormatError, InputError
     from splinefeed.formats import response_hdf5
     from splinefeed.formats.plain import plain
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files, saving
     from splinefeed.simulation.follow import CHUNK
 
     drawing = options.figure_formats(given)
-    table = Table.load(given["machine"])
+    table = Machine.load(given["machine"])
     say(f"reading {file}")
     chunks, notes = read_setpoints_chunks(file, given, CHUNK)
     first = next(chunks, None)

@@ -48,12 +48,12 @@ def init(
     from splinefeed.errors import InputError
     from splinefeed.formats.atomic import atomic_write
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.records import ROTARY_AXES
 
     if machine is None:
         raise InputError("--machine is missing: name a machine or its file; see splinefeed machine list")
-    table = Table.load(machine)
+    table = Machine.load(machine)
     names = [name.strip() for name in axes.split(",")] if axes else list(table.axes)
     for name in names:
         if name not in table.axes:

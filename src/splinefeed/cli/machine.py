@@ -27,9 +27,9 @@ def command() -> None:
 def list_machines(as_json: bool) -> None:
     """Name the machines that come with splinefeed; --machine takes such a name, or a machine file."""
     from splinefeed.cli import output
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
 
-    tables = [Table.load(name) for name in Table.names()]
+    tables = [Machine.load(name) for name in Machine.names()]
     if as_json:
         numbers = [{"name": table.name, "title": table.title, "axes": list(table.axes)} for table in tables]
         output.print_json({"machines": numbers})
@@ -44,9 +44,9 @@ def list_machines(as_json: bool) -> None:
 def show_machine(machine: str, as_json: bool) -> None:
     """Say what a machine of the package, or a machine file, is; every error of a bad file is told, with its place."""
     from splinefeed.cli import output
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
 
-    table = Table.load(machine)
+    table = Machine.load(machine)
     if as_json:
         output.print_json({**table.as_dict(), "file": machine})
         return

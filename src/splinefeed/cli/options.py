@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.path import Path
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.records import Limits
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -303,7 +303,7 @@ corrections = click.option(
 
 
 def limits_from(
-    given: dict[str, Any], machine: Table | None = None, axes: Sequence[str] = ()
+    given: dict[str, Any], machine: Machine | None = None, axes: Sequence[str] = ()
 ) -> tuple[Limits, float, str | None]:
     """Limits, period and strategy, None if it is left open, from what the options of `limits` were `given`.
 

@@ -58,10 +58,10 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
     from splinefeed.cli.source import read_path
     from splinefeed.feed.planning import plan
     from splinefeed.formats.setpoints import save
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.run import PAPER_SHAPE, share_numbers
 
-    machine = Table.load(given["machine"]) if given["machine"] else None
+    machine = Machine.load(given["machine"]) if given["machine"] else None
     if machine is None:
         options.limits_from(given)  # a slip of the hand is told before anything is read
     source = PAPER_SHAPE if source is None else source

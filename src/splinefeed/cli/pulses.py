@@ -78,7 +78,7 @@ def command(file: str, as_json: bool, **given: Any) -> None:
 def _encoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.cli.setpoints_file import read_setpoints_chunks
     from splinefeed.errors import InputError
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline import pulses
 
     if (given["machine"] is None) == (given["scales"] is None):
@@ -89,7 +89,7 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     if given["machine"] is not None:
         first = next(chunks, None)
         axes = () if first is None else first.axes
-        scales, rotary = pulses.pulses_of(Table.load(given["machine"]), axes), "rad"
+        scales, rotary = pulses.pulses_of(Machine.load(given["machine"]), axes), "rad"
         chunks, _ = read_setpoints_chunks(file, given, _ROWS)
     found = pulses.survey(chunks, scales, rotary=rotary)
     slots = found.slots if given["clock"] is None else _slots(given["clock"], found.period)

@@ -107,7 +107,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.errors import InputError
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.compare import BESIDE_A_RUN, compare
     from splinefeed.pipeline.contour_feed import limits_within
     from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
@@ -117,7 +117,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.report.record import documented, record
 
     drawing = options.figure_formats(given)
-    table = Table.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
+    table = Machine.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
     of_paper = source is None
     planned_for = None if of_paper else table  # the paper's experiment has the paper's limits, whatever the machine
     if planned_for is None:

@@ -34,14 +34,14 @@ def run(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.cli.folder import default_name, staged
     from splinefeed.errors import InputError
     from splinefeed.formats.path_parts import read_parts
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.windows import WindowedRun
     from splinefeed.report import files
 
     _check_possible(given)
     if source is None:
         raise InputError("--by-windows: needs a SOURCE, a file of G-code or a table of points")
-    machine = Table.load(given["machine"]) if given["machine"] else None
+    machine = Machine.load(given["machine"]) if given["machine"] else None
     if machine is None:
         options.limits_from(given)  # a slip of the hand is told before anything is read
     say(f"looking through {source}")

@@ -178,10 +178,10 @@ def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[M
     from splinefeed.feed.reserve import with_reserve
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.live.motion import along
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.run import on_machine
 
-    machine = Table.load(given["machine"]) if given["machine"] else None
+    machine = Machine.load(given["machine"]) if given["machine"] else None
     path = read_path(source, options.reading_from(given))
     tool = isinstance(path, ToolPath)
     joints = machine.kinematics.joints if tool and machine is not None and machine.kinematics else path.axes
@@ -202,11 +202,11 @@ def _through(source: str, given: dict[str, Any], most: float, say: Any) -> tuple
 
     from splinefeed.cli.setpoints_file import read_setpoints
     from splinefeed.live.motion import through
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.records import ROTARY_AXES
 
     rows, _ = read_setpoints(source, given)
-    machine = Table.load(given["machine"]) if given["machine"] else None
+    machine = Machine.load(given["machine"]) if given["machine"] else None
     limits, _, _ = options.limits_from({**given, "period": None}, machine, rows.axes)
     if given["feed"] is None and given["limits_file"] is None:  # nobody said one: that of the rows is 100 %
         linear = rows.position[:, [axis not in ROTARY_AXES for axis in rows.axes]]

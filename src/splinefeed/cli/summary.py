@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from splinefeed import units
 from splinefeed.cli.output import WIDTH, number, print_table, print_text
+from splinefeed.formats import limits_toml
 from splinefeed.records import ROTARY_AXES, unit_along
 
 if TYPE_CHECKING:
@@ -18,18 +19,6 @@ if TYPE_CHECKING:
 REACHED = 0.99
 #: A limit that binds for a smaller part of the time is not listed.
 LEAST_PART = 0.005
-
-_LIMIT_UNITS = {
-    "feed": "mm/s",
-    "velocity": "mm/s",
-    "velocity_step": "mm/s",
-    "acceleration": "mm/s^2",
-    "deceleration": "mm/s^2",
-    "centripetal": "mm/s^2",
-    "jerk": "mm/s^3",
-    "chord_error": "mm",
-    "travel": "mm",
-}
 
 
 def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
@@ -112,7 +101,7 @@ def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
 def unit_of(name: str, along: str) -> str:
     """Unit of a limit by its name; rotary axes in degrees, as the numbers are, and the path in `along`."""
     kind, _, axis = name.removeprefix("axis_").partition(".")
-    unit = _LIMIT_UNITS.get(kind, "")
+    unit = limits_toml.unit_of(kind) or limits_toml.unit_of(f"axis_{kind}") or ""
     return unit.replace("mm", "deg") if axis in ROTARY_AXES else unit if axis else unit.replace("mm", along)
 
 

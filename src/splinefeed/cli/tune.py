@@ -12,7 +12,7 @@ from splinefeed.cli.failures import DONE, NOT_KEPT
 
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.tuned import TunedMachine
     from splinefeed.simulation.curves import TunedAxis
 
@@ -87,14 +87,14 @@ def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     import splinefeed
     from splinefeed.errors import InputError
     from splinefeed.formats.plain import plain
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.tuning import PATH_RULE
     from splinefeed.report import saving
 
     drawing = options.figure_formats(given)
     if given["figures"] and given["output"] is None:
         raise InputError("--figures: needs a folder; give -o DIR")
-    table = Table.load(machine)
+    table = Machine.load(machine)
     names = given["axes"] or tuple(table.axes)
     for name in names:
         if name not in table.axes:
@@ -137,7 +137,7 @@ def _check_options(given: Mapping[str, Any], on_path: bool) -> None:
             raise InputError(f"--{spelled.get(name, name).replace('_', '-')}: {use}, not for {given['rule']}")
 
 
-def _by_rule(table: Table, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
+def _by_rule(table: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of single axes by a rule."""
     from splinefeed.pipeline.run import PAPER_PERIOD
     from splinefeed.pipeline.tuned import by_rule
@@ -147,7 +147,7 @@ def _by_rule(table: Table, names: tuple[str, ...], given: Mapping[str, Any], say
     return by_rule(table, names, given["rule"], period=period, say=say, **said)
 
 
-def _on_path(table: Table, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
+def _on_path(table: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path."""
     from splinefeed.cli.source import read_path
     from splinefeed.pipeline.run import PAPER_SHAPE, run
@@ -176,7 +176,7 @@ def _on_path(table: Table, names: tuple[str, ...], given: Mapping[str, Any], say
 
 
 def _draw(
-    folder: str, table: Table, page: dict[str, Any], pictures: list[TunedAxis], drawing: tuple[str, ...]
+    folder: str, table: Machine, page: dict[str, Any], pictures: list[TunedAxis], drawing: tuple[str, ...]
 ) -> list[str]:
     """Write figures and the page of numbers to a folder; their names as seen from the current folder."""
     from pathlib import Path

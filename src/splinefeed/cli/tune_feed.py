@@ -80,7 +80,7 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import save
     from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.pipeline.contour_feed import tune_feed
     from splinefeed.report import files, saving
     from splinefeed.report.record import command as command_line
@@ -88,7 +88,7 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.report.servo_figures import feed_curve_figure
 
     drawing = options.figure_formats(given)
-    table = Table.load(given["machine"])
+    table = Machine.load(given["machine"])
     method = given["method"] or registry.DEFAULT_METHOD
     registry.method(method)
     reading = options.reading_from(given) | ({"tangential": True} if given["tangential"] else {})

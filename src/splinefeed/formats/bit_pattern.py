@@ -24,18 +24,16 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from splinefeed.errors import FormatError, InputError, SplinefeedError
+from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import hdf5
-from splinefeed.formats.metadata import check_schema
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file, in_brief
 from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints, check_finite, number, positive
 
 Words = NDArray[np.uint16]
@@ -254,43 +252,21 @@ def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[s
 def read(path: str | os.PathLike[str]) -> BitPattern:
     """All pulse words of a file that `write` wrote; FormatError for what is cut off, changed, or something else."""
     chunks = list(read_chunks(path))
-    whole = chunks[0]
-    return BitPattern(
-        words=np.concatenate([chunk.words for chunk in chunks]),
-        start=whole.start,
-        axes=whole.axes,
-        period=whole.period,
-        pulses_per_unit=whole.pulses_per_unit,
-        first=whole.first,
-    )
+    return replace(chunks[0], words=np.concatenate([chunk.words for chunk in chunks]))
 
 
 def read_chunks(path: str | os.PathLike[str], periods: int = CHUNK_PERIODS) -> Iterator[BitPattern]:
     """The pulse words of a file, `periods` at once, at least one pattern; see `read`."""
     if isinstance(periods, bool) or not isinstance(periods, int) or periods < 1:
         raise InputError(f"periods is {periods!r}; a whole number from 1 on is needed")
-    checked = check_file(path)
-    try:
-        with hdf5.sound(checked) as file:
-            dataset, pattern = _open(file, checked)
-            start = pattern.start
-            for first in range(0, max(len(dataset), 1), periods):
-                chunk = BitPattern(
-                    words=dataset[first : first + periods],
-                    start=start,
-                    axes=pattern.axes,
-                    period=pattern.period,
-                    pulses_per_unit=pattern.pulses_per_unit,
-                    first=pattern.first + first,
-                )
-                start = pulses_at(chunk)[-1]
-                yield chunk
-    except FormatError:
-        raise
-    except SplinefeedError as error:
-        raise FormatError(f"{path}: {error}") from None
-    except (OSError, ValueError, KeyError, TypeError, RuntimeError, OverflowError) as error:
-        raise FormatError(f"{path}: is no sound HDF5 file: {in_brief(error)}") from None
+    with hdf5.opened(path, (_RECORD,)) as (file, _, checked):
+        dataset, pattern = _open(file, checked)
+        start = pattern.start
+        for first in range(0, max(len(dataset), 1), periods):
+            words = dataset[first : first + periods]
+            chunk = replace(pattern, words=words, start=start, first=pattern.first + first)
+            start = pulses_at(chunk)[-1]
+            yield chunk
 
 
 def _checked_slots(slots_per_period: object) -> int:
@@ -390,22 +366,11 @@ def _create_dataset(file: Any, pattern: BitPattern) -> Any:
 
 def _open(file: Any, path: Path) -> tuple[Any, BitPattern]:
     """The dataset of words, and a pattern of no periods with all else that the file says."""
-    import h5py
-
-    record = hdf5.text_attribute(file, "record", path)
-    if record != _RECORD:
-        raise FormatError(f"{path}: holds a record {record[:40]!r}; expected {_RECORD!r}")
-    check_schema(file.attrs.get("schema"), path)
-    link = file.get(_DATASET, getlink=True)
-    dataset = file[_DATASET] if isinstance(link, h5py.HardLink) else None
-    if not isinstance(dataset, h5py.Dataset) or dataset.external or dataset.is_virtual:
-        raise FormatError(f"{path}: dataset {_DATASET}: is missing or lies in another file")
-    axes = tuple(file.attrs["axes"])
-    if not 1 <= len(axes) <= MAX_AXES or not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{path}: attribute axes: is no list of 1 to {MAX_AXES} names")
+    dataset = hdf5.dataset(file, _DATASET, path, 4, MAX_TICKS * 2 * (MAX_SLOTS // SLOTS))
+    axes = hdf5.axes_of(file, path)
     words = int(file.attrs["slots_per_period"]) // SLOTS
     expected = (len(axes), 2, words)
-    sizes_fit = dataset.ndim == 4 and dataset.shape[1:] == expected and 1 <= words <= MAX_SLOTS // SLOTS
+    sizes_fit = len(axes) <= MAX_AXES and dataset.shape[1:] == expected and 1 <= words <= MAX_SLOTS // SLOTS
     if dataset.dtype != np.uint16 or not sizes_fit or dataset.shape[0] > MAX_TICKS:
         raise FormatError(
             f"{path}: dataset {_DATASET}: has shape {dataset.shape} of {dataset.dtype}; "

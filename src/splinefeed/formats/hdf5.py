@@ -237,6 +237,14 @@ def text_attribute(node: Any, name: str, path: Path) -> str:
     return value
 
 
+def axes_of(file: Any, path: Path) -> tuple[str, ...]:
+    """The names of the axes, attribute `axes` of the file."""
+    axes = tuple(file.attrs["axes"])
+    if not axes or not all(isinstance(axis, str) for axis in axes):
+        raise FormatError(f"{path}: attribute axes: is no list of names")
+    return axes
+
+
 def dataset(file: Any, name: str, path: Path, ndim: int, most: int = MAX_TICKS) -> Any:
     """The dataset `name`, unread: in this file itself, numbers of `ndim` dimensions, of `most` ticks at most."""
     import h5py

@@ -7,9 +7,11 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
+
+import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import FormatError, LimitsError, UnitError
@@ -37,9 +39,6 @@ KINDS = {
 ORDERS = {"travel": 0, **{name: order for order, name in enumerate(AXIS_LIMITS, start=1)}, "axis_velocity_step": 1}
 #: Limits that may be 0.
 _MAY_BE_ZERO = ("start_feed", "end_feed")
-_UNITS = {"length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
-_TURNING = re.compile(r"\s*(.*?(?:deg|degrees?|rad|rev|turns?|°))\s*/\s*(s|sec|ms|min)(?:\s*\^?\s*([23]))?\s*", re.I)
-_SPEED_OF_ROTATION = re.compile(r"\s*(\S+?)\s*rpm\s*", re.I)
 
 
 class LimitsFileError(FormatError):
@@ -108,6 +107,12 @@ def from_content(content: Mapping[str, Any], source: str, lines: Mapping[str, in
     raise LimitsFileError(source, (text for _, text in sorted(problems, key=lambda each: each[0])))
 
 
+def unit_of(limit: str) -> str | None:
+    """The base unit of a limit, or of an end of a travel, by its name; None for what is no limit."""
+    kind = "length" if limit in ("travel", *TRAVEL_ENDS) else KINDS.get(limit)
+    return None if kind is None else units.KINDS[kind].base
+
+
 def axis_value(name: str, axis: str, value: Any) -> float:
     """A limit of one axis in mm, s and rad; of a rotary one a bare number is in degrees.
 
@@ -126,23 +131,8 @@ def by_axis(text: str) -> list[tuple[str, str]]:
 
 def turning(value: Any, order: int) -> float:
     """An angle (order 0) or its derivative by time of an order up to 3, rad/s^order; a bare number is in degrees."""
-    if not isinstance(value, str):
-        return math.radians(units.parse(value, "angle"))
-    if order == 1 and (match := _SPEED_OF_ROTATION.fullmatch(value)):
-        return units.parse(match[1], "angle") * 2.0 * math.pi / 60.0
-    power = "" if order <= 1 else f"^{order}"
-    example = "15deg" if order == 0 else f"90deg/s{power}"
-    match = _TURNING.fullmatch(value) if order else None
-    try:
-        if match is None and re.fullmatch(r"\s*[-+0-9.eE]+\s*", value):
-            return math.radians(units.parse(value.strip(), "angle"))
-        if order == 0:
-            return units.parse(value, "angle")
-        if match is not None and int(match[3] or 1) == order:
-            return units.parse(match[1], "angle") / units.parse(f"1{match[2]}", "time") ** order
-    except UnitError:
-        pass
-    raise UnitError(f"{value[:64]!r} is no such quantity of a rotary axis; expected one such as {example}")
+    kind = ("angle", "angular velocity", "angular acceleration", "angular jerk")[order]
+    return units.parse(value, kind, units.KINDS[kind].base.replace("rad", "deg"))
 
 
 def _number(name: str, value: Any) -> float:
@@ -190,24 +180,25 @@ def write(limits: Limits, target: str | os.PathLike[str]) -> None:
 
 def to_text(limits: Limits) -> str:
     """The limits as the text of a TOML file, numbers to their last digit, the unit beside each."""
-    top = ["# limits of a motion for splinefeed"]
-    tables: list[str] = []
+    import tomlkit
+
+    def said(value: float | Sequence[float], unit: str, axis: str = "") -> Any:
+        ends = np.atleast_1d(value).tolist()
+        if axis in ROTARY_AXES:
+            ends, unit = [_degrees(each) for each in ends], unit.replace("mm", "deg")
+        return tomlkit.item(ends if np.ndim(value) else ends[0]).comment(unit)
+
+    document = tomlkit.document()
+    document.add(tomlkit.comment("limits of a motion for splinefeed"))
     for name, kind in KINDS.items():
-        value = getattr(limits, name)
-        unit = _UNITS[kind]
+        value, unit = getattr(limits, name), units.KINDS[kind].base
         if isinstance(value, Mapping):
-            tables += ["", f"[{name}]"]
-            for axis, limit in value.items():
-                turns = axis in ROTARY_AXES
-                shown = _degrees(limit) if turns else float(limit)
-                tables.append(f"{axis} = {shown!r}  # {unit.replace('mm', 'deg') if turns else unit}")
+            document[name] = {axis: said(limit, unit, axis) for axis, limit in value.items()}
         elif value is not None and value != math.inf:
-            top.append(f"{name} = {float(value)!r}  # {unit}")
-    for i, (axis, (low, high)) in enumerate(limits.travel.items()):
-        turns = axis in ROTARY_AXES
-        ends = [_degrees(low), _degrees(high)] if turns else [float(low), float(high)]
-        tables += ["", "[travel]"] * (i == 0) + [f"{axis} = {ends!r}  # {'deg' if turns else 'mm'}"]
-    return "\n".join([*top, *tables]) + "\n"
+            document[name] = said(value, unit)
+    if limits.travel:
+        document["travel"] = {axis: said(ends, "mm", axis) for axis, ends in limits.travel.items()}
+    return tomlkit.dumps(document)
 
 
 def _degrees(angle: float) -> float:

@@ -9,18 +9,16 @@ from typing import Any
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import hdf5
-from splinefeed.formats.limits_toml import KINDS
+from splinefeed.formats.limits_toml import KINDS, unit_of
 from splinefeed.formats.metadata import settings_from_json, settings_to_json
-from splinefeed.records import ROTARY_AXES, TRAVEL_ENDS, Limits, TimeLaw, positive
-
-_UNITS = {"length": "mm", "feed": "mm/s", "acceleration": "mm/s^2", "jerk": "mm/s^3"}
+from splinefeed.records import ROTARY_AXES, Limits, TimeLaw, positive
 
 
 def _unit_of(limit: str) -> str | None:
     """The unit of a limit as `Limits.as_dict` names it; None for what is no limit."""
     name, _, axis = limit.partition(".")
-    unit = "mm" if name in TRAVEL_ENDS else _UNITS.get(KINDS.get(name, ""))
-    return unit if unit is None or axis not in ROTARY_AXES else unit.replace("mm", "rad")
+    unit = unit_of(name)
+    return unit.replace("mm", "rad") if unit and axis in ROTARY_AXES else unit
 
 
 def save_law(law: TimeLaw, path: str | os.PathLike[str]) -> None:

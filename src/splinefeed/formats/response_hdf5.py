@@ -45,14 +45,11 @@ def save(record: Response | Iterable[Response], path: str | os.PathLike[str]) ->
 
 def read(file: Any, path: Path) -> Response:
     """The response in an open HDF5 file."""
-    axes = tuple(file.attrs["axes"])
-    if not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{path}: attribute axes: is no list of names")
     columns = {name: hdf5.array(file, name, path, 2) for name in _BY_AXIS}
     response = Response(
         t=hdf5.array(file, "t", path, 1),
         **{**columns, "saturated": columns["saturated"] != 0},
-        axes=axes,
+        axes=hdf5.axes_of(file, path),
         period=positive(file.attrs["period"], "period"),
         **{name: hdf5.array(file, name, path, 1) for name in _MAYBE if name in file},
         stopped=hdf5.text_attribute(file, "stopped", path) if "stopped" in file.attrs else None,

@@ -57,12 +57,9 @@ def _datasets(file: Any, path: Path, most: int = MAX_TICKS) -> dict[str, Any]:
 
 
 def _read(datasets: Mapping[str, Any], file: Any, path: Path, part: slice) -> Setpoints:
-    axes = tuple(file.attrs["axes"])
-    if not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{path}: attribute axes: is no list of names")
     points = Setpoints(
         **{name: np.asarray(dataset[part]) for name, dataset in datasets.items()},
-        axes=axes,
+        axes=hdf5.axes_of(file, path),
         period=positive(file.attrs["period"], "period"),
         method=hdf5.text_attribute(file, "method", path),
         settings=settings_from_json(hdf5.text_attribute(file, "settings", path), path),

@@ -11,5 +11,5 @@ from splinefeed.machine.parts import Load as Load
 from splinefeed.machine.parts import Motor as Motor
 from splinefeed.machine.parts import Scale as Scale
 from splinefeed.machine.parts import Transmission as Transmission
+from splinefeed.machine.table import Machine as Machine
 from splinefeed.machine.table import MachineError as MachineError
-from splinefeed.machine.table import Table as Table

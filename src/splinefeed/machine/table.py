@@ -1,4 +1,4 @@
-"""Machine tables: TOML files read strictly, every error at once and each with its place."""
+"""Machines: TOML files read strictly, every error at once and each with its place."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class MachineError(FormatError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
+class Machine:
     """A machine: its axes by name, in order, what its makers say of it, and how its joints move tool and workpiece.
 
     kinematics  of a machine for tool paths, whose joints are among its axes; else None
@@ -62,23 +62,23 @@ class Table:
 
     @staticmethod
     def names() -> tuple[str, ...]:
-        """Names of the tables that come with the package."""
+        """Names of the machines that come with the package."""
         folder = files("splinefeed").joinpath("machines")
         return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
 
     @staticmethod
-    def load(name: str | Path) -> Table:
+    def load(name: str | Path) -> Machine:
         """A table of the package by its name, or any machine file by its path.
 
         Raises MachineError with everything that is wrong in the file, and FormatError if there is no such table.
         """
-        if isinstance(name, str) and name in Table.names():
+        if isinstance(name, str) and name in Machine.names():
             return _packaged(name)
         path = Path(name)
         if path.suffix != ".toml" and not path.exists():
-            close = difflib.get_close_matches(str(name), Table.names(), n=1)
+            close = difflib.get_close_matches(str(name), Machine.names(), n=1)
             mend = f"did you mean {close[0]}?" if close else "give a name or the path of a .toml file"
-            raise FormatError(f"{name}: no machine of this name; there are {', '.join(Table.names())}; {mend}")
+            raise FormatError(f"{name}: no machine of this name; there are {', '.join(Machine.names())}; {mend}")
         try:
             if path.stat().st_size > _LARGEST_FILE:
                 raise FormatError(f"{name}: {path.stat().st_size} bytes; a machine file has at most {_LARGEST_FILE}")
@@ -87,10 +87,10 @@ class Table:
             raise FormatError(f"{name}: cannot be read ({error.strerror or error})") from None
         except UnicodeDecodeError:
             raise FormatError(f"{name}: is not UTF-8 text") from None
-        return Table.parse(text, path.stem, str(name))
+        return Machine.parse(text, path.stem, str(name))
 
     @staticmethod
-    def parse(text: str, name: str = "machine", source: str | None = None) -> Table:
+    def parse(text: str, name: str = "machine", source: str | None = None) -> Machine:
         """A table from the text of a machine file; `source` is what error messages call it."""
         source = name if source is None else source
         try:
@@ -112,7 +112,7 @@ class Table:
         if problems:
             raise MachineError(source, problems)
         made = {key: axis for key, axis in axes.items() if axis is not None}
-        return Table(name=name, axes=made, title=title, notes=tuple(notes), kinematics=moves)
+        return Machine(name=name, axes=made, title=title, notes=tuple(notes), kinematics=moves)
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
         """Limits of those of `axes` that the machine has, as `Limits(feed=..., **table.limits(path.axes))` takes them.
@@ -145,8 +145,8 @@ class Table:
 
 
 @cache
-def _packaged(name: str) -> Table:
-    return Table.parse(files("splinefeed").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8"), name)
+def _packaged(name: str) -> Machine:
+    return Machine.parse(files("splinefeed").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8"), name)
 
 
 def _text(value: object, place: str, problems: list[str]) -> str:
@@ -277,7 +277,8 @@ def _expected(described: Field[Any], rotary: bool) -> str:
     """What a missing key should hold, for the end of a message."""
     kind = described.metadata.get("kind")
     if kind in quantities.KINDS:
-        return f"; expected {quantities.KINDS[kind].title} such as {quantities.KINDS[kind].examples[rotary]}"
+        wanted = quantities.KINDS[kind][rotary]
+        return f"; expected {wanted.title} such as {wanted.example}"
     if "choices" in described.metadata:
         return f"; must be one of {', '.join(described.metadata['choices'])}"
     return ""

@@ -14,7 +14,7 @@ from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.pipeline.experiment import Served, serve
 from splinefeed.pipeline.run import MOST_TICKS, check_ticks
 from splinefeed.records import Limits, TimeLaw, positive
@@ -130,7 +130,7 @@ def scaled(limits: Limits, scale: float, vary: str = "all") -> Limits:
 def tune_feed(
     path: Path,
     limits: Limits,
-    table: Table,
+    table: Machine,
     tolerance: float,
     *,
     period: float,
@@ -206,7 +206,7 @@ def tune_feed(
     return FeedTuning(allowed, trials, best, None if best is None else kept[best.scale], tuple(notes))
 
 
-def limits_within(path: Path, limits: Limits, table: Table, tolerance: float, **options: Any) -> Limits:
+def limits_within(path: Path, limits: Limits, table: Machine, tolerance: float, **options: Any) -> Limits:
     """The limits that `tune_feed` finds; LimitsError, with the least error of all trials, if it finds none."""
     tuning = tune_feed(path, limits, table, tolerance, **options)
     if tuning.best is None:

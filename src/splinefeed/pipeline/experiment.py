@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.analysis.tally import ErrorTally
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.pipeline.follow import Servo, follow_chunks
 from splinefeed.records import ROTARY_AXES, Response, Setpoints, TimeLaw
 from splinefeed.simulation.follow import CHUNK, join, slices
@@ -43,7 +43,7 @@ class Served:
         return {"method": self.points.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
 
 
-def serve(path: Path, law: TimeLaw, points: Setpoints, table: Table) -> Served:
+def serve(path: Path, law: TimeLaw, points: Setpoints, table: Machine) -> Served:
     """Let the axes of `table` follow the setpoints of a motion along `path`."""
     servo = Servo(table, path)
     response = join(list(follow_chunks(slices(points, CHUNK), servo)))
@@ -53,7 +53,7 @@ def serve(path: Path, law: TimeLaw, points: Setpoints, table: Table) -> Served:
 
 
 def serve_methods(
-    path: Path, law: TimeLaw, table: Table, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
+    path: Path, law: TimeLaw, table: Machine, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
 ) -> Iterator[Served]:
     """The same motion by one method after the other, each followed by the same machine."""
     for method in methods:
@@ -82,7 +82,7 @@ def comparison(served: list[Served]) -> dict[str, Any]:
     }
 
 
-def sentences(served: list[Served], table: Table) -> list[str]:
+def sentences(served: list[Served], table: Machine) -> list[str]:
     """What is model and what is measurement, and whether the choice of the method matters, from the numbers."""
     main = served[-1]
     axis, error, _, s = largest_linear_error(main.tally)
@@ -107,7 +107,7 @@ def sentences(served: list[Served], table: Table) -> list[str]:
     return words
 
 
-def servo_numbers(served: list[Served], table: Table, of_paper: bool) -> dict[str, Any]:
+def servo_numbers(served: list[Served], table: Machine, of_paper: bool) -> dict[str, Any]:
     """What `run` says of a machine: the errors of the last of `served`, and of the paper's experiment all of them."""
     main = served[-1]
     numbers: dict[str, Any] = {"machine": table.name, **main.tally.numbers(), "servo_notes": list(main.notes)}

@@ -12,7 +12,7 @@ from splinefeed.analysis.place import Placer
 from splinefeed.analysis.tally import ErrorTally
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints, check_finite
 from splinefeed.simulation.follow import CHUNK, Follower, Progress, join, slices
 from splinefeed.simulation.linear import margins
@@ -32,7 +32,7 @@ class Servo:
     """
 
     def __init__(
-        self, table: Table, path: Path | None = None, *, sub_steps: int = SUB_STEPS, linear: bool = False
+        self, table: Machine, path: Path | None = None, *, sub_steps: int = SUB_STEPS, linear: bool = False
     ) -> None:
         self.table = table
         self.path = path
@@ -162,7 +162,7 @@ def check_setpoints(points: Setpoints) -> None:
 
 def follow(
     points: Setpoints,
-    table: Table,
+    table: Machine,
     path: Path | None = None,
     on_progress: Progress | None = None,
     *,

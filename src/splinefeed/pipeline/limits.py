@@ -10,12 +10,12 @@ import numpy as np
 
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.pipeline.run import PAPER_LIMITS
 from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits
 
 
-def over_machine(flat: Mapping[str, float], machine: Table, axes: Sequence[str]) -> dict[str, float]:
+def over_machine(flat: Mapping[str, float], machine: Machine, axes: Sequence[str]) -> dict[str, float]:
     """The limits of those of `axes` that a machine has, with those of `flat` in their place.
 
     flat  limits as `Limits.as_dict` has them

@@ -16,7 +16,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import Interpolator, interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.follow import Servo
 from splinefeed.pipeline.long_meter import CountedUse, Meter
@@ -81,7 +81,7 @@ def run_any(
     period: float,
     strategy: str | None = None,
     law: TimeLaw | None = None,
-    table: Table | None = None,
+    table: Machine | None = None,
     on_progress: Progress | None = None,
     **how: Any,
 ) -> Run:
@@ -112,7 +112,7 @@ def run_long(
     corrections: int = 1,
     tolerance: float = 0.0,
     law: TimeLaw | None = None,
-    table: Table | None = None,
+    table: Machine | None = None,
     on_progress: Progress | None = None,
 ) -> LongRun:
     """`pipeline.run.run` for a motion of any number of ticks, which are made again for each pass.
@@ -136,7 +136,7 @@ def measured_long(
     chunks: Chunks,
     ticks: int,
     *,
-    table: Table | None = None,
+    table: Machine | None = None,
     on_progress: Progress | None = None,
 ) -> LongRun:
     """Setpoints that can be made, or read, again and again, measured and checked as those of a run."""

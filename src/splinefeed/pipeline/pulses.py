@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats import bit_pattern
 from splinefeed.formats.bit_pattern import SLOTS, BitPattern
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.records import ROTARY_AXES, Setpoints
 
 
@@ -99,7 +99,7 @@ def encoded(
         yield pattern
 
 
-def pulses_of(table: Table, axes: Iterable[str]) -> dict[str, float]:
+def pulses_of(table: Machine, axes: Iterable[str]) -> dict[str, float]:
     """Pulses per mm or rad of the named axes of a machine: the counts of their encoders."""
     found = {}
     for name in axes:

@@ -22,7 +22,7 @@ from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along
 
 if TYPE_CHECKING:
@@ -201,7 +201,7 @@ def run(
     path: Path | JointPath,
     limits: Limits = PAPER_LIMITS,
     *,
-    machine: str | Table | None = None,
+    machine: str | Machine | None = None,
     period: float = PAPER_PERIOD,
     strategy: str | None = None,
     method: str = DEFAULT_METHOD,
@@ -211,7 +211,7 @@ def run(
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
-    machine  of a ToolPath: the one whose joints follow it, a Table or its name; law  if it is planned already
+    machine  of a ToolPath: the one whose joints follow it, a Machine or its name; law  if it is planned already
     Raises what `plan` and `interpolate` raise, InputError for a machine that cannot follow a tool path, and LimitsError
     for more than MOST_TICKS ticks.
     """
@@ -222,7 +222,7 @@ def run(
     return measured(path, limits, law, points)
 
 
-def on_machine(path: Path | JointPath, machine: str | Table | None, limits: Limits) -> Path | JointPath:
+def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Limits) -> Path | JointPath:
     """A tool path as joints of a machine; any other path as it is.
 
     Raises InputError for a tool path without a machine, a machine without kinematics, and a machine for another path.
@@ -233,7 +233,7 @@ def on_machine(path: Path | JointPath, machine: str | Table | None, limits: Limi
         return path
     if machine is None:
         raise InputError(f"{path.name}: has a tool axis, which only a machine can follow; give a machine")
-    table = machine if isinstance(machine, Table) else Table.load(machine)
+    table = machine if isinstance(machine, Machine) else Machine.load(machine)
     if table.kinematics is None:
         raise InputError(f"{table.name}: has no [kinematics], which a tool path needs; add them to the machine file")
     return JointPath(path, table.kinematics, travel=limits.travel_of(table.kinematics.joints))

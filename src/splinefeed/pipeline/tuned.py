@@ -8,7 +8,7 @@ from typing import Any
 
 from splinefeed.geometry.path import Path
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.pipeline.tuning import EVALUATIONS, Progress, tune_on_path
 from splinefeed.records import Setpoints
 from splinefeed.simulation.curves import TunedAxis, hunts, rest_swing, tuned_axis
@@ -23,13 +23,13 @@ class TunedMachine:
     page    what was found: gains and margins of each axis before and after; curves  what figures show, made on request
     """
 
-    table: Table
+    table: Machine
     page: dict[str, Any]
     curves: Callable[[], list[TunedAxis]]
 
 
 def by_rule(
-    table: Table,
+    table: Machine,
     names: Sequence[str],
     rule: str,
     *,
@@ -62,7 +62,7 @@ def by_rule(
 
 
 def along_path(
-    table: Table,
+    table: Machine,
     points: Setpoints,
     path: Path,
     *,

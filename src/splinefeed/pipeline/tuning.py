@@ -13,7 +13,7 @@ from splinefeed.analysis.contour import Contour, ContourMeter
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
 from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.records import ROTARY_AXES, Array, Setpoints
 from splinefeed.simulation import tuning
 from splinefeed.simulation.bound import Bound, BoundTest
@@ -74,8 +74,8 @@ class PathTuning:
     evaluations      runs of the path that were made
     """
 
-    table: Table
-    old: Table
+    table: Machine
+    old: Machine
     period: float
     bound: Bound
     axes: Mapping[str, AxisTuning]
@@ -105,14 +105,14 @@ class PathTuning:
 @overload
 def tune(what: Axis, rule: str = ..., **options: Any) -> tuning.Tuning: ...
 @overload
-def tune(what: Table, rule: str = ..., **options: Any) -> PathTuning: ...
-def tune(what: Axis | Table, rule: str = "ziegler-nichols", **options: Any) -> tuning.Tuning | PathTuning:
+def tune(what: Machine, rule: str = ..., **options: Any) -> PathTuning: ...
+def tune(what: Axis | Machine, rule: str = "ziegler-nichols", **options: Any) -> tuning.Tuning | PathTuning:
     """Gains of an axis by a rule, or of a machine's axes together on a path.
 
-    With an axis and one of `simulation.tuning.rules()`: options of `simulation.tuning.tune`. With a Table and the rule
+    With an axis and one of `simulation.tuning.rules()`: options of `simulation.tuning.tune`. With a Machine and rule
     "path": options of `tune_on_path`, of which points and path are needed.
     """
-    if isinstance(what, Table):
+    if isinstance(what, Machine):
         if rule != PATH_RULE:
             raise InputError(f"rule {rule!r} tunes one axis: give table.axes[...]; a whole machine takes rule 'path'")
         missing = [name for name in ("points", "path") if name not in options]
@@ -120,14 +120,14 @@ def tune(what: Axis | Table, rule: str = "ziegler-nichols", **options: Any) -> t
             raise InputError(f"rule 'path' needs {' and '.join(missing)}: setpoints to follow and the path they are on")
         return tune_on_path(what, **options)
     if not isinstance(what, Axis):
-        raise InputError(f"tune takes an axis, or with rule 'path' a Table; got {type(what).__name__}")
+        raise InputError(f"tune takes an axis, or with rule 'path' a Machine; got {type(what).__name__}")
     if rule == PATH_RULE:
-        raise InputError("rule 'path' tunes the axes of a machine together: give the Table, with points and path")
+        raise InputError("rule 'path' tunes the axes of a machine together: give the Machine, with points and path")
     return tuning.tune(what, rule, **options)
 
 
 def tune_on_path(
-    table: Table,
+    table: Machine,
     points: Setpoints,
     path: Path,
     *,
@@ -215,7 +215,7 @@ class _Search:
 
     def __init__(
         self,
-        table: Table,
+        table: Machine,
         names: tuple[str, ...],
         points: Setpoints,
         meter: ContourMeter,
@@ -236,7 +236,7 @@ class _Search:
         self.width = {name: len(GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
         self.best = (math.inf, np.empty(0), table)
 
-    def run(self, allowed: int, rng: np.random.Generator, told: Callable[[int], None]) -> Table:
+    def run(self, allowed: int, rng: np.random.Generator, told: Callable[[int], None]) -> Machine:
         """The machine with the best gains that `allowed` runs find for these axes."""
         from scipy.optimize import minimize
 
@@ -302,7 +302,7 @@ class _Search:
             self.best = (error, np.array(x), table)
         return math.log(min(error, RAN_AWAY) + SMALLEST) + unrest
 
-    def _error(self, table: Table) -> float:
+    def _error(self, table: Machine) -> float:
         """Largest contour error of the linear axes, mm, or tracking error of a rotary one, rad; of one run."""
         self.runs += 1
         response = follow(self.points, table)

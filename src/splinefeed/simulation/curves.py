@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.records import Array, Setpoints
 from splinefeed.simulation.experiments import FrequencyResponse
 from splinefeed.simulation.follow import follow
@@ -166,7 +166,7 @@ def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool
         period=period,
         method="step",
     )
-    response = follow(points, Table(name=axis.name, axes={axis.name: axis}), linear=linear)
+    response = follow(points, Machine(name=axis.name, axes={axis.name: axis}), linear=linear)
     return response.position[:, 0], response.output[:, 0], response.stopped
 
 

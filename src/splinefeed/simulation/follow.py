@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics, servo
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.records import Array, Response, Setpoints, check_finite
 from splinefeed.simulation import plant as plants
 
@@ -43,7 +43,7 @@ class Follower:
 
     def __init__(
         self,
-        table: Table,
+        table: Machine,
         axes: tuple[str, ...],
         period: float,
         *,
@@ -146,7 +146,7 @@ class Follower:
 
 def follow(
     points: Setpoints,
-    table: Table,
+    table: Machine,
     on_progress: Progress | None = None,
     *,
     sub_steps: int = plants.SUB_STEPS,

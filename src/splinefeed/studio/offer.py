@@ -10,7 +10,7 @@ def offer() -> dict[str, Any]:
     from splinefeed.feed.planning import STRATEGIES
     from splinefeed.geometry import shapes
     from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Table
+    from splinefeed.machine.table import Machine
     from splinefeed.report.files import SETPOINTS
     from splinefeed.studio.downloads import PATHS
     from splinefeed.studio.settings import USUAL
@@ -20,7 +20,7 @@ def offer() -> dict[str, Any]:
         "shapes": [{"name": name, "what": what, "example": example} for name, what, example in shapes.describe()],
         "strategies": list(STRATEGIES),
         "methods": [{"name": name, "title": registry.method(name).title} for name in registry.methods()],
-        "machines": [{"name": name, "title": Table.load(name).title} for name in Table.names()],
+        "machines": [{"name": name, "title": Machine.load(name).title} for name in Machine.names()],
         "setpoints": list(SETPOINTS),
         "paths": list(PATHS),
         "usual": USUAL,

@@ -16,7 +16,7 @@ from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry as methods
-from splinefeed.machine.table import MachineError, Table
+from splinefeed.machine.table import Machine, MachineError
 from splinefeed.pipeline.limits import at_programmed_feeds, over_machine
 from splinefeed.pipeline.run import PAPER_PERIOD
 from splinefeed.records import BY_AXIS, Limits
@@ -64,7 +64,7 @@ class Wanted:
     method: str
     corrections: int
     period: float
-    table: Table | None
+    table: Machine | None
     notes: tuple[str, ...]
 
 
@@ -166,7 +166,7 @@ def _quantity(value: object, kind: str, field: str, problems: dict[str, str]) ->
         return None
 
 
-def _machine(given: object, problems: dict[str, str]) -> Table | None:
+def _machine(given: object, problems: dict[str, str]) -> Machine | None:
     """The machine by its name, or from the text of a machine file."""
     if given is None or given == "":
         return None
@@ -175,14 +175,14 @@ def _machine(given: object, problems: dict[str, str]) -> Table | None:
     if not isinstance(name, str) or not (text is None or isinstance(text, str)):
         problems["machine"] = "must be the name of a machine"
         return None
-    if text is None and name not in Table.names():
-        problems["machine"] = f"{name[:40]!r} is no machine; there are {', '.join(Table.names())}"
+    if text is None and name not in Machine.names():
+        problems["machine"] = f"{name[:40]!r} is no machine; there are {', '.join(Machine.names())}"
         return None
     if text is not None and len(text) > LONGEST_MACHINE:
         problems["machine"] = f"the machine file has {len(text)} characters; at most {LONGEST_MACHINE} are read"
         return None
     try:
-        return Table.load(name) if text is None else Table.parse(text, name[:60])
+        return Machine.load(name) if text is None else Machine.parse(text, name[:60])
     except MachineError as error:
         problems["machine"] = "; ".join(error.problems)
     except InputError as error:
@@ -191,7 +191,7 @@ def _machine(given: object, problems: dict[str, str]) -> Table | None:
 
 
 def _limits(
-    given: Mapping[str, Any], path: Path, table: Table | None, problems: dict[str, str], notes: list[str]
+    given: Mapping[str, Any], path: Path, table: Machine | None, problems: dict[str, str], notes: list[str]
 ) -> Limits | None:
     """Limits as the fields say them, over those of the machine; None where one is wrong."""
     said = {str(name): value for name, value in given.items() if value not in ("", None, {})}

@@ -24,7 +24,7 @@ from splinefeed.formats import limits_toml
 from splinefeed.formats.source import read_text
 from splinefeed.geometry import shapes
 from splinefeed.interpolation import registry
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.records import BY_AXIS
 
 #: More runs than this are a slip of the hand.
@@ -257,10 +257,10 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
     if name == "method":
         return registry.method(str(given)).name
     if name == "machine":
-        if given in Table.names():
+        if given in Machine.names():
             return given
         file = (base or Path()) / str(given)
-        Table.load(file)
+        Machine.load(file)
         return str(file)
     raise InputError(f"is no setting; {_hint(name, [*PLAIN, 'limits.feed', 'machine.x.load.inertia'])}")
 

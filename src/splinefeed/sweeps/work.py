@@ -17,7 +17,7 @@ from splinefeed.formats import registry
 from splinefeed.geometry import shapes
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.registry import DEFAULT_METHOD
-from splinefeed.machine.table import Table
+from splinefeed.machine.table import Machine
 from splinefeed.pipeline.experiment import serve
 from splinefeed.pipeline.long_run import LongRun, run_any
 from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, Run
@@ -146,13 +146,13 @@ def _law(source: str, limits: tuple[tuple[str, float], ...], strategy: str | Non
     return plan(_path(source), Limits.from_dict(dict(limits)), strategy=strategy, period=period)
 
 
-def _machine(settings: Settings) -> Table | None:
+def _machine(settings: Settings) -> Machine | None:
     """The machine with the multiples that the sweep asks for, or None where none is asked."""
     if "machine" not in settings:
         if any(name.startswith("machine.") for name in settings):
             raise InputError("machine.* varies a machine, but there is none; add machine = NAME to the sweep")
         return None
-    table = Table.load(settings["machine"])
+    table = Machine.load(settings["machine"])
     for name, factor in settings.items():
         if not name.startswith("machine."):
             continue
@@ -168,7 +168,7 @@ def _machine(settings: Settings) -> Table | None:
     return table
 
 
-def _limits(settings: Settings, table: Table | None, path: Path) -> Limits:
+def _limits(settings: Settings, table: Machine | None, path: Path) -> Limits:
     """Limits of the sweep, of the machine where the sweep is silent, and else the paper's along the path."""
     given = {name.removeprefix("limits."): value for name, value in settings.items() if name.startswith("limits.")}
     machine: dict[str, Any] = {}
