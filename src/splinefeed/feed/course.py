@@ -95,7 +95,7 @@ class LawCourse:
 
 
 def _of_axes(track: PathTrack, law: TimeLaw, period: float, first: int, count: int) -> tuple[Array, Array]:
-    """Largest |q'|, |q''|, |q'''| of axes and path in ticks, (count, 3, axes + 1), and by how much q'' jumps in each."""
+    """Largest |q'|, |q''|, |q'''| of axes and path in ticks, (count, 3, axes + 1), and jumps of q'' in each."""
     columns = len(track.path.axes) + 1
     cells, jumps = np.zeros((count, 3, columns)), np.zeros((count, columns))
     edges = np.clip(period * np.arange(first, first + count + 1), 0.0, law.duration)

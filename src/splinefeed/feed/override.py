@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 from numpy.typing import ArrayLike
+from scipy.ndimage import maximum_filter1d
 
 from splinefeed.errors import LimitsError
 from splinefeed.feed.course import AT_LIMITS, Course

@@ -51,19 +51,6 @@ def check_ends(path: Path, limits: Limits) -> None:
             raise LimitsError(f"{name} is {wanted:g} mm/s; the path waits {waits[s]:g} s there, which is at rest")
 
 
-def check_duration(seconds: float, low: float, high: float, longest: float = math.inf) -> None:
-    """Raise PlanError for a stretch, mm, that limits make last for ever: an axis turns there while s hardly moves.
-
-    That is longer than LONGEST, or than `longest`, s.
-    """
-    if seconds > min(LONGEST, longest):
-        raise PlanError(
-            f"the motion from s = {low:.9g} to {high:.9g} mm would take {seconds:.3g} s under these limits: an axis "
-            "turns or bends there while the path hardly moves on; smooth or split it there, or leave the limits of "
-            "that axis out"
-        )
-
-
 def close_gaps(law: TimeLaw) -> TimeLaw:
     """The law with no jump of acceleration between its pieces that only the rounding of late instants makes.
 

@@ -8,10 +8,6 @@ from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.kernels.layout import ARC, ARC_TERMS, START
 from splinefeed.records import Array
 
-#: Samples of the fitted speed among which its least values are looked for, Newton steps from there, and most of them.
-PROBES = 33
-PROBE_STEPS = 6
-SLOW_PLACES = PROBES + 2
 #: Newton steps of one inversion, bisections among them; steps or bracket shrink at each.
 MAX_STEPS = 80
 #: A Newton step longer than this share of the one before gives way to a bisection.
@@ -31,30 +27,6 @@ def fitted_speed(table: Array, row: int, t: float) -> tuple[float, float, float]
         slope = slope * t + value
         value = value * t + k * table[row, ARC + k]
     return value, slope, 2.0 * bend
-
-
-@kernel
-def slow_places(table: Array, row: int, out: Array) -> int:
-    """Both ends of one row and the places, in t, where dS/dt is least, into out (SLOW_PLACES,); how many there are.
-
-    From each of PROBES samples Newton's method goes downhill to where the slope vanishes, if that is short of the next.
-    """
-    out[0] = -1.0
-    out[1] = 1.0
-    count = 2
-    step = 2.0 / (PROBES - 1)
-    for i in range(PROBES):
-        start = -1.0 + i * step
-        t = start
-        _, slope, bend = fitted_speed(table, row, t)
-        for _ in range(PROBE_STEPS):
-            if bend > 0.0 and abs(t - slope / bend - start) <= step:
-                t -= slope / bend
-                _, slope, bend = fitted_speed(table, row, t)
-        if t != start and abs(t) < 1.0 and count < SLOW_PLACES:
-            out[count] = t
-            count += 1
-    return count
 
 
 @hot_kernel

@@ -215,20 +215,6 @@ def derivatives(table: Array, row: int, shape: Shape, t: float, order: int, out:
             out[3, a] = c3 * scale * scale * scale
 
 
-@kernel
-def way_to_rest(c: float, b: float, d: float) -> float:
-    """Arc length, mm, behind which C' = 0 can be where |C'|, |C''|, |C'''| are c, b, d: if both others go against C'.
-
-    c = b x + d x^2 / 2  at the parameter x away, and  c x - b x^2 / 2 - d x^3 / 6  on the way. Two cusps next to each
-    other are why the third derivative counts: between them C'' = 0.
-    """
-    steep = b + math.hypot(b, math.sqrt(2.0 * c * d))
-    if steep == 0.0:
-        return math.inf if c > 0.0 else 0.0
-    x = 2.0 * c / steep
-    return x * (c - x * (b / 2.0 + x * d / 6.0))
-
-
 @hot_kernel
 def secant(table: Array, row: int, t: float, ahead: int, t_ahead: float, shape: Shape) -> tuple[float, float, float]:
     """D.D, D.C' and C'.C' over the measured axes: D from t of `row` to t_ahead of `ahead`, C' (by u) at the latter.
