@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import splinefeed as sf
-from rs274_twin import PROGRAM, ROUNDED, Canon, Run, run
-from splinefeed.errors import FormatError
-from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.arcs import arc_curve
-from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.moves import RAPID, SPLINE, Moves
-from splinefeed.formats.gcode.reader import Reading, joined
-from splinefeed.formats.gcode.state import UNSAID
-from splinefeed.formats.gcode.to_path import find_arcs
-from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
+from rs274_held import held_against, ours, tool_table
+from rs274_twin import PROGRAM, run
 
 pytestmark = [
     pytest.mark.slow,
@@ -70,88 +60,6 @@ REFUSED = [
     "G1 X[1/0] F1", "G1 X[sqrt[-1]] F1", "G92", "F-1", "G1 X F1", "Q1", "G1 X1 F1 I2", "G18 F1 G5 X1 Y1 I1 J1 P1 Q1",
     "G5.3", "G2 X2 I1 P-1 F1", "G53 G2 X1 I1 F1", "M1000", "G123.4", "#1=", "G1 X[1 + F1", "G3 R5 F1",
 ]  # fmt: skip
-
-
-#: A tool table in inches, as rs274 takes it without an INI file; ours is the same in mm.
-TOOLS = "T1 P1 Z2 D.25 ; a drill\nT2 P2 X.5 Z-.25 D1\nT7 P4 Z3\n"
-PLACES = {1: np.zeros(9), 280: np.zeros(9), 300: np.zeros(9)}
-
-
-def tool_table(folder: Path) -> tuple[Path, Tools]:
-    """The file, and what it says, in mm."""
-    file = folder / "tool.tbl"
-    file.write_text(TOOLS)
-    table = read_tools(file)
-    return file, replace(table, by_number={n: Tool(25.4 * t.offset) for n, t in table.by_number.items()})
-
-
-def ours(file: Path, tools: Tools | None = None) -> tuple[Moves, str]:
-    """All moves up to the first error, and the error."""
-    parts: list[Moves] = []
-    message = ""
-    try:
-        for part in Reading(dialect=named("linuxcnc"), offsets=PLACES, tools=tools).moves(file):
-            parts.append(part)
-            find_arcs(part, file, Reading().findings, False)
-    except FormatError as error:
-        message = str(error)
-    return joined(parts), message
-
-
-def held_against(file: Path, tools: tuple[Path, Tools] | None = None) -> Run:
-    """Compare every move, wait and switch of the program with those of LinuxCNC."""
-    twin = run(file, tools[0] if tools else None)
-    moves, message = ours(file, tools[1] if tools else None)
-    assert bool(message) == bool(twin.error), (message, twin.error)
-    if message:
-        return twin
-    compare(moves, twin, file)
-    return twin
-
-
-def limits(canon: Canon) -> np.ndarray:
-    """How far its places are rounded, mm and rad, (6,)."""
-    return np.array([canon.rounded] * 3 + [math.radians(ROUNDED)] * 3)
-
-
-def compare(moves: Moves, twin: Run, file: Path) -> None:
-    step = np.max(np.abs(moves.ends - moves.starts), axis=1) if len(moves) else np.zeros(0)
-    arcs = find_arcs(moves, file, Reading().findings, False)
-    number = {int(move): i for i, move in enumerate(arcs.move)}
-    columns = np.arange(3)
-    # LinuxCNC leaves out moves that lead nowhere in some places and not in others
-    kept = [i for i in range(len(moves)) if i in number or moves.kind[i] == SPLINE or step[i] > 0.0]
-    place, theirs = np.zeros(6), []
-    for canon in twin.moves:
-        if canon.middle is not None or canon.kind == "NURBS" or np.any(np.abs(canon.end - place) > limits(canon)):
-            theirs.append(canon)
-        place = canon.end
-        if canon.kind == "NURBS":
-            place = np.full(6, np.inf)
-    assert len(kept) == len(theirs)
-    for i, canon in zip(kept, theirs, strict=True):
-        said = f"line {moves.line[i]}"
-        kind = "ARC" if i in number else "NURBS" if moves.kind[i] == SPLINE else "TRAVERSE"
-        kind = "FEED" if kind == "TRAVERSE" and moves.kind[i] != RAPID else kind
-        assert kind == canon.kind, said
-        if kind != "NURBS":
-            # the place, the offset of its system and that of G92 are rounded each
-            assert np.all(np.abs(moves.ends[i, :6] - canon.end) <= 3.0 * limits(canon)), said
-        if canon.middle is not None:
-            curve = arc_curve(moves.starts[i], moves.ends[i], arcs, number[i], columns)
-            middle = curve(0.5 * sum(curve.domain))
-            # the centre is rounded too, and on a flat arc that moves its middle as far
-            assert np.abs(middle - canon.middle).max() <= 6.0 * canon.rounded, said
-        tolerance = moves.values[i, layout.ROW_TOLERANCE]
-        assert math.inf if tolerance == UNSAID else tolerance == pytest.approx(canon.tolerance, abs=1e-6), said
-        if kind != "TRAVERSE" and not moves.flags[i] & layout.INVERSE_FEED:
-            assert moves.values[i, layout.ROW_FEED] == pytest.approx(canon.feed, abs=2e-4), said
-    waits = [mark.dwell for mark in moves.marks if mark.dwell]
-    assert waits == pytest.approx([wait for wait in twin.waits if wait], abs=1e-4)
-    words = [word for mark in moves.marks for word in mark.text.split() if word[0] == "M"]
-    # a change of tool and the end of the program stop the spindle there without being told
-    switches = [word for word in twin.switches if word != "M5"]
-    assert [word for word in words if word in set(switches)] == switches
 
 
 @pytest.mark.parametrize("name", PROGRAMS)

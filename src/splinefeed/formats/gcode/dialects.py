@@ -20,6 +20,7 @@ class Dialect:
     directives    how lines begin that are for the control alone
     returns       98 or 99: where canned cycles end unless the program says it
     repeats       letters of a canned cycle's repeats
+    jumps         whether O-words, M98 and M99 are read
     keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
     """
 
@@ -34,12 +35,13 @@ class Dialect:
     returns: int = 98
     repeats: str = "L"
     keeps_cycles: bool = False
+    jumps: bool = False
 
 
 DIALECTS = {
     each.name: each
     for each in (
-        Dialect("linuxcnc", "LinuxCNC", returns=99),
+        Dialect("linuxcnc", "LinuxCNC", returns=99, jumps=True),
         Dialect(
             "fanuc",
             "Fanuc",
@@ -52,8 +54,9 @@ DIALECTS = {
             directives="//",
             repeats="KL",
             keeps_cycles=True,
+            jumps=True,
         ),
-        Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690))),
+        Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690)), jumps=True),
         Dialect(
             "printer",
             "3-D printer",
@@ -81,7 +84,7 @@ _PRINTER = re.compile(
     re.I | re.M,
 )
 _FANUC = re.compile(
-    r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?!\s*(?:sub|call|if|while|do|repeat))|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
+    r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
     r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b",
     re.I | re.M,
 )

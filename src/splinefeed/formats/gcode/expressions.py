@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TypeVar
 
@@ -15,6 +15,8 @@ from typing import TypeVar
 MAX_DEPTH = 40
 #: All parameters up to this number exist, set or not (LinuxCNC).
 LAST_NUMBER = 5601
+#: Parameters that a sub gets from its call.
+ARGUMENTS = range(1, 31)
 #: Two numbers this near each other are the same to EQ and NE, as in the standard.
 SAME = 1e-4
 
@@ -30,18 +32,40 @@ _RANK = {"**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3, "AND": 1, "OR": 1, "
 
 
 class LineError(Exception):
-    """What is wrong with a line, without its number; the interpreter adds that unless `line` says another one."""
+    """What is wrong with a line, without its number; the reader adds that unless `line` (`file`) says another one."""
 
     line = 0
+    file = ""
 
 
 class Parameters:
-    """Values of numbered and named parameters; `known` are those that the interpreter computes, such as positions."""
+    """Values of numbered and named parameters; `known` are those that the interpreter computes, such as positions.
 
-    def __init__(self, known: Callable[[int], float | None] | None = None) -> None:
+    Names that begin with _ are those of the whole program, all others those of the sub that is being carried out.
+    """
+
+    def __init__(self, known: Callable[[int | str], float | None] | None = None) -> None:
         self.numbers: dict[int, float] = {}
         self.names: dict[str, float] = {}
+        self.globals: dict[str, float] = {}
         self.known = known
+        self._callers: list[tuple[dict[str, float], dict[int, float] | None]] = []
+
+    def enter(self, arguments: Sequence[float] | None = None) -> None:
+        """A sub begins, with names of its own; with `arguments` it has its own #1 to #30 too."""
+        kept = None if arguments is None else {k: self.numbers[k] for k in ARGUMENTS if k in self.numbers}
+        self._callers.append((self.names, kept))
+        self.names = {}
+        if arguments is not None:
+            self.numbers |= dict.fromkeys(ARGUMENTS, 0.0) | dict(enumerate(arguments, 1))
+
+    def leave(self) -> None:
+        """The sub ends: its caller's names, and its #1 to #30 if they were kept, are in force again."""
+        self.names, kept = self._callers.pop()
+        if kept is not None:
+            for k in ARGUMENTS:
+                self.numbers.pop(k, None)
+            self.numbers |= kept
 
     def get(self, key: int | str) -> float:
         """Value of a parameter; LineError if it has none."""
@@ -53,17 +77,24 @@ class Parameters:
 
     def find(self, key: int | str) -> float | None:
         """Value of a parameter, or None."""
-        if isinstance(key, str):
-            return self.names.get(key)
         computed = self.known(key) if self.known is not None else None
-        return self.numbers.get(key) if computed is None else computed
+        if computed is not None:
+            return computed
+        if isinstance(key, str):
+            return self._names(key).get(key)
+        return self.numbers.get(key)
 
     def set(self, key: int | str, value: float) -> None:
         """Give a parameter a value."""
         if isinstance(key, str):
-            self.names[key] = value
+            if self.known is not None and self.known(key) is not None:
+                raise LineError(f"#<{key}> is where the machine says how things are, and cannot be set")
+            self._names(key)[key] = value
         else:
             self.numbers[key] = value
+
+    def _names(self, key: str) -> dict[str, float]:
+        return self.globals if key.startswith("_") else self.names
 
 
 class Scanner:

@@ -42,6 +42,8 @@ class Interpreter(LineWords):
         self.repair = repair
         self.parameters = Parameters(state.parameter)
         self.ended = False
+        self.call: tuple[int, int] | None = None  # what M98 calls, and how often
+        self.returns = False  # whether there was an M99
         self.line = 0
         self.splines = SplineWords(state, findings)
         self.cycles = Cycles(state, dialect)
@@ -186,7 +188,8 @@ class Interpreter(LineWords):
         for code in before:
             wait_tool += self.state.switch(code)
             if code in codes.SUBPROGRAMS:
-                raise LineError(f"M{code}: subprograms are not read; write the program in one piece")
+                self._subprogram(code, block)
+        before = [code for code in before if code not in codes.SUBPROGRAMS]
         said += [f"M{code}" for code in before]
         if before and not any(code in codes.GROUP_OF for code in block.g):
             said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
@@ -195,6 +198,25 @@ class Interpreter(LineWords):
             self.state.say(self.line, " ".join(said), wait_tool, stop)
         if wait is not None:
             self.state.say(self.line, dwell=wait)
+
+    def _subprogram(self, code: int, block: Block) -> None:
+        """M98: what `Flow` calls behind this line, P by number and L times; Fanuc's P may say both."""
+        if code != 98 or not self.dialect.jumps:
+            raise LineError(f"M{code}: subprograms are not read; write the program in one piece")
+        if "P" not in self._words:
+            raise LineError("M98 needs P, the number of the subprogram")
+        if self.dialect.name == "linuxcnc" and (block.g or self._words.keys() - {"P", "L"}):
+            raise LineError("M98 stands alone on its line; LinuxCNC loses what else the line says")
+        packed = self.dialect.keeps_cycles and "L" not in self._words
+        number = self._whole_m("P", 98)
+        times, number = divmod(number, 10_000) if packed and number > 9_999 else (1, number)
+        self.call = number, self._whole_m("L", 98) if "L" in self._words else times
+
+    def _whole_m(self, letter: str, code: int) -> int:
+        value = self._words.pop(letter)
+        if not 0.0 <= value < 1e9 or abs(value - round(value)) > 1e-4:
+            raise LineError(f"{letter}{value:g} of M{code} is no whole number from 0")
+        return round(value)
 
     def _dwell(self) -> float:
         """The seconds of G4."""
@@ -406,8 +428,11 @@ class Interpreter(LineWords):
         """M0, M1, M2, M30, M60 and M99, behind the motion of their line."""
         for code in block.m:
             if code == 99:
-                raise LineError("M99: subprograms and loops are not read; write the program in one piece")
-            if code in codes.M_GROUPS["stop"]:
+                if not self.dialect.jumps or "P" in self._words:
+                    raise LineError("M99 with P, or in this dialect, is not read; write the program in one piece")
+                self._take("L")
+                self.returns = True
+            elif code in codes.M_GROUPS["stop"]:
                 self.state.say(self.line, f"M{code}")
             if code in codes.ENDS:
                 self.ended = True

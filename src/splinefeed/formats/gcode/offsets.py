@@ -17,6 +17,8 @@ REFERENCE_PARAMETERS = {280: 5161, 300: 5181}
 #: Places that G28 and G30 lead to, by the name that `offsets=` has for them.
 REFERENCES = {"G28": 280, "G30": 300}
 G92_PARAMETERS, POSITION_PARAMETERS = 5211, 5420
+#: Number of the system in force, and of the tool in the spindle.
+SYSTEM_PARAMETER, TOOL_PARAMETER = 5220, 5400
 
 
 class Offsets:

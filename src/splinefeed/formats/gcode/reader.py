@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +13,8 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.dialects import Dialect, detect
 from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.flow import MAX_BYTES as LARGEST_THAT_JUMPS
+from splinefeed.formats.gcode.flow import PER_STEP, Flow, Text, leads_elsewhere
 from splinefeed.formats.gcode.heidenhain import Heidenhain
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.lines import Lines
@@ -74,24 +76,62 @@ class Reading:
         run = interpreter(state, dialect, self.findings, repair=self.repair)
         self.fast &= interpreter is Interpreter
         try:
-            for block in _blocks(file):
-                yield from self._block(block, state, run)
+            blocks = _blocks(file)
+            for block in blocks:
+                if rest := (yield from self._block(block, state, run, jumps=dialect.jumps, fast=self.fast)):
+                    text = Text(_rest(rest, blocks), self.lines, file)
+                    yield from self._walk(Flow(text, run, pathlib.Path(file).parent), state, run)
                 if run.ended:
                     break
             run.end()
         except LineError as fault:
             if len(made := state.take()):
                 yield made  # what is wrong in a line before is said first
-            raise FormatError(f"{file}: line {fault.line or self.lines}: {fault}") from None
+            raise FormatError(f"{fault.file or file}: line {fault.line or self.lines}: {fault}") from None
         self.ended, self.inch = run.ended, state.inch
         if state.modes[layout.EXTRUDED]:
             self.findings.say("E words, the filament of a 3-D printer, are no motion of the path and are left out")
         if (made := state.take()).marks or len(made):
             yield made
 
-    def _block(self, block: bytes, state: State, run: Interpreter) -> Iterator[Moves]:
-        """The moves of whole lines; `self.lines` counts them."""
-        lines = Lines(block) if self.fast else None
+    def _walk(self, flow: Flow, state: State, run: Interpreter) -> Iterator[Moves]:
+        """The moves of a program that jumps, in the order in which its lines are carried out."""
+        last = self.lines
+        try:
+            while not (run.ended or flow.done):
+                text, low = flow.text, flow.at
+                high = text.next_jump(low)
+                fast = self.fast and not text.other and high - low >= WORTH
+                flow.count((high - low) // PER_STEP if fast else high - low)
+                self.lines, shown = text.before + low, flow.shown if text.other else 0
+                for block in text.blocks(low, high, BLOCK):
+                    yield from self._block(block, state, run, fast=fast, shown=shown)
+                flow.at = high
+                last = last if text.other else max(last, self.lines)
+                if run.ended:
+                    break
+                if high == text.count:
+                    flow.finish()
+                    break
+                self.lines = flow.line
+                flow.jump()
+                if state.full:
+                    yield state.take()
+        except LineError as fault:
+            fault.line = fault.line or self.lines
+            fault.file = str(flow.text.file)
+            raise
+        self.lines = max(last, flow.line if not flow.text.other else 0)
+
+    def _block(
+        self, block: bytes, state: State, run: Interpreter, *, fast: bool, jumps: bool = False, shown: int = 0
+    ) -> Generator[Moves, None, bytes]:
+        """The moves of whole lines; `self.lines` counts them.
+
+        jumps  stop at the first line that leads elsewhere, and return the lines from there on
+        shown  line that the moves are said to be of, if not their own
+        """
+        lines = Lines(block) if fast else None
         at = 0
         while at < len(block) and not run.ended:
             if self._left:
@@ -109,13 +149,16 @@ class Reading:
                 if at >= len(block):
                     break
             end = block.index(b"\n", at)
+            if jumps and leads_elsewhere(block[at:end]):
+                return block[at:]
             self.lines += 1
             if end - at > layout.MAX_LINE:
                 raise LineError(f"has {end - at} characters; at most {layout.MAX_LINE} can be read")
-            run.run(block[at:end].decode("utf-8", errors="replace"), self.lines)
+            run.run(block[at:end].decode("utf-8", errors="replace"), shown or self.lines)
             at = end + 1
             if state.full:
                 yield state.take()
+        return b""
 
 
 def joined(parts: list[Moves]) -> Moves:
@@ -142,6 +185,16 @@ def joined(parts: list[Moves]) -> Moves:
         tuple(splines),
         tuple(marks),
     )
+
+
+def _rest(first: bytes, blocks: Iterator[bytes]) -> bytes:
+    """All that is left of a file; as soon as that is too much, no more of it."""
+    parts = [first]
+    size = len(first)
+    while size <= LARGEST_THAT_JUMPS and (part := next(blocks, b"")):
+        parts.append(part)
+        size += len(part)
+    return b"".join(parts)
 
 
 def _blocks(file: str | os.PathLike[str]) -> Iterator[bytes]:

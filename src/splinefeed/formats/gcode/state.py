@@ -14,8 +14,10 @@ from splinefeed.formats.gcode.moves import AXES, LETTERS, ROTARY, Mark, Moves, S
 from splinefeed.formats.gcode.offsets import (
     G92_PARAMETERS,
     POSITION_PARAMETERS,
+    SYSTEM_PARAMETER,
     SYSTEM_PARAMETERS,
     SYSTEM_STEP,
+    TOOL_PARAMETER,
     Offsets,
 )
 from splinefeed.formats.gcode.tools import Tools
@@ -96,8 +98,12 @@ class State:
         """A word of an axis in mm or rad."""
         return float(value * self.values[layout.SCALE + axis])
 
-    def parameter(self, number: int) -> float | None:
-        """Value of a parameter that the interpreter knows by its number, in the units in force."""
+    def parameter(self, number: int | str) -> float | None:
+        """Value of a parameter that the interpreter knows by its number or name, in the units in force."""
+        if isinstance(number, str):
+            return self._named(number)
+        if number in (SYSTEM_PARAMETER, TOOL_PARAMETER):
+            return float(self.offsets.active) if number == SYSTEM_PARAMETER else self.loaded
         axis = number - POSITION_PARAMETERS
         if 0 <= axis < AXES:
             place = self.position[axis] - self.values[layout.OFFSET + axis]
@@ -109,6 +115,22 @@ class State:
         if 0 <= system < 9 and axis < AXES:
             return float(self.offsets.systems[system + 1][axis] / self.values[layout.SCALE + axis])
         return None
+
+    def _named(self, name: str) -> float | None:
+        """Value of a predefined named parameter; LinuxCNC, "Predefined Named Parameters"."""
+        if len(name) == 2 and name[0] == "_" and name[1].upper() in LETTERS:
+            return self.parameter(POSITION_PARAMETERS + LETTERS.index(name[1].upper()))
+        modes = self.modes
+        known: dict[str, float] = {
+            "_metric": not self.inch, "_imperial": self.inch,
+            "_absolute": not modes[layout.RELATIVE], "_incremental": modes[layout.RELATIVE],
+            "_inverse_time": modes[layout.INVERSE], "_units_per_minute": not modes[layout.INVERSE],
+            "_plane": 10 * modes[layout.PLANE],
+            "_feed": self.values[layout.FEED] / self.values[layout.SCALE], "_rpm": self._speed or 0.0,
+            "_spindle_on": self.spindle != 0, "_spindle_cw": self.spindle == 3,
+            "_current_tool": self.loaded, "_selected_tool": self.selected, "_task": 0.0,
+        }  # fmt: skip
+        return float(known[name]) if name in known else None
 
     def target(self, words: Mapping[str, float], origin: Array | None = None) -> tuple[Array, int, int]:
         """Where axis words lead, (9,), with the bits of the axes said, and of those whose place is stated.
