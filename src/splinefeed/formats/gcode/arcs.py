@@ -35,7 +35,7 @@ HELIX_ERROR = 1e-9
 #: error of narrower ones falls with the eighth power.
 _HELIX_DEGREE, _HELIX_PIECE, _HELIX_RELATIVE = 7, math.pi / 4.0, 5e-10
 #: First and second axis of each plane; counterclockwise is from the first to the second.
-_PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
+PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = Fal
     """The circles of all arcs; LineError with the line for one that misses its circle, or a finding with `repair`."""
     chosen = np.flatnonzero((moves.kind == CLOCKWISE) | (moves.kind == COUNTERCLOCKWISE))
     planes = moves.codes[chosen, layout.ROW_PLANE]
-    axes = np.array([_PLANES[int(p)] for p in (17, 18, 19)])[planes - 17]
+    axes = np.array([PLANES[int(p)] for p in (17, 18, 19)])[planes - 17]
     rows = np.arange(len(chosen))[:, None]
     start = moves.starts[chosen][rows, axes]
     end = moves.ends[chosen][rows, axes]

@@ -15,6 +15,7 @@ import numpy as np
 
 from splinefeed.formats.gcode import codes, layout
 from splinefeed.formats.gcode.codes import g_name
+from splinefeed.formats.gcode.cutter import Cutter
 from splinefeed.formats.gcode.cycles import CYCLES, Cycles
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError, Parameters
@@ -47,6 +48,7 @@ class Interpreter(LineWords):
         self.line = 0
         self.splines = SplineWords(state, findings)
         self.cycles = Cycles(state, dialect)
+        self.cutter = Cutter(state)
         self._modal: int | None = None
         self._percents = False
         self._machine_known = bool(state.offsets.known or state.offsets.references)
@@ -120,8 +122,10 @@ class Interpreter(LineWords):
             self.state.modes[layout.EXTRUDED] = 1
         for code in sorted(known):
             self._refuse(code, known)
-        if not known & {100, 730, 830}:
+        if not known & {100, 730, 830, 410, 411, 420, 421}:
             self._take("D")
+        if self.cutter.on:
+            self._beside_contour(block, known)
         said = {codes.GROUP_OF[code]: code for code in sorted(known, reverse=True) if code in codes.GROUP_OF}
         for group, do in _ACTS.items():
             if group is None:
@@ -140,6 +144,8 @@ class Interpreter(LineWords):
 
     def _refuse(self, code: int, known: set[int]) -> None:
         reason = codes.REFUSED.get(code)
+        if self._compensates(code):
+            return
         if reason is None:
             if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
                 raise LineError(f"{g_name(code)} is not known in the dialect {self.dialect.title}")
@@ -247,6 +253,45 @@ class Interpreter(LineWords):
             if not bound >= 0.0:
                 raise LineError("G64: P, the tolerance, must be 0 or more")
         state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
+
+    def _compensates(self, code: int) -> bool:
+        """Whether the code begins cutter compensation, and the radius is known."""
+        known = code in (411, 421) or (code in (410, 420) and self.state.tools is not None)
+        return known and self.dialect.jumps and not self.repair
+
+    def _cutter(self, code: int) -> None:
+        """G40 to G42.1: D is a tool's number, or with G41.1 and G42.1 its diameter."""
+        if code == 400:
+            self.cutter.end()
+            return
+        if not self._compensates(code):
+            self._take("D")
+            return
+        if self.cutter.on:
+            raise LineError(f"{g_name(code)}: cutter compensation is on; write G40 before it")
+        if self.state.modes[layout.PLANE] == 19:
+            raise LineError(f"{g_name(code)}: there is no cutter compensation in G19; choose G17 or G18")
+        if code % 10:
+            if self._take("L", 0.0):
+                raise LineError(f"{g_name(code)} L: tools of a lathe are not read")
+            diameter = self.state.scaled(0, self._need("D", code))
+        else:
+            tools, number = self.state.tools, self._take("D", self.state.loaded)
+            diameter = 0.0 if tools is None else tools.tool(number or 0.0).diameter
+        if abs(diameter) > layout.LARGEST or diameter == 0.0:
+            raise LineError(f"{g_name(code)}: a tool of diameter {diameter:.6g} mm does not compensate")
+        self.cutter.begin(0.5 * diameter * (1.0 if code < 420 else -1.0))
+
+    def _beside_contour(self, block: Block, known: set[int]) -> None:
+        """LineError for what cannot stand between G41 and G40."""
+        allowed = {0, 10, 20, 30, 40, 400, 800}
+        groups = ("motion", "one line", "plane", "coordinate system", "tool length", "units", "feed mode")
+        same = {10 * int(self.state.modes[layout.PLANE]), 940, 200 if self.state.inch else 210}
+        for code in sorted(known - allowed - same):
+            if 400 not in known and codes.GROUP_OF.get(code) in groups:
+                raise LineError(f"{g_name(code)} cannot stand between G41 or G42 and G40")
+        if 6 in block.m or self.state.modes[layout.INVERSE]:
+            raise LineError("a change of tool and G93 cannot stand between G41 or G42 and G40")
 
     def _retract(self, code: int) -> None:
         self.cycles.returns = code // 10
@@ -390,7 +435,11 @@ class Interpreter(LineWords):
             said |= {17: 3, 18: 5, 19: 6}[int(state.modes[layout.PLANE])]
             arc = self._arc()
             more = {**more, **arc, "flags": int(more.get("flags", 0)) | int(arc["flags"])}
+        before = state.position.copy()
         state.add(kind, there, said, stated, self.line, **more)
+        if self.cutter.on:
+            self.cutter.moved(before)
+            state.position[:] = there
 
     def _set_modal(self, code: int | None) -> None:
         self._modal = None if code == 53 else code
@@ -447,6 +496,7 @@ _ACTS: dict[str | None, Callable[[Interpreter, int], None]] = {
     "units": Interpreter._units,
     None: lambda *_: None,
     "plane": Interpreter._plane,
+    "cutter compensation": Interpreter._cutter,
     "tool length": Interpreter._tool_length,
     "coordinate system": Interpreter._system,
     "path control": Interpreter._path_control,

@@ -136,7 +136,7 @@ class Reading:
         while at < len(block) and not run.ended:
             if self._left:
                 self._left -= 1
-            elif lines is not None and not run.splines.open:
+            elif lines is not None and not (run.splines.open or run.cutter.on):
                 before = state.modes[layout.LINE] = self.lines
                 at, why = state.scan(lines, at)
                 self.lines = int(state.modes[layout.LINE])

@@ -56,6 +56,7 @@ class State:
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
         self.inch = False
+        self.held = False  # the last rows may still change
         self.spindle = 0  # 3 or 4 while it turns, as M codes say
         self.values[layout.TOLERANCE] = UNSAID
         self.modes[layout.MOTION] = -1
@@ -81,7 +82,7 @@ class State:
     @property
     def full(self) -> bool:
         """Whether the moves should be taken before the next line."""
-        return self.count > self._capacity - _ROOM
+        return self.count > self._capacity - _ROOM and not self.held
 
     def set_units(self, *, inch: bool) -> None:
         """G20 and G21: mm of one unit; degrees stay degrees."""
