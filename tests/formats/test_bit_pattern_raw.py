@@ -102,7 +102,7 @@ def test_words_and_page_must_belong_together(pattern, tmp_path):
     assert refused() == f"{file}: the words are not those that w.bits.json describes"
     file.write_bytes(words)
     assert refused(record="Setpoints") == f"{page}: does not describe pulse words"
-    assert refused(axes=[]) == f"{page}: axes: is no list of 1 to 6 names"
+    assert refused(axes=[]) == f"{page}: axes: is no list of 1 to 9 names"
     assert refused(periods=-1) == f"{page}: periods: -1; expected a whole number up to 67108864"
     assert refused(pulses_per_unit=[1.0, 0.0, 1.0]) == f"{page}: pulses_per_unit: holds what is no scale"
     assert refused(period_s=0.0).startswith(f"{page}: period_s")

@@ -308,7 +308,7 @@ REFUSED_TEXTS = {
     "circle?radius": "circle?radius: radius has no value; write radius=...",
     "circle?radius=": "circle?radius=: radius has no value; write radius=...",
     "circle?radius=1&radius=2": "circle?radius=1&radius=2: radius stands twice; leave one of them out",
-    "circle?radius=3kg": "circle?radius=3kg: radius: '3kg' has an unknown unit: kg; "
+    "circle?radius=3kg": "circle?radius=3kg: radius: '3kg' is of another kind; "
     "expected a length such as 12.5mm or 0.5in",
     "circle?center=1": "center has 1 coordinates; 2 are needed",
     "circle?tangential=maybe": "circle?tangential=maybe: tangential: 'maybe' is neither true nor false",

@@ -55,10 +55,6 @@ def test_the_length_at_a_parameter_and_back_is_the_integral_of_the_speed():
     assert np.array_equal(pieces_of.lengths_at(None, u), pieces_of.lengths_at(np.zeros(6, dtype=np.int64), u))
     assert pieces_of.parameters(wanted) == pytest.approx(u, abs=1e-12)
     assert pieces_of.parameters(np.array([-1.0, 99.0])).tolist() == [0.0, 1.0]
-    ranges = pieces_of.speed_ranges(np.array([0]))
-    sampled = [speed(x) for x in np.linspace(0.0, 1.0, 201)]
-    assert ranges[0] == pytest.approx([min(sampled), max(sampled)], rel=1e-3)
-    assert pieces_of.speed_ranges(np.empty(0, dtype=np.int64)).shape == (0, 2)
 
 
 def test_a_line_a_curve_and_a_line_are_one_table():
