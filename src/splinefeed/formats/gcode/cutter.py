@@ -19,8 +19,8 @@ from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, RAPID, M
 from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array
 
-#: A turn below this, rad, is no corner, and one this near to half a turn goes around it: what LinuxCNC 2.9 does,
-#: measured on its interpreter. Places this near each other, mm, are one.
+#: A turn below this, rad, is no corner, and one this near to half a turn goes around it, as LinuxCNC 2.9 does by what
+#: a few programs show on its interpreter. Places this near each other, mm, are one.
 NO_CORNER, SAME_PLACE = 0.05, 1e-7
 GOUGE = "the tool of radius {:.6g} mm cannot reach this corner without a gouge; take a smaller one or a larger radius"
 

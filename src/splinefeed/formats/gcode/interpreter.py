@@ -280,6 +280,9 @@ class Interpreter(LineWords):
             diameter = 0.0 if tools is None else tools.tool(number or 0.0).diameter
         if abs(diameter) > layout.LARGEST or diameter == 0.0:
             raise LineError(f"{g_name(code)}: a tool of diameter {diameter:.6g} mm does not compensate")
+        self.findings.count(
+            "cutter compensation is on; not every gouge is found: look at the path before you cut", self.line
+        )
         self.cutter.begin(0.5 * diameter * (1.0 if code < 420 else -1.0))
 
     def _beside_contour(self, block: Block, known: set[int]) -> None:
