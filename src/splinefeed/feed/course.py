@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from splinefeed.errors import LimitsError
-from splinefeed.feed.optimal.track import PathTrack
 from splinefeed.geometry.path import Path
+from splinefeed.kernels.override_demand import ask
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits, TimeLaw, positive
 
@@ -18,11 +17,6 @@ from splinefeed.records import Array, Limits, TimeLaw, positive
 AT_LIMITS = 1e-6
 #: Jumps of q'' within three ticks weigh at most this much each in a third difference, a single one at most 1.
 NEAR_JUMPS = 0.75
-#: Instants looked at in every part of a tick in which law and path are smooth, how far inside its ends, as a share of
-#: it, and the shortest part, in periods.
-INSTANTS, INSIDE, SHORTEST = 5, 1e-7, 1e-6
-#: Halvings of an instant that find when the law reaches a place of the path.
-BISECTIONS = 52
 #: Places in a tick at which joints of a tool path are looked at, and how far beside a break, as a share of the path.
 LOOKED_AT, BESIDE = 5, 1e-9
 
@@ -72,12 +66,11 @@ class LawCourse:
         """As `Course` says, from the exact derivatives of path and law."""
         if isinstance(self.path, JointPath):
             return with_jumps(*_of_joints(self.path, self.law, self.period, first - 1, count + 2), self.period)
-        return with_jumps(*_of_axes(self._track, self.law, self.period, first - 1, count + 2), self.period)
-
-    @cached_property
-    def _track(self) -> PathTrack:
-        assert isinstance(self.path, Path)
-        return PathTrack(self.path)
+        columns = len(self.axes) + 1
+        cells, jumps = np.empty((count + 2, 3, columns)), np.empty((count + 2, columns))
+        given = (self.law.breaks, self.law.coefficients, self.path.table, self.path.shape)
+        ask(*given, self.period, first - 1, cells, jumps)
+        return with_jumps(cells, jumps, self.period)
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
@@ -92,45 +85,6 @@ class LawCourse:
         if not all(map(math.isfinite, shares)):
             raise LimitsError("the law was not planned under the limits of centripetal acceleration or chord error")
         return max(shares)
-
-
-def _of_axes(track: PathTrack, law: TimeLaw, period: float, first: int, count: int) -> tuple[Array, Array]:
-    """Largest |q'|, |q''|, |q'''| of axes and path in ticks, (count, 3, axes + 1), and jumps of q'' in each."""
-    columns = len(track.path.axes) + 1
-    cells, jumps = np.zeros((count, 3, columns)), np.zeros((count, columns))
-    edges = np.clip(period * np.arange(first, first + count + 1), 0.0, law.duration)
-    if not edges[0] < edges[-1]:
-        return cells, jumps
-    breaks = track.breaks
-    reached = breaks[(breaks > law(edges[0])) & (breaks < law(edges[-1]))]
-    inner = law.breaks[(law.breaks > edges[0]) & (law.breaks < edges[-1])]
-    times = np.sort(np.concatenate([edges, inner, _times_at(law, reached, float(edges[0]), float(edges[-1]))]))
-    times = times[np.append(True, np.diff(times) > SHORTEST * period)]
-    shares = np.clip(np.linspace(0.0, 1.0, INSTANTS), INSIDE, 1.0 - INSIDE)
-    t = (times[:-1, None] + np.diff(times)[:, None] * shares).ravel()
-    v, a, j = (each(t)[:, None] for each in (law.feed, law.acceleration, law.jerk))
-    with np.errstate(all="ignore"):  # where C' = 0 nothing is known
-        r1, r2, r3 = np.moveaxis(track.derivatives(np.clip(law(t), 0.0, track.length))[:, 1:], 1, 0)
-        axes = (r1 * v, r2 * v**2 + r1 * a, r3 * v**3 + 3.0 * r2 * v * a + r1 * j)
-    q = np.stack([np.concatenate(pair, axis=1) for pair in zip(axes, (v, a, j), strict=True)], axis=1)
-    known = np.all(np.isfinite(q), axis=(1, 2))
-    most = np.max(np.where(known[:, None, None], np.abs(q), 0.0).reshape(-1, INSTANTS, 3, columns), axis=1)
-    tick = np.clip(np.floor(0.5 * (times[1:] + times[:-1]) / period).astype(np.int64) - first, 0, count - 1)
-    np.maximum.at(cells, tick, most)
-    push, both = q[:, 1].reshape(-1, INSTANTS, columns), known.reshape(-1, INSTANTS)
-    jump = np.where((both[1:, 0] & both[:-1, -1])[:, None], np.abs(push[1:, 0] - push[:-1, -1]), 0.0)
-    np.add.at(jumps, tick[1:], jump)
-    return cells, jumps
-
-
-def _times_at(law: TimeLaw, s: Array, low: float, high: float) -> Array:
-    """When, between two instants, a law first is at places s (n,), mm, by bisection."""
-    before, after = np.full(len(s), low), np.full(len(s), high)
-    for _ in range(BISECTIONS if len(s) else 0):
-        middle = 0.5 * (before + after)
-        reached = law(middle) >= s
-        before, after = np.where(reached, before, middle), np.where(reached, middle, after)
-    return after
 
 
 def _of_joints(path: JointPath, law: TimeLaw, period: float, first: int, count: int) -> tuple[Array, Array]:
