@@ -102,12 +102,12 @@ def outcome(path: sf.Path, given: dict, strategy: str) -> str:
     return "ok"
 
 
-#: What the time-optimal strategy, which takes 50 times as long as the others, is given in the normal run.
+#: What the strategies that take every limit, and much longer than seven-phase, are given in the normal run.
 FEW = ("tangential", "corners in passing at next to nothing", "everything huge")
 #: Their ticks are looked at one by one for the chord error: 20 million of them.
 SLOW = ("1e6 mm line", "1e6 mm curve", "1e6 mm and then 1e-6")
 CASES = [
-    pytest.param(limits, strategy, marks=[pytest.mark.slow] if strategy == "time-optimal" and limits not in FEW else [])
+    pytest.param(limits, strategy, marks=[pytest.mark.slow] if strategy != "seven-phase" and limits not in FEW else [])
     for limits in LIMITS
     for strategy in STRATEGIES
     if set(LIMITS[limits]) <= planning.STRATEGIES[strategy].holds

@@ -138,7 +138,7 @@ def typed(command: tuple[str, ...], given: dict, strategy: str | None) -> str:
 
 
 def served(given: dict, strategy: str | None) -> str:
-    tuning = tune_feed(PATH, sf.Limits(**given), Machine.load("xytheta"), 1.0, period=5e-3,
+    tuning = tune_feed(PATH, sf.Limits(**given), Machine.load("xytheta"), 1.0, period=1e-3,
                        strategy=strategy, vary="feed")  # fmt: skip
     return tuning.trials[-1].law.strategy
 

@@ -53,7 +53,7 @@ def whole_law(blocks: list[Block], path: Path) -> sf.TimeLaw:
     return sf.TimeLaw(breaks=breaks, coefficients=coefficients, strategy="look-ahead", period=PERIOD)
 
 
-@pytest.mark.parametrize("window", [600, 60])
+@pytest.mark.parametrize("window", [pytest.param(600, marks=pytest.mark.slow), 60])
 def test_how_the_path_is_cut_does_not_matter(window):
     curves = list(islice(lines_and_arcs(), 120))
     path = Path(curves)
