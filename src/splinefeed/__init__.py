@@ -10,9 +10,9 @@ if TYPE_CHECKING:
     from splinefeed.analysis.check import check as check
     from splinefeed.analysis.ripple import feed_ripple as feed_ripple
     from splinefeed.errors import SplinefeedError as SplinefeedError
-    from splinefeed.feed.optimal.stream import LookAhead as LookAhead
-    from splinefeed.feed.optimal.stretch import State as State
     from splinefeed.feed.planning import plan as plan
+    from splinefeed.feed.stream import LookAhead as LookAhead
+    from splinefeed.feed.window import State as State
     from splinefeed.formats.path_parts import read_parts as read_parts
     from splinefeed.formats.registry import read as read
     from splinefeed.formats.registry import write as write
@@ -58,7 +58,7 @@ _PUBLIC = {
     "Kinematics": "kinematics.chains",
     "Interpolator": "interpolation.interpolator",
     "Limits": "records",
-    "LookAhead": "feed.optimal.stream",
+    "LookAhead": "feed.stream",
     "Machine": "machine.table",
     "Marker": "geometry.path",
     "NurbsCurve": "geometry.curve",
@@ -66,7 +66,7 @@ _PUBLIC = {
     "Setpoints": "records",
     "Smoother": "geometry.smoothing_stream",
     "SplinefeedError": "errors",
-    "State": "feed.optimal.stretch",
+    "State": "feed.window",
     "Response": "records",
     "TimeLaw": "records",
     "ToolPath": "geometry.tool_path",

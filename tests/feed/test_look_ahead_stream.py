@@ -10,7 +10,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed import LookAhead
-from splinefeed.feed.optimal.stream import Block, look_ahead
+from splinefeed.feed.stream import Block, look_ahead
 from splinefeed.geometry.path import Path
 
 PERIOD = 1e-3

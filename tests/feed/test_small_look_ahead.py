@@ -7,7 +7,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed import LookAhead
-from splinefeed.feed.optimal.stream import look_ahead
+from splinefeed.feed.stream import look_ahead
 from splinefeed.geometry.path import Marker
 
 PERIOD = 2e-3

@@ -9,7 +9,7 @@ import pytest
 from benchmarks import cases
 
 import splinefeed as sf
-from splinefeed.feed.optimal.stream import Block, LookAhead
+from splinefeed.feed.stream import Block, LookAhead
 from splinefeed.geometry.path import Path
 
 PERIOD = 1e-3

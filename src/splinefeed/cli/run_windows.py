@@ -97,7 +97,7 @@ def print_page(page: dict[str, Any]) -> None:
 def _check_possible(given: dict[str, Any]) -> None:
     """InputError for what cannot be done by windows."""
     from splinefeed.errors import InputError
-    from splinefeed.feed.optimal.plan import LOOK_AHEAD
+    from splinefeed.feed.modes import LOOK_AHEAD
     from splinefeed.pipeline.long_path import METHOD
 
     for name, sentence in NOT_BY_WINDOWS.items():
@@ -116,7 +116,7 @@ def _about(
 ) -> dict[str, Any]:  # fmt: skip
     """What the page of numbers says of the question and of the program."""
     import splinefeed
-    from splinefeed.feed.optimal.plan import LOOK_AHEAD
+    from splinefeed.feed.modes import LOOK_AHEAD
     from splinefeed.formats.plain import plain
     from splinefeed.pipeline.long_path import METHOD
     from splinefeed.report.record import command, source_of, versions

@@ -1,1 +1,1 @@
-"""Feed planning: from a path and limits to how far along the path the tool is by when."""
+"""From a path and limits to a time law s(t): the planner, seven-phase profiles, and the override of laws."""

@@ -11,13 +11,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError, LimitsError
-from splinefeed.feed.optimal.plan import LOOK_AHEAD, TIME_OPTIMAL, plan_look_ahead, plan_time_optimal
-from splinefeed.feed.optimal.stretch import State
-from splinefeed.feed.optimal.tool import plan_tool
+from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL, plan_look_ahead, plan_time_optimal
 from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.stretches import check_ends, close_gaps, with_dwells
+from splinefeed.feed.tool import plan_tool
+from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.kinematics import JointPath

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.feed.optimal.plan import LOOK_AHEAD
-from splinefeed.feed.optimal.stream import ON_TICK, WINDOW, Block, LookAhead
+from splinefeed.feed.modes import LOOK_AHEAD
+from splinefeed.feed.stream import ON_TICK, WINDOW, Block, LookAhead
 from splinefeed.geometry.curves import Lines
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.path import Path

@@ -9,7 +9,7 @@ from typing import Any
 
 from splinefeed.analysis.check_parts import CheckInParts
 from splinefeed.errors import InputError
-from splinefeed.feed.optimal.plan import LOOK_AHEAD
+from splinefeed.feed.modes import LOOK_AHEAD
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing_stream import PROGRAM, Smoother

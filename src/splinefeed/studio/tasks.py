@@ -10,7 +10,7 @@ from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
 from splinefeed.errors import InputError, SplinefeedError
-from splinefeed.feed.optimal.plan import LOOK_AHEAD, TIME_OPTIMAL
+from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
 from splinefeed.pipeline.experiment import Served, serve
 from splinefeed.pipeline.run import PAPER_LIMITS, Run, run
 from splinefeed.studio import results, sources

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from splinefeed.feed.optimal.limits.rows import Places, Row, Top
+from splinefeed.feed.limits.rows import Places, Row, Top
 from splinefeed.records import Limits
 
 

@@ -11,17 +11,17 @@ from itertools import pairwise
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.optimal.audit import chebyshev, worst_shares
-from splinefeed.feed.optimal.corners import passed_corners
-from splinefeed.feed.optimal.periods import in_periods
-from splinefeed.feed.optimal.setting import Setting
-from splinefeed.feed.optimal.straight import straight_rests
-from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
-from splinefeed.feed.optimal.ticks import held_at_ticks
-from splinefeed.feed.optimal.track import PathTrack
-from splinefeed.feed.optimal.turns import check_turns
-from splinefeed.feed.optimal.window import KEPT, OutOfReachError, Windows, plan_stretch
+from splinefeed.feed.audit import chebyshev, worst_shares
+from splinefeed.feed.corners import passed_corners
+from splinefeed.feed.periods import in_periods
+from splinefeed.feed.setting import Setting
+from splinefeed.feed.straight import straight_rests
 from splinefeed.feed.stretches import curve_feeds, lasting
+from splinefeed.feed.ticks import held_at_ticks
+from splinefeed.feed.track import PathTrack
+from splinefeed.feed.turns import check_turns
+from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
+from splinefeed.feed.windows import KEPT, OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw
 

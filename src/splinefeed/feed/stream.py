@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.feed.optimal.law import Pieces
-from splinefeed.feed.optimal.plan import LOOK_AHEAD, MODES, check_limits, setting_of
-from splinefeed.feed.optimal.setting import Setting
-from splinefeed.feed.optimal.stretch import REST, State
-from splinefeed.feed.optimal.window import Windows
+from splinefeed.feed.law import Pieces
+from splinefeed.feed.modes import LOOK_AHEAD, MODES, check_limits, setting_of
+from splinefeed.feed.setting import Setting
 from splinefeed.feed.soft_limits import check_travel
+from splinefeed.feed.window import REST, State
+from splinefeed.feed.windows import Windows
 from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.feed.optimal.law import Pieces
-from splinefeed.feed.optimal.limits import Places
-from splinefeed.feed.optimal.setting import INSIDE, Setting
-from splinefeed.feed.optimal.stretch import REST, Plan, State
-from splinefeed.feed.optimal.track import SAME
+from splinefeed.feed.law import Pieces
+from splinefeed.feed.limits import Places
+from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.feed.seven_phase import SevenPhase
+from splinefeed.feed.track import SAME
+from splinefeed.feed.window import REST, Plan, State
 from splinefeed.kernels.profile import UNSEEN, lasting_jerk
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits
 

@@ -19,8 +19,8 @@ import numpy as np
 from scipy.linalg import lapack
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.optimal.limits import Rows
-from splinefeed.feed.optimal.spline import DEGREE, Spline
+from splinefeed.feed.limits import Rows
+from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, IntArray
 
 #: Rows and columns of the upper triangle of the 4 x 4 matrix of a cell, and of the 3 x 3 matrix of a place.

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from splinefeed.feed.optimal.law import GAUSS, WEIGHTS, Pieces, quintics
+from splinefeed.feed.law import GAUSS, WEIGHTS, Pieces, quintics
 from splinefeed.records import LAW_COEFFICIENTS, Array
 
 #: No piece may be longer than this share of the stretch, so that quintics follow how it slows down.

@@ -9,7 +9,7 @@ With r(s) the path by arc length, feed = sqrt(q), s'' = q'/2 and s''' = sqrt(q) 
 
 from __future__ import annotations
 
-from splinefeed.feed.optimal.limits import (
+from splinefeed.feed.limits import (
     axis_acceleration,
     axis_jerk,
     axis_velocity,
@@ -21,7 +21,7 @@ from splinefeed.feed.optimal.limits import (
     tangential_jerk,
     unlimited,
 )
-from splinefeed.feed.optimal.limits.rows import Places, Row, Rows, stacked
+from splinefeed.feed.limits.rows import Places, Row, Rows, stacked
 from splinefeed.records import Limits
 
 #: What gives the rows of each limit; the order is that of reports.

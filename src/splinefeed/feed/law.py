@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.feed.optimal.solve import End
-from splinefeed.feed.optimal.spline import Spline
+from splinefeed.feed.solve import End
+from splinefeed.feed.spline import Spline
 from splinefeed.records import LAW_COEFFICIENTS, Array
 
 #: Gauss and Legendre's places and weights on [0, 1], by which a cell's time is the integral of ds / sqrt(q).

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.optimal.limits.rows import FREE
-from splinefeed.feed.optimal.setting import INSIDE, REACH, Setting
+from splinefeed.feed.limits.rows import FREE
+from splinefeed.feed.setting import INSIDE, REACH, Setting
 from splinefeed.records import Array, BoolArray
 
 #: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad; most halvings.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinefeed.feed.optimal.law import Pieces
-from splinefeed.feed.optimal.setting import INSIDE, Setting
+from splinefeed.feed.law import Pieces
+from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import Array
 
 #: Shares of each piece's time at which it is looked at: while it is planned.

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.optimal.plan import LOOK_AHEAD, MODES, TIME_OPTIMAL, check_limits, motion
-from splinefeed.feed.optimal.setting import Setting
+from splinefeed.feed.modes import LOOK_AHEAD, MODES, TIME_OPTIMAL, check_limits, motion
+from splinefeed.feed.setting import Setting
 from splinefeed.feed.stretches import curve_feeds
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, Array, Limits, TimeLaw

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import InputError, PlanError
-from splinefeed.feed.optimal.audit import LOOKED, chebyshev, worst_shares
-from splinefeed.feed.optimal.grid import FASTER, Samples, lay, sample
-from splinefeed.feed.optimal.law import Pieces, pieces_of
-from splinefeed.feed.optimal.limits import Places, Rows
-from splinefeed.feed.optimal.limits.rows import FREE
-from splinefeed.feed.optimal.setting import INSIDE, Setting
-from splinefeed.feed.optimal.solve import FAR, End, Problem, lower_bound, solve
-from splinefeed.feed.optimal.spline import DEGREE, Spline
+from splinefeed.feed.audit import LOOKED, chebyshev, worst_shares
+from splinefeed.feed.grid import FASTER, Samples, lay, sample
+from splinefeed.feed.law import Pieces, pieces_of
+from splinefeed.feed.limits import Places, Rows
+from splinefeed.feed.limits.rows import FREE
+from splinefeed.feed.setting import INSIDE, Setting
+from splinefeed.feed.solve import FAR, End, Problem, lower_bound, solve
+from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, and of the stretch.

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.optimal.grid import Samples, counted
-from splinefeed.feed.optimal.law import Pieces, joined
-from splinefeed.feed.optimal.setting import Setting
-from splinefeed.feed.optimal.straight import plan_straight, plan_straights
-from splinefeed.feed.optimal.stretch import REST, Mode, Plan, State, plan_window
+from splinefeed.feed.grid import Samples, counted
+from splinefeed.feed.law import Pieces, joined
+from splinefeed.feed.setting import Setting
+from splinefeed.feed.straight import plan_straight, plan_straights
+from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
 from splinefeed.records import Array, Limits
 
 #: Pieces of a window that do not become final, as what follows still matters to them: this share, and so many, but no

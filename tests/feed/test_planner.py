@@ -12,19 +12,19 @@ from scipy.interpolate import BSpline
 import sample_curves
 import splinefeed as sf
 from splinefeed.errors import PlanError
-from splinefeed.feed.optimal import plan as planner
-from splinefeed.feed.optimal.law import quintics
-from splinefeed.feed.optimal.limits import LIMITS
-from splinefeed.feed.optimal.limits.chord_error import within_reach
-from splinefeed.feed.optimal.setting import Setting
-from splinefeed.feed.optimal.solve import End, Problem, lower_bound, solve
-from splinefeed.feed.optimal.spline import Spline
-from splinefeed.feed.optimal.straight import seven_phases
-from splinefeed.feed.optimal.stream import look_ahead
-from splinefeed.feed.optimal.stretch import REST, Mode, State, plan_window
-from splinefeed.feed.optimal.ticks import kept_at_ticks
-from splinefeed.feed.optimal.track import PathTrack, sharp_bends
+from splinefeed.feed import modes as planner
+from splinefeed.feed.law import quintics
+from splinefeed.feed.limits import LIMITS
+from splinefeed.feed.limits.chord_error import within_reach
+from splinefeed.feed.setting import Setting
 from splinefeed.feed.seven_phase import SevenPhase
+from splinefeed.feed.solve import End, Problem, lower_bound, solve
+from splinefeed.feed.spline import Spline
+from splinefeed.feed.straight import seven_phases
+from splinefeed.feed.stream import look_ahead
+from splinefeed.feed.ticks import kept_at_ticks
+from splinefeed.feed.track import PathTrack, sharp_bends
+from splinefeed.feed.window import REST, Mode, State, plan_window
 from splinefeed.geometry.path import Path
 
 PERIOD = 1e-3
