@@ -15,9 +15,9 @@ from benchmarks.tables import Cell, Column, Headline, Report, Table
 from splinefeed.analysis.contour import ContourMeter
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import HalAxis, hal_text
-from splinefeed.live.knob import Knob
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import along
+from splinefeed.live.operator import Operator
 from splinefeed.live.stream import play
 
 Array = NDArray[np.float64]
@@ -103,7 +103,7 @@ def by_stream(jerk: float) -> Outcome:
     motion = along(path, law, replace(limits, feed=2.0 * FEED))
     with hal_session(hal_text(tuple(HalAxis(name) for name in path.axes), PERIOD)) as home:
         sink = LinuxcncSink(AHEAD, record=True, home=home)
-        state = play(motion, sink, Knob(), AHEAD, here=True)
+        state = play(motion, sink, Operator(), AHEAD, here=True)
         offset = sink.samples[0, 3:5] - motion.start
     assert state.done
     assert state.underruns == 0

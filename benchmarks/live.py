@@ -1,4 +1,4 @@
-"""Streams: how fast rows are made, what streaming costs, how soon the knob is answered, and ten hours of rows."""
+"""Streams: how fast rows are made, what streaming costs, how soon the override takes effect, and ten hours of rows."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from benchmarks.tables import Column, Headline, Report, Table
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.control import Control
 from splinefeed.live.hal_files import HalAxis, hal_text
-from splinefeed.live.knob import Knob
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import Motion, along
+from splinefeed.live.operator import Operator
 from splinefeed.live.sink import Rows, Taken
 from splinefeed.live.stream import State, play
 from splinefeed.live.udp_sink import UdpSink
 
 PERIOD, AHEAD = 1e-3, 300
 LIMITS = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=20000.0)
-#: Rows of the throughput run, s of streaming in real time, turns of the knob, hours of the long stream.
+#: Rows of the throughput run, s of streaming in real time, turns of the operator, hours of the long stream.
 ROWS, STREAMED, TURNS, HOURS = 300_000, 20.0, 1000, 10
 #: Promised: times real time, share of a core, what a plan keeps growing by, bytes.
 TIMES_REAL, CORE, GROWTH = 200.0, 0.03, 10e6
@@ -86,7 +86,7 @@ LIMITS_AT_200 = {"feed": 120.0, "axis_acceleration": 500.0, "axis_jerk": 20000.0
 
 
 def throughput(text: bool) -> dict[str, float]:
-    """Rows a second of processor time with a knob that is turned all the time, three axes."""
+    """Rows a second of processor time with an override that changes all the time, three axes."""
     motion = laps(ROWS * PERIOD, axes=3)
     rng = np.random.default_rng(1)
     motion.take(1, 1.0)
@@ -102,7 +102,7 @@ def throughput(text: bool) -> dict[str, float]:
 def processor_share(linuxcnc: bool) -> dict[str, float]:
     """Share of a core that streaming in real time takes, all of its processes, behind the first second."""
     motion = laps(STREAMED + 10.0)
-    knob = Knob()
+    operator = Operator()
     marks: list[tuple[float, float]] = []
 
     def used() -> float:
@@ -113,17 +113,17 @@ def processor_share(linuxcnc: bool) -> dict[str, float]:
         if (not marks and state.confirmed > 1.0 / PERIOD) or (marks and state.confirmed > STREAMED / PERIOD):
             marks.append((time.monotonic(), used()))
         if len(marks) > 1:
-            knob.stop()
+            operator.stop()
 
     if linuxcnc:
         with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)) as home:
             sink: Any = LinuxcncSink(AHEAD, home=home)
-            state = play(motion, sink, knob, AHEAD, here=True, seen=seen)
+            state = play(motion, sink, operator, AHEAD, here=True, seen=seen)
     else:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
             listener.bind(("127.0.0.1", 0))
             sink = UdpSink(port=listener.getsockname()[1], ahead=AHEAD)
-            state = play(motion, sink, knob, AHEAD, seen=seen)
+            state = play(motion, sink, operator, AHEAD, seen=seen)
     (begin, first), (end, last) = marks[0], marks[1]
     return {"share": (last - first) / (end - begin), "underruns": state.underruns}
 
@@ -137,7 +137,7 @@ def _of_child(sink: LinuxcncSink) -> float:
 
 def reactions(ahead: int, turns: int) -> dict[str, list[float]]:
     """Seconds from a line on the socket to the tick of the first row that obeys, and to the new rate."""
-    motion, knob = laps(turns * 0.35 + 20.0), Knob()
+    motion, operator = laps(turns * 0.35 + 20.0), Operator()
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     listener.bind(("127.0.0.1", 0))
     sink = UdpSink(port=listener.getsockname()[1], ahead=ahead)
@@ -184,12 +184,12 @@ def reactions(ahead: int, turns: int) -> dict[str, list[float]]:
                         row += len(rate)
                         place += 1
                     time.sleep(0.001)
-        knob.stop()
+        operator.stop()
 
-    with Control(knob) as control:
+    with Control(operator) as control:
         thread = threading.Thread(target=turn)
         thread.start()
-        play(motion, sink, knob, ahead)
+        play(motion, sink, operator, ahead)
         thread.join()
     listener.close()
     return {"answers": answers, "lands": lands}
@@ -197,21 +197,21 @@ def reactions(ahead: int, turns: int) -> dict[str, list[float]]:
 
 def long_stream() -> dict[str, float]:
     """Memory after one hour of rows and after all hours, without a clock, at an override of about 10 %."""
-    motion, knob = laps(HOURS * 420.0), Knob(0.1)  # more than ten hours at a tenth of the feed
+    motion, operator = laps(HOURS * 420.0), Operator(0.1)  # more than ten hours at a tenth of the feed
     rng = np.random.default_rng(2)
     hour = round(3600.0 / PERIOD)
     memory: list[int] = []
 
     def seen(state: State) -> None:
         if state.row % 100_000 < 256:
-            knob.set_rate(rng.uniform(0.08, 0.12))
+            operator.set_rate(rng.uniform(0.08, 0.12))
         if state.row >= hour * (1 if not memory else HOURS) and len(memory) < 2:
             memory.append(_resident())
         if len(memory) > 1:
-            knob.stop()
+            operator.stop()
 
     start = time.process_time()
-    state = play(motion, Nowhere(), knob, AHEAD, seen=seen)
+    state = play(motion, Nowhere(), operator, AHEAD, seen=seen)
     return {
         "rows": state.row,
         "seconds": time.process_time() - start,
@@ -248,7 +248,7 @@ def measure() -> Report:
         (Column("into"), Column("share of a core, %", ".2f"), Column("underruns", "d")),
         tuple((name, 100.0 * each["share"], each["underruns"]) for name, each in shares.items()),
     )
-    knob = Table(
+    operator = Table(
         f"From a line on the socket to the tick of the first row that obeys, {TURNS:,} turns between 60 and 90 %.",
         (
             Column("rows ahead", "d"),
@@ -283,7 +283,7 @@ def measure() -> Report:
     worst = max(each["share"] for each in shares.values())
     first = answered[AHEAD]["answers"]
     return Report(
-        (rows, cost, knob, hours),
+        (rows, cost, operator, hours),
         (
             Headline(
                 "rows of a stream, override turned all the time, three axes",
@@ -298,7 +298,7 @@ def measure() -> Report:
                 worst < CORE,
             ),
             Headline(
-                f"from a turn of the knob to the first tick that obeys, {AHEAD} ms ahead",
+                f"from a change of the override to the first tick that obeys, {AHEAD} ms ahead",
                 f"{1e3 * statistics.median(first):.0f} ms median, {1e3 * max(first):.0f} ms worst of {len(first):,}",
             ),
             Headline(

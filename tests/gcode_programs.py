@@ -16,7 +16,7 @@ def program(folder: Path, *lines: str, name: str = "part.ngc") -> Path:
 
 
 def path_of(folder: Path, *lines: str, **options: Any) -> sf.Path:
-    """The path of a program of the given lines, which starts at the origin unless told otherwise."""
+    """The path of a program of the given lines, which starts at the origin by default."""
     return sf.read(program(folder, *lines), **{"start": (0, 0, 0), **options})
 
 

@@ -1,4 +1,4 @@
-"""The operator's knob: 50 % after half a second, hold, back to 100 %; all limits of the axes are kept throughout."""
+"""Feedrate override: 50 % after half a second, hold, back to 100 %; all limits of the axes are kept throughout."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from splinefeed.report.figure import Axis, Figure, Line, Panel
 LIMITS = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500, axis_jerk=20000)
 PERIOD = 1e-3
 #: What is asked for, and from which second on.
-KNOB = ((0.0, 1.0), (0.5, 0.5), (1.5, 0.0), (2.2, 1.0))
+OVERRIDE = ((0.0, 1.0), (0.5, 0.5), (1.5, 0.0), (2.2, 1.0))
 
 
 def picture() -> Figure:
-    """Run one plan under the knob, and draw feed and rate over time."""
+    """Run one plan under override and feed hold, and draw feed and rate over time."""
     path = sf.shapes.ellipse(a=30, b=8)
     law = sf.plan(path, with_reserve(LIMITS), strategy="time-optimal", period=PERIOD)
     t = np.arange(1, 20000) * PERIOD
-    starts, rates = np.array(KNOB).T
+    starts, rates = np.array(OVERRIDE).T
     ran = Override(LawCourse(path, law), LIMITS).run(rates[np.searchsorted(starts, t, side="right") - 1])
     t = t[: len(ran)]
     feed = np.diff(law(np.concatenate([[0.0], ran.tau]))) / PERIOD

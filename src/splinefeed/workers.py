@@ -26,7 +26,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 Said = dict[str, Any]  # what JSON holds
-#: What a worker says of a request: the head, and a body for who asked.
+#: The answer of a worker: the head, and a body.
 Answer = tuple[Said, bytes]
 Handler = Callable[[Said], Answer]
 #: Time that a process which was killed gets to be gone, s.
@@ -60,7 +60,7 @@ class Worker:
         atexit.register(self.stop)
 
     def ask(self, request: Said, heard: Callable[[Said], None] | None = None, seconds: float | None = None) -> Answer:
-        """The answer to `request`; `heard` is told what the worker says before. LostError without an answer."""
+        """The answer to `request`; `heard` gets what the worker says before. LostError without an answer."""
         if self._owner != os.getpid():  # forked: two must not talk through the same pipe
             self._own()
         with self._lock:
@@ -151,7 +151,7 @@ class Mail:
             try:
                 said = json.loads(self._pipe.recv_bytes())
             except (EOFError, OSError):
-                os._exit(0)  # who asked is gone, and nobody waits for what is being done
+                os._exit(0)  # the parent is gone, and nobody waits for the answer
             if "order" in said:
                 with suppress(Exception):  # an order that makes no sense to what runs changes nothing
                     self.obey(said["order"])

@@ -69,7 +69,7 @@ def script(rng: np.random.Generator, ticks: int) -> Array:
     elif kind == 1:  # ramps
         places = np.sort(rng.integers(0, ticks, 9))
         wanted = np.interp(time, places, rng.uniform(0, 2, 9))
-    elif kind == 2:  # taps on the knob
+    elif kind == 2:  # steps of the override
         wanted = np.clip(1 + 0.1 * np.cumsum(rng.choice([-1, 0, 0, 0, 0, 0, 1], ticks)), 0, 2)
     elif kind == 3:  # hold and resume, each at once
         wanted = (np.cumsum(rng.random(ticks) < rng.uniform(0.002, 0.02)) % 2 == 0).astype(float)

@@ -1,4 +1,4 @@
-"""Gaps inside the tolerance of a path are closed: what the axes are told has no jump in it."""
+"""Gaps inside the tolerance of a path are closed: the setpoints have no jump."""
 
 from __future__ import annotations
 

@@ -223,7 +223,7 @@ def test_shapes_and_refusals():
         ([], "points: expected shape (..., 2), got (0,)"),
         ([[0, 0], [np.nan, 0]], "points[1, 0] is nan; every value must be finite"),
         ([[0, -np.inf]], "points[0, 1] is -inf; every value must be finite"),
-        ([0, 1e200], "points: a coordinate is beyond 1e+150 mm; distances to it cannot be told"),
+        ([0, 1e200], "points: a coordinate is beyond 1e+150 mm; distances to it would be rounding"),
     ):
         with pytest.raises(InputError) as caught:
             curve.nearest(points)

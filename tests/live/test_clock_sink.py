@@ -10,8 +10,8 @@ import pytest
 import splinefeed as sf
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.clock_sink import ClockSink
-from splinefeed.live.knob import Knob
 from splinefeed.live.motion import Motion, along
+from splinefeed.live.operator import Operator
 from splinefeed.live.sink import Rows
 from splinefeed.live.stream import play
 
@@ -40,7 +40,7 @@ def motion() -> Motion:
 def test_it_takes_as_long_as_the_motion_and_gets_each_row_of_it() -> None:
     sink, made = Keep(), motion()
     start = time.monotonic()
-    state = play(made, sink, Knob(), 2000)
+    state = play(made, sink, Operator(), 2000)
     took = time.monotonic() - start
     assert state.done
     assert state.row == state.confirmed == len(np.concatenate(sink.kept))
@@ -55,16 +55,16 @@ def test_it_takes_as_long_as_the_motion_and_gets_each_row_of_it() -> None:
 
 
 def test_a_hold_rests_on_the_path_and_goes_on() -> None:
-    sink, made, knob = ClockSink(fill=40), motion(), Knob()
-    knob.hold()
+    sink, made, operator = ClockSink(fill=40), motion(), Operator()
+    operator.hold()
     seen: list[float] = []
 
     def look(state) -> None:
         seen.append(state.rate)
         if state.rate == 0.0:
-            knob.hold(False)
+            operator.hold(False)
 
-    state = play(made, sink, knob, 50, seen=look)
+    state = play(made, sink, operator, 50, seen=look)
     assert state.done
     assert min(seen) == 0.0
     assert seen[-1] > 0.5

@@ -19,9 +19,9 @@ from live_rows import assert_limits
 from splinefeed.cli.main import command_line
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.hal_files import GAIN, LAG, VELOCITY, HalAxis, hal_text
-from splinefeed.live.knob import Knob
 from splinefeed.live.linuxcnc_sink import LinuxcncError, LinuxcncSink, installed
 from splinefeed.live.motion import along
+from splinefeed.live.operator import Operator
 from splinefeed.live.stream import Resume, State, play
 from splinefeed.records import Array
 
@@ -65,7 +65,7 @@ def played(source: str, depth: int = 4000) -> tuple[State, Array, Array]:
     motion = along(*_as_motion(source))
     with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD, depth)) as home:
         sink = Keep(home, DEEP)
-        state = play(motion, sink, Knob(), DEEP, here=True)
+        state = play(motion, sink, Operator(), DEEP, here=True)
     return state, np.concatenate(sink.sent), sink.samples
 
 
@@ -144,7 +144,7 @@ def at_rows(orders: dict[int, Callable[[], object]]) -> Callable[[State], None]:
 
 
 def test_pins_of_hal_turn_the_feed_hold_go_back_and_go_on_within_the_limits() -> None:
-    motion, knob = along(*_as_motion("butterfly")), Knob()
+    motion, operator = along(*_as_motion("butterfly")), Operator()
     with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)) as home:
         sink = Keep(home, DEEP)
         pins = [
@@ -156,7 +156,7 @@ def test_pins_of_hal_turn_the_feed_hold_go_back_and_go_on_within_the_limits() ->
             (2800, "reverse", "0"),
         ]
         orders = {row: partial(halcmd, home, "setp", f"splinefeed.feed-{pin}", value) for row, pin, value in pins}
-        orders[4200] = knob.stop
+        orders[4200] = operator.stop
         rates: list[float] = []
         follow = at_rows(orders)
 
@@ -164,7 +164,7 @@ def test_pins_of_hal_turn_the_feed_hold_go_back_and_go_on_within_the_limits() ->
             follow(state)
             rates.append(state.rate)
 
-        state = play(motion, sink, knob, DEEP, here=True, seen=seen)
+        state = play(motion, sink, operator, DEEP, here=True, seen=seen)
     assert not state.done and state.underruns == 0
     row, position = commanded(sink.samples)
     np.testing.assert_array_equal(np.diff(row[: state.row]), 1)
@@ -181,7 +181,7 @@ def test_a_stall_and_a_consumer_that_dies_cost_no_row_and_a_resume_goes_to_the_e
 
     with hal_session(hal_text((HalAxis("x"), HalAxis("y")), PERIOD)) as home:
         sink = Keep(home)
-        state = play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True, seen=at_rows({150: stalled}))
+        state = play(along(*_as_motion(source)), sink, Operator(), AHEAD, here=True, seen=at_rows({150: stalled}))
         assert state.done and 300 < state.underruns < 3000
         row, position = commanded(sink.samples)
         assert set(np.diff(row).tolist()) <= {0, 1}  # every row once, and in order
@@ -194,7 +194,7 @@ def test_a_stall_and_a_consumer_that_dies_cost_no_row_and_a_resume_goes_to_the_e
         killed = at_rows({200: lambda: sink._child.kill()})  # type: ignore[union-attr]
         shift = position[-1]  # the path begins where the axes are
         with pytest.raises(LinuxcncError, match=r"HAL has stopped taking rows after row \d+"):
-            play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True, saved=confirmed.append, seen=killed)
+            play(along(*_as_motion(source)), sink, Operator(), AHEAD, here=True, saved=confirmed.append, seen=killed)
         time.sleep(0.5)  # HAL plays what it has
         last = confirmed[-1]
         assert last.confirmed >= 200 and not last.done
@@ -202,7 +202,7 @@ def test_a_stall_and_a_consumer_that_dies_cost_no_row_and_a_resume_goes_to_the_e
         motion = along(*_as_motion(source))
         sink = Keep(home)
         sink.shift = shift - motion.origin
-        state = play(motion, sink, Knob(), AHEAD, resume=Resume(last.confirmed_tau, last.tau))
+        state = play(motion, sink, Operator(), AHEAD, resume=Resume(last.confirmed_tau, last.tau))
         assert state.done
         assert motion.start[0] != motion.origin[0]
         _, position = commanded(sink.samples)
@@ -217,7 +217,7 @@ def test_an_axis_that_does_not_follow_stops_the_stream_for_good_until_the_next()
         sink = Keep(home)
         jam = at_rows({100: partial(halcmd, home, "setp", "limit-x.min", "-0.5")})
         with pytest.raises(LinuxcncError, match=r"x does not follow: it is .* mm from its commanded position"):
-            play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True, seen=jam)
+            play(along(*_as_motion(source)), sink, Operator(), AHEAD, here=True, seen=jam)
         row, position = sink.samples[:, 1], sink.samples[:, 3:7]
         away = np.abs(position[:, 0] - position[:, 2])
         over = int(np.argmax(away > 1.0))
@@ -226,7 +226,7 @@ def test_an_axis_that_does_not_follow_stops_the_stream_for_good_until_the_next()
         halcmd(home, "setp", "limit-x.min", "-100")
         time.sleep(1.0)
         sink = Keep(home)
-        assert play(along(*_as_motion(source)), sink, Knob(), AHEAD, here=True).done
+        assert play(along(*_as_motion(source)), sink, Operator(), AHEAD, here=True).done
 
 
 def test_the_command_line_approaches_records_and_says_how_it_went(tmp_path: File) -> None:

@@ -17,9 +17,9 @@ from splinefeed.feed.reserve import with_reserve
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.kinematics import kinematics
 from splinefeed.live.hal_files import HalAxis, hal_text
-from splinefeed.live.knob import Knob
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
 from splinefeed.live.motion import along, approach
+from splinefeed.live.operator import Operator
 from splinefeed.live.stream import play
 from splinefeed.records import Array
 from tool_paths import FLANK, FLANK_PERIOD, flank
@@ -43,7 +43,7 @@ def test_joints_in_hal_lead_to_the_tool_path_by_linuxcnc_s_kinematics(data_dir: 
         state = play(
             along(path, law, FLANK, highest=1.0),
             sink,
-            Knob(),
+            Operator(),
             1500,
             approach=partial(approach, axes=axes, limits=replace(FLANK, chord_error=None), period=FLANK_PERIOD),
         )

@@ -17,8 +17,8 @@ from live_rows import Datagrams, assert_limits
 from splinefeed.errors import InputError
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.control import LONGEST_LINE, Control
-from splinefeed.live.knob import Knob
 from splinefeed.live.motion import along, approach
+from splinefeed.live.operator import Operator
 from splinefeed.live.sink import Rows, Taken
 from splinefeed.live.stream import State, StreamError, play
 from splinefeed.live.text_sink import FileSink
@@ -35,7 +35,7 @@ def planned() -> tuple[sf.Path, sf.TimeLaw, sf.Limits]:
 
 
 class Keeper:
-    """A sink that remembers, and turns the knob at a row."""
+    """A sink that remembers, and changes the override at a row."""
 
     paced = False
 
@@ -68,7 +68,7 @@ class Keeper:
 
 def test_a_file_holds_every_row_once_and_the_last_one_twice(tmp_path: File) -> None:
     motion = along(*planned())
-    state = play(motion, FileSink(tmp_path / "rows.txt"), Knob(), 300)
+    state = play(motion, FileSink(tmp_path / "rows.txt"), Operator(), 300)
     table = np.loadtxt(tmp_path / "rows.txt")
     np.testing.assert_array_equal(table[:, 0], np.arange(1, state.row + 1))
     points = sf.interpolate(planned()[0], planned()[1], method="arc-length")
@@ -79,15 +79,15 @@ def test_a_file_holds_every_row_once_and_the_last_one_twice(tmp_path: File) -> N
 
 
 def test_a_stop_rests_on_the_path_and_a_resume_goes_on_to_the_end() -> None:
-    knob = Knob()
+    operator = Operator()
     first, second = along(*planned()), None
-    sink = Keeper(300, knob.stop)
-    state = play(first, sink, knob, 300)
+    sink = Keeper(300, operator.stop)
+    state = play(first, sink, operator, 300)
     assert not state.done
     assert 0.2 < state.tau < first.duration
     second = along(*planned(), tau=state.confirmed_tau)
     more = Keeper()
-    assert play(second, more, Knob(), 300).done
+    assert play(second, more, Operator(), 300).done
     stopped, went_on = (np.concatenate([rows.position for rows in each.rows]) for each in (sink, more))
     np.testing.assert_array_equal(stopped[-1], went_on[0])
     both = np.concatenate([stopped, went_on])
@@ -111,12 +111,12 @@ def test_axes_that_are_elsewhere_are_not_taken_by_surprise() -> None:
     sink = Keeper()
     sink.open = lambda axes, period, start: start + 0.5  # type: ignore[method-assign]
     with pytest.raises(StreamError, match=r"x is at .* move them there, or stream with --approach"):
-        play(along(*planned()), sink, Knob(), 300)
+        play(along(*planned()), sink, Operator(), 300)
 
 
 def test_datagrams_come_numbered_and_in_order() -> None:
     with Datagrams() as there:
-        state = play(along(*planned()), UdpSink(port=there.port, ahead=300), Knob(), 300)
+        state = play(along(*planned()), UdpSink(port=there.port, ahead=300), Operator(), 300)
     assert there.numbers == list(range(1, state.row + 1))
 
 
@@ -128,7 +128,7 @@ def test_a_producer_that_stalls_a_second_loses_no_row_and_goes_on_from_rest() ->
             time.sleep(stalls.pop())
 
     with Datagrams() as there:
-        state = play(along(*planned()), UdpSink(port=there.port, ahead=100), Knob(), 100, seen=seen)
+        state = play(along(*planned()), UdpSink(port=there.port, ahead=100), Operator(), 100, seen=seen)
     assert state.done
     assert 800 < state.underruns < 1500
     assert there.numbers == list(range(1, state.row + 1))
@@ -147,7 +147,7 @@ def test_a_straight_way_is_planned_from_where_the_axes_are_to_the_first_row() ->
     sink = Keeper()
     sink.open = lambda axes, period, start: start + [-3.0, 4.0]  # type: ignore[method-assign,operator,return-value]
     motion = along(*planned())
-    state = play(motion, sink, Knob(), 300, approach=lambda a, b: approach(a, b, motion.axes, LIMITS, 1e-3))
+    state = play(motion, sink, Operator(), 300, approach=lambda a, b: approach(a, b, motion.axes, LIMITS, 1e-3))
     assert state.done
     position = np.concatenate([rows.position for rows in sink.rows])
     assert [rows.first for rows in sink.rows] == list(np.cumsum([1, *map(len, sink.rows[:-1])]))
@@ -160,11 +160,11 @@ def test_a_straight_way_is_planned_from_where_the_axes_are_to_the_first_row() ->
 
 
 def test_the_way_back_retraces_the_path_to_its_start_and_forward_again() -> None:
-    knob = Knob()
-    sink = Keeper(300, knob.reverse)
-    thread = threading.Timer(1.0, knob.go)
+    operator = Operator()
+    sink = Keeper(300, operator.reverse)
+    thread = threading.Timer(1.0, operator.go)
     thread.start()
-    state = play(along(*planned()), sink, knob, 300)
+    state = play(along(*planned()), sink, operator, 300)
     assert state.done
     position = np.concatenate([rows.position for rows in sink.rows])
     turn = int(np.argmax(position[:700, 0] if position[0, 0] < position[200, 0] else -position[:700, 0]))
@@ -172,8 +172,8 @@ def test_the_way_back_retraces_the_path_to_its_start_and_forward_again() -> None
     assert_limits(position)
 
 
-def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_moves_the_knob() -> None:
-    knob = Knob()
+def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_changes_the_override() -> None:
+    operator = Operator()
     motion = along(*planned())
     over = threading.Event()
 
@@ -186,14 +186,14 @@ def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_moves_the_kno
             except OSError:
                 continue
 
-    with Datagrams() as there, Control(knob) as control:
+    with Datagrams() as there, Control(operator) as control:
         wrong = b'{"token": "0123456789abcdef", "override": 200}\n'
         lines = [wrong, b"[" * 900 + b"\n", b"x" * 5000, b'{"hold": true}\n', b"\xff\x00\n", wrong]
         threads = [threading.Thread(target=flood, args=(control.port, line)) for line in lines]
         for thread in threads:
             thread.start()
         try:
-            state = play(motion, UdpSink(port=there.port, ahead=1500), knob, 1500)
+            state = play(motion, UdpSink(port=there.port, ahead=1500), operator, 1500)
         finally:
             over.set()
             for thread in threads:
@@ -207,13 +207,13 @@ def test_a_flood_of_lines_and_clients_neither_stops_the_stream_nor_moves_the_kno
         assert found[0]["ok"], found
     assert state.done
     assert state.underruns == 0
-    assert knob.wanted == 1.0
+    assert operator.wanted == 1.0
     assert there.numbers == list(range(1, state.row + 1))
 
 
 def test_two_clients_are_both_obeyed_and_the_last_word_counts() -> None:
-    knob = Knob()
-    with Control(knob) as control:
+    operator = Operator()
+    with Control(operator) as control:
         token = control.token.encode()
         with (
             socket.create_connection(("127.0.0.1", control.port), 5.0) as one,
@@ -226,7 +226,7 @@ def test_two_clients_are_both_obeyed_and_the_last_word_counts() -> None:
             ):
                 client.sendall(b'{"token": "%s", %s}\n' % (token, line))
                 assert json.loads(client.makefile("rb").readline())["ok"]
-        assert (knob.rate, knob.back, knob.held) == (0.7, True, True)
+        assert (operator.rate, operator.back, operator.held) == (0.7, True, True)
 
 
 def ask(control: Control, *lines: bytes) -> list[dict[str, object]]:
@@ -242,11 +242,11 @@ def ask(control: Control, *lines: bytes) -> list[dict[str, object]]:
 
 
 def test_the_socket_takes_commands_with_the_token_alone() -> None:
-    knob = Knob()
-    with Control(knob) as control:
+    operator = Operator()
+    with Control(operator) as control:
         assert ask(control, b'{"hold": true}') == [{"ok": False, "error": "the token is missing or wrong"}]
         assert ask(control, b'{"token": "no", "stop": true}')[0]["ok"] is False
-        assert not knob.held and not knob.stopping
+        assert not operator.held and not operator.stopping
         token = control.token.encode()
         answers = ask(
             control,
@@ -256,19 +256,19 @@ def test_the_socket_takes_commands_with_the_token_alone() -> None:
             b'{"token": "%s", "jump": true}' % token,
         )
         assert [answer["ok"] for answer in answers] == [True, False, True, False]
-        assert knob.rate == 0.5 and knob.held and knob.wanted == 0.0
+        assert operator.rate == 0.5 and operator.held and operator.wanted == 0.0
 
 
 @pytest.mark.parametrize("line", [b"", b"[1]", b"{", b'{"token": 1}', b"\xff\xfe", b"[" * 2000, b'"' + b"x" * 3000])
 def test_lines_that_are_no_commands_change_nothing(line: bytes) -> None:
-    knob = Knob()
-    with Control(knob) as control:
+    operator = Operator()
+    with Control(operator) as control:
         answers = ask(control, line)
         assert not answers or answers[0]["ok"] is False
-        assert knob.wanted == 1.0
+        assert operator.wanted == 1.0
         assert len(line) > LONGEST_LINE or ask(control, b"{}")[0]["ok"] is False  # it goes on serving
 
 
 def test_an_override_out_of_range_is_refused() -> None:
     with pytest.raises(InputError, match="from 0 to 200 %"):
-        Knob().set_rate(2.5)
+        Operator().set_rate(2.5)

@@ -85,7 +85,7 @@ def test_all_figures_are_drawn_and_the_first_screen_tells_what_came_out(opened):
     shown = opened()
     for name in ("path", "motion", "errors", "spectra", "limits"):
         assert shown.locator(f"#{name} .main-svg").count() > 0
-    for words in ("cycle time", "largest share", "feed ripple", "contour error", "tracking error x"):
+    for words in ("cycle time", "largest share", "feed ripple", "contour error", "following error x"):
         box = shown.locator(".cards").get_by_text(words, exact=True).bounding_box()
         assert box["y"] + box["height"] < 900, words
     verdict = shown.locator(".verdict")

@@ -101,7 +101,7 @@ class ContourMeter:
         if width > 0.0 and s_hint is None:
             raise InputError("window is a distance from the commanded arc length; give s_hint too")
         if points.size and np.abs(points).max() > FARTHEST:
-            raise InputError(f"position: a coordinate is beyond {FARTHEST:g} mm; distances to it cannot be told")
+            raise InputError(f"position: a coordinate is beyond {FARTHEST:g} mm; distances to it would be rounding")
         q = np.ascontiguousarray(points.T)
         hint = None if s_hint is None else _hints(s_hint, len(points), path.length)
         notion = WHOLE_PATH if hint is None else NEAR_COMMAND

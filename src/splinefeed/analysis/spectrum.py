@@ -54,7 +54,7 @@ class Spectrum:
     def peaks(self, most: int = 5, *, share: float = PEAK_SHARE) -> list[Peak]:
         """The `most` highest local maxima above `share` of the highest one, 0 Hz left out, highest first.
 
-        With the Hann window a sine between two lines is told from both: with a = A_(k+1) / A_k of the higher line k
+        With the Hann window a sine between two lines follows from both: with a = A_(k+1) / A_k of the higher line k
         and its higher neighbour, it is at d = (2 a - 1) / (a + 1) lines from k, and its amplitude is
         A_k pi d (1 - d^2) / sin(pi d); exact for one sine of many periods, free of the loss stated in `spectrum`.
         Source: Grandke, IEEE Trans. Instrum. Meas. 32(2), 1983, doi 10.1109/TIM.1983.4314077.
@@ -114,7 +114,7 @@ def spectrum(signal: ArrayLike, period: float, *, unit: str = "", window: str = 
 
 
 def tracking_spectra(response: Response, *, window: str = "hann") -> Mapping[str, Spectrum]:
-    """Spectrum of the tracking error of each axis, in mm, rotary axes rad; see `spectrum`."""
+    """Spectrum of the following error of each axis, in mm, rotary axes rad; see `spectrum`."""
     error = response.tracking_error
     return {
         axis: spectrum(error[:, column], response.period, unit="rad" if axis in ROTARY_AXES else "mm", window=window)

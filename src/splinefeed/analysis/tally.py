@@ -36,7 +36,7 @@ class Worst:
 
 @dataclass(eq=False)
 class ErrorTally:
-    """Tracking error of each axis and contour error over all that was seen.
+    """Following error of each axis and contour error over all that was seen.
 
     Arrays seen are those of responses in order; memory does not grow with them.
     """

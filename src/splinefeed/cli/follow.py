@@ -42,7 +42,7 @@ def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) 
     """Let the simulated axes of a machine follow SETPOINTS, and say how far off they were.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes.
-    The contour error, the distance from the true path, is told where the path is known. If an axis runs away, the
+    The contour error, the distance from the true path, is reported where the path is known. If an axis runs away, the
     simulation ends there and says so; what there is by then is written, and the exit code is 1.
     """
     from splinefeed.cli import output

@@ -42,7 +42,7 @@ def list_machines(as_json: bool) -> None:
 @click.argument("machine", metavar="NAME|FILE")
 @options.as_json
 def show_machine(machine: str, as_json: bool) -> None:
-    """Say what a machine of the package, or a machine file, is; every error of a bad file is told, with its place."""
+    """Say what a machine of the package, or a machine file, is; report every error of a bad file, with its place."""
     from splinefeed.cli import output
     from splinefeed.machine.table import Machine
 

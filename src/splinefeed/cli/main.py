@@ -22,7 +22,7 @@ COMMANDS = {
     "compare": "Every interpolation method on the same motion, in one table.",
     "check": "Whether setpoints lie on their path and hold every limit, judged independently.",
     "report": "The HTML report of a run, made again from its folder.",
-    "follow": "What the axes of a machine do with setpoints: tracking and contour errors.",
+    "follow": "What the axes of a machine do with setpoints: following and contour errors.",
     "stream": "Setpoints to a running controller, with override and hold that keep the limits.",
     "linuxcnc": "The HAL file of a machine that LinuxCNC moves along a stream.",
     "pulses": "Setpoints as the pulse words of a motion card's bit-pattern mode, and back.",
@@ -57,7 +57,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that args[0] names; a name that is nearly right is told."""
+        """The command that args[0] names; for a name that is nearly right, the error suggests it."""
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
             from difflib import get_close_matches
 

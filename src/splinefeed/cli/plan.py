@@ -63,7 +63,7 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
 
     machine = Machine.load(given["machine"]) if given["machine"] else None
     if machine is None:
-        options.limits_from(given)  # a slip of the hand is told before anything is read
+        options.limits_from(given)  # options are validated before the file is opened
     source = PAPER_SHAPE if source is None else source
     say(f"reading {source}")
     path = read_path(source, options.reading_from(given) | options.smoothing_from(given))

@@ -121,7 +121,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     of_paper = source is None
     planned_for = None if of_paper else table  # the paper's experiment has the paper's limits, whatever the machine
     if planned_for is None:
-        options.limits_from(given)  # a slip of the hand is told before anything is read
+        options.limits_from(given)  # options are validated before the file is opened
     method = given["method"] or (PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
     registry.method(method)
     source = PAPER_SHAPE if source is None else source

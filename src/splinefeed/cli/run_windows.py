@@ -43,7 +43,7 @@ def run(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]:
         raise InputError("--by-windows: needs a SOURCE, a file of G-code or a table of points")
     machine = Machine.load(given["machine"]) if given["machine"] else None
     if machine is None:
-        options.limits_from(given)  # a slip of the hand is told before anything is read
+        options.limits_from(given)  # options are validated before the file is opened
     say(f"looking through {source}")
     reading = options.reading_from(given)
     how = options.smoothing_from(given)

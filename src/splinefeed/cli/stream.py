@@ -16,8 +16,8 @@ from splinefeed.cli.panels import PanelCommand
 from splinefeed.errors import SplinefeedError
 
 if TYPE_CHECKING:
-    from splinefeed.live.knob import Knob
     from splinefeed.live.motion import Motion
+    from splinefeed.live.operator import Operator
     from splinefeed.live.sink import Sink
     from splinefeed.live.stream import Resume, State
     from splinefeed.records import Array, Limits
@@ -80,18 +80,18 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     from splinefeed.formats import response_hdf5
     from splinefeed.live.recording import response_of
 
-    knob = _knob(given)
+    operator = _operator(given)
     with ended_by_signals(), busy() as say:
         made = _made(source, given, say)
     motion, sink = made.motion, made.sink
-    state = _streamed(made, knob, given)
+    state = _streamed(made, operator, given)
     files = [given["output"]] if given["to"] == "file" else []
     if given["record_file"]:
         settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
         response_hdf5.save(response_of(sink.samples, motion.axes, motion.period, settings), given["record_file"])
         files.append(given["record_file"])
     page = {
-        "ok": state.done or knob.stopping,
+        "ok": state.done or operator.stopping,
         "done": state.done,
         "rows": state.row,
         "confirmed": state.confirmed,
@@ -130,17 +130,17 @@ def _percent(given: dict[str, Any], name: str) -> float:
         raise InputError(f"--{name}: {given[name]!r} is no number of percent; write for example 80%") from None
 
 
-def _knob(given: dict[str, Any]) -> Knob:
-    from splinefeed.live.knob import Knob
+def _operator(given: dict[str, Any]) -> Operator:
+    from splinefeed.live.operator import Operator
 
-    knob = Knob()
-    knob.set_rate(_percent(given, "override"))
-    return knob
+    operator = Operator()
+    operator.set_rate(_percent(given, "override"))
+    return operator
 
 
 def _made(source: str, given: dict[str, Any], say: Any) -> _Made:
     from splinefeed.errors import InputError
-    from splinefeed.live.knob import MOST
+    from splinefeed.live.operator import MOST
 
     if given["to"] == "file" and not given["output"]:
         raise InputError("--to file needs -o FILE")
@@ -235,7 +235,7 @@ def _sink(given: dict[str, Any], period: float) -> Sink:
     return FileSink(given["output"]) if given["to"] == "file" else TextSink(sys.stdout)
 
 
-def _streamed(made: _Made, knob: Knob, given: dict[str, Any]) -> State:
+def _streamed(made: _Made, operator: Operator, given: dict[str, Any]) -> State:
     from splinefeed.cli.stream_orders import keys, signals
     from splinefeed.live.control import Control
     from splinefeed.live.motion import approach
@@ -244,7 +244,7 @@ def _streamed(made: _Made, knob: Knob, given: dict[str, Any]) -> State:
     motion, sink = made.motion, made.sink
     warned: list[str] = []
     if given["state_file"] and not given["resume"]:
-        _save(given["state_file"], None, motion)  # what cannot be written is told before anything moves
+        _save(given["state_file"], None, motion)  # a file that cannot be written is an error before anything moves
 
     def saved(state: State) -> None:
         if not given["state_file"]:
@@ -269,13 +269,13 @@ def _streamed(made: _Made, knob: Knob, given: dict[str, Any]) -> State:
     def to_start(at: Array, start: Array) -> Motion:
         return approach(at, start, motion.axes, made.limits, motion.period)
 
-    with Control(knob) as control, signals(knob), keys(knob):
+    with Control(operator) as control, signals(operator), keys(operator):
         if sink.paced:
             print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
         return play(
             motion,
             sink,
-            knob,
+            operator,
             _ahead(given, motion.period),
             here=given["here"],
             resume=made.resume,

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from splinefeed.live.knob import Knob
+    from splinefeed.live.operator import Operator
 
 #: Steps of the keys + and -.
 KEY_STEP = 0.1
@@ -34,12 +34,12 @@ def ended_by_signals() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def signals(knob: Knob) -> Iterator[None]:
+def signals(operator: Operator) -> Iterator[None]:
     """The first SIGINT or SIGTERM stops on the path; the next one is what it always is."""
     before = {number: signal.getsignal(number) for number in _SIGNALS}
 
     def stop(number: int, frame: object) -> None:
-        knob.stop()
+        operator.stop()
         print("stopping on the path; once more to end at once", file=sys.stderr, flush=True)
         signal.signal(number, before[signal.Signals(number)])
 
@@ -61,7 +61,7 @@ def _on_signals(handler: Callable[[int, object], None]) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def keys(knob: Knob) -> Iterator[None]:
+def keys(operator: Operator) -> Iterator[None]:
     """Obey keys, where there is a keyboard."""
     if os.name != "posix" or not sys.stdin.isatty():
         yield
@@ -72,22 +72,22 @@ def keys(knob: Knob) -> Iterator[None]:
     number = sys.stdin.fileno()
     before = termios.tcgetattr(number)
     tty.setcbreak(number)
-    threading.Thread(target=_obey, args=(knob, number), daemon=True).start()
+    threading.Thread(target=_obey, args=(operator, number), daemon=True).start()
     try:
         yield
     finally:
         termios.tcsetattr(number, termios.TCSADRAIN, before)
 
 
-def _obey(knob: Knob, number: int) -> None:
+def _obey(operator: Operator, number: int) -> None:
     orders: dict[str, Callable[[], None]] = {
-        "+": lambda: knob.turn(KEY_STEP),
-        "-": lambda: knob.turn(-KEY_STEP),
-        "h": knob.hold,
-        " ": knob.hold,
-        "b": knob.reverse,
-        "r": knob.go,
-        "s": knob.stop,
+        "+": lambda: operator.turn(KEY_STEP),
+        "-": lambda: operator.turn(-KEY_STEP),
+        "h": operator.hold,
+        " ": operator.hold,
+        "b": operator.reverse,
+        "r": operator.go,
+        "s": operator.stop,
     }
     while key := os.read(number, 1):
         orders.get(key.decode(errors="replace"), lambda: None)()

@@ -187,7 +187,7 @@ def print_wrapped(text: str) -> None:
 
 
 def print_errors(page: Mapping[str, Any]) -> None:
-    """The tracking error of each axis, and the contour error where the path is known, from a page of numbers."""
+    """The following error of each axis, and the contour error where the path is known, from a page of numbers."""
     rows = []
     for axis, each in page["tracking"].items():
         rows.append([axis, *_error_cells(each["max"], each["rms"], each["unit"], each["at_t_s"], each["at_s_mm"])])

@@ -134,7 +134,7 @@ def _artefacts(asked: Sweep, folder: str) -> Callable[[Task, Run], None] | None:
 
 @contextmanager
 def _progress(total: int) -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
-    """Functions to be told how many runs are there already, and of each that comes: done, rate, time left, failures."""
+    """Callbacks for the number of runs that are there already, and for each that comes: done, rate, failures."""
     import sys
     import time
     from collections import deque

@@ -7,7 +7,7 @@ before it. `#` in the first column begins a comment.
 
 The last row stands twice: a ring that holds `depth` rows does not deliver the very last one if the number of rows is a
 multiple of `depth` (hal_stream_depth() of LinuxCNC 2.9 is one too small once the ring has wrapped). What can get lost
-so is the repetition; and where it does arrive, the axes are told to stay where they are.
+so is the repetition; and where it does arrive, the axes hold their position.
 """
 
 from __future__ import annotations

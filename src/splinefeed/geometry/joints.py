@@ -1,4 +1,4 @@
-"""Gaps between curves of a path that its tolerance allows: closed, as a gap is a jump of what the axes are told."""
+"""Gaps between curves of a path that its tolerance allows: closed, as a gap is a jump of the setpoints."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Nearest:
             raise InputError(f"points: expected shape (..., {linear}), got {queries.shape}")
         check_finite(queries, "points")
         if queries.size and np.abs(queries).max() > FARTHEST:
-            raise InputError(f"points: a coordinate is beyond {FARTHEST:g} mm; distances to it cannot be told")
+            raise InputError(f"points: a coordinate is beyond {FARTHEST:g} mm; distances to it would be rounding")
         shape = queries.shape[:-1]
         found = self.search.whole(np.ascontiguousarray(queries.reshape(int(np.prod(shape)), linear).T))
         _, at_low, at_high = on_rows(self.rows, found)

@@ -29,7 +29,7 @@ MANY = 20_000
 class Proof:
     """What was found of a smoothed path by means that the smoothing does not share.
 
-    path        the result, its findings told
+    path        the result, with its findings
     deviation   bounds of the two-way distance, curve by curve; order  side by side, and what crosses itself anew
     tolerance   mm, the largest that was allowed; angular_tolerance  rad
     closer      curves of the original that were smoothed with less, so that nothing crosses itself anew

@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Any
 
 from splinefeed.errors import InputError
-from splinefeed.live.knob import Knob
+from splinefeed.live.operator import Operator
 
 #: Longest line that is read, bytes; clients that are served at once; s without a line after which one is sent away.
 LONGEST_LINE, MOST_CLIENTS, IDLE = 1024, 4, 60.0
@@ -31,11 +31,11 @@ PAUSE = 0.01
 class Control:
     """Listens on a free port of loopback, in a thread of its own, until it is left.
 
-    port   where; token  what every line must carry; status  what is told on request
+    port   where; token  what every line must carry; status  the answer to a status request
     """
 
-    def __init__(self, knob: Knob, port: int = 0) -> None:
-        self._knob = knob
+    def __init__(self, operator: Operator, port: int = 0) -> None:
+        self._operator = operator
         self.token = secrets.token_hex(8)
         self.status: dict[str, Any] = {}
         self._socket = socket.create_server(("127.0.0.1", port), backlog=MOST_CLIENTS)
@@ -104,22 +104,22 @@ class Control:
                 return _refused(f"{name} must be true or false")
         try:
             if override is not None:
-                self._knob.set_rate(override / 100.0)
+                self._operator.set_rate(override / 100.0)
         except (InputError, OverflowError) as error:
             return _refused(str(error))
         if "hold" in said:
-            self._knob.hold(said["hold"])
+            self._operator.hold(said["hold"])
         if "reverse" in said:
-            self._knob.reverse(said["reverse"])
+            self._operator.reverse(said["reverse"])
         if said.get("stop"):
-            self._knob.stop()
-        knob = self._knob
+            self._operator.stop()
+        operator = self._operator
         return {
             "ok": True,
             "error": None,
-            "override": 100.0 * knob.rate,
-            "hold": knob.held,
-            "reverse": knob.back,
+            "override": 100.0 * operator.rate,
+            "hold": operator.held,
+            "reverse": operator.back,
             **self.status,
         }
 

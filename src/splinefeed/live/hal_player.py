@@ -34,7 +34,7 @@ SETTLED = 0.01
 #: Samples in one line.
 MOST_SAMPLES = 2000
 IN_PINS = {"taken": "U32", "underruns": "S32", "last": "BIT", "ok": "BIT"}
-KNOBS = {"feed-override": "FLOAT", "feed-hold": "BIT", "feed-reverse": "BIT"}
+OPERATOR_PINS = {"feed-override": "FLOAT", "feed-hold": "BIT", "feed-reverse": "BIT"}
 OUT_PINS = {"run": "BIT", "end": "BIT", "allowed": "FLOAT"}
 
 
@@ -46,7 +46,7 @@ class Player:
         self.part = part = component()
         for name, kind in OUT_PINS.items():
             part.newpin(name, getattr(hal, f"HAL_{kind}"), hal.HAL_OUT)
-        for name, kind in (IN_PINS | KNOBS).items():
+        for name, kind in (IN_PINS | OPERATOR_PINS).items():
             part.newpin(name, getattr(hal, f"HAL_{kind}"), hal.HAL_IN)
         for k in range(given["axes"]):
             part.newpin(f"command-{k}", hal.HAL_FLOAT, hal.HAL_IN)

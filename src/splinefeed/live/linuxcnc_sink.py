@@ -65,10 +65,10 @@ class LinuxcncSink:
         self._done = False
         self._ready = threading.Event()
         self._position: list[float] = []
-        self._told: list[str] = []
+        self._said: list[str] = []
         self._threads: list[threading.Thread] = []
         self._stopped: str | None = None
-        self._dry = self._restarts = 0  # how often it ran dry, and was told to go on
+        self._dry = self._restarts = 0  # how often it ran dry, and was restarted
         self._axes: tuple[str, ...] = ()
         self._samples = array("d")
 
@@ -104,7 +104,7 @@ class LinuxcncSink:
             thread.start()
         if not self._ready.wait(PATIENCE) or not self._position:
             self._end()
-            said = self._told[-1] if self._told else "it says nothing"
+            said = self._said[-1] if self._said else "it says nothing"
             raise LinuxcncError(f"HAL does not answer: {said}; start it first, see splinefeed linuxcnc init")
         at: Array = to_radians(np.array([self._position]), axes)[0]
         return at
@@ -122,7 +122,7 @@ class LinuxcncSink:
                 for row in said["samples"]:
                     self._samples.extend(row)
             else:
-                # it is no longer dry once it is told to restart, not when it says that it has heard
+                # it is no longer dry once the restart is sent, not once it is confirmed
                 dry = said["dry"] > self._restarts
                 self._dry = max(self._dry, said["dry"])
                 self._taken = Taken(said["taken"], said["underruns"], said["override"], dry)
@@ -136,7 +136,7 @@ class LinuxcncSink:
         assert child.stderr is not None
         for line in child.stderr:
             if line.strip():
-                self._told = [*self._told[-20:], line.decode(errors="replace").strip()]
+                self._said = [*self._said[-20:], line.decode(errors="replace").strip()]
         child.stderr.close()
 
     def write(self, rows: Rows) -> None:
@@ -173,7 +173,7 @@ class LinuxcncSink:
                 f"{name} does not follow: it is {away} {unit} from its commanded position; HAL was stopped {where} and "
                 "holds it"
             )
-        said = self._told[-1] if self._told else "its reason is not known"
+        said = self._said[-1] if self._said else "its reason is not known"
         raise LinuxcncError(f"HAL has stopped taking rows {where}, of {self._written} that were sent: {said}")
 
     def restart(self) -> None:

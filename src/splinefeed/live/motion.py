@@ -1,4 +1,4 @@
-"""Rows of a motion that obeys a knob: plan time, override and points together, some ticks at a time."""
+"""Rows of a motion under feedrate override: plan time, override and points together, some ticks at a time."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Motion:
         return self.override.done and self._first is None
 
     def rests(self, wanted: float) -> bool:
-        """Whether the axes rest where the knob stopped them, and stay there while `wanted` is the rate."""
+        """Whether the axes stand where a feed hold stopped them, and stay there while `wanted` is the rate."""
         back = wanted < 0.0 and self.override.tau == 0.0
         return self.override.held and self._first is None and (wanted == 0.0 or back)
 
@@ -132,7 +132,7 @@ def through(
 
 
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:
-    """The straight way from where axes rest to where they are to rest, (axes,), within limits, obeying the knob too."""
+    """The straight move from where the axes stand to another place, (axes,), within limits, under the override too."""
     path = Path.polyline(np.array([start, end]), axes, name="approach")
     law = plan(path, with_reserve(limits), period=period)
     return along(path, law, limits, highest=1.0)

@@ -8,8 +8,8 @@ from typing import Protocol
 from splinefeed.formats.metadata import to_degrees
 from splinefeed.records import Array
 
-#: Rows made at a time where a clock takes them, which is how soon a turn of the knob is seen: a share of those that are
-#: kept ahead, but no fewer.
+#: Rows made at a time where a clock takes them, a share of the buffer but no fewer: how soon a change of the override
+#: takes effect.
 BATCH_SHARE, LEAST_ROWS = 1.0 / 16.0, 8
 #: A clock starts when this many fewer rows are there than are kept ahead, at least.
 SPARE_ROWS = 20
@@ -59,7 +59,7 @@ class Taken:
 
     row        the last row that it has confirmed; 0 if none
     underruns  periods in which it wanted a row and there was none
-    override   the rate that the operator set at the controller, negative backwards; None where there is no such knob
+    override   the rate set at the controller, negative backwards; None where it has no override
     dry        whether it has run out of rows and waits for `restart`: rows behind `row` were not taken
     """
 

@@ -1,4 +1,4 @@
-"""The stream: keeps so much ahead of the consumer and no more, obeys the knob, and stops at rest on the path."""
+"""The stream: keeps a buffer ahead of the consumer, follows the operator, and stops on the path."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import SplinefeedError
-from splinefeed.live.knob import MOST, Knob
 from splinefeed.live.motion import Motion
+from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sink import Rows, Sink, Taken, batch_rows
 from splinefeed.records import Array
 
@@ -62,7 +62,7 @@ class Resume:
 def play(
     motion: Motion,
     sink: Sink,
-    knob: Knob,
+    operator: Operator,
     ahead: int,
     *,
     here: bool = False,
@@ -84,7 +84,7 @@ def play(
     rest, behind the last row that it took. Raises StreamError where the axes are not at the first row, and for a
     consumer that takes no rows any more.
     """
-    stream = _Stream(motion, sink, knob, ahead, saved or _nothing, seen or _nothing)
+    stream = _Stream(motion, sink, operator, ahead, saved or _nothing, seen or _nothing)
     try:
         stream.begin(here, resume, approach)
         return stream.run()
@@ -104,12 +104,12 @@ class _Stream:
         self,
         motion: Motion,
         sink: Sink,
-        knob: Knob,
+        operator: Operator,
         ahead: int,
         saved: Callable[[State], None],
         seen: Callable[[State], None],
     ) -> None:
-        self.motion, self.sink, self.knob, self.ahead = motion, sink, knob, ahead
+        self.motion, self.sink, self.operator, self.ahead = motion, sink, operator, ahead
         self.saved, self.seen = saved, seen
         self.parts = [motion]
         self.base = 0  # rows that were sent before the first one of the part that runs
@@ -167,14 +167,14 @@ class _Stream:
             confirmed_tau=motion.tau_of(taken.row - self.base),
             tau=motion.override.tau,
             rate=motion.override.rate,
-            wanted=self.knob.wanted,
+            wanted=self.operator.wanted,
             underruns=taken.underruns,
             done=motion.done,
         )
 
     def _run(self, part: Motion, last: bool) -> None:
         """Until the end of a part, or until a stop has brought it to rest."""
-        sink, knob = self.sink, self.knob
+        sink, operator = self.sink, self.operator
         batch = batch_rows(self.ahead) if sink.paced else FREE_ROWS
         before, moved, save_at = -1, time.monotonic(), 0.0
         # what goes before another part rests at its end until it is there: behind it nobody could go back into it
@@ -192,11 +192,11 @@ class _Stream:
             if now >= save_at:
                 self.saved(self.state())
                 save_at = now + SAVE_EVERY
-            wanted = knob.wanted
+            wanted = operator.wanted
             if taken.override is not None:
                 wanted = min(max(wanted * taken.override, -MOST), MOST)
             resting = part.rests(wanted)
-            if resting and knob.stopping:
+            if resting and operator.stopping:
                 return
             if resting and not sink.paced:
                 time.sleep(part.period * batch)  # a file gets no rows of a hold, as nothing moves

@@ -20,8 +20,8 @@ def describe_table(
     """Name, kinematics, axes and notes of a machine, one line a part, with units."""
     lines = [f"{name}: {title}" if title else name]
     if kinematics is not None:
-        told = [f"{key} {show(value, 'position', False)}" for key, value in kinematics.parameters.items()]
-        lines += ["", ", ".join([f"Kinematics {kinematics.kind}, joints {' '.join(kinematics.joints)}", *told])]
+        words = [f"{key} {show(value, 'position', False)}" for key, value in kinematics.parameters.items()]
+        lines += ["", ", ".join([f"Kinematics {kinematics.kind}, joints {' '.join(kinematics.joints)}", *words])]
     for axis in axes:
         lines += ["", *_describe_axis(axis)]
     remarks = [f"- {note}" for note in notes]
@@ -34,9 +34,9 @@ def _describe_axis(axis: Axis) -> list[str]:
     lines = [f"Axis {axis.name} ({axis.motion}), closed over the {axis.controller.feedback}"]
     for section in _ORDER:
         part = getattr(axis, section)
-        told = "" if part is None else _describe_part(part, axis)
-        if part is not None and told:
-            lines.append(f"  {section + ':':<13} {told}")
+        words = "" if part is None else _describe_part(part, axis)
+        if part is not None and words:
+            lines.append(f"  {section + ':':<13} {words}")
             if part.source:
                 lines.append(f"  {'':<13} ({part.source})")
     unit = "kg*m^2" if axis.rotary else "kg"
@@ -53,7 +53,7 @@ def _describe_axis(axis: Axis) -> list[str]:
 
 def _describe_part(part: Any, axis: Axis) -> str:
     """The fields of a part that say something, as `name value unit`."""
-    told = []
+    words = []
     for one in fields(part):
         value = getattr(part, one.name)
         if one.name == "source" or value is None or value == "" or (value == 0.0 and one.default == 0.0):
@@ -63,16 +63,16 @@ def _describe_part(part: Any, axis: Axis) -> str:
         if kind in KINDS:
             rotary = axis.motor.motion == "rotary" if one.metadata["motor"] else axis.rotary
             force = "torque" if rotary and kind.startswith("force") else "force"
-            told.append(
+            words.append(
                 f"{name.replace('force', force) if kind.startswith('force') else name} {show(value, kind, rotary)}"
             )
         elif kind == "number":
-            told.append(f"{name} {value:g}")
+            words.append(f"{name} {value:g}")
         elif one.name in ("kind", "mode", "model"):
-            told.insert(0, str(value))
+            words.insert(0, str(value))
         else:
-            told.append(f"{name} {value}")
-    return ", ".join(told)
+            words.append(f"{name} {value}")
+    return ", ".join(words)
 
 
 def table_numbers(

@@ -61,7 +61,7 @@ def serve_methods(
 
 
 def largest_linear_error(tally: ErrorTally) -> tuple[str, float, float, float | None]:
-    """Axis, largest tracking error, mm, its time, s, and commanded arc length, mm, over the linear axes."""
+    """Axis, largest following error, mm, its time, s, and commanded arc length, mm, over the linear axes."""
     linear = [(axis, worst) for axis, worst in zip(tally.axes, tally.tracking, strict=True) if axis not in ROTARY_AXES]
     axis, worst = max(linear, key=lambda pair: pair[1].value)
     return axis, worst.value, worst.t, worst.s

@@ -51,7 +51,7 @@ class Overview:
 
 
 def thinned(response: Response, block: int) -> Response:
-    """Of each `block` samples those with the extremes of tracking errors and contour error; and both ends."""
+    """Of each `block` samples those with the extremes of following errors and contour error; and both ends."""
     if block <= 1 or len(response) <= 2:
         return response
     columns = [*response.tracking_error.T, *([] if response.contour_error is None else [response.contour_error])]

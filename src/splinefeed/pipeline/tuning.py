@@ -151,7 +151,7 @@ def tune_on_path(
     Gains are drawn around those of Ziegler and Nichols, or the machine's where that rule has none; those out of the
     bound are thrown away unsimulated, and the best is improved by COBYLA (M. J. D. Powell, in Advances in Optimization
     and Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the gains. Linear
-    axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own tracking error.
+    axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own following error.
     The old gains are kept where nothing better keeps the bound. Raises InputError where nothing does at all.
     """
     bound = bound or Bound()
@@ -208,7 +208,7 @@ def _counting(told: Progress | None, done: int, total: int) -> Callable[[int], N
 
 
 class _Search:
-    """The search for the gains of one group of axes, by contour error, or of a rotary axis by its tracking error.
+    """The search for the gains of one group of axes, by contour error, or of a rotary axis by its following error.
 
     A place x holds for each axis the logarithms of its gains over those at the start, and shares of feed-forward.
     """
@@ -303,7 +303,7 @@ class _Search:
         return math.log(min(error, RAN_AWAY) + SMALLEST) + unrest
 
     def _error(self, table: Machine) -> float:
-        """Largest contour error of the linear axes, mm, or tracking error of a rotary one, rad; of one run."""
+        """Largest contour error of the linear axes, mm, or following error of a rotary one, rad; of one run."""
         self.runs += 1
         response = follow(self.points, table)
         if response.stopped is not None:

@@ -84,7 +84,7 @@ class Coloured:
 
     place: Array
     shades: Mapping[str, Shades]
-    told: Array
+    hover: Array
     names: tuple[str, ...]
     thread: Array
     joined: bool = True

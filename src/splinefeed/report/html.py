@@ -1,4 +1,4 @@
-"""report.html: one file that says what was asked and what came out, with figures to look into; works offline."""
+"""report.html: settings, results and interactive figures in one file; works offline."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def page(
     parts = {name: resources.files("splinefeed.report").joinpath("page", name) for name in _PARTS}
     colours = interactive.colours_of(figures["path"])
     plain = {name: interactive.to_plain(figure) for name, figure in shown.items()}
-    told = {"figures": plain, "colours": colours, "space": interactive.in_space(figures["path"])}
-    data = json.dumps(told, separators=(",", ":"), allow_nan=False)
+    facts = {"figures": plain, "colours": colours, "space": interactive.in_space(figures["path"])}
+    data = json.dumps(facts, separators=(",", ":"), allow_nan=False)
     return Template(parts["page.html"].read_text(encoding="utf-8")).substitute(
         title=_text(record.get("name", run.path.name)),
         subtitle=_text(_subtitle(run)),
@@ -113,7 +113,7 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         cards.append(("contour error", _length(record["contour_error_max_mm"]), f"rms {_length(rms)}" if rms else ""))
     for axis, value in (record.get("tracking_error_max") or {}).items():
         shown = f"{value:.3g}°" if axis in ROTARY_AXES else _length(value)
-        cards.append((f"tracking error {axis}", shown, "largest"))
+        cards.append((f"following error {axis}", shown, "largest"))
     return "".join(
         f"<div><dt>{_text(name)}</dt><dd>{_text(value)}<small>{_text(small)}</small></dd></div>"
         for name, value, small in cards

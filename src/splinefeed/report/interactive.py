@@ -86,7 +86,7 @@ def _stacked(figure: Figure) -> Plain:
         "legend": {"orientation": "h", "x": 0, "y": 1.0 + _LEGEND / inside, "yanchor": "bottom"},
     }
     data: list[Plain] = []
-    told: set[str] = set()
+    named: set[str] = set()
     top = float(inside)
     for k, panel in enumerate(panels):
         x, y = over[panel.x.label], _numbered("y", k)
@@ -107,8 +107,8 @@ def _stacked(figure: Figure) -> Plain:
                 data.append({**_heat(mark), "xaxis": x, "yaxis": y})
                 layout[_long(y)] |= {"autorange": "reversed", "nticks": 0, "dtick": 1}
             elif isinstance(mark, Line | Dots):
-                shown = legend and mark.named and mark.name not in told
-                told.add(mark.name)
+                shown = legend and mark.named and mark.name not in named
+                named.add(mark.name)
                 trace = _line(mark) if isinstance(mark, Line) else _dots(mark)
                 group = {"legendgroup": mark.name} if legend and mark.named else {}
                 data.append({**trace, **group, "showlegend": shown, "xaxis": x, "yaxis": y})
@@ -227,7 +227,7 @@ def _path(panel: Panel) -> Plain:
     ]
     points = {
         **{letter: array(mark.place[:, k]) for k, letter in enumerate(letters)},
-        "customdata": np.round(mark.told, 7).tolist(),
+        "customdata": np.round(mark.hover, 7).tolist(),
         "hovertemplate": f"{'<br>'.join(hover)}<extra></extra>",
         "showlegend": False,
     }

@@ -55,10 +55,10 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     if colour in values:
         values = {colour: values[colour]}
     shades = {name: Shades(each.values[kept], each.label, each.low, each.high) for name, each in values.items()}
-    told = np.column_stack([points.t, points.s, points.u, points.feed])[kept]
+    hover = np.column_stack([points.t, points.s, points.u, points.feed])[kept]
     names = ("t (s)", f"s ({unit})", "u", f"feed ({unit}/s)")
     thread = thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
-    marks: list[Mark] = [Coloured(place[kept], shades, told, names, thread, not isinstance(run, LongRun))]
+    marks: list[Mark] = [Coloured(place[kept], shades, hover, names, thread, not isinstance(run, LongRun))]
     if not space:
         marks += [*_ends(place), *(_stops(path) if path.linear > 1 else ())]
     title = f"{theme.words(path.name)}: {theme.short(path.length)} {unit} in {theme.short(run.law.duration)} s, "

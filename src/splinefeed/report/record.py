@@ -1,4 +1,4 @@
-"""The page of numbers of a run: what was asked, what came of it, with what, and the command that repeats it."""
+"""The record of a run: settings, results, versions, and the command that repeats it."""
 
 from __future__ import annotations
 

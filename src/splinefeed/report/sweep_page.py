@@ -30,8 +30,8 @@ RESULTS = {
 }
 
 
-def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], told: Mapping[str, Any]) -> str:
-    """The page of a sweep as the text of one HTML file; `told` is `sweep.summary.summary`."""
+def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], sums: Mapping[str, Any]) -> str:
+    """The page of a sweep as the text of one HTML file; `sums` is what `summary` returns."""
     made = np.flatnonzero([status != FAILED for status in rows["status"]])
     count = len(made)
     kept = made[np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(np.int64))] if count else made
@@ -39,11 +39,11 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], told: Mapp
     if len(pareto(rows)):
         figures["pareto"] = _pareto(rows, kept)
     parts = resources.files("splinefeed.report").joinpath("page")
-    state = "good" if told["failed"] == 0 and told["not_kept"] == 0 and told["there"] == told["runs"] else "bad"
+    state = "good" if sums["failed"] == 0 and sums["not_kept"] == 0 and sums["there"] == sums["runs"] else "bad"
     verdict = (
-        f"{told['there']} of {told['runs']} runs: {told['ok']} ok, {told['not_kept']} not kept, {told['failed']} failed"
+        f"{sums['there']} of {sums['runs']} runs: {sums['ok']} ok, {sums['not_kept']} not kept, {sums['failed']} failed"
     )
-    failures = "".join(f"<li>{html.escape(str(each['error']))} ({each['runs']} runs)</li>" for each in told["failures"])
+    failures = "".join(f"<li>{html.escape(str(each['error']))} ({each['runs']} runs)</li>" for each in sums["failures"])
     data = json.dumps({"figures": figures, "colours": {}, "space": False}, separators=(",", ":"), allow_nan=False)
     return Template(parts.joinpath("sweep.html").read_text(encoding="utf-8")).substitute(
         title=html.escape(str(about["name"])),
@@ -55,7 +55,7 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], told: Mapp
         state=state,
         verdict=html.escape(verdict),
         failures=f'<ul class="said bad">{failures}</ul>' if failures else "",
-        numbers=_numbers(told),
+        numbers=_numbers(sums),
         pareto='<section><h2>Cycle time against contour error</h2><div id="pareto" class="figure" role="img" '
         'aria-label="cycle time against contour error, with the Pareto front"></div></section>'
         if "pareto" in figures
@@ -109,11 +109,11 @@ def _pareto(rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
     return {"data": data, "layout": layout}
 
 
-def _numbers(told: Mapping[str, Any]) -> str:
+def _numbers(sums: Mapping[str, Any]) -> str:
     rows = "".join(
         f"<tr><td>{html.escape(name)}</td><td>{each['least']:.6g}</td><td>{each['least_run']}</td>"
         f"<td>{each['median']:.6g}</td><td>{each['most']:.6g}</td><td>{each['most_run']}</td></tr>"
-        for name, each in told["numbers"].items()
+        for name, each in sums["numbers"].items()
     )
     head = "".join(f"<th>{name}</th>" for name in ("", "least", "run", "median", "most", "run"))
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'

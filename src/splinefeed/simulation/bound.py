@@ -22,7 +22,7 @@ from splinefeed.simulation.linear import (
 
 #: A radius of the poles this far below 1 counts as one unit of slack.
 RADIUS_SCALE = 0.01
-#: More slack than this is not told apart.
+#: More slack than this counts as this much.
 MOST_SLACK = 3.0
 
 

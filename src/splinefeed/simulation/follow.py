@@ -1,4 +1,4 @@
-"""Setpoints through the axes of a machine: what was told, where each axis was, what was seen, and the volts."""
+"""Setpoints through the axes of a machine: commands, positions, what the encoders saw, and the volts."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Desk:
         self.order, self.kill = self._worker.order, self._worker.stop
 
     async def ask(self, request: dict[str, Any], heard: Heard, deadline: float | None = None) -> Answer:
-        """The answer to a request; heard is told of progress. After `deadline`, s, the worker is killed."""
+        """The answer to a request; `heard` is called with progress. After `deadline`, s, the worker is killed."""
         loop = asyncio.get_running_loop()
 
         def said(head: dict[str, Any]) -> None:

@@ -69,7 +69,7 @@ class House:
 
     async def _welcome(self, tab: Tab) -> None:
         there = await asyncio.shield(self._offer)
-        tab.send("welcome", offer=there, state=self.ready, jobs=[job.told() for job in self.jobs.open()])
+        tab.send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self.jobs.open()])
         for job in list(self.jobs.all):
             if job.tab == tab.name:
                 self.deliver(job)
@@ -184,7 +184,7 @@ class House:
         self.tell("state", words=words)
 
     def _job_changed(self, job: Job) -> None:
-        self.tell("job", job=job.told())
+        self.tell("job", job=job.shown())
 
     def _job_ended(self, job: Job) -> None:
         assert job.answer is not None
@@ -199,9 +199,9 @@ class House:
             return
         job.seen = True
         if job.state == FAILED:
-            tab.send("failed", job=job.told(), error=job.answer.error)
+            tab.send("failed", job=job.shown(), error=job.answer.error)
         elif job.state == DONE:
-            tab.send("done", job=job.told(), settings=job.request.get("settings"), body=job.answer.body)
+            tab.send("done", job=job.shown(), settings=job.request.get("settings"), body=job.answer.body)
 
 
 def message(kind: str, said: Mapping[str, Any], body: bytes | None) -> bytes:

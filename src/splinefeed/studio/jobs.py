@@ -35,8 +35,8 @@ class Job:
     wanted: bool = True  # whether its answer is still wanted; one that newer settings have replaced is not
     share: list[int] = field(default_factory=list)  # done and total, where the job can tell
 
-    def told(self) -> dict[str, Any]:
-        """What pages are told of it."""
+    def shown(self) -> dict[str, Any]:
+        """What pages show of it."""
         return {
             "id": self.id, "kind": self.kind, "title": self.title, "tab": self.tab, "state": self.state,
             "words": self.words, "share": self.share,

@@ -11,8 +11,8 @@ from splinefeed.errors import SplinefeedError
 from splinefeed.feed.planning import plan
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.live.clock_sink import ClockSink
-from splinefeed.live.knob import MOST, Knob
 from splinefeed.live.motion import Motion, along
+from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.stream import play
 from splinefeed.records import TimeLaw
 from splinefeed.studio import sources
@@ -30,17 +30,17 @@ def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
     Orders: `rate`, 1 = as planned; `hold` and `back`, true or false; `stop`.
     """
-    knob = Knob()
-    _obey(knob, {"rate": request.get("rate", 1.0)})
-    law, motion = motion_of(request, bench, knob.rate)
+    operator = Operator()
+    _obey(operator, {"rate": request.get("rate", 1.0)})
+    law, motion = motion_of(request, bench, operator.rate)
     ahead = max(round(AHEAD / motion.period), LEAST_ROWS)
     sink = ClockSink(fill=ahead // 2)
     ended = threading.Event()
-    bench.mail.obey = lambda order: _obey(knob, order)
-    frames = threading.Thread(target=_show, args=(law, motion, sink, knob, bench, ended), daemon=True)
+    bench.mail.obey = lambda order: _obey(operator, order)
+    frames = threading.Thread(target=_show, args=(law, motion, sink, operator, bench, ended), daemon=True)
     frames.start()
     try:
-        state = play(motion, sink, knob, ahead)
+        state = play(motion, sink, operator, ahead)
     finally:
         ended.set()
         frames.join()
@@ -68,18 +68,20 @@ def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tu
         raise SettingsError({field_of(error): sources.words(error, bench.uploads)}) from error
 
 
-def _obey(knob: Knob, order: Mapping[str, Any]) -> None:
+def _obey(operator: Operator, order: Mapping[str, Any]) -> None:
     if "rate" in order:
-        knob.set_rate(float(order["rate"]))
+        operator.set_rate(float(order["rate"]))
     if "hold" in order:
-        knob.hold(bool(order["hold"]))
+        operator.hold(bool(order["hold"]))
     if "back" in order:
-        knob.reverse(bool(order["back"]))
+        operator.reverse(bool(order["back"]))
     if order.get("stop"):
-        knob.stop()
+        operator.stop()
 
 
-def _show(law: TimeLaw, motion: Motion, sink: ClockSink, knob: Knob, bench: Bench, ended: threading.Event) -> None:
+def _show(
+    law: TimeLaw, motion: Motion, sink: ClockSink, operator: Operator, bench: Bench, ended: threading.Event
+) -> None:
     """Tell the page some thirty times a second where the axes are."""
     top = motion.override.top
     last = -1
@@ -97,7 +99,7 @@ def _show(law: TimeLaw, motion: Motion, sink: ClockSink, knob: Knob, bench: Benc
                 "planned_s": law.duration,
                 "s_mm": float(law(tau)),
                 "rate": motion.override.rate,
-                "wanted": knob.wanted,
+                "wanted": operator.wanted,
                 "top": top,
                 "position": position.tolist(),
             }

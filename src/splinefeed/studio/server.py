@@ -172,7 +172,7 @@ def _no_log(handler: RequestHandler) -> None:
 
 
 async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> None:
-    """Serve until the process is told to end; `say` is called with the address."""
+    """Serve until the process is terminated; `say` is called with the address."""
     sockets = bind_sockets(port, "127.0.0.1")
     own = Guard(sockets[0].getsockname()[1])
     house = House(history)

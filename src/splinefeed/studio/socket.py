@@ -1,4 +1,4 @@
-"""One socket a tab: what a page asks, and what it is told."""
+"""One socket a tab: requests of a page, and the answers."""
 
 from __future__ import annotations
 

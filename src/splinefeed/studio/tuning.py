@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 #: Runs of the path that a page may ask for.
 MOST_RUNS = 5000
-#: Pages are not told of progress more often, s.
+#: Least time between two reports of progress, s.
 OFTEN = 0.1
 
 

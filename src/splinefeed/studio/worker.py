@@ -24,7 +24,7 @@ def open_bench(mail: Mail, uploads: str, made: str) -> Handler:
             found = TASKS[request["task"]](request, bench)
             entry = found.pop("entry", None)
             return {"entry": entry}, json.dumps(found, separators=(",", ":"), allow_nan=False).encode()
-        except Exception as error:  # the page is told
+        except Exception as error:  # the page shows it
             return {"error": error_of(error)}, b""
 
     return answer

@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.records import Array, IntArray
 from splinefeed.sweeps.work import DONE, FAILED, OVER
 
-#: Numbers of which the least and the greatest are told, in the order of the table.
+#: Numbers whose least and greatest values are reported, in the order of the table.
 TOLD = (
     "duration_s",
     "ripple_max",
@@ -20,7 +20,7 @@ TOLD = (
     "contour_error_max_mm",
     "tracking_error_max_mm",
 )
-#: Texts of errors that are told, the most frequent first.
+#: Texts of errors that are reported, the most frequent first.
 ERRORS = 10
 
 

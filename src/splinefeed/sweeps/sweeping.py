@@ -50,7 +50,7 @@ def timed(
     artefacts: Artefacts | None = None,
     start: Callable[[int], None] = lambda already: None,
 ) -> Iterator[tuple[Row, float]]:
-    """As `sweep`, with the time that each run took, s; `start` is told how many runs the folder has already."""
+    """As `sweep`, with the time that each run took, s; `start` is called with the number of earlier runs."""
     with ExitStack() as stack:
         store = None if folder is None else stack.enter_context(Store(folder, asked))
         start(0 if store is None else int(store.done.sum()))

@@ -3,7 +3,7 @@
 Source: LinuxCNC documentation, "G-Codes", G73, G74, "G80-G89 Canned Cycles", G98 and G99; where it leaves a choice,
 what its interpreter does: with G91 R counts from the plane in which the row of cycles began, and Z from R. Fanuc
 (Series 30i-MODEL B, User's Manual B-64484EN, "Canned cycle for drilling") keeps R, Z, P and Q from one cycle to the
-next, repeats by K, and returns to the initial plane unless told otherwise.
+next, repeats by K, and returns to the initial plane, or with G99 to R.
 """
 
 from __future__ import annotations

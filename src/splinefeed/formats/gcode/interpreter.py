@@ -306,7 +306,7 @@ class Interpreter(LineWords):
         self.state.modes[layout.CENTRES] = code == 901
 
     def _tool_length(self, code: int) -> None:
-        """G43 and its kin: the axes go where the tool's tip is told to, by the offset of the tool."""
+        """G43 and its kin: the programmed point is the tool tip: the axes move by the tool offset."""
         state = self.state
         axes = self._axes() if code in (431, 432) else {}
         number = self._take("H", state.loaded if code == 430 else None)

@@ -94,7 +94,7 @@ def in_parts(
 ) -> PathParts:
     """The program in `file`, of any length, as parts of its path, with the options of `from_file`.
 
-    It is looked through twice before: for its axes, and for its feeds. So a faulty line is told before anything is
+    It is looked through twice before: for its axes, and for its feeds. So a faulty line is reported before anything is
     made of the lines above it.
     """
     program = Program(file, dialect, start, offsets, tools, repair)

@@ -29,7 +29,7 @@ FORMS = {
     "mach3": ("arcs", "g1"),
     "printer": ("g1", "arcs"),
 }
-#: First lines, by which the dialect is told again when the program is read.
+#: First lines, by which a reader recognizes the dialect.
 _HEADERS = {
     "linuxcnc": ("G17 G21 G40 G49 G80 G90 G91.1 G94",),
     "fanuc": ("%", "O0001", "G17 G21 G40 G49 G80 G90 G94"),

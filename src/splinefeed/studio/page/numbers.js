@@ -32,7 +32,7 @@ const cardsOf = (n, words) => {
     cards.push(["contour error", "contour_error_max_mm", length(n.contour_error_max_mm), `rms ${length(n.contour_error_rms_mm)}`]);
   }
   for (const [axis, value] of Object.entries(n.tracking_error_max ?? {})) {
-    cards.push([`tracking error ${axis}`, `tracking_error_max.${axis}`, ROTARY.includes(axis) ? `${digits(value, 3)}°` : length(value), "largest"]);
+    cards.push([`following error ${axis}`, `tracking_error_max.${axis}`, ROTARY.includes(axis) ? `${digits(value, 3)}°` : length(value), "largest"]);
   }
   return cards;
 };

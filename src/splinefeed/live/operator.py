@@ -6,12 +6,12 @@ import threading
 
 from splinefeed.errors import InputError
 
-#: Highest rate that may be asked for.
+#: Highest rate.
 MOST = 2.0
 
 
-class Knob:
-    """A rate, a hold, a way back, a stop. A hold goes before the way back, a stop before both."""
+class Operator:
+    """Feedrate override, feed hold, retrace and stop; a hold goes before a retrace, a stop before both."""
 
     def __init__(self, rate: float = 1.0) -> None:
         self._rate, self._hold, self._back, self._stop = rate, False, False, False
@@ -40,33 +40,33 @@ class Knob:
             self._back = back
 
     def go(self) -> None:
-        """Neither held nor backwards."""
+        """Resume: no hold, forward."""
         with self._lock:
             self._hold = self._back = False
 
     def stop(self) -> None:
-        """Come to rest on the path, and end."""
+        """Stop on the path, and end."""
         with self._lock:
             self._stop = True
 
     @property
     def rate(self) -> float:
-        """What is turned to."""
+        """The feedrate override, 1 = as planned."""
         return self._rate
 
     @property
     def held(self) -> bool:
-        """Whether a hold is wanted."""
+        """Whether feed hold is on."""
         return self._hold
 
     @property
     def back(self) -> bool:
-        """Whether the way back is wanted."""
+        """Whether retrace is on."""
         return self._back
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop is wanted."""
+        """Whether a stop was commanded."""
         return self._stop
 
     @property
