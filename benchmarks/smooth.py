@@ -20,7 +20,7 @@ FOLDER = Path(__file__).parents[1] / "tests" / "data" / "gcode"
 #: Programs with short lines or with corners, as they came.
 PROGRAMS = ("cncjs_tball.gcode", "cncjs_calibration.gcode", "gcodetoolpath_helical-thread-milling.nc")
 TOLERANCE, PERIOD = 0.01, 1e-3
-#: Along the path, mm/s, mm/s^2 and mm/s^3, besides what the axes of the router allow.
+#: Along the path, mm/s, mm/s^2 and mm/s^3, in addition to what the axes of the router allow.
 ALONG = {"feed": 100.0, "acceleration": 1500.0, "jerk": 30000.0}
 #: Beside LinuxCNC: velocity, mm/s, and acceleration, mm/s^2, of the path and of each axis, and our jerk, mm/s^3.
 VELOCITY, ACCELERATION, JERK = 60.0, 1000.0, 30000.0

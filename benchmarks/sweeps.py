@@ -1,4 +1,4 @@
-"""What a sweep costs besides its runs, on processes and on Dask, and what a second core brings."""
+"""The overhead of a sweep, on processes and on Dask, and what a second core brings."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def measure() -> Report:
         overheads["Dask"] = dask[2]
         rows.append(("Dask", 2, SHORT, 1e3 * (dask[0] - dask[2] * SHORT / 2) * 2 / SHORT, 1e3 * dask[2]))
     columns = (Column("engine"), Column("workers", "d"), Column("runs", "d"), Column("a run itself, ms", ".2f"),
-               Column("besides, ms a run", ".3f"))  # fmt: skip
-    caption = "What a sweep costs besides its runs: workers times wall time, less the time in the runs, a run."
+               Column("overhead, ms a run", ".3f"))  # fmt: skip
+    caption = "The overhead of a sweep: workers times wall time, less the time in the runs, a run."
     note = f"{LONG} runs of {1e3 * each:.0f} ms: {alone:.2f} s on one process, {pair:.2f} s on two."
     targets = {"processes": PROCESSES_MS, "Dask": DASK_MS}
     lines = [
-        Headline(f"a sweep's run, besides itself, on {name}", f"{1e3 * over:.2f} ms", f"{targets[name]:g} ms",
+        Headline(f"overhead of a sweep's run, on {name}", f"{1e3 * over:.2f} ms", f"{targets[name]:g} ms",
                  1e3 * over <= targets[name])
         for name, over in overheads.items()
     ]  # fmt: skip

@@ -53,7 +53,7 @@ class _Motion(ctypes.Structure):
 
 
 def compile_kernel(folder: str, flags: Iterable[str] = ()) -> ctypes.CDLL | None:
-    """Make ticks.c a library in `folder`, by gcc and `flags` besides FLAGS; None without gcc, or if it refuses."""
+    """Make ticks.c a library in `folder`, by gcc with FLAGS and `flags`; None without gcc, or if it refuses."""
     compiler = shutil.which("gcc")
     if compiler is None:
         return None

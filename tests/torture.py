@@ -145,7 +145,7 @@ def kills(seed: int) -> Outcome:
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of case: how many are asked for, how many at a time, its share of the time."""
+    """A kind of case: how many by default, how many at a time, its share of the time."""
 
     case: Callable[[int], Outcome]
     title: str
@@ -272,7 +272,7 @@ def _flowing(
 
 
 COLUMNS = (
-    Column("cases"), Column("asked", ",d"), Column("done", ",d"), Column("refused or stopped", ",d"),
+    Column("cases"), Column("planned", ",d"), Column("done", ",d"), Column("refused or stopped", ",d"),
     Column("failed", ",d"), Column("largest share of a limit", ".10f"), Column("largest ripple", ".1e"),
     Column("slowest, s", ".1f"), Column("from seed", "d"), Column("at"),
 )  # fmt: skip
@@ -306,7 +306,7 @@ def table(rows: list[tuple[Family, int, Tally]], seed: int, code: str, before: s
             continue
         if seeds:
             notes.append(f"Failed of {family.title}: {seeds}.")
-    caption = "Random cases; each row says from which seed and at which commit. What failed is told below."
+    caption = "Random cases; each row says from which seed and at which commit. Failures are listed below."
     return Table(caption, COLUMNS, tuple(lines), tuple(notes))
 
 
@@ -325,7 +325,7 @@ def main(words: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=60.0, help="for all together (60)")
     parser.add_argument("--seed", type=int, default=1_000_000, help="the first of each kind (1000000)")
-    parser.add_argument("--count", type=int, help="of each kind, instead of those that are asked for")
+    parser.add_argument("--count", type=int, help="of each kind, instead of the default")
     parser.add_argument("--only", choices=[family.name for family in FAMILIES], action="append", help="these kinds")
     parser.add_argument("--write", action="store_true", help="put these rows into docs/tests.md, too")
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)), help="processes (all cores)")

@@ -45,7 +45,7 @@ def asked() -> str:
     return words(
         f"""Measured by `docs/figures/override.py`, time-optimal, {LIMITS.feed:g} mm/s, axes
         {LIMITS.axis_acceleration:g} mm/s^2 and {LIMITS.axis_jerk:g} mm/s^3, 1 ms; {HOLDS} holds of one second at random
-        places; in ms from the tick at which the hold is asked for until the axes stand, and from the resume
+        places; in ms from the tick of the feed hold until the axes stand, and from the resume
         until the full rate:"""
     )
 

@@ -1,4 +1,4 @@
-"""Draw the pictures of README and docs: the paper's airfoil and experiment, the butterfly to the limits of its axes."""
+"""Draw the pictures of README and docs: the paper's experiment, the butterfly to the limits of its axes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import splinefeed as sf
 from splinefeed.pipeline.deviation import deviation
 from splinefeed.pipeline.experiment import serve_methods
-from splinefeed.report.path_figures import contour_figure, limits_figure, path_figure
+from splinefeed.report.path_figures import contour_figure
 from splinefeed.report.servo_figures import errors_figure
 
 HERE = Path(__file__).parent
@@ -16,13 +16,9 @@ HERE = Path(__file__).parent
 def main() -> None:
     """Write all pictures beside this script."""
     experiment()
-    airfoil = sf.run(sf.shapes.naca("0025", perimeter=33))
-    path_figure(airfoil).save(HERE / "airfoil-path.svg")
     limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
     butterfly = sf.run(sf.shapes.butterfly(), limits, strategy="time-optimal")
     butterfly.plot().save(HERE / "overview.svg")
-    path_figure(butterfly).save(HERE / "butterfly-path.svg")
-    limits_figure(butterfly.use, butterfly.points, "butterfly").save(HERE / "butterfly-limits.svg")
     law = butterfly.law
     print(f"butterfly: {law.duration:.3f} s, lower bound on the grid {law.settings['lower_bound_s']:.3f} s")
     classic = sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, acceleration=500, jerk=20000))

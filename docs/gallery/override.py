@@ -13,7 +13,7 @@ from splinefeed.report.figure import Axis, Figure, Line, Panel
 
 LIMITS = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500, axis_jerk=20000)
 PERIOD = 1e-3
-#: What is asked for, and from which second on.
+#: The feedrate override, and from which second on.
 OVERRIDE = ((0.0, 1.0), (0.5, 0.5), (1.5, 0.0), (2.2, 1.0))
 
 
@@ -26,14 +26,14 @@ def picture() -> Figure:
     ran = Override(LawCourse(path, law), LIMITS).run(rates[np.searchsorted(starts, t, side="right") - 1])
     t = t[: len(ran)]
     feed = np.diff(law(np.concatenate([[0.0], ran.tau]))) / PERIOD
-    when, asked = np.repeat([*starts, t[-1]], 2)[1:], np.repeat([*rates, rates[-1]], 2)[:-1]
+    when, commanded = np.repeat([*starts, t[-1]], 2)[1:], np.repeat([*rates, rates[-1]], 2)[:-1]
     time = Axis("time (s)")
     rate = (
         Line(t, ran.rate, "rate", named=True),
-        Line(when, asked, "asked for", theme.FAINT, 1.0, named=True),
+        Line(when, commanded, "commanded", theme.FAINT, 1.0, named=True),
     )
     panels = (
         Panel(time, Axis("feed (mm/s)"), (Line(t, feed, "feed"),)),
-        Panel(time, Axis("rate of the plan's clock"), rate),
+        Panel(time, Axis("feedrate override"), rate),
     )
     return Figure("An ellipse under the feedrate override", panels)

@@ -52,7 +52,7 @@ from splinefeed import errors as errors
 
 __version__ = "0.1.0"
 
-#: Where each public name lives; it is imported when it is first asked for, so that `import splinefeed` stays fast.
+#: Where each public name lives; it is imported at its first use, so that `import splinefeed` stays fast.
 _PUBLIC = {
     "JointPath": "kinematics.joint_path",
     "Kinematics": "kinematics.chains",

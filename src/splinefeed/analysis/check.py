@@ -65,7 +65,7 @@ def check(
 
     What the limits bound is measured as k! times the divided difference of the setpoints: a mean of the derivative
     over k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
-    setpoints are taken to stand still. With `law` the exact derivatives of r(s(t)) are held to the limits besides.
+    setpoints are taken to stand still. With `law` the exact derivatives of r(s(t)) are held to the limits, too.
 
     tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's
     resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits

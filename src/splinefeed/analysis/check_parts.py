@@ -108,7 +108,7 @@ class CheckInParts:
 
 
 class _Rolling(Judge):
-    """A judge whose path changes under way: `curve` is that of the last tick, `seen` how far the path was told of."""
+    """A judge whose path changes under way: `curve` is that of the last tick, `seen` how far of the path is known."""
 
     seen = 0.0
 

@@ -42,7 +42,7 @@ def _remark() -> str:
 
 
 class _Status:
-    """What stands beside the spinner; it is asked again at every turn."""
+    """What stands beside the spinner; it is computed again at every turn."""
 
     what = "starting"
 

@@ -54,7 +54,7 @@ def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tup
 
 
 def _check_says_its_own(file: str, given: Mapping[str, Any]) -> None:
-    """InputError for what is asked of files of other programs only."""
+    """InputError for options that only files of other programs take."""
     from splinefeed.errors import InputError
 
     for name in ("columns", "period"):

@@ -83,11 +83,11 @@ def _sweep(spec: str, given: dict[str, Any]) -> str:
     from splinefeed.sweeps import spec as specs
     from splinefeed.sweeps.sweeping import timed
 
-    asked = specs.read(spec)
-    folder: str = given["output"] or default_name(f"sweep-{asked.name}")
-    with _engine(given) as executor, _progress(len(asked)) as (start, step):
+    runs = specs.read(spec)
+    folder: str = given["output"] or default_name(f"sweep-{runs.name}")
+    with _engine(given) as executor, _progress(len(runs)) as (start, step):
         rows = timed(
-            asked, executor, folder=folder, workers=given["workers"], artefacts=_artefacts(asked, folder), start=start
+            runs, executor, folder=folder, workers=given["workers"], artefacts=_artefacts(runs, folder), start=start
         )
         for row, _ in rows:
             step(row["status"])
@@ -120,16 +120,16 @@ def _engine(given: dict[str, Any]) -> Iterator[Executor | None]:
         yield None
 
 
-def _artefacts(asked: Sweep, folder: str) -> Callable[[Task, Run], None] | None:
-    """What writes setpoints and reports besides, if the spec asks for them."""
-    if not (asked.setpoints or asked.reports):
+def _artefacts(runs: Sweep, folder: str) -> Callable[[Task, Run], None] | None:
+    """What also writes setpoints and reports, if the spec says so."""
+    if not (runs.setpoints or runs.reports):
         return None
     from functools import partial
     from pathlib import Path
 
     from splinefeed.report.files import write_artefacts
 
-    return partial(write_artefacts, str(Path(folder) / "runs"), asked.setpoints, asked.reports)
+    return partial(write_artefacts, str(Path(folder) / "runs"), runs.setpoints, runs.reports)
 
 
 @contextmanager

@@ -41,7 +41,7 @@ def command(verbose: bool, as_json: bool) -> None:
 
 
 def _surroundings() -> dict[str, Any]:
-    """Versions of Python, the system and every package asked for; settings that are set; folders."""
+    """Versions of Python, the system and every package of the recipe; settings that are set; folders."""
     import os
     import platform
     from pathlib import Path

@@ -65,7 +65,7 @@ def _nurbs(
 
 
 def _plainly_right(degree: int, knots: Array, control: Array) -> bool:
-    """Whether `NurbsCurve` takes a polynomial curve, told by fewer questions than it asks; if not, it decides."""
+    """Whether `NurbsCurve` takes a polynomial curve, by fewer questions than its own; if not, it decides."""
     count = len(control)
     if not (1 <= degree <= MAX_DEGREE and degree < count and len(knots) == count + degree + 1):
         return False

@@ -47,7 +47,7 @@ class Format:
     max_bytes: int | None = None  # None: source.MAX_FILE_BYTES
 
     def load(self) -> ModuleType:
-        """The module, imported when first asked for."""
+        """The module, imported at its first use."""
         return import_module(f"splinefeed.formats.{self.module}")
 
     def holds(self, head: bytes) -> bool:

@@ -94,7 +94,7 @@ def _member(archive: zipfile.ZipFile, name: str, dtype: np.dtype[Any], shape: tu
 
 
 def _array(archive: zipfile.ZipFile, name: str, path: str | os.PathLike[str]) -> NDArray[Any]:
-    """The array `name`, whose header must agree with the bytes that are there, before memory is asked for them."""
+    """The array `name`, whose header must agree with the bytes that are there, before memory is allocated for them."""
     place = f"{Path(path)}: {name}"
     try:
         info = archive.getinfo(f"{name}.npy")

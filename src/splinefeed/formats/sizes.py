@@ -1,4 +1,4 @@
-"""How large a file may be before it is refused: a slip of the hand ends in a sentence, not in a full memory."""
+"""How large a file may be before it is refused: a mistake ends in a sentence, not in a full memory."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 #: A tangent that turns by more than this at one point, rad, is a corner. Below it is the rounding of CAD files.
 CORNER_ANGLE = 1e-6
-#: A corner that turns by more than this, rad, cannot be taken in motion: the tool rests there.
+#: A corner that turns by more than this, rad, cannot be taken in motion: the tool stops there.
 STOP_ANGLE = 1e-4
 #: A speed below this, relative to size over width of the domain, counts as none: the curvature there is no number.
 STILL = 1e-9

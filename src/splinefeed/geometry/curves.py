@@ -201,7 +201,7 @@ def _frozen(values: Array) -> Array:
 
 
 class Packed(Sequence[NurbsCurve]):
-    """Curves that are made when they are asked for, from the arrays of all of them; these must be right."""
+    """Curves that are made when they are needed, from the arrays of all of them; these must be right."""
 
     __slots__ = ("flat",)
 
@@ -233,7 +233,7 @@ class Packed(Sequence[NurbsCurve]):
 
 
 class Lines(Sequence[NurbsCurve]):
-    """The straight lines between neighbouring points, a sequence of curves that are made when they are asked for.
+    """The straight lines between neighbouring points, a sequence of curves that are made when they are needed.
 
     points  (n + 1, axes), mm (rotary axes rad), n at least 1
     Raises CurveError that names the point or the line: values that are not finite or too large, lines without length.

@@ -14,7 +14,7 @@ from splinefeed.records import Array
 
 #: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
 VANISHING = 1e-12
-#: Where C' would take the curve less than this part of its size over a piece, it is asked whether C' counts as none.
+#: Where C' would take the curve less than this part of its size over a piece, it is decided whether C' counts as none.
 SUSPECT = 1e-9
 
 #: Which axes count: the first so many, or a slice of them.

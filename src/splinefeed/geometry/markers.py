@@ -13,7 +13,7 @@ class Marker:
     """What a program says between two moves, such as M3 S12000 or a dwell.
 
     before  index of the curve that it stands before; the number of curves for what stands at the end
-    text    the words as they are written again; dwell  time at rest, s; stop  whether the tool rests here at all
+    text    the words as they are written again; dwell  time at rest, s; stop  whether the tool stops here
     """
 
     before: int

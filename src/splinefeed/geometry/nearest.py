@@ -18,7 +18,7 @@ FARTHEST = 1e150
 
 
 class Nearest:
-    """Nearest points over the linear axes of an arc-length table; made once, asked often.
+    """Nearest points over the linear axes of an arc-length table; made once, used often.
 
     table  (pieces, width) and shape as in `kernels.layout`: of a curve's `arc`, or of a `Path`
     """

@@ -50,7 +50,7 @@ class Path:
     beside a long one is left out with a finding, its feed and tolerance with it, and curves are numbered, markers and
     dwells placed, as if it had not been there. A curve with a cusp, or a bend that nobody can tell from one, stays one
     curve on the same domain; next to the tip `joined`, what is moved along, leaves `curves` by 1 nm at most, and at the
-    tip it has a corner, where motion rests.
+    tip it has a corner, where motion stops.
 
     Arc length s counts the linear axes, in mm. Where none of them moves but rotary axes do, it counts those, and 1 mm
     of s is 1 degree: a feed of 60 mm/s is 60 degrees a second there.
@@ -148,7 +148,7 @@ class Path:
         return partial(Path, **self._said(), tolerance=self.tolerance), (self.curves, self.axes)
 
     def _said(self) -> dict[str, Any]:
-        """What a path is made with besides its curves and axes."""
+        """What a path is made with in addition to curves and axes."""
         return {
             "name": self.name,
             "findings": self.findings,

@@ -9,7 +9,7 @@ takes its place from the tip P (t = 0) to a regular point Q (t = 1), on both sid
 the resolution. n1 = b1 C', n2 = b1^2 C'' + b2 C' at Q (continuous tangent and curvature for any b1, b2: Barsky, DeRose,
 "Geometric continuity of parametric curves", IEEE CG&A 9(6), 1989, doi 10.1109/38.41470) with b1 such that c, and b2
 such that n2 has no part along C': N is a cubic over the tangent at Q, its speed along that constant. The tip becomes a
-knot between both, at which the tangent may turn: a corner, where motion rests.
+knot between both, at which the tangent may turn: a corner, where motion stops.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ def smoothed(
 
     tolerance          mm; or "program" for what each curve says itself (G64 P), where 0 or nothing leaves it exact
     corner_angle       joints that turn by more, rad, are corners
-    corners            "keep" them, the tool rests there, or "round" them within the tolerance; reversals are kept
+    corners            "keep" them, the tool stops there, or "round" them within the tolerance; reversals are kept
     angular_tolerance  of rotary axes, rad
     share              (curves,) of the tolerance that each curve may use, all of it if not given, 0 for exact
 

@@ -21,7 +21,7 @@ REACH = 500.0
 LARGE = 1e4
 #: A transition shorter than this, relative to the coordinates and the curves there, is none.
 LEAST = 1e-9
-#: Directions that turn by more than this, rad, are a reversal: no transition, the tool rests there.
+#: Directions that turn by more than this, rad, are a reversal: no transition, the tool stops there.
 REVERSAL = np.radians(175.0)
 #: What is left of a curve between two transitions is left out below this share of the curve.
 NO_REST = 1e-6
@@ -143,7 +143,7 @@ def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transi
         if not len(open_):
             break
         d = reach[open_]
-        # the joint's own curves are asked, not whichever lies there by a rounding
+        # by the joint's own curves, not whichever lies there by a rounding
         before[open_] = _parameters(path, open_, at[open_] - d)
         behind[open_] = _parameters(path, open_ + 1, at[open_] + d)
         start = by_arc_length(path.evaluate(open_, before[open_], 3, side="left"), path.linear)

@@ -14,7 +14,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.records import Array, IntArray
 
 #: What chords cut off each path, which counts twice in a bound and twice in what it is compared with, and what bounds
-#: may be too large by, as shares of the precision that is asked for.
+#: may be too large by, as shares of the given precision.
 SAG, SLACK = 0.1, 0.6
 #: Halvings of a chord at most.
 MOST_HALVINGS = 24

@@ -337,7 +337,7 @@ def _write_pieces(
     """Append the phases of one profile from (t0, s0) to (t1, s1) as pieces (eq. 7-9); returns the number of pieces.
 
     s(t) = l + f t + a t^2/2 + j t^3/6 in local time. Phases 1-3 are laid from the start and 5-7 from the end, so
-    rounding meets in the middle. A phase of no length, or too short to be told at its time, makes no piece.
+    rounding meets in the middle. A phase of no length, or too short for its time, makes no piece.
     """
     start, end, peak = row[START_FEED], row[END_FEED], row[PEAK]
     a, d, j, jd = row[ACCELERATION], row[DECELERATION], row[JERK], row[DECELERATION_JERK]

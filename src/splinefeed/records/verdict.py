@@ -50,7 +50,7 @@ class Verdict:
     limits    by name: feed, acceleration, deceleration, jerk, chord_error, centripetal, axis_jerk.x, ..., travel.x
     problems  one sentence each: what, how much, where; none if all is well
     notes     what was allowed for, and what decides where exact derivatives cannot, one sentence each
-    numbers   what was measured besides: duration_s, length_mm, ticks, period_s, method, end_error_mm, ...
+    numbers   other measurements: duration_s, length_mm, ticks, period_s, method, end_error_mm, ...
     """
 
     limits: Mapping[str, LimitResult]

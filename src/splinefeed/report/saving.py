@@ -20,7 +20,7 @@ EXTRA = 'pip install "splinefeed[plots]"'
 def save_figure(figure: Figure, file: str | os.PathLike[str]) -> None:
     """Write `figure` as what its suffix says, whole or not at all; the same figure gives the same file.
 
-    Raises InputError for another suffix, or where PNG or PDF is asked for and Matplotlib is not installed.
+    Raises InputError for another suffix, or for PNG or PDF where Matplotlib is not installed.
     """
     form = File(file).suffix[1:].lower()
     if form not in FORMATS:

@@ -24,7 +24,7 @@ PATHS = ("json", "dxf", "svg", "ngc")
 
 
 def make(what: str, form: str | None, settings: Mapping[str, Any], bench: Bench, place: File) -> File:
-    """Write the file that is asked for to the folder `place`; InputError for what is no such file."""
+    """Write the requested file to the folder `place`; InputError for what is no such file."""
     if what == "machine":
         return _machine(settings, bench, place)
     wanted, run, served = bench.done(settings)

@@ -56,7 +56,7 @@ class House:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def open(self) -> None:
-        """Begin to work: warm the workers up, then do what is asked."""
+        """Begin to work: warm the workers up, then take requests."""
         # what pages can choose from needs half the package imported, which is not to keep the server from answering
         self._offer = asyncio.get_running_loop().run_in_executor(None, offer)
         self._begin(self._plan_for_ever())
@@ -96,7 +96,7 @@ class House:
             tab.send(kind, **said)
 
     def plan(self, tab: str, message: dict[str, Any]) -> None:
-        """Plan at once for a tab; what it asked before and has not got yet is dropped."""
+        """Plan at once for a tab; its earlier requests without an answer are dropped."""
         self._waiting[tab] = message
         self._wake.set()
 

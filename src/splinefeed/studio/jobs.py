@@ -20,7 +20,7 @@ LEFT_ALONE = 3.0
 
 @dataclass
 class Job:
-    """One job: what is asked, for which tab, and how it goes."""
+    """One job: its request, its tab, and its progress."""
 
     id: int
     kind: str

@@ -39,7 +39,7 @@ def numbers(wanted: Wanted, run: Run, served: Served | None, formats: tuple[str,
 
 def machine_name(wanted: Wanted) -> str | None:
     """What a command line calls the machine: its name, or that of the file that a page offers."""
-    given = wanted.asked["machine"]
+    given = wanted.given["machine"]
     if wanted.table is None:
         return None
     return f"{wanted.table.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.table.name

@@ -52,11 +52,11 @@ class SettingsError(SplinefeedError):
 class Wanted:
     """Settings made into what `run` takes.
 
-    asked  the settings, complete; notes  what was assumed, one sentence each; origin  where the path came from
+    given  the settings, complete; notes  what was assumed, one sentence each; origin  where the path came from
     strategy  the one that plans, chosen by the limits where none is named
     """
 
-    asked: Mapping[str, Any]
+    given: Mapping[str, Any]
     path: Path
     origin: sources.Origin
     limits: Limits
@@ -73,16 +73,16 @@ def key_of(settings: Mapping[str, Any]) -> str:
     return json.dumps(settings, sort_keys=True, separators=(",", ":"))
 
 
-def complete(asked: object) -> dict[str, Any]:
-    """`asked` with every setting said; SettingsError for a name that is none or a value of another kind."""
-    if not isinstance(asked, Mapping):
+def complete(given: object) -> dict[str, Any]:
+    """`given` with every setting said; SettingsError for a name that is none or a value of another kind."""
+    if not isinstance(given, Mapping):
         raise SettingsError({"": "settings must be an object"})
-    for name in asked:
+    for name in given:
         if name not in USUAL:
             close = difflib.get_close_matches(str(name), USUAL, n=1)
             hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(USUAL)}"
             raise SettingsError({"": f"{str(name)[:40]!r} is no setting; {hint}"})
-    settings = {**USUAL, **asked}
+    settings = {**USUAL, **given}
     kinds: dict[str, Any] = {
         "source": Mapping,
         "tangential": bool,
@@ -99,12 +99,12 @@ def complete(asked: object) -> dict[str, Any]:
     return settings
 
 
-def resolve(asked: object, folder: File) -> Wanted:
+def resolve(given: object, folder: File) -> Wanted:
     """The path, limits and machine that settings mean; folder: where uploads are.
 
     Raises SettingsError with every problem beside its field.
     """
-    settings = complete(asked)
+    settings = complete(given)
     problems: dict[str, str] = {}
     strategy, method = settings["strategy"], settings["method"]
     if strategy is not None and strategy not in STRATEGIES:
@@ -127,7 +127,7 @@ def resolve(asked: object, folder: File) -> Wanted:
     except SplinefeedError as error:
         raise SettingsError({"strategy": str(error)}) from error
     return Wanted(
-        asked=settings,
+        given=settings,
         path=path,
         origin=origin,
         limits=limits,

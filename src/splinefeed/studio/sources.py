@@ -43,7 +43,7 @@ class Origin:
 
 
 def path_of(source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool) -> tuple[Path, Origin]:
-    """The path that `source` means, smoothed, with theta behind if that is asked; folder: where uploads are.
+    """The path that `source` means, smoothed, with theta behind if the settings say so; folder: where uploads are.
 
     Raises InputError for what is no source, and what the readers raise.
     """

@@ -92,7 +92,7 @@ def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
 
 def settle(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """A run as it is asked, followed by its machine."""
+    """A run of the settings, followed by its machine."""
     wanted, made, served = bench.done(_settings(request))
     bench.say("drawing")
     found = results.result(wanted, made, served)

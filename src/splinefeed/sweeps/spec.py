@@ -62,7 +62,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Sweep:
-    """All runs of a sweep, made one by one when they are asked for.
+    """All runs of a sweep, made one by one when they are needed.
 
     sources  files and shapes; fixed  settings of every run
     grid     values by setting, every combination; listed  values by setting, side by side, all of one length

@@ -35,14 +35,12 @@ def sweep(
     `status` "failed" and its error. Raises SpecError for a spec that cannot be, and InputError for a folder that holds
     another sweep.
     """
-    asked = (
-        spec if isinstance(spec, Sweep) else specs.from_dict(spec) if isinstance(spec, Mapping) else specs.read(spec)
-    )
-    return (row for row, _ in timed(asked, executor, folder=folder, workers=workers, artefacts=artefacts))
+    spec = spec if isinstance(spec, Sweep) else specs.from_dict(spec) if isinstance(spec, Mapping) else specs.read(spec)
+    return (row for row, _ in timed(spec, executor, folder=folder, workers=workers, artefacts=artefacts))
 
 
 def timed(
-    asked: Sweep,
+    spec: Sweep,
     executor: Executor | Callable[[], Executor] | None = None,
     *,
     folder: str | os.PathLike[str] | None = None,
@@ -52,9 +50,9 @@ def timed(
 ) -> Iterator[tuple[Row, float]]:
     """As `sweep`, with the time that each run took, s; `start` is called with the number of earlier runs."""
     with ExitStack() as stack:
-        store = None if folder is None else stack.enter_context(Store(folder, asked))
+        store = None if folder is None else stack.enter_context(Store(folder, spec))
         start(0 if store is None else int(store.done.sum()))
-        tasks = _tasks(asked, store)
+        tasks = _tasks(spec, store)
         if workers == 0 and executor is None:
             rows = serial(tasks, artefacts)
         else:
@@ -67,10 +65,10 @@ def timed(
             yield row, took
 
 
-def _tasks(asked: Sweep, store: Store | None) -> Iterator[Task]:
-    for index in range(len(asked)):
+def _tasks(spec: Sweep, store: Store | None) -> Iterator[Task]:
+    for index in range(len(spec)):
         if store is None or not store.done[index]:
-            yield asked.task(index)
+            yield spec.task(index)
 
 
 def _workers(executor: object) -> int:

@@ -147,7 +147,7 @@ def _law(source: str, limits: tuple[tuple[str, float], ...], strategy: str | Non
 
 
 def _machine(settings: Settings) -> Machine | None:
-    """The machine with the multiples that the sweep asks for, or None where none is asked."""
+    """The machine with the multiples that the sweep asks for, or None."""
     if "machine" not in settings:
         if any(name.startswith("machine.") for name in settings):
             raise InputError("machine.* varies a machine, but there is none; add machine = NAME to the sweep")

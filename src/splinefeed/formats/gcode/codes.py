@@ -67,7 +67,7 @@ READ_AS_THEY_STAND = frozenset((410, 411, 420, 421))
 #: Codes that change nothing that a path knows.
 WITHOUT_EFFECT = frozenset((80, 150, 400, 490, 500, 690, 800, 960, 970, 980, 990))
 
-#: M codes for which LinuxCNC does not wait until the tool rests: outputs in step with motion, and overrides.
+#: M codes for which LinuxCNC does not wait until the tool stops: outputs in step with motion, and overrides.
 ON_THE_MOVE = frozenset((48, 49, 50, 51, 52, 53, 62, 63, 67))
 ENDS = frozenset((2, 30))
 SUBPROGRAMS = frozenset((96, 97, 98, 99))

@@ -30,11 +30,11 @@ _ACROSS = {17: 2, 18: 1, 19: 0}
 
 @dataclass(frozen=True)
 class Cycle:
-    """What a cycle does besides drilling from R to Z.
+    """What a cycle does beyond drilling from R to Z.
 
     peck     "chip" lifts off the bottom after each Q, "full" returns to R; dwell  whether P is needed
     out      how the tool leaves; to_r  as far as R only, and rapidly from there
-    spindle  M code of the direction in which it must turn; it is reversed at the bottom. stops  whether it rests there
+    spindle  M code of the direction in which it must turn; it is reversed at the bottom. stops  whether it stops there
     """
 
     peck: str = ""

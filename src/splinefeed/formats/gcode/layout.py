@@ -19,7 +19,7 @@ SAID_S, SAID_T, SPOKEN = 0, 1, 2
 KIND, ROW_LINE, ROW_PLANE, FLAGS, SPLINE, AXES, INTEGERS = 0, 1, 2, 3, 4, 5, 6
 #: AXES has bits of the axes that a move concerns, and from this bit on of those whose place the program states.
 STATED = 16
-# bits of FLAGS: I, J, K, R given; centre absolute; feed is one over minutes; the tool rests at the end; inches
+# bits of FLAGS: I, J, K, R given; centre absolute; feed is one over minutes; the tool stops at the end; inches
 HAS_I, HAS_J, HAS_K, HAS_R, ABSOLUTE, INVERSE_FEED, STOPS, INCH = 1, 2, 4, 8, 16, 32, 64, 128
 
 #: Longest line that is read, characters.

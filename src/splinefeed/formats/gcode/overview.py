@@ -169,7 +169,7 @@ def summary(
 
 @dataclass
 class _Joint:
-    """How the last move ends: tangent and curvature vector over the linear axes, and whether the tool rests there."""
+    """How the last move ends: tangent and curvature vector over the linear axes, and whether the tool stops there."""
 
     tangent: Array | None = None
     bend: Array | None = None

@@ -63,7 +63,7 @@ def from_file(
 ) -> list[Path]:
     """The path of the program in `file`.
 
-    dialect  one of `dialects.DIALECTS`, told by the content if not given
+    dialect  one of `dialects.DIALECTS`, recognized by the content if not given
     start    where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees (fewer will do)
     offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30
     tools    a tool table, LinuxCNC's .tbl or .toml: then G43 shifts the path by the length of the tool
@@ -192,7 +192,7 @@ class Piece:
         marks = self.moves.marks
         places = np.searchsorted(self.kept, [mark.move for mark in marks]).tolist()
         markers = [Marker(place, mark.text, mark.dwell, mark.stop) for place, mark in zip(places, marks, strict=True)]
-        stops = np.flatnonzero(self.moves.flags[self.kept[:-1]] & layout.STOPS) + 1  # at the end it rests anyway
+        stops = np.flatnonzero(self.moves.flags[self.kept[:-1]] & layout.STOPS) + 1  # at the end it stops anyway
         return markers + [Marker(int(place), "", 0.0, True) for place in stops]
 
     def curves(self) -> Sequence[NurbsCurve]:

@@ -33,7 +33,7 @@ class Fit:
 
     curves     joined end to end, parted at corners
     error      largest distance of a given point from the curves, mm, to the nearest point of all curves
-    tolerance  what was asked for, mm
+    tolerance  as given, mm
     """
 
     curves: tuple[NurbsCurve, ...]
