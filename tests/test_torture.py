@@ -48,7 +48,7 @@ def test_what_fails_is_told_with_its_seed(monkeypatch: pytest.MonkeyPatch) -> No
     assert tally.share == pytest.approx(0.3)
     family = Family(sometimes, "some", 5, 1.0)
     text = table([(family, 5, tally)], 1, "abc").markdown()
-    assert "| some  |     5 |    5 |                  1 |      2 |             0.3000000000 |" in text
+    assert "| some  |       5 |    5 |                  1 |      2 |             0.3000000000 |" in text
     assert text.endswith("\n\nFailed of some: 4, 5.")
     monkeypatch.setattr(torture, "MOST_SECONDS", -1.0)
     assert "more than" in batch(sometimes, 1, 1).failed[0][1]
