@@ -15,7 +15,7 @@ from splinefeed.analysis.check import check
 from splinefeed.analysis.motion import AxisMotion, Share, axis_motion
 from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
 from splinefeed.analysis.thinning import Thread
-from splinefeed.errors import InputError, LimitsError
+from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
@@ -215,6 +215,7 @@ def run(
     Raises what `plan` and `interpolate` raise, InputError for a machine that cannot follow a tool path, and LimitsError
     for more than MOST_TICKS ticks.
     """
+    expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
     path = on_machine(path, machine, limits)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     check_ticks(law, period)
@@ -242,7 +243,7 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
 def measured(path: Path | JointPath, limits: Limits, law: TimeLaw, points: Setpoints) -> Run:
     """Setpoints that are there already, measured and checked as those of a run."""
     if isinstance(path, JointPath):
-        verdict = check(points, path, limits, law)
+        verdict = check(points, path, limits, law=law)
         return Run(
             path=path.tool,
             limits=limits,
@@ -261,7 +262,7 @@ def measured(path: Path | JointPath, limits: Limits, law: TimeLaw, points: Setpo
         points=points,
         ripple=feed_ripple(points, path, law),
         motion=axis_motion(points, path, law),
-        verdict=check(points, path, limits, law),
+        verdict=check(points, path, limits, law=law),
         chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
     )
 
