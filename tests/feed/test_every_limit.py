@@ -71,7 +71,7 @@ def limits(name: str, value: object) -> sf.Limits:
 def motion(given: sf.Limits, how: str) -> tuple[sf.Setpoints, sf.TimeLaw | None]:
     """Setpoints by a strategy, with their law, or streamed."""
     if how == STREAM:
-        return sf.Setpoints.joined(list(sf.stream_setpoints(PATH, given, period=PERIOD))), None
+        return sf.Setpoints.joined(list(sf.live.stream_setpoints(PATH, given, period=PERIOD))), None
     law = sf.plan(PATH, given, strategy=how, period=PERIOD)
     return sf.interpolate(PATH, law), law
 

@@ -55,7 +55,7 @@ for strategy in (None, "look-ahead"):
     law = sf.plan(path, limits, strategy=strategy, period=1e-3)
     points = sf.interpolate(path, law)
     assert sf.check(points, path, limits, law=law).ok
-    assert sf.feed_ripple(points, path, law).max < 1e-9
+    assert sf.analysis.feed_ripple(points, path, law).max < 1e-9
 print(*sorted(name for name in ("numba", "llvmlite") if name in sys.modules))
 """
 

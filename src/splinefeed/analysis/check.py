@@ -81,7 +81,10 @@ def check(
     than the path's, for none at all, and for a tolerance that cannot be; LimitsError for limits of axes that it lacks.
     """
     expect(
-        "check(setpoints, path, limits)", (setpoints, (Setpoints, Iterable)), (path, (Path, JointPath)), (limits, Limits)
+        "check(setpoints, path, limits)",
+        (setpoints, (Setpoints, Iterable)),
+        (path, (Path, JointPath)),
+        (limits, Limits),
     )
     slack = number(tolerance, "tolerance"), number(resolution, "resolution")
     if min(slack) < 0.0:

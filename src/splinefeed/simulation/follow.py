@@ -154,7 +154,7 @@ def follow(
 ) -> Response:
     """What the axes of `machine` do when they are given `setpoints`, from rest at the first one.
 
-    The servo period is that of the setsetpoints. on_progress(done, total) is called now and then. sub_steps, linear: see
+    The servo period is that of the setpoints. on_progress(done, total) is called now and then. sub_steps, linear: see
     Follower. If an axis runs away the response ends there and says so in `stopped`.
     """
     if len(setpoints) == 0:
