@@ -53,10 +53,10 @@ def measure() -> Report:
         Column("parts held at most", "d"),
     )
     notes = (
-        f"`sf.live.stream_setpoints(parts, limits, period=1e-3)`: tangent arcs of {LENGTH:g} mm in parts of {PART} that "
-        "are made when they are asked for, planned by `look-ahead` and placed on their arc length, in one process; making "
-        "the arcs is in the time, writing the setpoints is not. Peak memory is that of the whole process, Python and "
-        "the compiler included.",
+        f"`sf.live.stream_setpoints(parts, limits, period=1e-3)`: tangent arcs of {LENGTH:g} mm in parts of {PART} "
+        "that are made when they are needed, planned by `look-ahead` and placed on their arc length, in one "
+        "process; making the arcs is in the time, writing the setpoints is not. Peak memory is that of the whole "
+        "process, Python and the compiler included.",
     )
     files = _files()
     memory, ticks = rows[-1][5] / rows[1][5], rows[-1][4] / rows[1][4]

@@ -85,7 +85,7 @@ def measure() -> Report:
         "Lines smoothed a second of one core's time, corners rounded, each in a process of its own.",
         columns,
         tuple((words, how, each["lines"], each["rate"], each["peak_mb"]) for (words, how), each in found.items()),
-        ("Stream: `sf.geometry.Smoother`, pieces of 1,000 lines. Memory includes about 150 MB of Python and kernels.",),
+        ("Stream: `sf.geometry.Smoother`, pieces of 1,000 lines. Memory: about 150 MB are Python and the kernels.",),
     )
     least = min(each["rate"] for each in found.values())
     return Report(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -130,6 +131,18 @@ class Run:
 
         return plot.overview(self)
 
+    def report(self, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
+        """Write what `splinefeed run` writes, and give the names of the files: setpoints, law, figures, report.html.
+
+        folder   made if it is not there; files of an earlier run in it are replaced, all at once or not at all
+        formats  of the setpoints, names of `splinefeed.formats.setpoints.FORMATS`
+        Raises FormatError for a folder that cannot be written or holds such files that are not ours, InputError for an
+        unknown format. Example: `sf.run(sf.shapes.butterfly()).report("butterfly")`
+        """
+        from splinefeed.report import files
+
+        return files.report(self, folder, formats=formats)
+
     def _repr_html_(self) -> str:
         """A notebook's view of the run: its main numbers, and the picture."""
         verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)
@@ -217,6 +230,7 @@ def run(
     """
     expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
     path = on_machine(path, machine, limits)
+    limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     check_ticks(law, period)
     points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
