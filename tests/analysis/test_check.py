@@ -550,7 +550,7 @@ def test_what_cannot_be_checked(good):
         check(planned(turning())[0], path, LIMITS)
     with pytest.raises(InputError, match="there are no setpoints"):
         check(iter([]), path, LIMITS)
-    with pytest.raises(InputError, match="setpoints are needed, got int"):
+    with pytest.raises(InputError, match="expected Setpoints or chunks of them, got int"):
         check([1], path, LIMITS)
     with pytest.raises(InputError, match="must not be negative"):
         check(points, path, LIMITS, tolerance=-1.0)
