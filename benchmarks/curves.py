@@ -147,7 +147,7 @@ def measure() -> Report:
                 start = time.process_time()
                 laws[strategy] = law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
                 taken[strategy] = time.process_time() - start
-                verdict = sf.check(sf.interpolate(path, law), path, limits, law)
+                verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
                 if not verdict.ok:
                     raise AssertionError((name, setting, strategy, verdict.problems))
                 shares.append(max(each.share for each in verdict.limits.values()))

@@ -53,10 +53,10 @@ def measure() -> Report:
         Column("parts held at most", "d"),
     )
     notes = (
-        f"`sf.stream_setpoints(parts, limits, period=1e-3)`: tangent arcs of {LENGTH:g} mm in parts of {PART} that are "
-        "made when they are asked for, planned by `look-ahead` and placed on their arc length, in one process; making "
-        "the arcs is in the time, writing the setpoints is not. Peak memory is that of the whole process, Python and "
-        "the compiler included.",
+        f"`sf.live.stream_setpoints(parts, limits, period=1e-3)`: tangent arcs of {LENGTH:g} mm in parts of {PART} "
+        "that are made when they are needed, planned by `look-ahead` and placed on their arc length, in one "
+        "process; making the arcs is in the time, writing the setpoints is not. Peak memory is that of the whole "
+        "process, Python and the compiler included.",
     )
     files = _files()
     memory, ticks = rows[-1][5] / rows[1][5], rows[-1][4] / rows[1][4]
@@ -125,7 +125,7 @@ def by_windows(file: str) -> dict[str, Any]:
     write_program(f"{file}.nc", 2_000)
     for source in (f"{file}.nc", file):  # the first one compiles
         start = time.process_time()
-        made = WindowedRun(sf.read_parts(source), limits, PERIOD, {"smooth": "program"})
+        made = WindowedRun(sf.formats.read_parts(source), limits, PERIOD, {"smooth": "program"})
         sf.save(made.setpoints(), f"{file}.h5")
         seconds = time.process_time() - start
         if not made.verdict.ok:
@@ -173,11 +173,11 @@ def run(pieces: int) -> dict[str, Any]:
             most = max(most, len(alive))
             yield part
 
-    for _ in sf.stream_setpoints(arcs(20), limits, period=PERIOD):
+    for _ in sf.live.stream_setpoints(arcs(20), limits, period=PERIOD):
         pass  # compiles
     ticks, furthest = 0, 0.0
     start = time.process_time()
-    for chunk in sf.stream_setpoints(watched(), limits, period=PERIOD):
+    for chunk in sf.live.stream_setpoints(watched(), limits, period=PERIOD):
         ticks += len(chunk)
         furthest = max(furthest, float(chunk.s[-1]))
     seconds = time.process_time() - start

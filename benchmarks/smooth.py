@@ -85,7 +85,7 @@ def measure() -> Report:
         "Lines smoothed a second of one core's time, corners rounded, each in a process of its own.",
         columns,
         tuple((words, how, each["lines"], each["rate"], each["peak_mb"]) for (words, how), each in found.items()),
-        ("Stream: `sf.Smoother`, pieces of 1,000 lines. Memory counts Python, NumPy and the kernels, about 150 MB.",),
+        ("Stream: `sf.geometry.Smoother`, pieces of 1,000 lines. Memory: about 150 MB are Python and the kernels.",),
     )
     least = min(each["rate"] for each in found.values())
     return Report(
@@ -198,7 +198,7 @@ def rate(kind: str, count: int, how: str) -> dict[str, float]:
         path.smoothed(TOLERANCE, corners="round")
         spent = time.process_time() - start
     else:
-        smoother = sf.Smoother(TOLERANCE, ("x", "y", "z"), corners="round")
+        smoother = sf.geometry.Smoother(TOLERANCE, ("x", "y", "z"), corners="round")
         for first in range(0, count, PIECE):
             piece = make(first, PIECE)
             start = time.process_time()

@@ -33,3 +33,21 @@ class FormatError(InputError):
 
 class PlanError(SplinefeedError):
     """No time law exists under these limits; the message says which length or feed would do."""
+
+
+#: Words for the first, second and third place of a call.
+_PLACES = ("first", "second", "third")
+
+
+def expect(call: str, *given: tuple[object, type | tuple[type, ...]]) -> None:
+    """InputError unless what stands in each place of a call is of its type; `call` is written with its order.
+
+    Example: `expect("check(setpoints, path, limits)", (points, Setpoints), (path, Path), (limits, Limits))`
+    """
+    for place, (value, types) in zip(_PLACES, given, strict=False):
+        if not isinstance(value, types):
+            wanted = types[0] if isinstance(types, tuple) else types
+            raise InputError(
+                f"{call.partition('(')[0]}: expected {wanted.__name__} {place}, got {type(value).__name__}; "
+                f"the order is {call}"
+            )

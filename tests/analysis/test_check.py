@@ -103,7 +103,7 @@ def good() -> tuple[sf.Path, sf.Setpoints, sf.TimeLaw]:
 @pytest.mark.parametrize("foreign", [False, True], ids=["own", "foreign"])
 def test_good_setpoints_pass(path, foreign):
     points, law = planned(path)
-    verdict = check(without_u(points) if foreign else points, path, LIMITS, None if foreign else law)
+    verdict = check(without_u(points) if foreign else points, path, LIMITS, law=None if foreign else law)
     assert verdict.problems == ()
     assert verdict.ok
     assert verdict.numbers["off_curve_max_mm"] < 1e-12
@@ -142,7 +142,7 @@ def test_feeds_at_the_ends_and_a_short_last_period():
     path = motions.butterfly()
     limits = sf.Limits(feed=60, acceleration=500, jerk=20000, start_feed=60, end_feed=60)
     points, law = planned(path, limits)
-    verdict = check(points, path, limits, law)
+    verdict = check(points, path, limits, law=law)
     assert verdict.ok, verdict.problems
     assert "short one" in verdict.notes[0]
     early = check(points, path, dataclasses.replace(limits, start_feed=50.0))
@@ -163,9 +163,9 @@ def test_chunks_give_the_same_verdict(good):
     ]
     for faulty in (points, moved(points, 14, 0, 1e-3), moved(points, 20, 1, np.nan)):
         for made in (lambda each: each, without_u):
-            whole = check(made(faulty), path, LIMITS, law).as_dict()
+            whole = check(made(faulty), path, LIMITS, law=law).as_dict()
             parts = [dataclasses.replace(c, position=faulty.position[i * 7 : i * 7 + 7]) for i, c in enumerate(chunks)]
-            assert repr(check(map(made, parts), path, LIMITS, law).as_dict()) == repr(whole)
+            assert repr(check(map(made, parts), path, LIMITS, law=law).as_dict()) == repr(whole)
 
 
 def test_a_circle_at_constant_feed_has_the_values_of_the_circle():
@@ -186,7 +186,7 @@ def test_a_circle_at_constant_feed_has_the_values_of_the_circle():
     assert verdict.limits["feed"].worst == pytest.approx(V, rel=1e-11)
     assert verdict.limits["centripetal"].worst == pytest.approx(V * V / R, rel=1e-10)
     assert verdict.limits["chord_error"].worst == pytest.approx(R * (1 - math.cos(V * PERIOD / R / 2)), rel=1e-9)
-    by_law = check(points, path, limits, law).limits
+    by_law = check(points, path, limits, law=law).limits
     for order, name in enumerate(axes, start=1):
         assert by_law[f"{name}.x"].worst == pytest.approx(V**order / R ** (order - 1), rel=1e-9)
         assert by_law[f"{name}.x"].by == "law"
@@ -219,14 +219,14 @@ EVERY = [
 def test_one_millionth_over_one_limit_is_blamed_on_it_alone(good, name, with_law):
     path, points, law = good
     wide = {**{n: 1e9 for n in EVERY}, "deceleration_jerk": 1e9}
-    found = check(points, path, sf.Limits.from_dict(wide), law if with_law else None).limits[name]
+    found = check(points, path, sf.Limits.from_dict(wide), law=law if with_law else None).limits[name]
     assert found.worst * 1e-6 > 2 * found.floor
     held = {name: found.worst}
     if name == "jerk":
         held["deceleration_jerk"] = found.worst
-    assert check(points, path, sf.Limits.from_dict({**wide, **held}), law if with_law else None).ok
+    assert check(points, path, sf.Limits.from_dict({**wide, **held}), law=law if with_law else None).ok
     over = {n: value / (1 + 1e-6) for n, value in held.items()}
-    verdict = check(points, path, sf.Limits.from_dict({**wide, **over}), law if with_law else None)
+    verdict = check(points, path, sf.Limits.from_dict({**wide, **over}), law=law if with_law else None)
     assert not verdict.ok
     assert failing(verdict) == {name}
     assert len(verdict.problems) == 1
@@ -239,11 +239,11 @@ def test_jerk_has_a_limit_each_for_speeding_up_and_slowing_down(good):
     path, _, _ = good
     limits = sf.Limits(feed=60, acceleration=500, jerk=20000, deceleration_jerk=5000, deceleration=300)
     points, law = planned(path, limits)
-    assert check(points, path, limits, law).ok
+    assert check(points, path, limits, law=law).ok
     assert check(points, path, limits).ok
     for changed, early in (({"jerk": 19000.0}, True), ({"deceleration_jerk": 4900.0}, False)):
         for used in (law, None):
-            verdict = check(points, path, dataclasses.replace(limits, **changed), used)
+            verdict = check(points, path, dataclasses.replace(limits, **changed), law=used)
             assert failing(verdict) == {"jerk"}
             assert (verdict.limits["jerk"].at_t < 0.5 * law.duration) == early
             assert verdict.limits["jerk"].limit == next(iter(changed.values()))
@@ -393,7 +393,7 @@ def test_values_that_are_not_finite(good, name, value):
             column = getattr(points, name).copy()
             column[tick] = value
             bad = dataclasses.replace(points, **{name: column})
-        verdict = check(bad, path, LIMITS, law)
+        verdict = check(bad, path, LIMITS, law=law)
         assert not verdict.ok
         only(verdict, f"tick {tick} ", f"{name} is {value}")
         assert failing(verdict) == set()
@@ -495,14 +495,14 @@ def test_a_law_over_a_limit_between_ticks(good):
     coarse = sf.interpolate(path, law, period=law.duration / 20)
     limits = sf.Limits(**FAR, axis_jerk=1e9)
     by_points = check(coarse, path, limits).limits["axis_jerk.y"].worst
-    by_law = check(coarse, path, limits, law).limits["axis_jerk.y"]
+    by_law = check(coarse, path, limits, law=law).limits["axis_jerk.y"]
     fine = check(sf.interpolate(path, law, period=law.duration / 20000), path, limits).limits["axis_jerk.y"]
     assert by_law.worst > 1.5 * by_points
     assert by_law.by == "law"
     assert fine.worst == pytest.approx(by_law.worst, rel=5e-3)
     limits = sf.Limits(**FAR, axis_jerk={"y": by_law.worst / (1 + 1e-6)})
     assert check(coarse, path, limits).ok
-    assert failing(check(coarse, path, limits, law)) == {"axis_jerk.y"}
+    assert failing(check(coarse, path, limits, law=law)) == {"axis_jerk.y"}
 
 
 def test_laws_that_jump_or_go_elsewhere(good):
@@ -515,22 +515,22 @@ def test_laws_that_jump_or_go_elsewhere(good):
 
     at = f"at t = {law.breaks[3]:.9g} s"
     for k, what in ((0, "law: s jumps by 0.001 mm"), (1, "law: its feed jumps by 0.001 mm/s")):
-        assert any(p.startswith(what) and at in p for p in check(points, path, LIMITS, changed(k, 1e-3)).problems)
-    jump = check(points, path, LIMITS, changed(2, 1e-3)).problems
+        assert any(p.startswith(what) and at in p for p in check(points, path, LIMITS, law=changed(k, 1e-3)).problems)
+    jump = check(points, path, LIMITS, law=changed(2, 1e-3)).problems
     assert any("acceleration jumps by 0.002 mm/s^2" in p and "jerk is infinite" in p and at in p for p in jump)
     short = motions.constant(motions.smooth(), 60.0)
-    problems = check(points, path, LIMITS, short).problems
+    problems = check(points, path, LIMITS, law=short).problems
     assert any("start_feed is 0" in p for p in problems)
     assert any("is it their law" in p for p in problems)
     longer = dataclasses.replace(law, coefficients=np.array(law.coefficients) * 1.01)
-    assert any(p.startswith("law: ends at s = 75.5") for p in check(points, path, LIMITS, longer).problems)
+    assert any(p.startswith("law: ends at s = 75.5") for p in check(points, path, LIMITS, law=longer).problems)
 
 
 def test_where_the_curvature_jumps_the_third_difference_decides():
     path = line_and_arc()
     points, law = planned(path)
     limits = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_jerk=1e9)
-    verdict = check(points, path, limits, law)
+    verdict = check(points, path, limits, law=law)
     assert verdict.ok
     assert any("s = 20 mm" in note and "third difference" in note for note in verdict.notes)
     result = verdict.limits["axis_jerk.y"]
@@ -550,7 +550,7 @@ def test_what_cannot_be_checked(good):
         check(planned(turning())[0], path, LIMITS)
     with pytest.raises(InputError, match="there are no setpoints"):
         check(iter([]), path, LIMITS)
-    with pytest.raises(InputError, match="setpoints are needed, got int"):
+    with pytest.raises(InputError, match="expected Setpoints or chunks of them, got int"):
         check([1], path, LIMITS)
     with pytest.raises(InputError, match="must not be negative"):
         check(points, path, LIMITS, tolerance=-1.0)
@@ -576,7 +576,7 @@ def test_one_setpoint_alone_reaches_no_end(good):
 
 def test_a_certificate_changes_with_every_bit_of_its_inputs(good, tmp_path):
     path, points, law = good
-    verdict = check(points, path, LIMITS, law)
+    verdict = check(points, path, LIMITS, law=law)
     page = certificate.certificate(points, path, LIMITS, verdict, law)
     assert page == certificate.certificate(points, path, LIMITS, verdict, law)
     assert page["verdict"]["ok"] is True
@@ -593,7 +593,7 @@ def test_a_certificate_changes_with_every_bit_of_its_inputs(good, tmp_path):
         dataclasses.replace(points, **{n: getattr(points, n)[p] for n in ("t", "curve", "u", "s", "feed", "position")})
         for p in (slice(0, 100), slice(100, None))
     ]
-    streamed = check(digest.through(halves), path, LIMITS, law)
+    streamed = check(digest.through(halves), path, LIMITS, law=law)
     assert certificate.certificate(digest, path, LIMITS, streamed, law) == page
     certificate.write_certificate(page, tmp_path / "c.json")
     assert json.loads((tmp_path / "c.json").read_text()) == json.loads(json.dumps(page))

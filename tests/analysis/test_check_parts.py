@@ -65,7 +65,7 @@ def same(one: sf.Verdict, other: sf.Verdict) -> None:
 def test_a_program_is_judged_by_parts_as_by_the_whole(size, monkeypatch):
     monkeypatch.setattr(check_parts, "BLOCK", 61)
     path = program()
-    points = sf.Setpoints.joined(list(sf.stream_setpoints(parts_of(path, size), LIMITS, period=PERIOD)))
+    points = sf.Setpoints.joined(list(sf.live.stream_setpoints(parts_of(path, size), LIMITS, period=PERIOD)))
     whole = sf.check(points, path, LIMITS)
     assert whole.ok, whole.problems
     found = judged(path, points, size)
@@ -78,7 +78,7 @@ def test_a_program_is_judged_by_parts_as_by_the_whole(size, monkeypatch):
 def test_what_is_wrong_is_found_in_its_place(monkeypatch):
     monkeypatch.setattr(check_parts, "BLOCK", 61)
     path = program()
-    points = sf.Setpoints.joined(list(sf.stream_setpoints(parts_of(path, 2), LIMITS, period=PERIOD)))
+    points = sf.Setpoints.joined(list(sf.live.stream_setpoints(parts_of(path, 2), LIMITS, period=PERIOD)))
     at = len(points) * 3 // 4
     bent, early = points.position.copy(), points.t.copy()
     bent[at, 1] += 1e-4
@@ -98,7 +98,7 @@ def test_a_smoothed_path_is_judged_as_it_was_made():
     path = sf.Path.polyline(np.cumsum(np.column_stack([np.cos(turn), np.sin(turn)]), axis=0) * 0.2, ("x", "y"))
     limits = sf.Limits(feed=40, axis_acceleration=800, axis_jerk=30000)
     smooth = path.smoothed(0.01)
-    points = sf.Setpoints.joined(list(sf.stream_setpoints(parts_of(smooth, 5), limits, period=PERIOD)))
+    points = sf.Setpoints.joined(list(sf.live.stream_setpoints(parts_of(smooth, 5), limits, period=PERIOD)))
     whole = sf.check(points, smooth, limits)
     assert whole.ok, whole.problems
     same(judged(smooth, points, 5, limits, chunk=700), whole)

@@ -73,10 +73,10 @@ def test_a_limit_that_is_one_millionth_over_is_blamed_on_it_alone(motions, which
     used = law if by == "law" else None
     wide = {"feed": 1e9, "acceleration": 1e9, "deceleration": 1e9, "jerk": 1e12, "deceleration_jerk": 1e12}
     wide |= {f"{what}.{axis}": 1e12 for what in BY_AXIS for axis in path.axes}
-    found = sf.check(points, path, sf.Limits.from_dict(wide), used).limits[name]
+    found = sf.check(points, path, sf.Limits.from_dict(wide), law=used).limits[name]
     assert found.worst * 1e-6 > 2 * found.floor
-    assert sf.check(points, path, sf.Limits.from_dict(wide | {name: found.worst}), used).ok
-    over = sf.check(points, path, sf.Limits.from_dict(wide | {name: found.worst / (1 + 1e-6)}), used)
+    assert sf.check(points, path, sf.Limits.from_dict(wide | {name: found.worst}), law=used).ok
+    over = sf.check(points, path, sf.Limits.from_dict(wide | {name: found.worst / (1 + 1e-6)}), law=used)
     assert failing(over) == [name]
     assert len(over.problems) == 1
     assert over.problems[0].startswith(f"{name}: ")
@@ -114,7 +114,7 @@ def test_a_rotary_axis_that_is_not_finite_is_named_with_its_tick(motions, which,
     path, points, law = motions[which]
     position = points.position.copy()
     position[123, -1] = value
-    verdict = sf.check(dataclasses.replace(points, position=position), path, ALL[which][1], law)
+    verdict = sf.check(dataclasses.replace(points, position=position), path, ALL[which][1], law=law)
     assert any(p.startswith("tick 123 ") and f"{path.axes[-1]} is {value}" in p for p in verdict.problems)
     assert failing(verdict) == []
 
@@ -133,7 +133,7 @@ def test_the_step_of_a_rotary_axis_at_a_corner_in_passing_is_blamed():
     for used in (None, law):
         for share, ok in ((1 - 1e-6, False), (1 + 1e-6, True)):
             limits = sf.Limits(feed=200, axis_velocity_step={"theta": share * jump}, start_feed=100, end_feed=100)
-            verdict = sf.check(points, path, limits, used)
+            verdict = sf.check(points, path, limits, law=used)
             result = verdict.limits["axis_velocity_step.theta"]
             assert verdict.ok == ok, verdict.problems
             assert (result.holds, result.axis) == (ok, "theta")
@@ -148,6 +148,6 @@ def test_the_feed_of_one_curve_of_a_turning_table_a_millionth_over(motions):
         wide = sf.Limits(feed=1e6)
         for share, ok in ((1 - 1e-6, False), (1 + 1e-6, True)):
             slower = sf.Path(path.curves, path.axes, feeds=np.array([1e5, share * top]))
-            verdict = sf.check(points, slower, wide, used)
+            verdict = sf.check(points, slower, wide, law=used)
             assert verdict.ok == ok, verdict.problems
             assert verdict.limits["feed"].at_s > 90 - 1e-6

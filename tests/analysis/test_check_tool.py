@@ -39,7 +39,7 @@ def moved(tick: int, joint: int, by: float) -> Array:
 
 def test_all_is_well() -> None:
     path, law, points = planned()
-    verdict = sf.check(points, path, FLANK, law)
+    verdict = sf.check(points, path, FLANK, law=law)
     assert verdict.ok
     assert list(verdict.limits)[:2] == ["feed", "axis_velocity.x"]
     assert verdict.numbers["end_reached"]

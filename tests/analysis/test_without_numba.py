@@ -25,7 +25,7 @@ foreign = sf.Setpoints(curve=curve - 1, u=nothing, s=nothing, feed=nothing, posi
 law = sf.TimeLaw(breaks=[0.0, 1.0], coefficients=[[0, feed, 0, 0, 0, 0]], strategy="test")
 limits = sf.Limits(feed=2 * feed, start_feed=feed, end_feed=feed, axis_jerk=1e9, chord_error=1.0, centripetal=1e9)
 before = "numba" in sys.modules
-assert sf.check(points, path, limits, law).ok
+assert sf.check(points, path, limits, law=law).ok
 assert sf.check(foreign, path, limits).ok
 assert feed_ripple(points, path, law).max < 1e-11
 assert chord_errors(points, path).max() < 0.1

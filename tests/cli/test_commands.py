@@ -99,7 +99,7 @@ def test_compare(splinefeed):
     assert [each["method"] for each in page["methods"]] == ["taylor-2", "arc-length"]
     for each in page["methods"]:
         points = sf.interpolate(path, law, method=each["method"])
-        ripple = sf.feed_ripple(points, path, law)
+        ripple = sf.analysis.feed_ripple(points, path, law)
         assert (each["ripple_max"], each["ripple_rms"]) == (ripple.max, ripple.rms)
         assert each["ns_per_tick"] > 0
         assert {"drift_mm", "chord_error_mm"} <= set(each)

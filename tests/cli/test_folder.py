@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from splinefeed.cli import folder as folders
 from splinefeed.errors import FormatError, InputError
+from splinefeed.report import folder as folders
 
 RECORD = json.dumps({"program": "splinefeed 0.1.0", "files": ["setpoints.csv", "run.json", "../victim", "notes.txt"]})
 

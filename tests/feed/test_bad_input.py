@@ -162,4 +162,4 @@ def test_limits_that_contradict_each_other_or_allow_no_motion(strategy, given, m
 def test_an_axis_that_nothing_limits_turns_alone_by_the_limits_of_the_others():
     path, limits = PATHS["rotary between linear"], sf.Limits(feed=60, **AXES)
     law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)
-    assert sf.check(sf.interpolate(path, law), path, limits, law).ok
+    assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok

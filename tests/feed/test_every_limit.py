@@ -71,7 +71,7 @@ def limits(name: str, value: object) -> sf.Limits:
 def motion(given: sf.Limits, how: str) -> tuple[sf.Setpoints, sf.TimeLaw | None]:
     """Setpoints by a strategy, with their law, or streamed."""
     if how == STREAM:
-        return sf.Setpoints.joined(list(sf.stream_setpoints(PATH, given, period=PERIOD))), None
+        return sf.Setpoints.joined(list(sf.live.stream_setpoints(PATH, given, period=PERIOD))), None
     law = sf.plan(PATH, given, strategy=how, period=PERIOD)
     return sf.interpolate(PATH, law), law
 
@@ -79,7 +79,7 @@ def motion(given: sf.Limits, how: str) -> tuple[sf.Setpoints, sf.TimeLaw | None]
 def exceeded(motion: tuple[sf.Setpoints, sf.TimeLaw | None], given: sf.Limits) -> list[str]:
     """What `check` says of the setpoints, and of the feed at both ends."""
     points, law = motion
-    found = list(sf.check(points, PATH, given, law).problems)
+    found = list(sf.check(points, PATH, given, law=law).problems)
     for name, feed in (("start_feed", points.feed[0]), ("end_feed", points.feed[-1])):
         if law is not None and abs(feed - getattr(given, name)) > 1e-6:
             found.append(f"{name}: {feed}")

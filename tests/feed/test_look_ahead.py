@@ -20,7 +20,7 @@ PATHS = {"butterfly": cases.butterfly(), "airfoil12": cases.airfoil12()}
 def checked(path: Path, limits: sf.Limits, period: float = PERIOD) -> sf.TimeLaw:
     """The law, once the independent check has found nothing."""
     law = sf.plan(path, limits, strategy="look-ahead", period=period)
-    verdict = sf.check(sf.interpolate(path, law), path, limits, law)
+    verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
     assert verdict.ok, verdict.problems
     return law
 
@@ -142,7 +142,7 @@ def check_random(seed: int) -> None:
     path = random_path(rng)
     limits = random_limits(rng, path)
     law = sf.plan(path, limits, strategy="look-ahead", period=PERIOD)
-    verdict = sf.check(sf.interpolate(path, law), path, limits, law)
+    verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
     assert verdict.ok, (seed, verdict.problems)
 
 

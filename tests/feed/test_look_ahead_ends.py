@@ -27,7 +27,7 @@ def limits(start: float = 0.0, end: float = 0.0, **more: object) -> sf.Limits:
 
 def checked(path: Path, given: sf.Limits) -> sf.TimeLaw:
     law = sf.plan(path, given, strategy="look-ahead", period=PERIOD)
-    verdict = sf.check(sf.interpolate(path, law), path, given, law)
+    verdict = sf.check(sf.interpolate(path, law), path, given, law=law)
     assert verdict.ok, verdict.problems
     return law
 
@@ -93,7 +93,7 @@ def test_a_stream_begins_and_ends_in_motion_and_passes_corners_however_it_is_cut
         assert law.length == pytest.approx(ZIGZAG.length, rel=1e-12)
         assert law.feed(np.array([0.0, law.duration])) == pytest.approx([15, 25], rel=1e-9)
         assert law.duration == pytest.approx(laws[0].duration, rel=1e-6)
-        verdict = sf.check(sf.interpolate(ZIGZAG, law), ZIGZAG, given, law)
+        verdict = sf.check(sf.interpolate(ZIGZAG, law), ZIGZAG, given, law=law)
         assert all(result.holds for result in verdict.limits.values()), verdict.problems
     assert laws[0].duration == pytest.approx(checked(ZIGZAG, given).duration, rel=4e-2)
 

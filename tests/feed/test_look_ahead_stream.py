@@ -59,7 +59,7 @@ def test_how_the_path_is_cut_does_not_matter(window):
     path = Path(curves)
     laws = [whole_law(list(look_ahead(cut(curves, n), LIMITS, PERIOD, window=window)), path) for n in (1, 7, 120)]
     for law in laws:
-        verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law)
+        verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law=law)
         assert verdict.ok, verdict.problems
         assert law.length == pytest.approx(path.length, rel=1e-13)
         # rounding, which is all that differs, may decide whether a plan is found in the smallest windows
@@ -87,7 +87,7 @@ def test_it_can_stop_within_the_limits_wherever_the_path_ends(count):
     ended += stopped.finish()
     path = Path(curves[:count])
     law = whole_law(ended, path)
-    verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law)
+    verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law=law)
     assert verdict.ok, verdict.problems
     assert law.feed(law.duration) == pytest.approx(0.0, abs=1e-6)
 
@@ -128,7 +128,7 @@ def test_stops_dwells_and_feeds_of_a_program():
     assert np.max(law.feed(np.linspace(0, law.duration, 9001))) <= 40.0 * (1 + 1e-9)
     at_joint = np.abs(law(np.arange(0, law.duration, PERIOD)) - first.length) < 1e-9
     assert 250 <= np.count_nonzero(at_joint) <= 253
-    verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law)
+    verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law=law)
     assert all(result.holds for result in verdict.limits.values())
 
 

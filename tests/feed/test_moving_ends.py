@@ -33,7 +33,7 @@ def test_feeds_at_the_ends_are_met_within_every_limit_in_whole_periods(path: sf.
     given = limits(start, end)
     law = sf.plan(path, given, strategy="time-optimal", period=PERIOD)
     rest = sf.plan(path, limits(0, 0), strategy="time-optimal", period=PERIOD)
-    assert sf.check(sf.interpolate(path, law), path, given, law).ok
+    assert sf.check(sf.interpolate(path, law), path, given, law=law).ok
     assert law.feed(np.array([0.0, law.duration])) == pytest.approx([start, end], rel=1e-12, abs=1e-9)
     assert law.acceleration(np.array([0.0, law.duration])) == pytest.approx([0, 0], abs=1e-6 * 500)
     assert law.duration / PERIOD == pytest.approx(round(law.duration / PERIOD), abs=1e-9)
@@ -60,7 +60,7 @@ def test_without_a_top_feed_to_lower_the_last_period_is_a_short_one() -> None:
     law = sf.plan(line, limits(60, 60), strategy="time-optimal", period=PERIOD)
     assert law.duration == pytest.approx(line.length / 60, rel=1e-12)
     assert law.notes[0].startswith("the last period is a short one, 0.000270463 s of 0.001 s: its end feeds leave no")
-    assert sf.check(sf.interpolate(line, law), line, limits(60, 60), law).ok
+    assert sf.check(sf.interpolate(line, law), line, limits(60, 60), law=law).ok
 
 
 def test_a_feed_that_cannot_be_met_is_an_error_that_names_one_that_can() -> None:

@@ -19,7 +19,7 @@ def test_as_fast_as_other_planners_within_a_half_percent(name: str, setting: str
     law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)
     assert law.duration <= ALLOWED * REFERENCE[name, setting]
     assert law.duration >= 0.99 * REFERENCE[name, setting]
-    assert sf.check(sf.interpolate(path, law), path, limits, law).ok
+    assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     assert not law.notes
 
 
@@ -34,7 +34,7 @@ def test_cusps_tight_loops_and_uneven_jerk_do_not_force_a_crawl(seed: int) -> No
     law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
     assert law.duration <= 1.005 * RANDOM[seed] + made.period
     assert not law.notes
-    assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law).ok
+    assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law=law).ok
 
 
 @pytest.mark.slow
@@ -43,11 +43,11 @@ def test_a_rotary_axis_that_turns_on_next_to_where_x_stands() -> None:
     made = random_motions.motion(30000, ("time-optimal",))
     law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
     assert law.settings["lower_bound_s"] < law.duration < 1.1 * law.settings["lower_bound_s"]
-    assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law).ok
+    assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law=law).ok
 
 
 def test_an_axis_that_turns_back_where_it_is_looked_at_is_not_still() -> None:
     made = random_motions.motion(5006840, ("time-optimal",))
     law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
-    verdict = sf.check(sf.interpolate(made.path, law), made.path, made.limits, law)
+    verdict = sf.check(sf.interpolate(made.path, law), made.path, made.limits, law=law)
     assert verdict.ok, verdict.problems

@@ -149,7 +149,7 @@ def test_cusps_and_sharp_bends_are_planned_within_every_limit(name: str, strateg
     path, limits = Path([PLANNED[name]]), cases.axis_limits("A")
     law = planner.plan_in_mode(path, limits, PERIOD, strategy)
     assert law is not None
-    assert sf.check(sf.interpolate(path, law), path, limits, law).ok
+    assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     ticks = np.arange(round(law.duration / PERIOD) + 1) * PERIOD
     points = np.pad(path(np.clip(law(ticks), 0.0, path.length)), ((3, 3), (0, 0)), mode="edge")
     for order, given in enumerate((limits.axis_velocity, limits.axis_acceleration, limits.axis_jerk), start=1):
@@ -207,7 +207,7 @@ def test_a_path_in_parts_is_planned_as_it_comes() -> None:
     coefficients[:, 0] += starts
     breaks = np.concatenate([[0.0], *(block.time + block.law.breaks[1:] for block in blocks)])
     law = sf.TimeLaw(breaks=breaks, coefficients=coefficients, strategy="look-ahead", period=PERIOD)
-    assert sf.check(sf.interpolate(path, law), path, limits, law).ok
+    assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     assert law.duration <= 1.02 * sf.plan(path, limits, strategy="look-ahead", period=PERIOD).duration
     again = list(look_ahead([path], limits, PERIOD, window=200))
     assert sum(b.law.duration for b in again) == pytest.approx(sum(b.law.duration for b in blocks), rel=5e-3)
@@ -256,11 +256,11 @@ def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_s
     path = Path([sf.NurbsCurve.bezier([[0, 0], [5, 0.5], [10, -1.0], [15, 0.2]])], ("x", "a"))
     law = planner.plan_in_mode(path, limits, PERIOD, "time-optimal")
     assert law is not None
-    assert sf.check(sf.interpolate(path, law), path, limits, law).ok
+    assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     on_the_spot = Path([sf.NurbsCurve.bezier([[0, 0], [0, 0.5], [10, 1.0]])], ("x", "a"))
     with pytest.raises(PlanError, match="at s = 0 mm the linear axes stand still while a turns on"):
         planner.plan_in_mode(on_the_spot, limits, PERIOD, "time-optimal")
     alone = Path([sf.NurbsCurve.bezier([[0, 0], [0, 1.0]]), sf.NurbsCurve.bezier([[0, 1], [5, 1.0]])], ("x", "a"))
     law = planner.plan_in_mode(alone, limits, PERIOD, "time-optimal")
     assert law is not None
-    assert sf.check(sf.interpolate(alone, law), alone, limits, law).ok
+    assert sf.check(sf.interpolate(alone, law), alone, limits, law=law).ok

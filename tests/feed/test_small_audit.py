@@ -47,7 +47,7 @@ def test_a_straight_time_optimal_plan_is_the_seven_phase_profile_between_its_fee
     assert 0.0 <= ticked.duration - law.duration < PERIOD + 1e-12
     assert ticked.duration / PERIOD == pytest.approx(round(ticked.duration / PERIOD), abs=1e-9)
     assert not ticked.notes
-    verdict = sf.check(sf.interpolate(LINE, ticked), LINE, given, ticked)
+    verdict = sf.check(sf.interpolate(LINE, ticked), LINE, given, law=ticked)
     assert verdict.ok, verdict.problems
 
 
@@ -57,7 +57,7 @@ def test_one_feed_all_along_gives_way_until_its_end_is_on_a_tick():
     # the way is long enough to slow down for a moment and to end on a tick
     assert law.duration == pytest.approx(34 * PERIOD, rel=1e-12)
     assert not law.notes
-    assert sf.check(sf.interpolate(LINE, law), LINE, limits, law).ok
+    assert sf.check(sf.interpolate(LINE, law), LINE, limits, law=law).ok
 
 
 def test_a_stop_between_straight_lines_falls_on_a_tick():

@@ -111,7 +111,7 @@ def test_a_stream_in_small_windows_ends_where_its_curves_end_and_keeps_every_lim
     rows = [b.law.coefficients + np.eye(1, 6) * start for b, start in zip(blocks, starts, strict=True)]
     breaks = np.concatenate([[0.0], *(b.time + b.law.breaks[1:] for b in blocks)])
     law = sf.TimeLaw(breaks=breaks, coefficients=np.concatenate(rows), strategy="look-ahead", period=PERIOD)
-    verdict = sf.check(sf.interpolate(path, law), path, limits, law)
+    verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
     assert verdict.ok, verdict.problems
     assert stream.time == pytest.approx(law.duration)
 

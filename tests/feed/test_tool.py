@@ -40,7 +40,7 @@ def test_flank_milling_takes_the_best_known_time(data_dir: File) -> None:
     assert np.max(shares[2]) > 0.999
     tip, _ = path.kinematics.forward(points.position)
     assert np.max(np.linalg.norm(np.diff(tip, axis=0), axis=1)) <= 100.0 * FLANK_PERIOD
-    verdict = sf.check(points, path, FLANK, law)
+    verdict = sf.check(points, path, FLANK, law=law)
     assert verdict.ok, verdict.problems
     assert verdict.numbers["off_curve_max_mm"] < 1e-12
     assert verdict.numbers["off_axis_max_rad"] < 1e-14
@@ -50,7 +50,7 @@ def test_look_ahead_is_close_to_it(data_dir: File) -> None:
     path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
     law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
     assert law.duration <= 1.02 * BEST_KNOWN
-    assert sf.check(sf.interpolate(path, law), path, FLANK, law).ok
+    assert sf.check(sf.interpolate(path, law), path, FLANK, law=law).ok
 
 
 @pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.kind)
@@ -72,7 +72,7 @@ def assert_kept(machine: sf.Kinematics, seeds: range, strategy: str) -> None:
         limits, period = random_limits(seed, path.axes)
         law = sf.plan(path, limits, period=period, strategy=strategy)
         points = sf.interpolate(path, law)
-        verdict = sf.check(points, path, limits, law)
+        verdict = sf.check(points, path, limits, law=law)
         assert verdict.ok, (seed, verdict.problems)
         assert np.max(differences(points, limits)) <= 1.0 + 1e-6, seed
         assert verdict.numbers["off_curve_max_mm"] <= 1e-11, seed
@@ -91,7 +91,7 @@ def test_an_end_in_motion_is_kept(data_dir: File) -> None:
     law = sf.plan(path, moving, period=FLANK_PERIOD)
     assert law.feed(0.0) == pytest.approx(3.0)
     assert law.feed(law.duration) == pytest.approx(5.0)
-    verdict = sf.check(sf.interpolate(path, law), path, moving, law)
+    verdict = sf.check(sf.interpolate(path, law), path, moving, law=law)
     assert verdict.ok, verdict.problems
 
 
@@ -102,12 +102,12 @@ def test_a_chord_error_is_held_at_the_tip_through_the_kinematics() -> None:
     path = sf.JointPath(sf.ToolPath(line, swing, kind="vectors"), kinematics("5axiskins", pivot_length=200.0))
     free = sf.Limits(feed=100.0, axis_acceleration=3000.0, axis_jerk=1e5, axis_velocity={"b": 3.0, "c": 3.0})
     law = sf.plan(path, free, period=2e-3)
-    seen = sf.check(sf.interpolate(path, law), path, free, law).numbers["chord_error_max_mm"]
+    seen = sf.check(sf.interpolate(path, law), path, free, law=law).numbers["chord_error_max_mm"]
     held = sf.Limits(
         feed=100.0, axis_acceleration=3000.0, axis_jerk=1e5, axis_velocity={"b": 3.0, "c": 3.0}, chord_error=0.3 * seen
     )
     slower = sf.plan(path, held, period=2e-3)
-    verdict = sf.check(sf.interpolate(path, slower), path, held, slower)
+    verdict = sf.check(sf.interpolate(path, slower), path, held, law=slower)
     assert verdict.ok, verdict.problems
     assert 0.9 < verdict.limits["chord_error"].share <= 1.0
     assert slower.duration > 1.1 * law.duration
@@ -133,7 +133,7 @@ def test_a_tool_tilts_through_the_upright_without_slowing_down() -> None:
         path = sf.JointPath(sf.ToolPath(line, lean, kind="vectors"), kinematics("xyzac-trt"))
         law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
         points = sf.interpolate(path, law)
-        assert sf.check(points, path, FLANK, law).ok
+        assert sf.check(points, path, FLANK, law=law).ok
         assert np.max(differences(points, FLANK)) <= 1.0 + 1e-6
         assert np.ptp(points.position[:, 4]) < 1e-12
         motions.append(law.duration)
@@ -148,7 +148,7 @@ def test_a_tool_rests_at_kinks_of_its_axis() -> None:
     points = sf.interpolate(path, law)
     assert np.min(np.abs(points.s - 40.0)) < 1e-9
     assert points.feed[int(np.argmin(np.abs(points.s - 40.0)))] == pytest.approx(0.0, abs=1e-6)
-    assert sf.check(points, path, FLANK, law).ok
+    assert sf.check(points, path, FLANK, law=law).ok
 
 
 def test_an_upright_tool_on_a_gantry_is_planned_as_three_axes() -> None:
@@ -159,7 +159,7 @@ def test_an_upright_tool_on_a_gantry_is_planned_as_three_axes() -> None:
     assert law.duration == pytest.approx(plain.duration, rel=5e-3)
     points = sf.interpolate(path, law)
     assert np.array_equal(points.position[:, 1], points.position[:, 3])
-    assert sf.check(points, path, limits, law).ok
+    assert sf.check(points, path, limits, law=law).ok
 
 
 def test_what_a_tool_path_cannot_have_is_refused(data_dir: File) -> None:

@@ -55,7 +55,7 @@ def test_the_parts_of_a_program_are_its_path(tmp_path, monkeypatch, name, size):
     if name == "own":
         file = tmp_path / "own.ngc"
         file.write_text(PROGRAM)
-    whole, parts = sf.read(file), sf.read_parts(file)
+    whole, parts = sf.read(file), sf.formats.read_parts(file)
     assert (parts.axes, parts.name, parts.findings) == (whole.axes, whole.name, whole.findings)
     found = list(parts)
     assert all(len(part.curves) <= to_path.PART for part in found)
@@ -79,17 +79,17 @@ def test_a_faulty_line_is_told_before_anything_is_made(tmp_path):
     file = tmp_path / "bad.nc"
     file.write_text("G1 F100 X1\nX2\nX3 Y4 W\n")
     with pytest.raises(FormatError, match=r"bad\.nc: line 3: "):
-        sf.read_parts(file)
+        sf.formats.read_parts(file)
     file.write_text("G1 F100 X1\nG2 X3 Y4 R0.1\n")
     with pytest.raises(FormatError, match=r"bad\.nc: line 2: "):
-        sf.read_parts(file)
+        sf.formats.read_parts(file)
     file.write_text("M3\n")
     with pytest.raises(FormatError, match="no line of it moves an axis"):
-        sf.read_parts(file)
+        sf.formats.read_parts(file)
     with pytest.raises(InputError, match="option 'chord' is not one of a G-code file"):
-        sf.read_parts(DATA / "gcode/cncjs_tball.gcode", chord=3.0)
+        sf.formats.read_parts(DATA / "gcode/cncjs_tball.gcode", chord=3.0)
     with pytest.raises(FormatError, match="JSON curve is read as a whole"):
-        sf.read_parts(next(pathlib.Path(DATA / "json").glob("*.json")))
+        sf.formats.read_parts(next(pathlib.Path(DATA / "json").glob("*.json")))
 
 
 def test_the_points_of_a_table_are_joined_by_lines(tmp_path, monkeypatch):
@@ -99,7 +99,7 @@ def test_the_points_of_a_table_are_joined_by_lines(tmp_path, monkeypatch):
     points = np.column_stack([0.5 * at, np.sin(at)])
     rows = [f"{x!r},{y!r},9" for x, y in points.tolist()]
     file.write_text("\n".join(["x [in],y [in],note", *rows[:20], rows[19], *rows[20:]]) + "\n")
-    parts = sf.read_parts(file)
+    parts = sf.formats.read_parts(file)
     assert (parts.axes, parts.count, parts.feeds) == (("x", "y"), 52, None)
     assert parts.findings == ("1 of 3 columns are no axes that are named, and left out",)
     found = list(parts)
@@ -108,10 +108,10 @@ def test_the_points_of_a_table_are_joined_by_lines(tmp_path, monkeypatch):
     assert np.allclose(joined, 25.4 * points, rtol=1e-15)
     file.write_text("1 2\n1 2\n")
     with pytest.raises(FormatError, match="one place only"):
-        list(sf.read_parts(file))
+        list(sf.formats.read_parts(file))
     file.write_text("1 2\n" * 9 + "1 nan\n")
     with pytest.raises(FormatError, match="line 10: is no finite point"):
-        list(sf.read_parts(file))
+        list(sf.formats.read_parts(file))
     file.write_text("1 2\n" * 9 + "1 2 3\n")
     with pytest.raises(FormatError, match="line 10: holds 3 numbers, the lines above 2"):
-        list(sf.read_parts(file))
+        list(sf.formats.read_parts(file))

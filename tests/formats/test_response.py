@@ -25,7 +25,7 @@ def points() -> sf.Setpoints:
 
 @pytest.fixture(scope="module")
 def response(points) -> sf.Response:
-    return sf.follow(points, sf.Machine.load("xytheta"), motions.smooth())
+    return sf.follow(points, sf.Machine.load("xytheta"), path=motions.smooth())
 
 
 def test_a_response_comes_back_bit_for_bit(tmp_path, response):

@@ -154,7 +154,7 @@ def test_a_plan_on_it_holds_every_limit(name, strategy):
         verdict = sf.check(points, path, wanted, law=law)
         assert verdict.ok, verdict.problems
         assert verdict.limits["feed"].worst <= 60.0 * (1.0 + 1e-9)
-        assert sf.feed_ripple(points, path, law).max <= 1e-10
+        assert sf.analysis.feed_ripple(points, path, law).max <= 1e-10
         # against the definitions: differences of the angle itself, rad
         seen = np.abs(np.diff(points.position[:, path.linear :], axis=0)) / period
         if strategy == "time-optimal":
@@ -186,7 +186,7 @@ def test_every_method_goes_where_the_law_says(method):
     points = sf.interpolate(path, law, method=method)
     apart = np.abs(points.position - path(np.minimum(law(points.t), path.length))) * [1.0, 180.0 / np.pi]
     assert apart.max() <= 60.0 * 4e-3  # one step: what Euler's method may be behind
-    assert sf.feed_ripple(points, path, law).max <= 0.2
+    assert sf.analysis.feed_ripple(points, path, law).max <= 0.2
 
 
 @pytest.mark.nojit

@@ -248,7 +248,7 @@ def test_points_that_are_no_path_are_refused_in_one_line():
             sf.Path.polyline(points, repair=True).smoothed(0.01)
         assert "\n" not in str(refusal.value)
         with pytest.raises(sf.SplinefeedError):
-            list(sf.smooth_stream((sf.Path.polyline(each) for each in [points]), 0.01))
+            list(sf.geometry.smooth_stream((sf.Path.polyline(each) for each in [points]), 0.01))
 
 
 def test_two_points_spikes_and_very_many_points_on_a_spot():

@@ -98,7 +98,7 @@ def test_the_result_is_the_same_to_the_bit_however_the_path_is_cut(seed, how, mo
     tolerance = 0.01 if seed % 2 else "program"
     whole = as_arrays([path.smoothed(tolerance, **how)])
     for sizes in ([len(path.curves)], [1] * 800 + [999] * 9, rng.integers(1, 90, 9000).tolist()):
-        assert_same(whole, as_arrays(list(sf.smooth_stream(cut(path, sizes), tolerance, **how))))
+        assert_same(whole, as_arrays(list(sf.geometry.smooth_stream(cut(path, sizes), tolerance, **how))))
 
 
 @pytest.mark.parametrize("seed", [5, 11, 17, 23, 29, 35])
@@ -110,7 +110,7 @@ def test_arcs_and_lines_are_the_same_to_the_bit_too(seed):
         for _ in range(3):
             cuts = np.unique(np.append(rng.integers(0, len(path.curves), 4), [0, len(path.curves)]))
             pieces = [sf.Path(path.curves[a:b]) for a, b in pairwise(cuts.tolist())]
-            found = list(sf.smooth_stream(pieces, tolerance, corners="round", window=window))
+            found = list(sf.geometry.smooth_stream(pieces, tolerance, corners="round", window=window))
             curves = [curve for piece in found for curve in piece.curves]
             whole = whole or curves
             assert curves == whole
@@ -129,7 +129,7 @@ def test_the_window_changes_no_more_than_roundings(seed):
         else:
             path = program(seed, 3000)
             part = whole
-        found = as_arrays(list(sf.smooth_stream([path], 0.01, corners="round", window=window)))
+        found = as_arrays(list(sf.geometry.smooth_stream([path], 0.01, corners="round", window=window)))
         np.testing.assert_allclose(found["points"], part["points"], atol=1e-6)
         assert found["markers"] == part["markers"]
 
@@ -155,7 +155,7 @@ def peak(count):
     """Most memory, bytes, that a stream of so many lines takes."""
     tracemalloc.start()
     try:
-        for _ in sf.smooth_stream(long_program(count), 0.01, window=512):
+        for _ in sf.geometry.smooth_stream(long_program(count), 0.01, window=512):
             pass
         return tracemalloc.get_traced_memory()[1]
     finally:
@@ -186,9 +186,9 @@ def test_a_million_points_on_a_spot_pass_through():
 
 def test_look_ahead_plans_what_comes_out():
     limits = sf.Limits(feed=50, acceleration=1000, jerk=30000)
-    planner = sf.LookAhead(limits, 1e-3, ("x", "y"))
+    planner = sf.live.LookAhead(limits, 1e-3, ("x", "y"))
     pieces = list(long_program(3000))
-    for path in sf.smooth_stream(pieces, 0.01, window=512):
+    for path in sf.geometry.smooth_stream(pieces, 0.01, window=512):
         planner.push(path)
     planner.finish()
     whole = sf.Path.polyline(np.vstack([pieces[0].curves.points, *(p.curves.points[1:] for p in pieces[1:])]))
@@ -199,19 +199,19 @@ def test_look_ahead_plans_what_comes_out():
 @pytest.mark.parametrize("axes", [("a",), ("x",), ("x", "a")])
 def test_few_axes_and_rotary_ones_alone_pass_through(axes):
     points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])[[0, 1, 3] if len(axes) == 1 else [0, 1, 2, 3]]
-    (piece,) = sf.smooth_stream([sf.Path.polyline(points[:, : len(axes)], axes)], 0.01)
+    (piece,) = sf.geometry.smooth_stream([sf.Path.polyline(points[:, : len(axes)], axes)], 0.01)
     np.testing.assert_array_equal(piece.ends[[0, -1], [0, 1]], points[[0, -1], : len(axes)])
 
 
 def test_pieces_that_do_not_follow_each_other_are_refused():
     one = sf.Path.polyline([[0, 0], [1, 0]])
     with pytest.raises(CurveError, match="gap of 1 mm between curve 0 and curve 1"):
-        list(sf.smooth_stream([one, sf.Path.polyline([[2, 0], [3, 0]])], 0.01))
+        list(sf.geometry.smooth_stream([one, sf.Path.polyline([[2, 0], [3, 0]])], 0.01))
     with pytest.raises(CurveError, match=r"axes \('x', 'z'\)"):
-        list(sf.smooth_stream([one, sf.Path.polyline([[1, 0], [3, 0]], ("x", "z"))], 0.01))
+        list(sf.geometry.smooth_stream([one, sf.Path.polyline([[1, 0], [3, 0]], ("x", "z"))], 0.01))
     with pytest.raises(InputError, match="always or never"):
-        list(sf.smooth_stream([one, sf.Path.polyline([[1, 0], [3, 0]], feeds=[1.0])], 0.01))
+        list(sf.geometry.smooth_stream([one, sf.Path.polyline([[1, 0], [3, 0]], feeds=[1.0])], 0.01))
     with pytest.raises(InputError, match="a window of 0 curves"):
         Smoother(0.01, ("x",), window=0)
-    assert list(sf.smooth_stream([], 0.01)) == []
+    assert list(sf.geometry.smooth_stream([], 0.01)) == []
     assert Smoother(0.01, ("x",)).finish() == []

@@ -92,6 +92,6 @@ def test_the_feed_fluctuates_hundreds_of_times_less_than_taylor_leaves_it():
     for method in ("taylor-1", "taylor-2", "feed-correction"):
         points = sf.interpolate(path, law, period=1e-3, method=method)
         # the last, short period takes up a method's drift: that is no fluctuation
-        ripple[method] = np.max(np.abs(sf.feed_ripple(points, path, law).relative[:-1]))
+        ripple[method] = np.max(np.abs(sf.analysis.feed_ripple(points, path, law).relative[:-1]))
     assert ripple["taylor-1"] > 100 * ripple["taylor-2"]
     assert ripple["taylor-2"] > 500 * ripple["feed-correction"]

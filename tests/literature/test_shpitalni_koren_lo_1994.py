@@ -18,7 +18,7 @@ def test_the_feed_error_of_the_first_order_interpolator():
     path = motions.smooth()
     law = motions.constant(path, 60.0)
     points = sf.interpolate(path, law, period=1e-3, method="taylor-1")
-    ripple = sf.feed_ripple(points, path, law)
+    ripple = sf.analysis.feed_ripple(points, path, law)
     d = path.curves[0].derivatives(points.u, 2)
     size = np.linalg.norm(d[:, 1], axis=1)
     expected = 60.0 * 1e-3 * np.sum(d[:, 1] * d[:, 2], axis=1) / size**3 / 2

@@ -54,8 +54,8 @@ path, limits = sf.read(sys.argv[1]), sf.Limits(feed=60, axis_acceleration=500, a
 for strategy in (None, "look-ahead"):
     law = sf.plan(path, limits, strategy=strategy, period=1e-3)
     points = sf.interpolate(path, law)
-    assert sf.check(points, path, limits, law).ok
-    assert sf.feed_ripple(points, path, law).max < 1e-9
+    assert sf.check(points, path, limits, law=law).ok
+    assert sf.analysis.feed_ripple(points, path, law).max < 1e-9
 print(*sorted(name for name in ("numba", "llvmlite") if name in sys.modules))
 """
 

@@ -39,13 +39,13 @@ def test_the_contour_error_is_attached_where_the_path_is_known(motion: sf.Setpoi
     assert sf.follow(motion, TABLE).contour_error is None
     assert np.all(response.contour_error <= np.linalg.norm(response.tracking_error, axis=1) + 1e-12)
     calls = []
-    sf.follow(motion, TABLE, path, lambda done, total: calls.append((done, total)))
+    sf.follow(motion, TABLE, path=path, on_progress=lambda done, total: calls.append((done, total)))
     assert calls == [(len(motion), len(motion))]
 
 
 def test_pieces_give_the_bits_and_the_tally_of_one_run(motion: sf.Setpoints) -> None:
     path = motions.smooth()
-    whole = sf.follow(motion, TABLE, path)
+    whole = sf.follow(motion, TABLE, path=path)
     servo = Servo(TABLE, path)
     parts = list(follow_chunks((motion.part(i, i + 97) for i in range(0, len(motion), 97)), servo))
     for name in ("t", "command", "position", "measured", "output", "saturated", "contour_error"):
@@ -73,7 +73,7 @@ def test_rotary_axes_are_tallied_in_degrees() -> None:
     assert each["unit"] == "deg"
     assert each["max"] == pytest.approx(np.degrees(np.max(np.abs(response.tracking_error[:, 2]))), rel=1e-12)
     planar = replace(points, axes=("x", "y"), position=points.position[:, :2])
-    np.testing.assert_array_equal(sf.follow(planar, TABLE, path).contour_error, response.contour_error)
+    np.testing.assert_array_equal(sf.follow(planar, TABLE, path=path).contour_error, response.contour_error)
 
 
 def test_setpoints_without_arc_lengths_are_placed_in_order(motion: sf.Setpoints) -> None:
@@ -85,7 +85,7 @@ def test_setpoints_without_arc_lengths_are_placed_in_order(motion: sf.Setpoints)
     placed = Placer(path)
     np.testing.assert_allclose(placed.place(without_places(points)), points.s, rtol=0, atol=1e-6)
     assert placed.apart < 1e-9
-    both = [sf.follow(each, TABLE, path).contour_error for each in (points, without_places(points))]
+    both = [sf.follow(each, TABLE, path=path).contour_error for each in (points, without_places(points))]
     np.testing.assert_allclose(both[1], both[0], rtol=0, atol=1e-9)
 
 
@@ -109,7 +109,7 @@ def test_axes_that_one_side_lacks(motion: sf.Setpoints) -> None:
     )
     spatial = sf.Path([sf.NurbsCurve.bezier([[0, 0, 0], [1, 1, 1]])])
     with pytest.raises(InputError) as caught:
-        sf.follow(motion, TABLE, spatial)
+        sf.follow(motion, TABLE, path=spatial)
     assert str(caught.value) == "the path has an axis z, which the setpoints do not tell; theirs are x, y"
     none = replace(motion, axes=("a", "b"))
     with pytest.raises(InputError) as caught:
@@ -121,7 +121,7 @@ def test_bad_setpoints_are_refused_with_their_place(motion: sf.Setpoints) -> Non
     bad = motion.position.copy()
     bad[70, 1] = np.nan
     with pytest.raises(InputError) as caught:
-        sf.follow(replace(motion, position=bad), TABLE, motions.smooth())
+        sf.follow(replace(motion, position=bad), TABLE, path=motions.smooth())
     assert str(caught.value) == "at t = 0.07 s axis y is nan; every position must be a finite number"
     with pytest.raises(InputError) as caught:
         sf.follow(motion.part(0, 0), TABLE)
@@ -142,7 +142,7 @@ def test_a_run_away_ends_the_response_and_is_tallied(motion: sf.Setpoints) -> No
     assert servo.notes[-1].startswith("axis x: gains unstable: a closed-loop pole has modulus ")
     assert servo.tally.numbers()["stopped"] == servo.stopped
     assert servo.tally.numbers()["tracking"]["x"]["saturated_ticks"] > 0
-    whole = sf.follow(motion, wild, motions.smooth())
+    whole = sf.follow(motion, wild, path=motions.smooth())
     assert (len(whole), whole.stopped) == (ticks, servo.stopped)
     assert len(whole.contour_error) == ticks
 

@@ -19,7 +19,7 @@ def test_run_is_its_parts():
     points = sf.interpolate(path, law, method="taylor-2")
     assert np.array_equal(result.points.position, points.position)
     numbers = result.numbers()
-    assert numbers["ripple_max"] == sf.feed_ripple(points, path, law).max
+    assert numbers["ripple_max"] == sf.analysis.feed_ripple(points, path, law).max
     assert numbers["duration_s"] == law.duration
     assert numbers["ticks"] == len(points)
     assert set(numbers["limits"]) == {"feed", "acceleration", "deceleration", "jerk"}
@@ -41,7 +41,7 @@ def test_compare_measures_each_method_alike():
     for name, trace in traces.items():
         result = trace.result
         points = sf.interpolate(path, law, method=name)
-        assert result.ripple_max == sf.feed_ripple(points, path, law).max
+        assert result.ripple_max == sf.analysis.feed_ripple(points, path, law).max
         assert result.ripple_max == pytest.approx(np.max(np.abs(trace.relative)))
         assert result.ns_per_tick > 0
     assert traces["milne-simpson"].result.ripple_max > 1

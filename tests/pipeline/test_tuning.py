@@ -40,25 +40,25 @@ def test_the_error_falls_and_the_bound_holds(circle: tuple[Path, Setpoints], nam
     assert (
         found.contour.max < (0.5 if name == "xytheta" else 1.01) * found.before.max
     )  # lintable's own gains are out of the bound
-    again = sf.follow(points, found.table, path=path).contour_error
+    again = sf.follow(points, found.machine, path=path).contour_error
     assert np.max(np.abs(again)) == found.contour.max
     for axis in ("x", "y"):
-        seen = margins(found.table.axes[axis], 1e-3)
+        seen = margins(found.machine.axes[axis], 1e-3)
         assert seen.stable
         assert seen.gain_margin >= 2.0
         assert seen.gain_reduction <= 0.5
         assert seen.phase_margin >= 40.0
         assert seen.sensitivity <= 2.0
-        assert not hunts(found.table.axes[axis], rest_swing(found.table.axes[axis], 1e-3))
+        assert not hunts(found.machine.axes[axis], rest_swing(found.machine.axes[axis], 1e-3))
         assert (found.axes[axis].axis.controller.velocity_feed_forward > 0.0) == (forward or name == "lintable")
-    assert found.table.axes.keys() == machine.axes.keys()
-    assert name != "xytheta" or found.table.axes["theta"] == machine.axes["theta"]
+    assert found.machine.axes.keys() == machine.axes.keys()
+    assert name != "xytheta" or found.machine.axes["theta"] == machine.axes["theta"]
 
 
 def test_the_same_seed_gives_the_same_gains(circle: tuple[Path, Setpoints]) -> None:
     path, points = circle
     machine = Machine.load("xytheta")
-    one, two, other = (tune_on_path(machine, points, path, evaluations=25, seed=seed).table for seed in (1, 1, 2))
+    one, two, other = (tune_on_path(machine, points, path, evaluations=25, seed=seed).machine for seed in (1, 1, 2))
     assert one == two
     assert one != other
 
@@ -76,7 +76,7 @@ def test_a_rotary_axis_is_tuned_for_itself(circle: tuple[Path, Setpoints]) -> No
     found = tune_on_path(Machine.load("xytheta"), moved, turned, axes=("theta",), evaluations=30)
     assert set(found.axes) == {"theta"}
     assert found.axes["theta"].tracking < 0.2 * found.axes["theta"].tracking_before
-    assert found.table.axes["x"] == Machine.load("xytheta").axes["x"]
+    assert found.machine.axes["x"] == Machine.load("xytheta").axes["x"]
 
 
 def test_gains_that_run_away_are_replaced_and_said(circle: tuple[Path, Setpoints]) -> None:
@@ -110,20 +110,20 @@ def test_the_quick_test_of_margins_is_the_exact_one() -> None:
 def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
     path, points = circle
     machine = Machine.load("xytheta")
-    found = sf.tune(machine, "path", points=points, path=path, evaluations=5)
+    found = sf.tune(machine, "path", setpoints=points, path=path, evaluations=5)
     assert found.contour.max > 0.0
     assert sf.tune(machine.axes["x"]).rule == "ziegler-nichols"
     cases = [
         (
-            lambda: sf.tune(machine),
-            "rule 'ziegler-nichols' tunes one axis: give table.axes[...]; a whole machine takes rule 'path'",
+            lambda: sf.tune(machine, "ziegler-nichols"),
+            "rule 'ziegler-nichols' tunes one axis: give machine.axes[...]; a whole machine takes rule 'path'",
         ),
         (
             lambda: sf.tune(machine.axes["x"], "path"),
-            "rule 'path' tunes the axes of a machine together: give the Machine, with points and path",
+            "rule 'path' tunes the axes of a machine together: give the Machine, with setpoints and path",
         ),
         (
-            lambda: sf.tune(machine, "path", points=points),
+            lambda: sf.tune(machine, "path", setpoints=points),
             "rule 'path' needs path: setpoints to follow and the path they are on",
         ),
         (lambda: sf.tune("x"), "tune takes an axis, or with rule 'path' a Machine; got str"),

@@ -10,7 +10,7 @@ from splinefeed.analysis.check_bounds import Bounds, Fault
 from splinefeed.analysis.check_law import check_law, worse
 from splinefeed.analysis.check_setpoints import Judge
 from splinefeed.analysis.check_tool import judge_tool
-from splinefeed.errors import InputError
+from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import (
@@ -47,11 +47,11 @@ MANY, PERCENT = 10.0, 1e-3
 
 
 def check(
-    points: Setpoints | Iterable[Setpoints],
+    setpoints: Setpoints | Iterable[Setpoints],
     path: Path | JointPath,
     limits: Limits,
-    law: TimeLaw | None = None,
     *,
+    law: TimeLaw | None = None,
     tolerance: float = TOLERANCE,
     resolution: float = 0.0,
 ) -> Verdict:
@@ -80,15 +80,22 @@ def check(
     A fault in the setpoints is no error but a problem of the verdict. Raises InputError for setpoints of other axes
     than the path's, for none at all, and for a tolerance that cannot be; LimitsError for limits of axes that it lacks.
     """
+    expect(
+        "check(setpoints, path, limits)",
+        (setpoints, (Setpoints, Iterable)),
+        (path, (Path, JointPath)),
+        (limits, Limits),
+    )
+    limits = limits.for_axes(path.axes)
     slack = number(tolerance, "tolerance"), number(resolution, "resolution")
     if min(slack) < 0.0:
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
     if isinstance(path, JointPath):
-        return _of_tool(points, path, limits, law, slack[0])
+        return _of_tool(setpoints, path, limits, law, slack[0])
     bounds = Bounds(path, limits, *slack)
     judge: Judge | None = None
     first: Setpoints | None = None
-    for block, last in _blocks(points, path):
+    for block, last in _blocks(setpoints, path):
         if judge is None:
             first = block
             judge = Judge(bounds, block, law)
@@ -123,7 +130,7 @@ def _blocks(points: Setpoints | Iterable[Setpoints], path: Path) -> Iterator[tup
     count = 0
     for chunk in [points] if isinstance(points, Setpoints) else points:
         if not isinstance(chunk, Setpoints):
-            raise InputError(f"setpoints are needed, got {type(chunk).__name__}")
+            raise InputError(f"check: expected Setpoints or chunks of them, got {type(chunk).__name__}")
         first = first or chunk
         if chunk.axes != path.axes:
             raise InputError(f"the setpoints have axes {chunk.axes}, the path {path.axes}; they must be the same")

@@ -50,23 +50,23 @@ def steps(points: Setpoints, path: Path) -> Array:
     return between.lengths(rows, *rows.find(points.curve, points.u))[0]
 
 
-def feed_ripple(points: Setpoints, path: Path, law: TimeLaw, top: float | None = None) -> Ripple:
+def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | None = None) -> Ripple:
     """Relative error of each step's arc length against the law's, where the feed is above a tenth of its top.
 
     relative_k = (S(u_{k+1}) - S(u_k)) / (l(t_{k+1}) - l(t_k)) - 1, by `steps`. The chord would be shorter by
     kappa^2 (V T)^2 / 24, which is no error of the interpolator.
 
-    top  highest feed of the motion, mm/s, where `points` are a part of it
+    top  highest feed of the motion, mm/s, where `setpoints` are a part of it
     """
-    top = float(np.max(points.feed, initial=0.0)) if top is None else top
-    planned = np.diff(law(points.t))
-    feed = np.minimum(law.feed(points.t)[:-1], law.feed(points.t)[1:])
+    top = float(np.max(setpoints.feed, initial=0.0)) if top is None else top
+    planned = np.diff(law(setpoints.t))
+    feed = np.minimum(law.feed(setpoints.t)[:-1], law.feed(setpoints.t)[1:])
     counts = feed > FEED_SHARE * top
     counts &= planned > 0.0
-    actual = steps(points, path)[counts]
+    actual = steps(setpoints, path)[counts]
     wanted = planned[counts]
     floor = EPSILON * path.length / float(wanted.min()) if wanted.size else 0.0
-    return Ripple(points.t[:-1][counts], actual / wanted - 1.0, floor)
+    return Ripple(setpoints.t[:-1][counts], actual / wanted - 1.0, floor)
 
 
 def drift(points: Setpoints, law: TimeLaw) -> Array:

@@ -76,7 +76,7 @@ def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict
         points,
         on_machine(path, machine, limits),
         limits,
-        law,
+        law=law,
         tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
         resolution=given["resolution"] or 0.0,
     )

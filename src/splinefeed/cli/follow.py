@@ -63,7 +63,6 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from pathlib import Path
 
     import splinefeed
-    from splinefeed.cli.folder import default_name, staged
     from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
     from splinefeed.errors import FormatError, InputError
     from splinefeed.formats import response_hdf5
@@ -72,6 +71,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files, saving
+    from splinefeed.report.folder import default_name, staged
     from splinefeed.simulation.follow import CHUNK
 
     drawing = options.figure_formats(given)

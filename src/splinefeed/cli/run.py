@@ -102,7 +102,6 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     """Run and write; the page of numbers, with `files` as seen from the current folder."""
     from pathlib import Path
 
-    from splinefeed.cli.folder import default_name, staged
     from splinefeed.cli.source import read_path
     from splinefeed.errors import InputError
     from splinefeed.geometry.tool_path import ToolPath
@@ -114,6 +113,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.pipeline.long_run import LongRun, run_any
     from splinefeed.pipeline.run import PAPER_SHAPE, on_machine
     from splinefeed.report import files
+    from splinefeed.report.folder import default_name, staged
     from splinefeed.report.record import documented, record
 
     drawing = options.figure_formats(given)

@@ -31,12 +31,12 @@ def run(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]:
     """Run and write; the page of numbers, with `files` as seen from the current folder."""
     from pathlib import Path
 
-    from splinefeed.cli.folder import default_name, staged
     from splinefeed.errors import InputError
     from splinefeed.formats.path_parts import read_parts
     from splinefeed.machine.table import Machine
     from splinefeed.pipeline.windows import WindowedRun
     from splinefeed.report import files
+    from splinefeed.report.folder import default_name, staged
 
     _check_possible(given)
     if source is None:

@@ -79,7 +79,7 @@ def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool,
 
 def _sweep(spec: str, given: dict[str, Any]) -> str:
     """Make the runs that are missing, and name the folder."""
-    from splinefeed.cli.folder import default_name
+    from splinefeed.report.folder import default_name
     from splinefeed.sweeps import spec as specs
     from splinefeed.sweeps.sweeping import timed
 

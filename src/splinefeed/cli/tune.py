@@ -181,8 +181,8 @@ def _draw(
     """Write figures and the page of numbers to a folder; their names as seen from the current folder."""
     from pathlib import Path
 
-    from splinefeed.cli.folder import staged
     from splinefeed.report import files, saving
+    from splinefeed.report.folder import staged
 
     with staged(folder, files.TUNE_RECORD, files.tune_names(table.axes)) as stage:
         names = [*saving.save_figures(files.tune_figures(pictures, table.name), stage, drawing), files.TUNE_RECORD]

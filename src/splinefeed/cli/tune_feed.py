@@ -74,7 +74,6 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from pathlib import Path
 
     import splinefeed
-    from splinefeed.cli.folder import default_name, staged
     from splinefeed.cli.source import read_path
     from splinefeed.formats import limits_toml
     from splinefeed.formats.plain import plain
@@ -83,6 +82,7 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.machine.table import Machine
     from splinefeed.pipeline.contour_feed import tune_feed
     from splinefeed.report import files, saving
+    from splinefeed.report.folder import default_name, staged
     from splinefeed.report.record import command as command_line
     from splinefeed.report.record import source_of
     from splinefeed.report.servo_figures import feed_curve_figure

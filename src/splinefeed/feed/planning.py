@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from splinefeed.errors import CurveError, InputError, LimitsError
+from splinefeed.errors import CurveError, InputError, LimitsError, expect
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL, plan_look_ahead, plan_time_optimal
 from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
@@ -101,11 +101,14 @@ def plan(
     path leaves the travel of an axis; feeds at the ends that the path contradicts), PlanError (a stretch too short for
     its change of feed; a start from which the limits cannot be kept, with the nearest from which they can).
     """
+    expect("plan(path, limits)", (path, (Path, JointPath, Stretched)), (limits, Limits))
     if isinstance(path, ToolPath):
         raise InputError(
             f"{path.name}: has a tool axis, which only a machine can follow; plan JointPath(tool_path, kinematics), or "
             "give run a machine"
         )
+    if isinstance(path, Path | JointPath):
+        limits = limits.for_axes(path.axes)
     if start is not None and strategy is None:
         strategy = TIME_OPTIMAL
     if strategy is None and not isinstance(path, Path):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw, frozen_
 STRATEGY = "seven-phase"
 
 
+@runtime_checkable
 class Stretched(Protocol):
     """What a planner asks of a path: how long it is, and where the tool must rest because the tangent jumps."""
 

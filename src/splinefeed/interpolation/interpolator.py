@@ -9,7 +9,7 @@ from typing import Any, overload
 
 import numpy as np
 
-from splinefeed.errors import InputError, LimitsError, MethodError
+from splinefeed.errors import InputError, LimitsError, MethodError, expect
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry
 from splinefeed.interpolation.loop import OVERRUN, REPLACED, STATE_FLOATS, STATE_INTEGERS
@@ -227,6 +227,7 @@ def interpolate(
 
     Raises what `Interpolator` raises.
     """
+    expect("interpolate(path, law)", (path, (Path, JointPath)), (law, TimeLaw))
     source = Interpolator(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
     if chunk is None:
         return source.block()

@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.analysis.contour import ContourMeter
 from splinefeed.analysis.place import Placer
 from splinefeed.analysis.tally import ErrorTally
-from splinefeed.errors import InputError
+from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
 from splinefeed.machine.table import Machine
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints, check_finite
@@ -161,15 +161,15 @@ def check_setpoints(points: Setpoints) -> None:
 
 
 def follow(
-    points: Setpoints,
-    table: Machine,
+    setpoints: Setpoints,
+    machine: Machine,
+    *,
     path: Path | None = None,
     on_progress: Progress | None = None,
-    *,
     sub_steps: int = SUB_STEPS,
     linear: bool = False,
 ) -> Response:
-    """What the axes of `table` do when they are given `points`, from rest at the first one.
+    """What the axes of `machine` do when they are given `setpoints`, from rest at the first one.
 
     path  the contour error is measured against it: the distance over its linear axes from the nearest point near the
           commanded one (`analysis.contour`); where the setpoints do not say their arc length it is found first
@@ -179,17 +179,18 @@ def follow(
     are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there is
     `follow_chunks`.
     """
-    if len(points) == 0:
+    expect("follow(setpoints, machine)", (setpoints, Setpoints), (machine, Machine))
+    if len(setpoints) == 0:
         raise InputError("no setpoints; at least one is needed")
-    check_setpoints(points)
-    servo = Servo(table, path, sub_steps=sub_steps, linear=linear)
+    check_setpoints(setpoints)
+    servo = Servo(machine, path, sub_steps=sub_steps, linear=linear)
     parts = []
     done = 0
-    for response in follow_chunks(slices(points, CHUNK), servo):
+    for response in follow_chunks(slices(setpoints, CHUNK), servo):
         parts.append(response)
         done += len(response)
         if on_progress is not None:
-            on_progress(done, len(points))
+            on_progress(done, len(setpoints))
     return join(parts)
 
 

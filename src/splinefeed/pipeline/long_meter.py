@@ -76,7 +76,7 @@ class Meter:
         counts = np.bincount(use.binding[own] + 1, minlength=len(use.names) + 1)
         self._bound = counts if not len(self._bound) else self._bound + counts
         self.chord = max(self.chord, float(np.max(chord_errors(block, path)[own], initial=0.0)))
-        self._see_ripple(feed_ripple(block, path, law, self.top), points)
+        self._see_ripple(feed_ripple(block, path, law, top=self.top), points)
         self.thread.see(points.position[:, self._shown])
         self._rows = {name: getattr(points, name) for name in SAID}
         self._rows |= {name: getattr(motion, name)[own] for name in MOTION}

@@ -98,7 +98,7 @@ class _Walk:
             if planner is None:
                 planner = LookAhead(self.limits, self.period, path.axes, self.window)
                 self.settings = {
-                    "limits": self.limits.as_dict(),
+                    "limits": planner.limits.as_dict(),
                     "strategy": LOOK_AHEAD,
                     "path": path.name,
                     "period": planner.period,

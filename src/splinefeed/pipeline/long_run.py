@@ -151,7 +151,7 @@ def measured_long(
             meter.see_response(servo.follow(points), points)
         meter.keep()
         say("measuring", meter.ticks, ticks)
-    verdict = check(_told(chunks(size), "checking", ticks, say), path, limits, law)
+    verdict = check(_told(chunks(size), "checking", ticks, say), path, limits, law=law)
     points = meter.points
     served = None
     if servo is not None:

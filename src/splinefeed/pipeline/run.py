@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from splinefeed.analysis.check import check
 from splinefeed.analysis.motion import AxisMotion, Share, axis_motion
 from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
 from splinefeed.analysis.thinning import Thread
-from splinefeed.errors import InputError, LimitsError
+from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
@@ -130,6 +131,18 @@ class Run:
 
         return plot.overview(self)
 
+    def report(self, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
+        """Write what `splinefeed run` writes, and give the names of the files: setpoints, law, figures, report.html.
+
+        folder   made if it is not there; files of an earlier run in it are replaced, all at once or not at all
+        formats  of the setpoints, names of `splinefeed.formats.setpoints.FORMATS`
+        Raises FormatError for a folder that cannot be written or holds such files that are not ours, InputError for an
+        unknown format. Example: `sf.run(sf.shapes.butterfly()).report("butterfly")`
+        """
+        from splinefeed.report import files
+
+        return files.report(self, folder, formats=formats)
+
     def _repr_html_(self) -> str:
         """A notebook's view of the run: its main numbers, and the picture."""
         verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)
@@ -215,7 +228,9 @@ def run(
     Raises what `plan` and `interpolate` raise, InputError for a machine that cannot follow a tool path, and LimitsError
     for more than MOST_TICKS ticks.
     """
+    expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
     path = on_machine(path, machine, limits)
+    limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     check_ticks(law, period)
     points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
@@ -242,7 +257,7 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
 def measured(path: Path | JointPath, limits: Limits, law: TimeLaw, points: Setpoints) -> Run:
     """Setpoints that are there already, measured and checked as those of a run."""
     if isinstance(path, JointPath):
-        verdict = check(points, path, limits, law)
+        verdict = check(points, path, limits, law=law)
         return Run(
             path=path.tool,
             limits=limits,
@@ -261,7 +276,7 @@ def measured(path: Path | JointPath, limits: Limits, law: TimeLaw, points: Setpo
         points=points,
         ripple=feed_ripple(points, path, law),
         motion=axis_motion(points, path, law),
-        verdict=check(points, path, limits, law),
+        verdict=check(points, path, limits, law=law),
         chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
     )
 

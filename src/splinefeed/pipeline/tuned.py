@@ -106,7 +106,7 @@ def along_path(
     def curves() -> list[TunedAxis]:
         return [tuned_axis(t.old, t.axis, f"rule path, {path.name}", points.period) for t in found.axes.values()]
 
-    return TunedMachine(found.table, page, curves)
+    return TunedMachine(found.machine, page, curves)
 
 
 def _numbers(old: Axis, new: Axis, before: Margins, after: Margins, period: float) -> dict[str, Any]:

@@ -69,12 +69,12 @@ class AxisTuning:
 class PathTuning:
     """Gains found on a path.
 
-    table    the machine with the new gains; axes: each axis that moves, before and after
+    machine  the machine with the new gains; axes: each axis that moves, before and after
     before, contour  contour error with the old and with the new gains, mm; None if an axis ran away
     evaluations      runs of the path that were made
     """
 
-    table: Machine
+    machine: Machine
     old: Machine
     period: float
     bound: Bound
@@ -87,7 +87,7 @@ class PathTuning:
         """What was found, in words, an axis a paragraph."""
         old = "an axis ran away" if self.before is None else f"{self.before.max * 1e3:.4g} um"
         lines = [
-            f"{self.table.name}: largest contour error {self.contour.max * 1e3:.4g} um with the new gains, "
+            f"{self.machine.name}: largest contour error {self.contour.max * 1e3:.4g} um with the new gains, "
             f"with the old ones {old}; {self.evaluations} runs",
             f"  bound: {self.bound.words}",
         ]
@@ -103,32 +103,58 @@ class PathTuning:
 
 
 @overload
-def tune(what: Axis, rule: str = ..., **options: Any) -> tuning.Tuning: ...
+def tune(
+    what: Axis,
+    rule: str = ...,
+    *,
+    period: float = ...,
+    kind: str = ...,
+    experiment: str = ...,
+    volts: float = ...,
+) -> tuning.Tuning: ...
 @overload
-def tune(what: Machine, rule: str = ..., **options: Any) -> PathTuning: ...
-def tune(what: Axis | Machine, rule: str = "ziegler-nichols", **options: Any) -> tuning.Tuning | PathTuning:
+def tune(
+    what: Machine,
+    rule: str = ...,
+    *,
+    setpoints: Setpoints,
+    path: Path,
+    axes: Sequence[str] | None = ...,
+    bound: Bound | None = ...,
+    evaluations: int = ...,
+    seed: int = ...,
+    feed_forward: bool = ...,
+    on_progress: Progress | None = ...,
+) -> PathTuning: ...
+def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
     """Gains of an axis by a rule, or of a machine's axes together on a path.
 
-    With an axis and one of `simulation.tuning.rules()`: options of `simulation.tuning.tune`. With a Machine and rule
-    "path": options of `tune_on_path`, of which points and path are needed.
+    With an axis, a rule of `simulation.tuning.rules()` ("ziegler-nichols" unless given) and the options of
+    `simulation.tuning.tune`: `period` in s, `kind`, `experiment`, `volts` in V. With a Machine, rule "path" and the
+    options of `tune_on_path`, of which `setpoints` and `path` are needed.
+
+    Returns a Tuning or a PathTuning: gains in V/mm (rotary axes V/rad), margins in dB and deg.
+    Raises InputError for anything but an axis or a Machine, a rule that does not go with it, and what the two raise.
+    Source: J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768; the search on a path, see `tune_on_path`.
+    Example: `sf.tune(sf.Machine.load("xytheta").axes["x"], "tyreus-luyben").controller.kp`
     """
     if isinstance(what, Machine):
-        if rule != PATH_RULE:
-            raise InputError(f"rule {rule!r} tunes one axis: give table.axes[...]; a whole machine takes rule 'path'")
-        missing = [name for name in ("points", "path") if name not in options]
+        if rule not in (None, PATH_RULE):
+            raise InputError(f"rule {rule!r} tunes one axis: give machine.axes[...]; a whole machine takes rule 'path'")
+        missing = [name for name in ("setpoints", "path") if name not in options]
         if missing:
             raise InputError(f"rule 'path' needs {' and '.join(missing)}: setpoints to follow and the path they are on")
         return tune_on_path(what, **options)
     if not isinstance(what, Axis):
         raise InputError(f"tune takes an axis, or with rule 'path' a Machine; got {type(what).__name__}")
     if rule == PATH_RULE:
-        raise InputError("rule 'path' tunes the axes of a machine together: give the Machine, with points and path")
-    return tuning.tune(what, rule, **options)
+        raise InputError("rule 'path' tunes the axes of a machine together: give the Machine, with setpoints and path")
+    return tuning.tune(what, rule or "ziegler-nichols", **options)
 
 
 def tune_on_path(
-    table: Machine,
-    points: Setpoints,
+    machine: Machine,
+    setpoints: Setpoints,
     path: Path,
     *,
     axes: Sequence[str] | None = None,
@@ -140,7 +166,7 @@ def tune_on_path(
 ) -> PathTuning:
     """Gains that make the largest contour error on a path small, every loop within a bound on its margins.
 
-    points        setpoints on `path`; their period is the servo's
+    setpoints     on `path`; their period is the servo's
     axes          those to tune; all of the setpoints unless given
     bound         gain margin 6 dB, phase margin 40 deg and |1 / (1 + L)| <= 2 unless given
     evaluations   runs of the whole path at most; seed  of the random draws: the same seed gives the same gains
@@ -157,43 +183,43 @@ def tune_on_path(
     bound = bound or Bound()
     if isinstance(evaluations, bool) or not isinstance(evaluations, int) or not 1 <= evaluations <= MOST_EVALUATIONS:
         raise InputError(f"evaluations is {evaluations!r}; it must be a whole number from 1 to {MOST_EVALUATIONS}")
-    if path.axes != points.axes:
-        raise InputError(f"the path has axes {', '.join(path.axes)}, the setpoints {', '.join(points.axes)}")
-    first = follow(points, table)
-    meter, hints = ContourMeter(path), np.clip(points.s, 0.0, path.length)
-    chosen = points.axes if axes is None else tuple(axes)
+    if path.axes != setpoints.axes:
+        raise InputError(f"the path has axes {', '.join(path.axes)}, the setpoints {', '.join(setpoints.axes)}")
+    first = follow(setpoints, machine)
+    meter, hints = ContourMeter(path), np.clip(setpoints.s, 0.0, path.length)
+    chosen = setpoints.axes if axes is None else tuple(axes)
     for name in chosen:
-        if name not in points.axes:
-            raise InputError(f"axis {name!r} does not move on this path; its axes are {', '.join(points.axes)}")
+        if name not in setpoints.axes:
+            raise InputError(f"axis {name!r} does not move on this path; its axes are {', '.join(setpoints.axes)}")
     linear = tuple(name for name in chosen if name not in ROTARY_AXES)
     groups = [linear] if linear else []
     groups += [(name,) for name in chosen if name in ROTARY_AXES]
-    made, done = table, 0
+    made, done = machine, 0
     for i, group in enumerate(groups):
         allowed = max((evaluations - done) // (len(groups) - i), 1)
-        search = _Search(made, group, points, meter, hints, bound, feed_forward)
+        search = _Search(made, group, setpoints, meter, hints, bound, feed_forward)
         made = search.run(allowed, np.random.default_rng([seed, i]), _counting(on_progress, done, evaluations))
         done += search.runs
-    last = follow(points, made)
+    last = follow(setpoints, made)
     if last.stopped is not None:
-        raise InputError(f"no gains within the bound follow this path on {table.name!r}: {last.stopped}")
+        raise InputError(f"no gains within the bound follow this path on {machine.name!r}: {last.stopped}")
     if on_progress is not None:
         on_progress(evaluations, evaluations)
     return PathTuning(
-        table=made,
-        old=table,
-        period=points.period,
+        machine=made,
+        old=machine,
+        period=setpoints.period,
         bound=bound,
         axes={
             name: AxisTuning(
-                old=table.axes[name],
+                old=machine.axes[name],
                 axis=made.axes[name],
-                before=margins(table.axes[name], points.period),
-                margins=margins(made.axes[name], points.period),
+                before=margins(machine.axes[name], setpoints.period),
+                margins=margins(made.axes[name], setpoints.period),
                 tracking_before=math.inf if first.stopped else float(np.max(np.abs(first.tracking_error[:, i]))),
                 tracking=float(np.max(np.abs(last.tracking_error[:, i]))),
             )
-            for i, name in enumerate(points.axes)
+            for i, name in enumerate(setpoints.axes)
             if name in chosen
         },
         before=None if first.stopped is not None else meter.measure(first.position, s_hint=hints),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from splinefeed.errors import LimitsError
 from splinefeed.records.arrays import Array
@@ -29,6 +30,9 @@ BY_AXIS = (*AXIS_LIMITS, "axis_velocity_step")
 #: Fields of Limits that say how far each axis may travel.
 TRAVEL_ENDS = ("axis_minimum", "axis_maximum")
 
+#: A limit of each axis: by name, or in the order of the path's axes.
+ByAxis: TypeAlias = Mapping[str, float] | Sequence[float] | NDArray[Any]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
@@ -38,11 +42,12 @@ class Limits:
     down)  mm/s^3, along the path; deceleration and its jerk follow acceleration and jerk unless given
     start_feed, end_feed  mm/s at the ends of the path
     chord_error   mm between the curve and the line from one setpoint to the next; centripetal  mm/s^2
-    axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3 for every linear axis, or a mapping from axis
-                  names (rotary ones in rad)
+    axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3 for every linear axis; or one value per axis
+                  (rotary ones in rad): a mapping from axis names, or an array (axes,) in the order of the path's axes,
+                  infinite for no limit, which `plan` and `check` resolve against the path
     axis_velocity_step  how much the velocity of each axis may jump at a corner, mm/s, given likewise; without it the
                   tool stops at every corner (exact stop)
-    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad: mappings from axis names
+    axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad: one value per axis, given likewise
 
     Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for travel that is
     none, and if neither feed nor axis_velocity is given.
@@ -57,12 +62,12 @@ class Limits:
     end_feed: float = 0.0
     chord_error: float | None = None
     centripetal: float | None = None
-    axis_velocity: float | Mapping[str, float] | None = None
-    axis_acceleration: float | Mapping[str, float] | None = None
-    axis_jerk: float | Mapping[str, float] | None = None
-    axis_velocity_step: float | Mapping[str, float] | None = None
-    axis_minimum: Mapping[str, float] | None = None
-    axis_maximum: Mapping[str, float] | None = None
+    axis_velocity: float | ByAxis | None = None
+    axis_acceleration: float | ByAxis | None = None
+    axis_jerk: float | ByAxis | None = None
+    axis_velocity_step: float | ByAxis | None = None
+    axis_minimum: ByAxis | None = None
+    axis_maximum: ByAxis | None = None
 
     def __post_init__(self) -> None:
         for name in ("feed", "acceleration", "jerk"):
@@ -79,28 +84,17 @@ class Limits:
             object.__setattr__(self, "deceleration_jerk", self.jerk)
         for name in BY_AXIS:
             value = getattr(self, name)
-            if isinstance(value, Mapping):
+            if (values := _in_order(value, name)) is not None:
+                kept = tuple(
+                    each if each == math.inf else positive(each, f"{name}[{k}]") for k, each in enumerate(values)
+                )
+                object.__setattr__(self, name, kept)
+            elif isinstance(value, Mapping):
                 checked = {str(axis): positive(limit, f"{name}.{axis}") for axis, limit in value.items()}
                 object.__setattr__(self, name, MappingProxyType(checked) if checked else None)
             elif value is not None:
                 object.__setattr__(self, name, positive(value, name))
-        for name in TRAVEL_ENDS:
-            value = getattr(self, name)
-            if value is not None and not isinstance(value, Mapping):
-                raise LimitsError(f"{name} is {value!r}; give one position an axis, such as {{'x': 0.0}}")
-            ends = {str(axis): number(end, f"{name}.{axis}") for axis, end in (value or {}).items()}
-            object.__setattr__(self, name, MappingProxyType(ends) if ends else None)
-        low_ends, high_ends = self.axis_minimum or {}, self.axis_maximum or {}
-        for axis in {**low_ends, **high_ends}:
-            if axis not in low_ends or axis not in high_ends:
-                raise LimitsError(
-                    f"axis_minimum and axis_maximum of {axis}: one is missing; give both ends of its travel"
-                )
-        for axis, (low, high) in self.travel.items():
-            if not low < high:
-                raise LimitsError(
-                    f"axis_minimum.{axis} is {low:g} and axis_maximum.{axis} is {high:g}; no travel is left"
-                )
+        self._check_travel()
         if self.feed == math.inf and self.axis_velocity is None:
             raise LimitsError("neither feed nor axis_velocity is given; one of them is needed")
         for name in ("start_feed", "end_feed"):
@@ -111,24 +105,80 @@ class Limits:
                 )
             object.__setattr__(self, name, value)
 
+    def _check_travel(self) -> None:
+        """Make both ends of the travel numbers, and raise LimitsError where one is missing or no travel is left."""
+        for name in TRAVEL_ENDS:
+            value = getattr(self, name)
+            if (values := _in_order(value, name)) is not None:
+                object.__setattr__(self, name, tuple(number(each, f"{name}[{k}]") for k, each in enumerate(values)))
+                continue
+            if value is not None and not isinstance(value, Mapping):
+                raise LimitsError(f"{name} is {value!r}; give one position an axis, such as {{'x': 0.0}}")
+            ends = {str(axis): number(end, f"{name}.{axis}") for axis, end in (value or {}).items()}
+            object.__setattr__(self, name, MappingProxyType(ends) if ends else None)
+        low_ends: Any = self.axis_minimum or {}
+        high_ends: Any = self.axis_maximum or {}
+        if isinstance(low_ends, tuple) or isinstance(high_ends, tuple):
+            if type(low_ends) is not type(high_ends) or len(low_ends) != len(high_ends):
+                raise LimitsError("axis_minimum and axis_maximum: give both, in the same way and of the same axes")
+            pairs = {str(k): ends for k, ends in enumerate(zip(low_ends, high_ends, strict=True))}
+        else:
+            for axis in {**low_ends, **high_ends}:
+                if axis not in low_ends or axis not in high_ends:
+                    raise LimitsError(
+                        f"axis_minimum and axis_maximum of {axis}: one is missing; give both ends of its travel"
+                    )
+            pairs = self.travel
+        for axis, (low, high) in pairs.items():
+            if not low < high:
+                raise LimitsError(
+                    f"axis_minimum.{axis} is {low:g} and axis_maximum.{axis} is {high:g}; no travel is left"
+                )
+
+    def for_axes(self, axes: Sequence[str]) -> Limits:
+        """These limits with the names of `axes` for values that were given in order, as an array (axes,).
+
+        Raises LimitsError for another number of values than axes. Example: `limits.for_axes(path.axes).as_dict()`
+        """
+        named: dict[str, Any] = {}
+        for name in (*BY_AXIS, *TRAVEL_ENDS):
+            values = getattr(self, name)
+            if isinstance(values, tuple):
+                if len(values) != len(axes):
+                    raise LimitsError(
+                        f"{name} has {len(values)} value{'s' * (len(values) != 1)}; the path has {len(axes)} "
+                        f"{'axes' if len(axes) != 1 else 'axis'} ({', '.join(axes)}): give one for each, in this order"
+                    )
+                named[name] = {axis: value for axis, value in zip(axes, values, strict=True) if value != math.inf}
+        return replace(self, **named) if named else self
+
+    def _named(self, name: str) -> Mapping[str, float]:
+        """Values by axis, none where nothing is given; LimitsError for values in order, whose axes are not known."""
+        value = getattr(self, name)
+        if isinstance(value, tuple):
+            raise LimitsError(f"{name} has values in the order of axes; name them first: limits.for_axes(path.axes)")
+        return value or {}
+
     @property
     def travel(self) -> dict[str, tuple[float, float]]:
         """Least and greatest position of each axis that has soft limits, mm or rad."""
-        return {axis: (low, (self.axis_maximum or {})[axis]) for axis, low in (self.axis_minimum or {}).items()}
+        high = self._named("axis_maximum")
+        return {axis: (low, high[axis]) for axis, low in self._named("axis_minimum").items()}
 
     def travel_of(self, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
         """`travel`; LimitsError for the travel of an axis that is not among `axes`."""
-        for axis in self.travel:
+        travel = self.for_axes(axes).travel
+        for axis in travel:
             if axis not in axes:
                 raise LimitsError(f"travel.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
-        return self.travel
+        return travel
 
     def of_axes(self, name: str, axes: Sequence[str]) -> Array:
         """One of BY_AXIS for each of `axes`, (axes,), infinite where there is none.
 
         Raises LimitsError for a limit on an axis that is not there.
         """
-        given = getattr(self, name)
+        given = getattr(self.for_axes(axes), name)
         if given is None:
             return np.full(len(axes), np.inf)
         if not isinstance(given, Mapping):
@@ -141,12 +191,14 @@ class Limits:
     def as_dict(self) -> dict[str, float]:
         """Names and values in base units as files and reports write them, limits that are not there left out.
 
-        A limit of one axis stands as "axis_jerk.x".
+        A limit of one axis stands as "axis_jerk.x". Raises LimitsError for values in order: see `for_axes`.
         """
         flat: dict[str, float] = {}
         for f in fields(self):
             value = getattr(self, f.name)
-            if isinstance(value, Mapping):
+            if isinstance(value, tuple):
+                self._named(f.name)
+            elif isinstance(value, Mapping):
                 flat |= {f"{f.name}.{axis}": limit for axis, limit in value.items()}
             elif value is not None and value != math.inf:
                 flat[f.name] = float(value)
@@ -166,6 +218,21 @@ class Limits:
             else:
                 values[name] = value
         return cls(**values)
+
+
+def _in_order(value: object, name: str) -> tuple[float, ...] | None:
+    """Values of axes in order, (axes,), None for anything else: a number, a mapping, nothing."""
+    if value is None or isinstance(value, Mapping | str):
+        return None
+    try:
+        if np.ndim(value) == 0:  # type: ignore[arg-type]
+            return None
+        values = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise LimitsError(f"{name} is {value!r}; give numbers, one per axis") from None
+    if values.ndim != 1 or not values.size:
+        raise LimitsError(f"{name} has shape {values.shape}; expected (axes,), one value per axis")
+    return tuple(values.tolist())
 
 
 def number(value: object, name: str) -> float:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
+from splinefeed.errors import InputError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.setpoints import FORMATS, save
 from splinefeed.pipeline.compare import MethodTrace
@@ -148,6 +149,18 @@ def write(
     names.append(RECORD)
     write_record({**(record or {}), "files": names}, place / RECORD)
     return names
+
+
+def report(run: Run, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
+    """Write a run that was made in Python, as the command `run` does, but for the command that repeats it."""
+    from splinefeed.report.folder import staged
+    from splinefeed.report.record import of_program
+
+    wanted = tuple(formats)
+    if unknown := [form for form in wanted if form not in SETPOINTS]:
+        raise InputError(f"report: format {unknown[0]!r} is not known; choose from {', '.join(SETPOINTS)}")
+    with staged(folder) as stage:
+        return write(run, stage, formats=wanted, record=of_program(run))
 
 
 def missing(figure_formats: Iterable[str]) -> list[str]:

@@ -80,6 +80,13 @@ def record(
     return page
 
 
+def of_program(run: Run) -> dict[str, Any]:
+    """What `run.json` says of a run that was made in Python: its numbers and settings, and with what."""
+    page = {**run.numbers(), "name": run.path.name, "settings": dict(run.points.settings)}
+    found: dict[str, Any] = plain({**page, "program": f"splinefeed {splinefeed.__version__}", "versions": versions()})
+    return found
+
+
 def documented(run: Run, page: Mapping[str, Any]) -> Run:
     """The run, its setpoints saying the source and the command of its page of numbers."""
     settings = {**run.points.settings, "source": page["source"], "command": page["command"]}

@@ -145,29 +145,29 @@ class Follower:
 
 
 def follow(
-    points: Setpoints,
-    table: Machine,
-    on_progress: Progress | None = None,
+    setpoints: Setpoints,
+    machine: Machine,
     *,
+    on_progress: Progress | None = None,
     sub_steps: int = plants.SUB_STEPS,
     linear: bool = False,
 ) -> Response:
-    """What the axes of `table` do when they are given `points`, from rest at the first one.
+    """What the axes of `machine` do when they are given `setpoints`, from rest at the first one.
 
-    The servo period is that of the points. on_progress(done, total) is called now and then. sub_steps, linear: see
+    The servo period is that of the setpoints. on_progress(done, total) is called now and then. sub_steps, linear: see
     Follower. If an axis runs away the response ends there and says so in `stopped`.
     """
-    if len(points) == 0:
+    if len(setpoints) == 0:
         raise InputError("no setpoints; at least one is needed")
-    check_finite(points.position, "Setpoints.position")
-    follower = Follower(table, points.axes, points.period, sub_steps=sub_steps, linear=linear)
+    check_finite(setpoints.position, "Setpoints.position")
+    follower = Follower(machine, setpoints.axes, setpoints.period, sub_steps=sub_steps, linear=linear)
     parts = []
     done = 0
-    for chunk in slices(points, CHUNK):
+    for chunk in slices(setpoints, CHUNK):
         parts.append(follower.follow(chunk))
         done += len(chunk)
         if on_progress is not None:
-            on_progress(done, len(points))
+            on_progress(done, len(setpoints))
         if follower.stopped is not None:
             break
     return join(parts)

@@ -1,0 +1,150 @@
+"""The public names: which there are, one home each, and what their docstrings say."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import splinefeed as sf
+
+#: What users may import; a change here is a change of the API and needs a line in CHANGELOG.md.
+PUBLIC = {
+    "splinefeed": """
+        Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodTrace NurbsCurve Path Response Run
+        Setpoints SplinefeedError State TimeLaw ToolPath Verdict __version__ analysis check compare errors fit follow
+        formats geometry interpolate live load machine methods plan plot read register run save shapes simulation sweep
+        tangential tune write
+    """,
+    "splinefeed.analysis": "AxisMotion LimitUse Ripple feed_ripple",
+    "splinefeed.formats": "PathParts read_parts",
+    "splinefeed.geometry": "Smoother smooth_stream",
+    "splinefeed.live": "Block LookAhead Override Ticks stream_setpoints with_reserve",
+    "splinefeed.plot": "Figure binding law limits motion overview path",
+    "splinefeed.simulation": "AxisTuning Bound Margins PathTuning Tuning margins tune_on_path",
+}
+ROOMS = [room for room in PUBLIC if room != "splinefeed.plot"]
+
+
+def module(room: str):
+    return sf.plot if room == "splinefeed.plot" else import_module(room)
+
+
+@pytest.mark.parametrize("room", PUBLIC)
+def test_the_public_names_are_these(room):
+    assert sorted(module(room).__all__) == sorted(PUBLIC[room].split())
+    for name in PUBLIC[room].split():
+        assert getattr(module(room), name) is not None
+
+
+def test_each_name_has_one_home():
+    seen: dict[int, str] = {}
+    for room, names in PUBLIC.items():
+        for name in names.split():
+            value = getattr(module(room), name)
+            assert id(value) not in seen or name == "__version__", f"{room}.{name} is {seen[id(value)]} too"
+            seen[id(value)] = f"{room}.{name}"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_checker_of_types_sees_the_same_names(room):
+    """The imports for type checkers say the same as the table of homes that the imports at work go by."""
+    tree = ast.parse(Path(module(room).__file__).read_text(encoding="utf-8"))
+    (branch,) = [node for node in tree.body if isinstance(node, ast.If)]
+    for node in branch.body:
+        assert isinstance(node, ast.ImportFrom)
+        for each in node.names:
+            assert each.asname == each.name
+            source = import_module(node.module or "")
+            value = getattr(source, each.name, None) or import_module(f"{node.module}.{each.name}")
+            assert getattr(module(room), each.name) is value
+    typed = {each.name for node in branch.body for each in node.names}
+    assert typed == set(PUBLIC[room].split()) - {"__version__"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("LookAhead", "live.LookAhead"),
+        ("Smoother", "geometry.Smoother"),
+        ("Table", "Machine"),
+        ("feed_ripple", "analysis.feed_ripple"),
+        ("read_parts", "formats.read_parts"),
+        ("smooth_stream", "geometry.smooth_stream"),
+        ("stream_setpoints", "live.stream_setpoints"),
+        ("tune_on_path", "simulation.tune_on_path"),
+    ],
+)
+def test_a_name_that_moved_warns_and_works(old, new):
+    with pytest.warns(DeprecationWarning, match=f"splinefeed.{old} is now splinefeed.{new}"):
+        found = getattr(sf, old)
+    room, _, name = new.rpartition(".")
+    assert found is getattr(getattr(sf, room) if room else sf, name)
+
+
+def test_a_name_that_is_none():
+    with pytest.raises(AttributeError, match="module 'splinefeed' has no attribute 'plann'"):
+        sf.plann  # noqa: B018
+    with pytest.raises(AttributeError, match=r"module 'splinefeed\.live' has no attribute 'stream_setpoint'"):
+        sf.live.stream_setpoint  # noqa: B018
+
+
+@pytest.fixture(scope="module")
+def motion():
+    path = sf.shapes.naca("0025", perimeter=33)
+    limits = sf.Limits(feed=60, acceleration=50, jerk=2000)
+    law = sf.plan(path, limits, period=1e-3)
+    return path, limits, law, sf.interpolate(path, law)
+
+
+def test_a_wrong_order_is_refused_and_named(motion):
+    path, limits, law, setpoints = motion
+    machine = sf.Machine.load("xytheta")
+    for call, message in [
+        (
+            lambda: sf.check(path, setpoints, limits),
+            "check: expected Setpoints first, got Path; the order is check(setpoints, path, limits)",
+        ),
+        (
+            lambda: sf.check(setpoints, limits, path),
+            "check: expected Path second, got Limits; the order is check(setpoints, path, limits)",
+        ),
+        (
+            lambda: sf.check(setpoints, path, law),
+            "check: expected Limits third, got TimeLaw; the order is check(setpoints, path, limits)",
+        ),
+        (lambda: sf.plan(limits, path), "plan: expected Path first, got Limits; the order is plan(path, limits)"),
+        (lambda: sf.plan(path, law), "plan: expected Limits second, got TimeLaw; the order is plan(path, limits)"),
+        (
+            lambda: sf.interpolate(law, path),
+            "interpolate: expected Path first, got TimeLaw; the order is interpolate(path, law)",
+        ),
+        (
+            lambda: sf.follow(machine, setpoints),
+            "follow: expected Setpoints first, got Machine; the order is follow(setpoints, machine)",
+        ),
+        (lambda: sf.run(limits, path), "run: expected Path first, got Limits; the order is run(path, limits)"),
+        (lambda: sf.check([setpoints.position], path, limits), "check: expected Setpoints or chunks of them, got nda"),
+    ]:
+        with pytest.raises(sf.errors.InputError) as error:
+            call()  # type: ignore[no-untyped-call]
+        assert str(error.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("name", "first"),
+    [
+        ("plan", ["path", "limits"]),
+        ("run", ["path", "limits"]),
+        ("interpolate", ["path", "law"]),
+        ("compare", ["path", "law"]),
+        ("check", ["setpoints", "path", "limits"]),
+        ("follow", ["setpoints", "machine"]),
+    ],
+)
+def test_all_behind_the_chain_is_keyword_only(name, first):
+    parameters = inspect.signature(getattr(sf, name)).parameters
+    assert [each for each, p in parameters.items() if p.kind is not p.KEYWORD_ONLY] == first
