@@ -40,10 +40,12 @@ if TYPE_CHECKING:
     from splinefeed.pipeline.run import run as run
     from splinefeed.pipeline.tuning import tune as tune
     from splinefeed.pipeline.tuning import tune_on_path as tune_on_path
+    from splinefeed.records import Combination as Combination
     from splinefeed.records import Limits as Limits
     from splinefeed.records import Response as Response
     from splinefeed.records import Setpoints as Setpoints
     from splinefeed.records import TimeLaw as TimeLaw
+    from splinefeed.records import Torque as Torque
     from splinefeed.records import Verdict as Verdict
     from splinefeed.report import plot as plot
     from splinefeed.sweeps.sweeping import sweep as sweep
@@ -54,6 +56,7 @@ __version__ = "0.1.0"
 
 #: Where each public name lives; it is imported at its first use, so that `import splinefeed` stays fast.
 _PUBLIC = {
+    "Combination": "records",
     "JointPath": "kinematics.joint_path",
     "Kinematics": "kinematics.chains",
     "Interpolator": "interpolation.interpolator",
@@ -69,6 +72,7 @@ _PUBLIC = {
     "State": "feed.window",
     "Response": "records",
     "TimeLaw": "records",
+    "Torque": "records",
     "ToolPath": "geometry.tool_path",
     "Verdict": "records",
     "check": "analysis.check",
