@@ -10,6 +10,7 @@ __version__ = "0.1.0"
 
 #: Where each public name lives; the rooms among them have public names of their own.
 _HOMES = {
+    "Combination": "records.drives",
     "Interpolator": "interpolation.interpolator",
     "JointPath": "kinematics.joint_path",
     "Kinematics": "kinematics.chains",
@@ -27,6 +28,7 @@ _HOMES = {
     "State": "feed.window",
     "TimeLaw": "records.law",
     "ToolPath": "geometry.tool_path",
+    "Torque": "records.drives",
     "Verdict": "records.verdict",
     "analysis": "analysis",
     "check": "analysis.check",
@@ -105,6 +107,8 @@ if TYPE_CHECKING:
     from splinefeed.pipeline.run import Run as Run
     from splinefeed.pipeline.run import run as run
     from splinefeed.pipeline.tuning import tune as tune
+    from splinefeed.records.drives import Combination as Combination
+    from splinefeed.records.drives import Torque as Torque
     from splinefeed.records.law import TimeLaw as TimeLaw
     from splinefeed.records.limits import Limits as Limits
     from splinefeed.records.response import Response as Response

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -51,6 +52,10 @@ TIGHT = {
     "axis_velocity_step": 2.0,
     "axis_minimum": {"x": 1.0},
     "axis_maximum": {"x": 59.0},
+    "combinations": {"sum": sf.Combination(weights={"x": 1.0, "y": -1.0}, velocity=40.0, acceleration=300.0, jerk=5e3)},
+    "torque": sf.Torque(
+        lambda q, v, a: a * (2.0 + np.cos(q / 10.0)) - 0.1 * v**2 * np.sin(q / 10.0), {"x": 500.0, "y": 300.0}
+    ),
 }
 LOOSE = {"axis_velocity_step": 20.0}
 NAMES = [each.name for each in fields(sf.Limits)]
@@ -59,6 +64,7 @@ STREAM = "stream"
 #: What is no limit along the path.
 BEYOND = (
     "chord_error", "centripetal", "axis_velocity", "axis_acceleration", "axis_jerk", "axis_velocity_step",
+    "combinations", "torque",
 )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ from splinefeed.feed.solve import End, Problem, lower_bound, solve
 from splinefeed.feed.spline import Spline
 from splinefeed.feed.straight import seven_phases
 from splinefeed.feed.stream import look_ahead
-from splinefeed.feed.ticks import kept_at_ticks
+from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.track import PathTrack, sharp_bends
 from splinefeed.feed.window import REST, Mode, State, plan_window
 from splinefeed.geometry.path import Path
@@ -175,12 +175,16 @@ def test_a_rest_at_a_cusp_costs_what_a_bend_does() -> None:
 def test_setpoints_over_a_limit_are_seen_at_ticks() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
     law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)
-    none = np.zeros(0)
-    assert kept_at_ticks(law, path, limits, none, none)
-    assert not kept_at_ticks(law, path, sf.Limits(feed=60, axis_jerk=19_000), none, none)
-    assert not kept_at_ticks(law, path, sf.Limits(feed=60, axis_acceleration=450), none, none)
-    assert kept_at_ticks(law, path, sf.Limits(feed=60, chord_error=1e-3), none, setting_of(path, limits).breaks)
-    assert not kept_at_ticks(law, path, sf.Limits(feed=60, chord_error=1e-6), none, none)
+    breaks = setting_of(path, limits).breaks
+
+    def slower(given: sf.Limits) -> float:
+        return held_at_ticks(law, path, given, np.zeros(1, dtype=int), np.zeros(0), breaks).duration / law.duration
+
+    assert slower(limits) == slower(sf.Limits(feed=60, chord_error=1e-3)) == 1.0
+    assert slower(sf.Limits(feed=60, axis_jerk=19_000)) == pytest.approx((20 / 19) ** (1 / 3), rel=1e-3)
+    assert slower(sf.Limits(feed=60, axis_acceleration=450)) == pytest.approx((500 / 450) ** 0.5, rel=1e-3)
+    with pytest.raises(sf.errors.PlanError, match="chords are over their limit"):
+        slower(sf.Limits(feed=60, chord_error=1e-6))
 
 
 def test_chords_look_as_far_as_they_reach() -> None:
@@ -190,7 +194,7 @@ def test_chords_look_as_far_as_they_reach() -> None:
 
 def test_every_limit_is_a_file_and_a_line() -> None:
     names = {rows.__module__.rpartition(".")[2] for rows in LIMITS}
-    assert len(names) == len(LIMITS) == 10
+    assert len(names) == len(LIMITS) == 12
 
 
 def test_a_path_in_parts_is_planned_as_it_comes() -> None:

@@ -14,9 +14,9 @@ import splinefeed as sf
 #: What users may import; a change here is a change of the API and needs a line in CHANGELOG.md.
 PUBLIC = {
     "splinefeed": """
-        Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodTrace NurbsCurve Path Response Run
-        Setpoints SplinefeedError State TimeLaw ToolPath Verdict __version__ analysis check compare errors fit follow
-        formats geometry interpolate live load machine methods plan plot read register run save shapes simulation sweep
+        Combination Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodTrace NurbsCurve Path
+        Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict __version__ analysis check compare
+        errors fit follow formats geometry interpolate live load machine methods plan plot read register run save shapes simulation sweep
         tangential tune write
     """,
     "splinefeed.analysis": "AxisMotion LimitUse Ripple feed_ripple",

@@ -247,7 +247,9 @@ def _over(share: float) -> str:
 def _unit(name: str, axis: str | None, along: str) -> tuple[str, float]:
     """Unit of a limit for people, and what one base unit is in it."""
     base, factor = ("deg", 180.0 / math.pi) if axis in ROTARY_AXES else ("mm" if axis else along, 1.0)
-    kind = name.partition(".")[0].removeprefix("axis_")
+    if name.startswith("torque."):
+        return "N" if axis not in ROTARY_AXES else "N m", 1.0
+    kind = name.rpartition(".")[2] if name.startswith("combinations.") else name.partition(".")[0].removeprefix("axis_")
     power = {
         "chord_error": "",
         "travel": "",

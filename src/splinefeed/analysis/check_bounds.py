@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.analysis.check_corners import Corners, passable
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import layout
-from splinefeed.records import AXIS_LIMITS, KEPT, Array, Limits
+from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, Limits
 
 #: The limit of how much the velocity of an axis may jump at a corner.
 STEP = "axis_velocity_step"
@@ -18,7 +18,9 @@ STEP = "axis_velocity_step"
 
 @dataclass
 class Worst:
-    """The worst of one limit so far; order of its difference, and column of the steps: 0 the path, 1 + k axis k.
+    """The worst of one limit so far; order of its difference, and column of the steps.
+
+    Columns: 0 the path, 1 + k axis k, then combinations of axes in their order.
 
     value, floor  what it is there, and what rounding alone can make of it; over  how many were over the limit
     """
@@ -85,6 +87,13 @@ class Bounds:
         return np.repeat(self.feeds, rows[:, 1] - rows[:, 0] + 1)
 
     @cached_property
+    def weights(self) -> Array:
+        """Weights of the axes in each combination that is limited, (combinations, axes)."""
+        axes = self.path.axes
+        rows = [each.on(axes) for each in (self.limits.combinations or {}).values()]
+        return np.array(rows).reshape(len(rows), len(axes))
+
+    @cached_property
     def corners(self) -> Corners:
         """Corners that may be passed in motion: none without a limit of what that asks of an axis."""
         if self.limits.axis_velocity_step is None:
@@ -131,6 +140,15 @@ class Bounds:
             for k, value in enumerate(limits.of_axes(name, axes)):
                 if value < np.inf:
                     found[f"{name}.{axes[k]}"] = Worst(float(value), order, k + 1)
+        for k, (name, each) in enumerate((limits.combinations or {}).items()):
+            for order, kind in enumerate(BOUNDED, start=1):
+                if getattr(each, kind) < np.inf:
+                    found[f"combinations.{name}.{kind}"] = Worst(getattr(each, kind), order, 1 + len(axes) + k)
+        if limits.torque is not None:
+            columns = zip(limits.torque.most.items(), limits.torque.columns(axes), strict=True)
+            for (axis, most), k in columns:
+                if most < np.inf:
+                    found[f"torque.{axis}"] = Worst(most, 0, k + 1)
         for k, value in enumerate(limits.of_axes("axis_velocity_step", axes)):
             if value < np.inf:
                 found[f"{STEP}.{axes[k]}"] = Worst(float(value), 1, k + 1)

@@ -39,7 +39,7 @@ RIPPLE_SHARE = 0.1
 class Judge:
     """Sees all setpoints of one motion once, in order, and remembers what is worst.
 
-    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k.
+    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes.
     """
 
     def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None) -> None:
@@ -54,9 +54,10 @@ class Judge:
         self.drift = self.ripple = self.off_path = 0.0
         self.scale = self.allowed = 0.0
         self._know(bounds)
-        columns = 1 + len(path.axes)
+        columns = 1 + len(path.axes) + len(bounds.weights)
         self._t, self._planned = 0.0, np.zeros(1)
         self._place: Located | None = None  # of the last tick
+        self._torques = np.zeros((2, len(path.axes), 0))  # positions and their rounding of the last two ticks
         self._steps, self._errors = np.zeros((columns, 0)), np.zeros((columns, 0))
         self._dt = np.zeros(0)
         self._step_places = np.zeros((3, 0))  # t and s at the start of a step, s at its end
@@ -91,8 +92,11 @@ class Judge:
         with np.errstate(divide="ignore", invalid="ignore"):
             # over several curves the limit of the mean feed is the way through the least time that their feeds allow
             limits = None if feeds is None else np.where(least > 0.0, travelled / least, np.inf)
-        steps = np.concatenate([travelled[None], np.diff(both.position, axis=1)])
+        weights = self.bounds.weights
+        moved = np.diff(both.position, axis=1)
+        steps = np.concatenate([travelled[None], moved, weights @ moved])
         rounding = self._rounding(both)
+        rounding = np.concatenate([rounding, np.abs(weights) @ rounding[1:]])
         errors = rounding[:, :-1] + rounding[:, 1:]
         began = np.concatenate([[self._t], t[:-1]])
         if self.ticks == 0:
@@ -100,6 +104,8 @@ class Judge:
         places = np.stack([began, both.s[:-1], place.s])
         self._chords(both, travelled, errors, dt, places)
         self._follow_law(t, place.s, travelled)
+        if self.short is None:
+            self._see_torques(place.position, rounding[1 : 1 + len(place.position), 1:], t, place.s)
         for name, worst in self.worst.items():
             if name.startswith("travel."):
                 low, high = self.bounds.limits.travel[name.removeprefix("travel.")]
@@ -218,6 +224,29 @@ class Judge:
             with np.errstate(invalid="ignore"):
                 feed = np.abs(travelled) / dt
                 worst.see(feed * feed * least, places[0], places[1], 2.0 * errors[0] / dt * feed * least)
+
+    def _see_torques(self, position: Array, rounding: Array, t: Array, s: Array) -> None:
+        """Torques at ticks with one before and one behind: inverse dynamics of differences; (axes, n) each.
+
+        Before a start and behind an end at rest joints stand still.
+        """
+        torque = self.bounds.limits.torque
+        if torque is None:
+            return
+        new = np.stack([position, rounding])
+        if not self._torques.shape[2]:
+            still = 2 if self.bounds.limits.start_feed == 0.0 else 0
+            self._torques = np.repeat(new[:, :, :1], still, axis=2)
+        known = np.concatenate([self._torques, new], axis=2)
+        self._torques = known[:, :, -2:]
+        if known.shape[2] < 3:
+            return
+        columns = torque.columns(self.bounds.path.axes)
+        found, _, floor = torque.by_differences(known[0, columns].T, self.period, np.max(known[1, columns], axis=1))
+        at = np.clip(np.arange(len(found)) - len(found) + len(t) - 1, 0, None)
+        for k, axis in enumerate(torque.most):
+            if (worst := self.worst.get(f"torque.{axis}")) is not None:
+                worst.see(np.abs(found[:, k]), t[at], s[at], floor[:, k])
 
     def _follow_law(self, t: Array, s: Array, travelled: Array) -> None:
         if self.law is None:
@@ -354,6 +383,9 @@ class Judge:
             self.faults["period"] = Fault(1, crept, self.ticks - 1, self._t, s)
         feed = self.bounds.limits.end_feed
         if feed == 0.0:
+            if self.short is None and self._torques.shape[2]:
+                last = np.repeat(self._torques[:, :, -1:], 2, axis=2)
+                self._see_torques(last[0], last[1], np.repeat(self._t, 2), np.repeat(s, 2))
             still = np.zeros((len(self._steps), 3))
             feeds = None if self.bounds.path.feeds is None else np.full(3, np.inf)
             self._differences(still, still, np.full(3, T), np.repeat(place[:, None], 3, axis=1), feeds, self.ticks)
@@ -381,7 +413,7 @@ class Judge:
         return {
             name: LimitResult(
                 limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=worst.floor,
-                axis=axes[worst.column - 1] if worst.column else None, over=worst.over,
+                axis=axes[worst.column - 1] if 0 < worst.column <= len(axes) else None, over=worst.over,
             )
             for name, worst in self.worst.items()
         }  # fmt: skip

@@ -19,7 +19,7 @@ from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.tool_path import ANGLES
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, Array, IntArray, LimitResult, Limits, Setpoints, TimeLaw
+from splinefeed.records import AXIS_LIMITS, BOUNDED, Array, IntArray, LimitResult, Limits, Setpoints, TimeLaw
 
 EPSILON = float(np.finfo(np.float64).eps)
 #: Roundings of a position: those of the formulas of kinematics.
@@ -200,6 +200,19 @@ def _joints(found: Judged, points: Setpoints, path: JointPath, limits: Limits, t
         for k, name in enumerate(path.axes):
             floor = float(2.0**order * rounding[k] / period**order)
             _see(found, f"{kind}.{name}", float(bounds[k]), values[:, k], floor, points, name)
+    for label, each in (limits.combinations or {}).items():
+        w = each.on(path.axes)
+        for order, kind in enumerate(BOUNDED, start=1):
+            values = np.abs(np.diff(change, n=order - 1, axis=0) @ w) / period**order
+            floor = float(2.0**order * np.abs(w) @ rounding / period**order)
+            _see(found, f"combinations.{label}.{kind}", getattr(each, kind), values, floor, points)
+    if limits.torque is not None:
+        before, after = (2 * (feed == 0.0) for feed in (limits.start_feed, limits.end_feed))
+        q = np.pad(points.position[:whole], ((before, after), (0, 0)), mode="edge")
+        columns = limits.torque.columns(path.axes)
+        torques, _, floors = limits.torque.by_differences(q[:, columns], period, rounding[columns])
+        for k, (name, most) in enumerate(limits.torque.most.items()):
+            _see(found, f"torque.{name}", most, np.abs(torques[:, k]), float(np.max(floors[:, k])), points, name)
     for name, (low, high) in limits.travel_of(path.axes).items():
         away = np.abs(points.position[:, path.axes.index(name)] - 0.5 * (low + high))
         _see(found, f"travel.{name}", 0.5 * (high - low), away, 0.0, points, name)

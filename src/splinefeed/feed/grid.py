@@ -137,11 +137,12 @@ def _tops(setting: Setting, s: Array, d: Array | None = None) -> tuple[Array, Ar
     places = setting.places(s, d=d)
     rows = setting.rows(places)
     with np.errstate(divide="ignore", over="ignore"):
-        a = np.max(np.abs(rows.linear[:, 0]), axis=0, initial=0.0)
+        linear = rows.linear[:, 0]
+        a = np.max(np.abs(linear) / np.where(linear > 0.0, rows.high, -rows.low), axis=0, initial=0.0)
         j = np.max(np.abs(rows.jerk[:, 0]), axis=0, initial=0.0)
         q = np.minimum(rows.top, np.minimum(1.0 / a, j ** (-2.0 / 3.0)))
         q = np.minimum(q, 1.0 / np.max(rows.jump[:, 1], axis=(0, 1), initial=0.0))
-        push = float(np.float64(0.5) / np.max(np.abs(rows.linear[:, 1]), initial=0.0))
+        push = float(np.min(0.25 * (rows.high - rows.low) / np.abs(rows.linear[:, 1]), initial=np.inf))
         twist = float(np.float64(0.5) / np.max(np.abs(rows.jerk[:, 2]), initial=0.0))
     return np.maximum(q, LEAST), setting.turning(places.d)[1], push, twist
 

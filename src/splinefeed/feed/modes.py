@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -15,15 +16,15 @@ from splinefeed.feed.audit import chebyshev, worst_shares
 from splinefeed.feed.corners import passed_corners
 from splinefeed.feed.periods import in_periods
 from splinefeed.feed.setting import Setting
-from splinefeed.feed.straight import straight_rests
+from splinefeed.feed.straight import straights
 from splinefeed.feed.stretches import curve_feeds, lasting
 from splinefeed.feed.ticks import held_at_ticks
-from splinefeed.feed.track import PathTrack
-from splinefeed.feed.turns import check_turns
+from splinefeed.feed.track import PathTrack, Track
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
 from splinefeed.feed.windows import KEPT, OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
-from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits, TimeLaw
+from splinefeed.kinematics import JointPath
+from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, BoolArray, Limits, TimeLaw
 
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
@@ -48,41 +49,65 @@ NEAREST = 10
 ROUNDING, LATE = 1e-12, 1e-9
 
 
-def plan_time_optimal(path: Path, limits: Limits, period: float | None, start: State | None = None) -> TimeLaw:
+#: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
+TIP = ("tip.x", "tip.y", "tip.z")
+#: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes.
+JOINT_BEAT = 0.1
+
+
+def plan_time_optimal(
+    path: Path | JointPath, limits: Limits, period: float | None, start: State | None = None
+) -> TimeLaw:
     """Least time under all limits at once, at rest at the stops; see `plan_in_mode`."""
     return plan_in_mode(path, limits, period, TIME_OPTIMAL, start)
 
 
-def plan_look_ahead(path: Path, limits: Limits, period: float | None, start: State | None = None) -> TimeLaw:
+def plan_look_ahead(
+    path: Path | JointPath, limits: Limits, period: float | None, start: State | None = None
+) -> TimeLaw:
     """Close to the least time, window by window; see `plan_in_mode`."""
     return plan_in_mode(path, limits, period, LOOK_AHEAD, start)
 
 
-def setting_of(path: Path, limits: Limits, period: float | None) -> Setting:
-    """What a motion along the path is planned under."""
-    feeds = curve_feeds(path, limits)
+def setting_of(path: Path | JointPath, limits: Limits, period: float | None) -> Setting:
+    """What a motion along the path is planned under; joints are axes over the arc length of the tip, behind its own."""
+    curves: Path
+    given: tuple[Track, Limits, tuple[str, ...], int]
+    if isinstance(path, JointPath):
+        curves, passed = path.tool, (np.zeros(0), np.zeros(0))
+        given = path, _by_axis(limits, path), (*TIP, *path.axes), len(TIP)
+    else:
+        curves, passed = path, passed_corners(path, limits, period)
+        given = PathTrack(path), limits, path.axes, path.linear
+    feeds = curve_feeds(curves, limits)
     changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
-    passed = passed_corners(path, limits, period)
+    stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
+    track, own, axes, linear = given
     return Setting(
-        PathTrack(path),
-        limits,
-        path.axes,
-        path.linear,
+        track,
+        own,
+        axes,
+        linear,
         period,
-        (path.curve_starts[changes], feeds[np.concatenate([[0], changes])]),
+        (curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]),
         passed,
-        _rests(path, passed[0]),
+        np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed[0])]),
     )
 
 
-def _rests(path: Path, passed: Array) -> Array:
-    """Arc lengths (k,) strictly inside at which the motion rests, mm: stops that are not passed, and dwells."""
-    stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
-    return np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed)])
+def _by_axis(limits: Limits, path: JointPath) -> Limits:
+    """The limits with one number for all linear joints written as one for each of them."""
+    changes: dict[str, Any] = {}
+    for name in AXIS_LIMITS:
+        given = getattr(limits, name)
+        if given is not None and not isinstance(given, Mapping):
+            changes[name] = dict.fromkeys(path.axes[: path.linear], given)
+        limits.of_axes(name, path.axes)  # refuses limits of joints that are not there
+    return replace(limits, **changes)
 
 
 def plan_in_mode(
-    path: Path, limits: Limits, period: float | None, strategy: str, start: State | None = None
+    path: Path | JointPath, limits: Limits, period: float | None, strategy: str, start: State | None = None
 ) -> TimeLaw:
     """The motion in one of MODES.
 
@@ -92,12 +117,17 @@ def plan_in_mode(
     found. With `start` it begins there, in the law too.
     """
     check_limits(limits, path.axes, strategy)
-    _check_jumps(path, limits, period)
+    mode = MODES[strategy]
+    if isinstance(path, Path):
+        _check_jumps(path, limits, period)
+    else:
+        mode = replace(mode, beat=JOINT_BEAT) if strategy == TIME_OPTIMAL else mode
+        if limits.axis_velocity_step is not None:
+            raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
     begin = State(limits.start_feed) if start is None else start
     with np.errstate(all="ignore"):  # what is no number is no motion to take
         setting = setting_of(path, limits, period)
-        check_turns(path, np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [path.length]]), limits)
-        law = motion(setting, strategy, MODES[strategy], begin)
+        law = motion(setting, strategy, mode, begin)
         at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
         return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
 
@@ -109,7 +139,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
     marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [length]])
     instants, rows, notes = [np.zeros(1)], [], []
     bound, tick, late = 0.0, 0, 0.0
-    exact, phases, shapes = straight_rests(setting, marks)
+    exact, phases, shapes = straights(setting, marks)
     exact[0] &= begin.feed == 0.0
     exact[-1] &= limits.end_feed == 0.0
     for first, last in _runs(exact):
@@ -272,7 +302,9 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
 
 def check_limits(limits: Limits, axes: tuple[str, ...], strategy: str) -> None:
     """Raise LimitsError for limits that leave acceleration and jerk free."""
-    bounded = [limits.acceleration, limits.jerk]
+    sums = (limits.combinations or {}).values()
+    bounded = [limits.acceleration, limits.jerk, *(each.acceleration for each in sums), *(each.jerk for each in sums)]
+    bounded += [] if limits.torque is None else limits.torque.most.values()
     for name in ("axis_acceleration", "axis_jerk"):
         bounded += limits.of_axes(name, axes).tolist()
     if not np.any(np.isfinite(bounded)):
@@ -283,7 +315,8 @@ def check_limits(limits: Limits, axes: tuple[str, ...], strategy: str) -> None:
 
 def _check_jumps(path: Path, limits: Limits, period: float | None) -> None:
     """Raise LimitsError for curvature that jumps under an axis jerk without a period."""
-    if period is None and np.any(np.isfinite(limits.of_axes("axis_jerk", path.axes))):
+    jerks = [*limits.of_axes("axis_jerk", path.axes), *(each.jerk for each in (limits.combinations or {}).values())]
+    if period is None and np.any(np.isfinite(jerks)):
         jumps = path.corners.s[~path.corners.stop]
         if len(jumps):
             raise LimitsError(

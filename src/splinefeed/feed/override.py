@@ -54,7 +54,8 @@ class Override:
 
     top   highest rate that keeps the limits everywhere. A higher one is run where and while they allow it: what
           programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
-    Raises LimitsError for a course without reserve and for corners passed at speed (axis_velocity_step).
+    Raises LimitsError for a course without reserve, for corners passed at speed (axis_velocity_step), and for limits
+    of combinations of axes and of torques.
     """
 
     def __init__(
@@ -74,6 +75,8 @@ class Override:
             raise LimitsError(
                 "corners passed at speed (axis_velocity_step) cannot be overridden; plan with exact stops"
             )
+        if limits.combinations is not None or limits.torque is not None:
+            raise LimitsError("combinations, torque: an override cannot hold them; run the law as it was planned")
         axes = course.axes
         along = (
             limits.feed,

@@ -16,7 +16,6 @@ from splinefeed.feed.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.feed.seven_phase import Stretched, plan_seven_phase
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.stretches import check_ends, close_gaps, with_dwells
-from splinefeed.feed.tool import plan_tool
 from splinefeed.feed.window import State
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
@@ -129,11 +128,9 @@ def plan(
         raise LimitsError(f"travel.{next(iter(limits.travel))}: the path has no axes, only a length; give a Path")
     if start is not None:
         _check_start(path, strategy, start)
-    if isinstance(path, JointPath):
-        if strategy == SEVEN_PHASE:
-            raise LimitsError(f"{SEVEN_PHASE} knows no joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
-        law = plan_tool(path, limits, period, strategy)
-    elif start is None:
+    if isinstance(path, JointPath) and strategy == SEVEN_PHASE:
+        raise LimitsError(f"{SEVEN_PHASE} knows no joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
+    if start is None:
         law = STRATEGIES[strategy].make(path, limits, period)
     else:
         law = STRATEGIES[strategy].make(path, limits, period, start)

@@ -1,23 +1,18 @@
-"""Straight stretches: limits of the axes are limits along the path, and the seven-phase profile is the exact answer."""
+"""Straight stretches between rests: rows that stay the same are limits along the path, and seven phases the answer."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from splinefeed.feed.law import Pieces
-from splinefeed.feed.limits import Places
+from splinefeed.feed.limits.rows import FREE
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.feed.track import SAME
-from splinefeed.feed.window import REST, Plan, State
-from splinefeed.kernels.profile import UNSEEN, lasting_jerk
-from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray, Limits
+from splinefeed.kernels.profile import UNSEEN
+from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
 
-#: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line.
+#: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line; so with shares of rows.
 STRAIGHT = 1e-12
-#: Stretches that are looked at together, so that memory stays small; phases of a profile.
+#: Spans that are looked at together, so that memory stays small; phases of a profile.
 TOGETHER, PHASES = 1 << 15, 7
 #: Newton steps to the feed of a short stretch: from the right power of it one halves what is too much at least.
 NEWTON = 60
@@ -25,119 +20,57 @@ NEWTON = 60
 LOOKED = np.clip(np.linspace(0.0, 1.0, 4), INSIDE, 1.0 - INSIDE)
 
 
-def plan_straight(setting: Setting, low: float, high: float, start: State, stop: State) -> Plan | None:
-    """The exact profile of a straight stretch at one feed limit; None if it is not straight, or not bounded so.
+def straights(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
+    """Which stretches (m,) between rests at marks (m + 1,), mm, are straight, and their exact motions.
 
-    With an end in motion it lasts whole periods, if a lower top feed can make it. Raises PlanError where it is too
-    short for its change of feed.
+    Times of their seven phases (m, 7), s, and coefficients (m, 7, 6) of s in t; 0 where a stretch is not straight.
     """
-    inner = setting.inside(low, high)
-    if start.acceleration or stop.acceleration or np.any(np.isin(inner, setting.passed[0])):
-        return None
-    edges = np.concatenate([[low], inner, [high]])
-    places = setting.places((edges[:-1, None] + np.diff(edges)[:, None] * LOOKED).ravel())
-    tangent, feed, top = _along(setting, places, 1)
-    return _profile(setting, low, high, start, stop, tangent[0], float(feed[0]), float(top[0]))
-
-
-def plan_straights(setting: Setting, marks: Array) -> list[Plan | None]:
-    """`plan_straight` between neighbouring marks (m + 1,), mm, from rest to rest: all of one span in one go."""
-    same = SAME * setting.track.length
-    first, last = (np.searchsorted(setting.breaks, s) for s in (marks[:-1] + same, marks[1:] - same))
-    single = np.flatnonzero(first >= last)
-    found: list[Plan | None] = [None] * (len(marks) - 1)
-    for k in np.flatnonzero(first < last).tolist():
-        found[k] = plan_straight(setting, float(marks[k]), float(marks[k + 1]), REST, REST)
-    if len(single):
-        low, high = marks[single], marks[single + 1]
-        places = setting.places((low[:, None] + (high - low)[:, None] * LOOKED).ravel())
-        columns = _along(setting, places, len(single))
-        for k, a, b, tangent, feed, top in zip(single.tolist(), low.tolist(), high.tolist(), *columns, strict=True):
-            found[k] = _profile(setting, a, b, REST, REST, tangent, float(feed), float(top))
-    return found
-
-
-def _along(setting: Setting, places: Places, count: int) -> tuple[Array, Array, Array]:
-    """Tangents (count, axes), feed that the path asks for and the least top of q (count,) of so many stretches.
-
-    NaN where a stretch is not straight, or asks for several feeds.
-    """
-    d = places.d.reshape(count, -1, *places.d.shape[1:])
-    feeds = np.minimum(places.feed, 1e300).reshape(count, -1)
-    length = np.ptp(places.s.reshape(count, -1), axis=1)
-    bent = np.max(np.abs(d[:, :, 2]), axis=(1, 2)) * length > STRAIGHT
-    turned = np.max(np.ptp(d[:, :, 1], axis=1), axis=1) > STRAIGHT
-    top = np.min(setting.rows(places).top.reshape(count, -1), axis=1)
-    feed = np.where(bent | turned | (np.ptp(feeds, axis=1) > 0.0), np.nan, places.feed.reshape(count, -1)[:, 0])
-    return d[:, 0, 1], feed, top
-
-
-def _profile(
-    setting: Setting, low: float, high: float, start: State, stop: State, tangent: Array, feed: float, top: float
-) -> Plan | None:
-    """The profile along a tangent (axes,) under a feed, mm/s, where q may be no more than `top`; None for no feed."""
-    along = None if np.isnan(feed) else limits_along(setting, tangent, feed, start.feed, stop.feed)
-    if along is None or top < (1.0 - STRAIGHT) * along.feed**2:
-        return None
-    profile = SevenPhase.solve(high - low, along)
-    rounding = float(np.spacing(profile.duration))
-    calm = (
-        lasting_jerk.for_work(1)(along.acceleration, along.jerk, rounding),
-        lasting_jerk.for_work(1)(float(along.deceleration or 0.0), float(along.deceleration_jerk or 0.0), rounding),
+    inner = setting.inside(float(marks[0]), float(marks[-1]))
+    apart = np.minimum(*(np.abs(inner - marks[np.clip(np.searchsorted(marks, inner) + k, 0, None)]) for k in (-1, 0)))
+    edges = np.sort(np.concatenate([marks, inner[apart > SAME * setting.track.length]]))
+    found = np.concatenate(
+        [_along(setting, edges[k : k + TOGETHER + 1]) for k in range(0, len(edges) - 1, TOGETHER)], 1
     )
-    if calm != (along.jerk, along.deceleration_jerk):  # acceleration that builds up within the rounding of an instant
-        profile = SevenPhase.solve(high - low, replace(along, jerk=calm[0], deceleration_jerk=calm[1]))
-    least = profile.duration
-    if max(start.feed, stop.feed) > 0.0 and setting.period is not None:
-        profile = profile.to_period(setting.period)
-    law = profile.law()
-    coefficients: Array = law.coefficients.copy()
-    coefficients[:, 0] += low
-    return Plan(Pieces(np.diff(law.breaks), coefficients), least, 0.0, True)  # exact: nothing is over by any rounding
-
-
-def straight_rests(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
-    """Which stretches (m,) between rests at marks (m + 1,), mm, are straight in one span, and their exact motions.
-
-    Times of their seven phases (m, 7), s, and coefficients (m, 7, 6); 0 where a stretch is not straight.
-    """
-    m, limits = len(marks) - 1, setting.limits
-    straight = np.zeros(m, dtype=bool)
-    along = np.ones((6, m))  # length, feed, acceleration, deceleration, jerk, deceleration jerk
-    along[0] = np.diff(marks)
-    inner = np.searchsorted(setting.breaks, marks[1:]) - np.searchsorted(setting.breaks, marks[:-1], side="right")
-    for first in range(0, m, TOGETHER):
-        block = np.arange(first, min(first + TOGETHER, m))
-        block = block[inner[block] == 0]
-        if not len(block):
-            continue
-        s = marks[block, None] + along[0, block, None] * LOOKED
-        places = setting.places(s.ravel(), alone=True)
-        d = places.d.reshape(*s.shape, *places.d.shape[1:])
-        feed = places.feed.reshape(s.shape)
-        tangent = np.abs(d[:, 0, 1])
-        with np.errstate(divide="ignore"):
-            velocity, acceleration, jerk = (
-                np.min(limits.of_axes(name, setting.axes) / tangent, axis=1)
-                for name in ("axis_velocity", "axis_acceleration", "axis_jerk")
-            )
-        top = np.minimum.reduce([np.full(len(block), limits.feed), feed[:, 0], velocity])
-        down = np.inf if limits.deceleration is None else limits.deceleration
-        falling = np.inf if limits.deceleration_jerk is None else limits.deceleration_jerk
-        along[1, block] = top
-        along[2, block], along[3, block] = np.minimum(acceleration, limits.acceleration), np.minimum(acceleration, down)
-        along[4, block], along[5, block] = np.minimum(jerk, limits.jerk), np.minimum(jerk, falling)
-        bent = np.max(np.abs(d[:, :, 2]), axis=(1, 2)) * along[0, block] > STRAIGHT
-        bent |= np.max(np.ptp(d[:, :, 1], axis=1), axis=1) > STRAIGHT
-        slower = np.min(setting.rows(places).top.reshape(s.shape), axis=1) < (1.0 - STRAIGHT) * top**2
-        bounded = np.all(np.isfinite(along[:, block]), axis=0)
-        straight[block] = ~bent & ~slower & bounded & (np.ptp(np.minimum(feed, 1e300), axis=1) == 0.0)
-    spans, coefficients = np.zeros((m, PHASES)), np.zeros((m, PHASES, LAW_COEFFICIENTS))
+    first = np.searchsorted(edges, marks[:-1])
+    along, most = np.minimum.reduceat(found, first, axis=1), np.maximum.reduceat(found, first, axis=1)
+    straight = np.all(np.isfinite(along), axis=0)
+    with np.errstate(invalid="ignore"):
+        straight &= np.all(most[5:] - along[5:] <= STRAIGHT, axis=0)  # the tangent
+        straight &= np.all(most[:5] - along[:5] <= STRAIGHT * most[:5], axis=0) & (along[0] < FREE)
+    spans, coefficients = np.zeros((len(straight), PHASES)), np.zeros((len(straight), PHASES, LAW_COEFFICIENTS))
     if np.any(straight):
-        found, shapes = seven_phases(*along[:, straight])
-        shapes[:, :, 0] += marks[:-1][straight, None]
-        spans[straight], coefficients[straight] = found, shapes
+        spans[straight], coefficients[straight] = seven_phases(np.diff(marks)[straight], *along[:5, straight])
+        coefficients[straight, :, 0] += marks[:-1][straight, None]
     return straight, spans, coefficients
+
+
+def _along(setting: Setting, edges: Array) -> Array:
+    """Limits along the spans between edges (m + 1,), and their tangents: (5 + axes, m), NaN where one is not straight.
+
+    Feed, acceleration, deceleration, jerk, deceleration jerk, by rows on q' and q'' alone: those along the path, and
+    those of each axis by its share of the tangent.
+    """
+    length = np.diff(edges)
+    s = edges[:-1, None] + length[:, None] * LOOKED
+    limits, found = setting.limits, []
+    d = setting.track.derivatives(s.ravel())
+    for rising in (1.0, -1.0)[: 1 + (limits.jerk != limits.deceleration_jerk)]:
+        rows = setting.rows(setting.places(s.ravel(), rising=np.full(s.size, rising), d=d, alone=True))
+        linear, high, low = rows.linear[:, 1], rows.high, rows.low
+        with np.errstate(divide="ignore"):
+            up, down = (
+                0.5 / np.max(np.abs(linear) / np.where(sign * linear > 0.0, high, -low), axis=0, initial=0.0)
+                for sign in (1.0, -1.0)
+            )
+            found.append((np.sqrt(rows.top), up, down, 0.5 / np.max(np.abs(rows.jerk[:, 2]), axis=0, initial=0.0)))
+    bent = np.max(np.abs(d[:, 2]), axis=1) * np.repeat(length, len(LOOKED))
+    bent += rows.top * np.max(np.abs(rows.linear[:, 0]), axis=0, initial=0.0)
+    values = np.stack([*found[0], found[-1][3], *d[:, 1].T]).reshape(-1, *s.shape)
+    size = np.abs(values[:, :, 0])
+    size[5:] = 1.0
+    with np.errstate(invalid="ignore"):
+        same = np.all(np.ptp(values, axis=2) <= STRAIGHT * size, axis=0)
+    return np.where(same & (np.max(bent.reshape(s.shape), axis=1) <= STRAIGHT), values[:, :, 0], np.nan)
 
 
 def seven_phases(
@@ -206,30 +139,3 @@ def _lasting(acceleration: Array, jerk: Array, rounding: float) -> Array:
     share = rounding * jerk / acceleration
     calm = np.minimum(2.0 * jerk / (1.0 + np.sqrt(1.0 + 4.0 * share)), 0.25 * acceleration / max(rounding, 1e-300))
     return np.asarray(np.where(share > UNSEEN, calm, jerk))
-
-
-def limits_along(setting: Setting, tangent: Array, feed: float, start: float, stop: float) -> Limits | None:
-    """All limits as limits along a line of this tangent (axes,); None where one of the path's derivatives is free."""
-    limits = setting.limits
-    with np.errstate(divide="ignore"):
-        velocity, acceleration, jerk = (
-            float(np.min(limits.of_axes(name, setting.axes) / np.abs(tangent)))
-            for name in ("axis_velocity", "axis_acceleration", "axis_jerk")
-        )
-    top = min(limits.feed, feed, velocity)
-    down = np.inf if limits.deceleration is None else limits.deceleration
-    falling = np.inf if limits.deceleration_jerk is None else limits.deceleration_jerk
-    values = [
-        min(limits.acceleration, acceleration), min(down, acceleration), min(limits.jerk, jerk), min(falling, jerk),
-    ]  # fmt: skip
-    if not np.all(np.isfinite(values)) or max(start, stop) > top:
-        return None
-    return Limits(
-        feed=top,
-        acceleration=values[0],
-        deceleration=values[1],
-        jerk=values[2],
-        deceleration_jerk=values[3],
-        start_feed=start,
-        end_feed=stop,
-    )

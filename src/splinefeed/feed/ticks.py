@@ -9,53 +9,55 @@ import numpy as np
 from splinefeed.errors import PlanError
 from splinefeed.feed.stretches import lasting, on_tick
 from splinefeed.geometry.path import Path
-from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
+from splinefeed.kinematics import JointPath
+from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
 
-#: Ticks that are looked at together.
-TOGETHER = 1 << 16
-#: Of longer motions, half an hour at 1 ms, ticks are looked at beside breaks and in so many places in between.
-MOST_TICKS, EVENLY = 2_000_000, 100_000
-#: Setpoints of rotary axes with limits, at most: eleven days at 1 ms.
-MOST_ROTARY = 1e9
+#: Ticks that are looked at together, and all of them at most: eleven days at 1 ms.
+TOGETHER, MOST_TICKS = 1 << 16, 1e9
 #: A difference may be over a limit by this share, and by so many roundings of a position.
 KEPT, ROUNDINGS = 1e-9, 8.0
+#: Slopes of joints count where the tip moves by more than this share of its longest step.
+MOVING = 0.01
 #: Rounds of slowing down; what is over a limit by this factor on q is no matter of feed.
 ROUNDS, FAR = 6, 2.0
 #: How much slower than what is over a limit asks for: the next ticks fall elsewhere.
 SLOWER = 1e-6
+#: What a chord is over its limit is noted as if it were an axis of this number.
+CHORD = -1
 
 
-def held_at_ticks(law: TimeLaw, path: Path, limits: Limits, first: IntArray, passed: Array, breaks: Array) -> TimeLaw:
-    """The law, slower from one rest to the next where differences of its setpoints are over a limit of an axis.
+def held_at_ticks(
+    law: TimeLaw, path: Path | JointPath, limits: Limits, first: IntArray, passed: Array, breaks: Array
+) -> TimeLaw:
+    """The law, slower from one rest to the next where differences of its setpoints are over a limit.
 
-    |D^k r| / T^k <= limit for the setpoints r at the ticks of the period T, k = 1, 2, 3, and their chords.
+    |D^k r| / T^k <= limit for the setpoints r at the ticks of the period T, k = 1, 2, 3, torques and chords.
     first (m,)   the first piece of each stretch between rests
     passed (k,)  arc lengths of corners that are passed in motion, mm, across which differences are no derivatives
     breaks (n,)  arc lengths where derivatives jump or the path bends sharply, mm
     Raises PlanError for what no feed mends: next to an end in motion, and where arc length is rounded too much for a
     rotary axis.
     """
-    rotary = [limits.of_axes(name, path.axes)[path.linear :] for name in BOUNDS]
-    if law.period is not None and np.any(np.isfinite(rotary)) and law.duration > MOST_ROTARY * law.period:
+    if law.period is None:
+        return law
+    if law.duration > MOST_TICKS * law.period:
         raise PlanError(
-            f"the motion would take {law.duration:.3g} s, which is more than the {MOST_ROTARY:.0e} setpoints that are "
-            "held to the limits of rotary axes; ask for more feed or a longer period, or leave those limits out"
+            f"the motion would take {law.duration:.3g} s, which is more than the {MOST_TICKS:.0e} setpoints that are "
+            "held to limits; ask for more feed or a longer period"
         )
     for _ in range(ROUNDS):
         over, worst = _over(law, path, limits, law.breaks[first], passed, breaks)
         moving = np.zeros(len(first), dtype=bool)
-        moving[0] = limits.start_feed > 0.0
-        moving[-1] |= limits.end_feed > 0.0
+        moving[0], moving[-1] = limits.start_feed > 0.0, moving[-1] | (limits.end_feed > 0.0)
         if not np.any(over > 1.0):
             return law
         if np.any(over > np.where(moving, 1.0, FAR)):
             break
         law = _slower(law, first, over)
     k = int(np.argmax(np.where(moving & (over > 1.0), np.inf, over)))
-    s, axis = worst[k]
-    what = (
-        f"the setpoints of {path.axes[int(axis)]} are over its limits" if axis >= 0 else "chords are over their limit"
-    )
+    s, axis = worst[k, 0], int(worst[k, 1])
+    name = path.axes[axis] if 0 <= axis < len(path.axes) else ""
+    what = "chords are over their limit" if axis == CHORD else f"the setpoints of {name or 'axes'} are over its limits"
     where = f"at s = {s:.6g} mm {what}"
     if moving[k]:
         raise PlanError(
@@ -71,24 +73,22 @@ def held_at_ticks(law: TimeLaw, path: Path, limits: Limits, first: IntArray, pas
     raise PlanError(f"{where} by {100.0 * (over[k] - 1.0):.3g} % however slow it is; smooth the path there")
 
 
-BOUNDS = ("axis_velocity", "axis_acceleration", "axis_jerk")
-
-
-def kept_at_ticks(law: TimeLaw, path: Path, limits: Limits, passed: Array, breaks: Array) -> bool:
-    """Whether the setpoints of a law keep the limits of the axes and their chords; see `held_at_ticks`."""
-    over, _ = _over(law, path, limits, law.breaks[:1], passed, breaks)
-    return bool(np.max(over) <= 1.0)
-
-
-def _over(law: TimeLaw, path: Path, limits: Limits, begins: Array, passed: Array, breaks: Array) -> tuple[Array, Array]:
+def _over(
+    law: TimeLaw, path: Path | JointPath, limits: Limits, begins: Array, passed: Array, breaks: Array
+) -> tuple[Array, Array]:
     """By how much q of each stretch (m,) must come down for its ticks, and where and in which axis that is, (m, 2).
 
-    begins (m,): when they begin, s; axis -1 stands for a chord.
+    begins (m,): when they begin, s
     """
     over, worst = np.zeros(len(begins)), np.zeros((len(begins), 2))
-    bounds = [limits.of_axes(name, path.axes) for name in BOUNDS]
-    period = law.period
-    if period is None or (limits.chord_error is None and not np.any(np.isfinite(bounds))):
+    axes, sums, torque = path.axes, list((limits.combinations or {}).values()), limits.torque
+    weights = np.vstack([np.eye(len(axes)), *(each.on(axes) for each in sums)])
+    bounds = [
+        np.append(limits.of_axes(name, axes), [getattr(each, kind) for each in sums])
+        for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
+    ]
+    period = float(law.period or 0.0)
+    if limits.chord_error is None and torque is None and not np.any(np.isfinite(bounds)):
         return over, worst
 
     def note(share: Array, t: Array, s: Array, axis: IntArray) -> None:
@@ -99,49 +99,49 @@ def _over(law: TimeLaw, path: Path, limits: Limits, begins: Array, passed: Array
             if share[i] > over[k]:
                 over[k], worst[k] = share[i], (s[i], axis[i])
 
-    for ticks in _looked_at(law, breaks):
-        t = np.asarray(ticks * period, dtype=np.float64)
+    top = float(np.max(law.coefficients[:, 1]))
+    rest = law.coefficients[-1, 1] == 0.0 or abs(float(law.feed(law.duration))) <= KEPT * top
+    periods = law.duration / period
+    last = int(np.ceil(periods * (1.0 - 1e-12)) if rest else np.floor(periods * (1.0 + 1e-12)))  # no short one
+    begin, end = -3 * int(law.coefficients[0, 1] == 0.0), last + 1 + 3 * int(rest)
+    for k in range(begin, end, TOGETHER):
+        t = np.arange(max(k - 3, begin), min(k + TOGETHER, end)).astype(np.float64) * period
         s = np.clip(law(np.clip(t, 0.0, law.duration)), 0.0, path.length)
         s[t >= law.duration * (1.0 - 1e-12)] = path.length  # where setpoints end, to the bit
-        r = path(s)
-        size = np.max(np.abs(r), axis=0)
-        size[: path.linear] = np.maximum(size[: path.linear], path.length)  # of arc length, too
-        rounding = ROUNDINGS * np.spacing(size)
+        own = path(s)
+        rounding = _rounding(path, s, own)
+        r, rounded = own @ weights.T, np.abs(weights) @ rounding
         for order, bound in enumerate(bounds, start=1):
-            if len(ticks) <= order:
+            if len(t) <= order:
                 continue
-            seen = np.abs(np.diff(r, n=order, axis=0)) - 2.0**order * rounding
+            seen = np.abs(np.diff(r, n=order, axis=0)) - 2.0**order * rounded
             shares = seen / (bound * (1.0 + KEPT) * period**order)
             crosses = np.searchsorted(passed, s[:-order]) != np.searchsorted(passed, s[order:], side="right")
-            crosses |= ticks[order:] - ticks[:-order] != order
-            axis = np.argmax(shares, axis=1)
             share = np.where(crosses, 0.0, np.max(shares, axis=1, initial=0.0)) ** (2.0 / order)
-            note(share, t[:-order], s, axis)
-        if limits.chord_error is not None:
-            at, share = _chords(path, s, r, breaks, limits.chord_error)
-            share = np.where(np.diff(ticks)[at] == 1, share, 0.0)
-            note(share, t[at], s[at], np.full(len(at), -1))
+            note(share, t[:-order], s, np.argmax(shares, axis=1))
+        if torque is not None and len(t) > 2:
+            columns = torque.columns(axes)
+            found, still, floor = torque.by_differences(own[:, columns], period, rounding[columns])
+            room = np.array(list(torque.most.values())) * (1.0 + KEPT) - np.sign(found - still) * still
+            shares = (np.abs(found - still) - floor) / room
+            note(np.max(shares, axis=1), t[1:-1], s[1:], np.array(columns)[np.argmax(shares, axis=1)])
+        if limits.chord_error is not None and len(t) > 1:
+            at, away = _chords(path, s, own, breaks) if isinstance(path, Path) else _tips(path, s, own)
+            away = (away - ROUNDINGS * np.spacing(np.max(np.abs(own)))) / (limits.chord_error * (1.0 + KEPT))
+            note(away, t[at], s[at], np.full(len(at), CHORD))
     return over, worst
 
 
-def _looked_at(law: TimeLaw, breaks: Array) -> list[IntArray]:
-    """Numbers of the ticks that are looked at, in parts: all of them, or those beside breaks and some in between.
-
-    Between breaks a difference is a mean of the derivative, which the audit holds.
-    """
-    assert law.period is not None
-    top = float(np.max(law.coefficients[:, 1]))
-    rest = law.coefficients[-1, 1] == 0.0 or abs(float(law.feed(law.duration))) <= 1e-9 * top
-    periods = law.duration / law.period
-    last = int(np.ceil(periods * (1.0 - 1e-12)) if rest else np.floor(periods * (1.0 + 1e-12)))  # no short one
-    begin, end = -3 * int(law.coefficients[0, 1] == 0.0), last + 1 + 3 * int(rest)
-    if last <= MOST_TICKS:
-        return [np.arange(max(k - 3, begin), min(k + TOGETHER, end)) for k in range(begin, end, TOGETHER)]
-    times = law.breaks[np.clip(np.searchsorted(law.coefficients[:, 0], breaks), 0, len(law.breaks) - 1)]
-    around = np.concatenate([np.floor(times / law.period).astype(int), np.linspace(begin, end, EVENLY).astype(int)])
-    ticks = np.sort(np.clip(around[:, None] + np.arange(-4, 5), begin, end - 1).ravel())
-    ticks = ticks[np.diff(ticks, prepend=begin - 1) > 0]
-    return [ticks[max(k - 3, 0) : k + TOGETHER] for k in range(0, len(ticks), TOGETHER)]
+def _rounding(path: Path | JointPath, s: Array, r: Array) -> Array:
+    """How far rounding can move setpoints r (n, axes) at s (n,) on each axis, (axes,); joints eps (|q| + |dq/ds| L)."""
+    size = np.max(np.abs(r), axis=0)
+    if isinstance(path, Path):
+        size[: path.linear] = np.maximum(size[: path.linear], path.length)
+        return np.asarray(ROUNDINGS * np.spacing(size))
+    moved = np.diff(s)
+    moving = moved > MOVING * np.max(moved, initial=0.0)
+    steep = np.max(np.abs(np.diff(r, axis=0)[moving]) / moved[moving, None], axis=0, initial=0.0)
+    return np.asarray(ROUNDINGS * np.finfo(float).eps * (size + steep * path.length))
 
 
 def _slower(law: TimeLaw, first: IntArray, over: Array) -> TimeLaw:
@@ -162,8 +162,8 @@ def _slower(law: TimeLaw, first: IntArray, over: Array) -> TimeLaw:
     return replace(law, breaks=breaks, coefficients=coefficients)
 
 
-def _chords(path: Path, s: Array, r: Array, breaks: Array, limit: float) -> tuple[IntArray, Array]:
-    """Chords (n,) between setpoints r (k, axes) at s (k,), and the share of `limit`, mm, by which the path leaves them.
+def _chords(path: Path, s: Array, r: Array, breaks: Array) -> tuple[IntArray, Array]:
+    """Chords (n,) between setpoints r (k, axes) at s (k,), and how far the path leaves them, mm.
 
     It is looked at in three places of every chord, and where its derivatives jump or it bends sharply.
     """
@@ -174,5 +174,12 @@ def _chords(path: Path, s: Array, r: Array, breaks: Array, limit: float) -> tupl
     away = path(at)[:, : path.linear] - begin
     square = np.maximum(np.sum(chord * chord, axis=1), 1e-300)
     along = np.clip(np.sum(away * chord, axis=1) / square, 0.0, 1.0)
-    distance = np.linalg.norm(away - along[:, None] * chord, axis=1)
-    return first, (distance - ROUNDINGS * np.spacing(np.max(np.abs(r)))) / (limit * (1.0 + KEPT))
+    return first, np.linalg.norm(away - along[:, None] * chord, axis=1)
+
+
+def _tips(path: JointPath, s: Array, r: Array) -> tuple[IntArray, Array]:
+    """Steps (n,) between joints r (n + 1, joints) at s (n + 1,), and how far the tip leaves its path halfway, mm."""
+    tip = path.kinematics.forward(0.5 * (r[1:] + r[:-1]))[0]
+    d = path.tool.evaluate(*path.tool.locate(0.5 * (s[1:] + s[:-1])), 1)
+    away, tangent = tip - d[:, 0], d[:, 1] / np.linalg.norm(d[:, 1], axis=1)[:, None]
+    return np.arange(len(tip)), np.linalg.norm(away - np.sum(away * tangent, axis=1)[:, None] * tangent, axis=1)

@@ -46,6 +46,8 @@ LEVEL, SLOPES = 2e-3, 5
 HOPELESS = 1.5
 #: What a solution says q is between its places is no less than this share of what was thought.
 SLOWEST = 1e-3
+#: What rounding may make of the share of a limit.
+ROUNDING = 1e-12
 #: No places.
 NOWHERE = np.zeros(0)
 #: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
@@ -252,6 +254,10 @@ def plan_window(
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
     if np.min(samples.top) < WIDEST * np.max(samples.top):
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves next to no feed")
+    if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
+        steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
+        most = float(np.max(worst_shares(setting, steady, high)))
+        return Plan(steady, steady.duration, most if most > 1.0 + ROUNDING else 0.0, True)
     ends = _ends(setting, samples, low, high, start, stop)
     window, share = Window(setting, samples, samples.q, ends, low, high, mode), GUESS
     begin = FAR

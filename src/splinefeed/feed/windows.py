@@ -11,7 +11,7 @@ from splinefeed.errors import PlanError
 from splinefeed.feed.grid import Samples, counted
 from splinefeed.feed.law import Pieces, joined
 from splinefeed.feed.setting import Setting
-from splinefeed.feed.straight import plan_straight, plan_straights
+from splinefeed.feed.straight import straights
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
 from splinefeed.records import Array, Limits
 
@@ -53,7 +53,7 @@ class Windows:
     ahead: float = 0.0
     samples: Samples | None = None
     limits: Limits | None = None
-    lines: dict[float, Plan | None] | None = None
+    lines: dict[float, Pieces] | None = None
 
     def straight(self, setting: Setting, marks: Array) -> Pieces | None:
         """The exact profile to the next stop, if the motion is at rest and the line to there straight.
@@ -64,13 +64,13 @@ class Windows:
             return None
         if self.lines is None or self.low not in self.lines:
             marks = marks[: MOST_LINES + 1]
-            plans = plan_straights(setting, marks)
-            self.lines = {float(s): plan for s, plan in zip(marks[:-1], plans, strict=True)}
-        line = self.lines.get(self.low)
-        if line is None:
+            motions = zip(marks[:-1].tolist(), *straights(setting, marks), strict=True)
+            self.lines = {s: Pieces(t[t > 0.0], c[t > 0.0]) for s, _, t, c in motions}
+        line = self.lines[self.low]
+        if not len(line):
             return None
         self.limits = setting.limits
-        return self._take(line.pieces, len(line.pieces), float(marks[1]), REST)
+        return self._take(line, len(line), float(marks[1]), REST)
 
     def advance(self, setting: Setting, mode: Mode, near: float, stop: State, *, ends_here: bool) -> Pieces:
         """The next final motion, by a window up to `near`, mm; with `ends_here` the motion ends there in `stop`.
@@ -201,9 +201,6 @@ def _begin(pieces: Pieces, k: int) -> tuple[float, State]:
 
 def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> Plan:
     """The motion between two ends, at rest or in motion, by as many windows as it takes."""
-    straight = plan_straight(setting, low, high, start, stop)
-    if straight is not None:
-        return straight
     windows = Windows(low, State(start.feed, start.acceleration))
     if windows.reach(setting, mode, high) == high:
         exact = max(start.feed, stop.feed) > 0.0

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from splinefeed.errors import FormatError
+from splinefeed.errors import FormatError, LimitsError
 from splinefeed.formats import hdf5
 from splinefeed.formats.limits_toml import KINDS, unit_of
 from splinefeed.formats.metadata import settings_from_json, settings_to_json
@@ -51,7 +51,10 @@ def read_law(file: Any, path: Path) -> TimeLaw:
 
 
 def save_limits(limits: Limits, path: str | os.PathLike[str]) -> None:
-    """Write limits, each as a number with its unit."""
+    """Write limits, each as a number with its unit; LimitsError for those that only Python can say."""
+    for name in limits.as_dict():
+        if _unit_of(name) is None:
+            raise LimitsError(f"{name}: a file holds no limits of combinations of axes and no torques; leave it out")
     with hdf5.create(path, "Limits") as (file, _):
         for name, value in limits.as_dict().items():
             file.create_dataset(name, data=value).attrs["units"] = _unit_of(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from splinefeed.records.arrays import Array, BoolArray, IntArray, check_finite, frozen_array
+from splinefeed.records.drives import BOUNDED, Combination, Torque
 from splinefeed.records.law import LAW_COEFFICIENTS, TimeLaw
 from splinefeed.records.limits import (
     AXIS_LIMITS,
@@ -20,6 +21,7 @@ from splinefeed.records.verdict import KEPT, LimitResult, Verdict
 
 __all__ = [
     "AXIS_LIMITS",
+    "BOUNDED",
     "BY_AXIS",
     "KEPT",
     "LAW_COEFFICIENTS",
@@ -28,12 +30,14 @@ __all__ = [
     "TRAVEL_ENDS",
     "Array",
     "BoolArray",
+    "Combination",
     "IntArray",
     "LimitResult",
     "Limits",
     "Response",
     "Setpoints",
     "TimeLaw",
+    "Torque",
     "Verdict",
     "check_finite",
     "frozen_array",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from splinefeed.errors import LimitsError
 from splinefeed.records.arrays import Array
+from splinefeed.records.drives import BOUNDED, Combination, Torque
 
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
@@ -48,6 +49,8 @@ class Limits:
     axis_velocity_step  how much the velocity of each axis may jump at a corner, mm/s, given likewise; without it the
                   tool stops at every corner (exact stop)
     axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad: one value per axis, given likewise
+    combinations  a `Combination` by name: bounds on weighted sums of axes
+    torque        a `Torque`: what a rigid-body model may ask of joints
 
     Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for travel that is
     none, and if neither feed nor axis_velocity is given.
@@ -68,6 +71,8 @@ class Limits:
     axis_velocity_step: float | ByAxis | None = None
     axis_minimum: ByAxis | None = None
     axis_maximum: ByAxis | None = None
+    combinations: Mapping[str, Combination] | None = None
+    torque: Torque | None = None
 
     def __post_init__(self) -> None:
         for name in ("feed", "acceleration", "jerk"):
@@ -95,6 +100,13 @@ class Limits:
             elif value is not None:
                 object.__setattr__(self, name, positive(value, name))
         self._check_travel()
+        for name, each in (self.combinations or {}).items():
+            if not isinstance(each, Combination) or "." in name:
+                raise LimitsError(f"combinations.{name}: give a Combination under a name without a dot")
+        combinations = MappingProxyType(dict(self.combinations)) if self.combinations else None
+        object.__setattr__(self, "combinations", combinations)
+        if self.torque is not None and not isinstance(self.torque, Torque):
+            raise LimitsError("torque: give a Torque, a model with the largest torque of every joint")
         if self.feed == math.inf and self.axis_velocity is None:
             raise LimitsError("neither feed nor axis_velocity is given; one of them is needed")
         for name in ("start_feed", "end_feed"):
@@ -191,13 +203,21 @@ class Limits:
     def as_dict(self) -> dict[str, float]:
         """Names and values in base units as files and reports write them, limits that are not there left out.
 
-        A limit of one axis stands as "axis_jerk.x". Raises LimitsError for values in order: see `for_axes`.
+        A limit of one axis stands as "axis_jerk.x", one of a combination as "combinations.left.jerk".
+        Raises LimitsError for values in order: see `for_axes`.
         """
         flat: dict[str, float] = {}
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, tuple):
                 self._named(f.name)
+            elif f.name == "combinations":
+                for name, each in (value or {}).items():
+                    flat |= {f"combinations.{name}.weights.{axis}": weight for axis, weight in each.weights.items()}
+                    bounds = {f"combinations.{name}.{kind}": float(getattr(each, kind)) for kind in BOUNDED}
+                    flat |= {key: bound for key, bound in bounds.items() if bound < math.inf}
+            elif f.name == "torque":
+                flat |= {} if value is None else {f"torque.{axis}": most for axis, most in value.most.items()}
             elif isinstance(value, Mapping):
                 flat |= {f"{f.name}.{axis}": limit for axis, limit in value.items()}
             elif value is not None and value != math.inf:
@@ -209,14 +229,29 @@ class Limits:
         """The limits that `as_dict` wrote; LimitsError for a name that is none."""
         known = {f.name for f in fields(cls)}
         values: dict[str, Any] = {}
+        combinations: dict[str, dict[str, Any]] = {}
         for key, value in flat.items():
             name, _, axis = key.partition(".")
+            if name == "torque":
+                raise LimitsError(f"{key}: its model is a function, which no file holds; give Limits(torque=...) anew")
+            if name == "combinations":
+                label, _, kind = axis.partition(".")
+                own = combinations.setdefault(label, {"weights": {}})
+                if kind.startswith("weights."):
+                    own["weights"][kind.partition(".")[2]] = value
+                elif kind in BOUNDED:
+                    own[kind] = value
+                else:
+                    raise LimitsError(f"{key!r} is no limit of a combination; these are {', '.join(BOUNDED)}")
+                continue
             if name not in known or (axis and name not in (*BY_AXIS, *TRAVEL_ENDS)):
                 raise LimitsError(f"{key!r} is no limit; known are {', '.join(sorted(known))}")
             if axis:
                 values.setdefault(name, {})[axis] = value
             else:
                 values[name] = value
+        if combinations:
+            values["combinations"] = {label: Combination(**own) for label, own in combinations.items()}
         return cls(**values)
 
 

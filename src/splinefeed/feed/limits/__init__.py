@@ -5,6 +5,7 @@ With r(s) the path by arc length, feed = sqrt(q), s'' = q'/2 and s''' = sqrt(q) 
     velocity of an axis      r' sqrt(q)
     acceleration             r' q'/2 + r'' q
     jerk                     sqrt(q) (r' q''/2 + 3/2 r'' q' + r''' q)
+    torque of a joint        a q'/2 + b q + c
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ from splinefeed.feed.limits import (
     axis_velocity,
     centripetal,
     chord_error,
+    combination,
     corner,
     feed,
     tangential_acceleration,
     tangential_jerk,
+    torque,
     unlimited,
 )
 from splinefeed.feed.limits.rows import Places, Row, Rows, stacked
@@ -35,6 +38,8 @@ LIMITS = (
     axis_acceleration.rows,
     tangential_jerk.rows,
     axis_jerk.rows,
+    combination.rows,
+    torque.rows,
     unlimited.rows,
 )
 

@@ -5,11 +5,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from splinefeed.feed.limits.rows import Linear, Places, Row
-from splinefeed.records import Limits
+from splinefeed.records import Array, Limits
 
 
 def rows(at: Places, limits: Limits) -> Iterator[Row]:
-    """|r' q'/2 + r'' q| <= A."""
+    """The limit of each axis, see `row`."""
     for k, limit in enumerate(limits.of_axes("axis_acceleration", at.axes)):
         if np.isfinite(limit):
-            yield Linear(f"axis_acceleration.{at.axes[k]}", at.d[:, 2, k] / limit, 0.5 * at.d[:, 1, k] / limit)
+            yield row(f"axis_acceleration.{at.axes[k]}", at.d[:, 1, k], at.d[:, 2, k], limit)
+
+
+def row(name: str, r1: Array, r2: Array, limit: float) -> Row:
+    """|r' q'/2 + r'' q| <= A."""
+    return Linear(name, r2 / limit, 0.5 * r1 / limit)

@@ -5,13 +5,20 @@ from collections.abc import Iterator
 import numpy as np
 
 from splinefeed.feed.limits.rows import Jerk, Places, Row
-from splinefeed.records import Limits
+from splinefeed.records import Array, Limits
 
 #: By how much jerk gives way beside a jump of the acceleration, in units of the jump over the period.
 PEAK = 0.75 * 24.0 / 23.0
 
 
 def rows(at: Places, limits: Limits) -> Iterator[Row]:
+    """The limit of each axis, see `row`."""
+    for k, limit in enumerate(limits.of_axes("axis_jerk", at.axes)):
+        if np.isfinite(limit):
+            yield row(f"axis_jerk.{at.axes[k]}", at, at.d[:, 1:, k], at.turn[:, k], at.bend[:, k], limit)
+
+
+def row(name: str, at: Places, r: Array, turn: Array, bend: Array, limit: float) -> Row:
     """|r' q''/2 + 3/2 r'' q' + r''' q| <= J / sqrt(q), less what the third difference over T sees of a jump.
 
     A jump D2 of r'' makes the acceleration jump by D2 q, which the third difference of setpoints spreads over three
@@ -19,16 +26,10 @@ def rows(at: Places, limits: Limits) -> Iterator[Row]:
     period before and behind the jump makes room for it: PEAK times the integral of K over these two periods is at least
     T K at any instant, and equal to it in the middle, 23/24 PEAK = 3/4. A jump D1 of r' makes the velocity jump by
     D1 sqrt(q), which the third difference shows with a peak of D1 sqrt(q) / T^2.
+
+    r (n, 3)  r', r'', r''';  turn, bend (2, n)  jumps of r' and r'' up and down within reach
     """
-    r1, r2, r3 = (at.d[:, k] for k in (1, 2, 3))
-    for k, limit in enumerate(limits.of_axes("axis_jerk", at.axes)):
-        if np.isfinite(limit):
-            up = down = None
-            if at.period is not None and (np.any(at.bend[:, k]) or np.any(at.turn[:, k])):
-                share = PEAK / (limit * at.period)
-                up, down = (
-                    np.stack([turn / (limit * at.period**2), share * bend])
-                    for turn, bend in ((at.turn[0, k], at.bend[0, k]), (at.turn[1, k], at.bend[1, k]))
-                )
-            name = f"axis_jerk.{at.axes[k]}"
-            yield Jerk(name, r3[:, k] / limit, 1.5 * r2[:, k] / limit, 0.5 * r1[:, k] / limit, up, down)
+    up = down = None
+    if at.period is not None and (np.any(bend) or np.any(turn)):
+        up, down = np.stack([turn / (limit * at.period**2), PEAK * bend / (limit * at.period)], axis=1)
+    return Jerk(name, r[:, 2] / limit, 1.5 * r[:, 1] / limit, 0.5 * r[:, 0] / limit, up, down)
