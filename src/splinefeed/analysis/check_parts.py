@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from splinefeed.analysis.check import BLOCK, TOLERANCE, Whole, verdict_of
 from splinefeed.analysis.check_bounds import Bounds
 from splinefeed.analysis.check_setpoints import Judge
 from splinefeed.errors import InputError
-from splinefeed.geometry.curves import Flat, Packed
+from splinefeed.geometry.parts import joined
 from splinefeed.geometry.path import Path
 from splinefeed.records import Limits, Setpoints, Verdict
 
@@ -104,7 +103,7 @@ class CheckInParts:
         judge.seen = judge.bounds.path.length
 
     def _bounds(self) -> Bounds:
-        return Bounds(joined_parts(tuple(self._parts)), self.limits, self.tolerance, 0.0)
+        return Bounds(joined(self._parts), self.limits, self.tolerance, 0.0)
 
 
 class _Rolling(Judge):
@@ -139,21 +138,3 @@ class _Rolling(Judge):
             worst.s += by
         for fault in self.faults.values():
             fault.s += by
-
-
-def joined_parts(parts: Sequence[Path]) -> Path:
-    """Paths that follow each other as one."""
-    starts = np.concatenate([[0], np.cumsum([len(part.curves) for part in parts])]).tolist()
-    feeds = [part.feeds for part in parts if part.feeds is not None]
-    return Path(
-        Packed(Flat.joined([part.flat for part in parts])),
-        parts[0].axes,
-        name=parts[0].name,
-        tolerance=max(part.tolerance for part in parts),
-        feeds=np.concatenate(feeds) if feeds else None,
-        markers=[
-            replace(marker, before=marker.before + start)
-            for part, start in zip(parts, starts, strict=False)
-            for marker in part.markers
-        ],
-    )

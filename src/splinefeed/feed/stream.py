@@ -15,7 +15,7 @@ from splinefeed.feed.setting import Setting
 from splinefeed.feed.soft_limits import check_travel
 from splinefeed.feed.window import REST, State
 from splinefeed.feed.windows import Windows
-from splinefeed.geometry.curves import Flat, Packed
+from splinefeed.geometry.parts import cut, joined
 from splinefeed.geometry.path import Path
 from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
@@ -188,26 +188,8 @@ class LookAhead:
     def _known(self) -> Path | None:
         """All that is not yet behind as one path."""
         parts = ([] if self._path is None else [self._path]) + self._waiting
-        if len(parts) > 1:
-            counts = np.cumsum([0, *(len(part.curves) for part in parts)]).tolist()
-            markers = [
-                replace(marker, before=marker.before + count)
-                for part, count in zip(parts, counts, strict=False)
-                for marker in part.markers
-            ]
-            feeds = None
-            if any(part.feeds is not None for part in parts):
-                none = [np.full(len(part.curves), np.inf) if part.feeds is None else part.feeds for part in parts]
-                feeds = np.concatenate(none)
-            self._path = Path(
-                Packed(Flat.joined([part.flat for part in parts])),
-                self.axes,
-                feeds=feeds,
-                markers=markers,
-                tolerance=max(part.tolerance for part in parts),
-            )
-        elif parts:
-            self._path = parts[0]
+        if parts:
+            self._path = joined(parts)
         self._waiting = []
         return self._path
 
@@ -291,17 +273,7 @@ class LookAhead:
 
     def _keep(self, path: Path, first: int, last: int) -> None:
         """Of the path that is known keep the curves from `first` to the one before `last`."""
-        self._path = Path(
-            Packed(path.flat.part(first, last)),
-            self.axes,
-            feeds=None if path.feeds is None else path.feeds[first:last],
-            markers=[
-                replace(m, before=m.before - first)
-                for m in path.markers
-                if first < m.before < last or m.before == last == len(path.curves)
-            ],
-            tolerance=path.tolerance,
-        )
+        self._path = cut(path, first, last)
 
 
 def _wait_at(waits: dict[float, float], s: float, same: float) -> float:

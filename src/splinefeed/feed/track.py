@@ -68,8 +68,7 @@ class PathTrack:
 
     def derivatives(self, s: Array) -> Array:
         """r and its first three derivatives by arc length, (n, 4, axes)."""
-        curve, u = self.path.locate(s)
-        return by_arc_length(self.path.evaluate(curve, u, 3), self.path.linear)
+        return by_arc_length(self.path.arc_pieces.derivatives_at(s, 3), self.path.linear)
 
 
 def sharp_bends(path: Path) -> tuple[Array, Array]:

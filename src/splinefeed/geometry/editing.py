@@ -29,8 +29,10 @@ def _homogeneous(curve: NurbsCurve) -> tuple[Array, Array]:
 def _from_homogeneous(curve: NurbsCurve, degree: int, knots: Array, points: Array, origin: Array) -> NurbsCurve:
     weights = None if curve.weights is None else points[:, -1]
     places = (points if weights is None else points[:, :-1] / weights[:, None]) + origin
-    if curve.clamped:  # its ends are control points: not a rounding may move them
-        places[[0, -1]] = curve.control_points[[0, -1]]
+    ends = knots[degree], knots[-degree - 1]
+    for k, here, there in zip((0, -1), ends, curve.domain, strict=True):
+        if curve.clamped and here == there:  # an end is a control point: not a rounding may move it
+            places[k] = curve.control_points[k]
     return NurbsCurve(degree, knots, places, weights)
 
 
@@ -98,6 +100,14 @@ def unbroken(
     return [
         (knots[a : b + degree + 1], control_points[a:b], None if weights is None else weights[a:b]) for a, b in pieces
     ]
+
+
+def section(curve: NurbsCurve, low: float, high: float) -> NurbsCurve:
+    """The clamped piece of a curve between two parameters of its domain, low < high."""
+    p = curve.degree
+    inner = curve.knots[(curve.knots > low) & (curve.knots < high)]
+    knots = np.concatenate([np.full(p + 1, low), inner, np.full(p + 1, high)])
+    return _refined(curve, knots)
 
 
 def split(curve: NurbsCurve, *parameters: float) -> list[NurbsCurve]:

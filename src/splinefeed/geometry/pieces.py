@@ -333,6 +333,16 @@ class Pieces:
             out[part] = place_on(columns(self.table, row), self.lengths.take(row), s[part])
         return out
 
+    def derivatives_at(self, s: Array, order: int) -> Array:
+        """Points and derivatives by u, (n, order + 1, axes), at arc lengths s (n,), mm, the piece on the right's."""
+        out = np.empty((len(s), order + 1, self.shape[1]))
+        for part in chunks(len(s)):
+            row = self.row_by_length(s[part])
+            c = columns(self.table, row)
+            u = place_on(c, self.lengths.take(row), s[part])
+            derivatives(c, self.shape, (u - c[MIDDLE]) * c[SCALE], order, out[part])
+        return out
+
     def row_by_length(self, s: Array) -> IntArray:
         """Row (n,) that holds the arc length s (n,), mm: the last one that starts there or before."""
         row = np.searchsorted(self.starts, s, side="right")

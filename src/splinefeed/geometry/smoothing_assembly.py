@@ -9,6 +9,7 @@ import numpy as np
 
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import LINE_KNOTS, Flat, Packed
+from splinefeed.geometry.editing import section
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.geometry.smoothing_batch import Batch
 from splinefeed.geometry.smoothing_joints import NO_REST, Transitions, transitions
@@ -180,8 +181,8 @@ def _quintics(points: Array) -> Flat:
 
 def _shortened(curve: NurbsCurve, low: float | None, high: float | None) -> NurbsCurve:
     """The curve between two parameters, or up to its ends."""
-    cuts = [at_knot(curve, float(u)) for u in (low, high) if u is not None]
-    return curve.split(*cuts)[low is not None]
+    ends = (at_knot(curve, end if u is None else float(u)) for u, end in zip((low, high), curve.domain, strict=True))
+    return section(curve, *ends)
 
 
 def at_knot(curve: NurbsCurve, u: float) -> float:

@@ -189,8 +189,7 @@ def _apart(path: Path, points: Array, at: Array, d: Array) -> Array:
     u = np.linspace(0.0, 1.0, 2 * PLACES + 1)
     v = 1.0 - u
     basis = np.stack([v**5, 5 * u * v**4, 10 * u**2 * v**3, 10 * u**3 * v**2, 5 * u**4 * v, u**5])
-    off = np.zeros((len(points), 2))
-    for k in range(len(u)):
-        s = np.clip(at + (2.0 * u[k] - 1.0) * d, 0.0, path.length)
-        off = np.maximum(off, _norms(np.tensordot(points, basis[:, k], axes=(1, 0)) - path(s), path.linear))
+    s = np.clip(at[:, None] + (2.0 * u - 1.0) * d[:, None], 0.0, path.length)
+    apart = np.tensordot(basis, points, axes=(0, 1)) - path(s.T)
+    off: Array = _norms(apart.reshape(-1, len(path.axes)), path.linear).reshape(len(u), len(points), 2).max(axis=0)
     return off

@@ -27,7 +27,7 @@ UNBOUNDED_TOLERANCE = 0.01
 PROGRAM = "program"
 CORNERS = ("keep", "round")
 #: Curves that are looked at in one go: less would cost more a curve.
-WINDOW = 4096
+WINDOW = 8192
 
 
 class Smoother:

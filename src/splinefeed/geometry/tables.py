@@ -395,10 +395,36 @@ def arc_rows(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str 
         raise refused(error.curve, f"would need more than {MAX_ROWS} arc-length pieces") from None
     lengths = table[:, START].copy()
     check(np.arange(len(flat)), np.add.reduceat(lengths, rows[:, 0]))
+    return _started(table, rows, lengths)
+
+
+def _started(table: Array, rows: IntArray, lengths: Array) -> tuple[Array, IntArray, Array]:
+    """A table with the arc length at which each piece starts, which takes so many mm (pieces,); see `arc_rows`."""
     starts = compensated_sums(lengths)
     table[:, START] = starts[:-1]
     starts[-1] = starts[-2] + lengths[-1]  # the length is S at the end, to the bit
     return read_only(table), rows, read_only(starts[np.append(rows[:, 0], len(table))])
+
+
+def in_a_row(tables: Sequence[tuple[Array, IntArray]]) -> tuple[Array, IntArray]:
+    """Tables of one shape, (pieces, width) each, with first and last row of their curves (n, 2), one behind the other.
+
+    The same bits as a table of all these curves.
+    """
+    begins = np.cumsum([0, *(len(table) for table, _ in tables)]).tolist()
+    rows = np.concatenate([rows + begin for (_, rows), begin in zip(tables, begins, strict=False)])
+    return read_only(np.concatenate([table for table, _ in tables])), read_only(rows)
+
+
+def measured_in_a_row(tables: Sequence[tuple[Array, IntArray]]) -> tuple[Array, IntArray, Array]:
+    """The same of arc-length pieces, measured from the first one on, and where each curve starts (n + 1,), mm."""
+    table, rows = in_a_row(tables)
+    table.setflags(write=True)
+    lengths = np.empty(len(table))
+    for few in chunks(len(table), BLOCK):
+        c = np.ascontiguousarray(table[few, : ARC + ARC_TERMS].T)
+        lengths[few] = arc(c, (c[HIGH] - c[MIDDLE]) * c[SCALE])
+    return _started(table, rows, lengths)
 
 
 class TooManyPiecesError(CurveError):

@@ -13,8 +13,8 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.feed.modes import LOOK_AHEAD
 from splinefeed.feed.stream import ON_TICK, WINDOW, Block, LookAhead
-from splinefeed.geometry.curves import Lines
 from splinefeed.geometry.joints import open_joints
+from splinefeed.geometry.parts import cut
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.long_run import MOST_IN_COLUMN
 from splinefeed.records import Array, Limits, Setpoints
@@ -57,19 +57,7 @@ def stream_setpoints(
 def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
     """A path as parts of at most `size` curves, with their feeds and markers, made when they are asked for."""
     count = len(path.curves)
-    for first in range(0, count, size):
-        last = min(first + size, count)
-        markers = [m for m in path.markers if first <= m.before < last or m.before == last == count]
-        curves = path.curves
-        yield Path(
-            Lines(curves.points[first : last + 1]) if isinstance(curves, Lines) else curves[first:last],
-            path.axes,
-            name=path.name,
-            feeds=None if path.feeds is None else path.feeds[first:last],
-            tolerances=None if path.tolerances is None else path.tolerances[first:last],
-            markers=[replace(m, before=m.before - first) for m in markers],
-            tolerance=path.tolerance,
-        )
+    return (cut(path, first, min(first + size, count)) for first in range(0, count, size))
 
 
 def continuing(path: Path, last: Path) -> Path:
