@@ -28,6 +28,7 @@ class ToolTip:
         self.given: tuple[float, float, float] | None = None
         self._by = ""
         self._vectors = False
+        self._length = 0.0
 
     def begin(self, by: str, line: int, number: float | None = None, vectors: bool = False) -> None:
         """From here on places are those of the tip of tool `number`, or of the one in the spindle."""
@@ -46,7 +47,8 @@ class ToolTip:
     def length(self, code: int, line: int) -> None:
         """G43 or G49 has changed the tool's length: one ends what G43.4 began, the other counts for M428."""
         if self._by.startswith("M") and self.state.tip:
-            self._on(self._by, line)
+            if self.state.tools is not None and self._length != self.state.offsets.tool[2]:
+                self._on(self._by, line)
         elif code == 490:
             self.end(line)
 
@@ -78,7 +80,7 @@ class ToolTip:
         return {"i": x, "j": y, "k": z, "flags": layout.VECTOR}
 
     def _on(self, by: str, line: int, vectors: bool = False) -> None:
-        self._by, self._vectors = by, vectors
+        self._by, self._vectors, self._length = by, vectors, float(self.state.offsets.tool[2])
         if self.state.tools is None:
             self.findings.say(
                 f"line {line}: {by}: X, Y and Z are the tool's tip; its length is that of the machine file (tools=)"
