@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gcode_programs import program, refusal
 
 import splinefeed as sf
+from gcode_programs import program, refusal
 from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.formats.gcode import from_file
 from splinefeed.formats.gcode.dialects import detect
