@@ -206,8 +206,8 @@ def test_bad_tool_paths_are_refused() -> None:
         sf.ToolPath(LINE, other, kind="quaternions")
     with pytest.raises(InputError, match="a JointPath needs a ToolPath"):
         sf.JointPath(sf.Path([LINE]), kinematics("gantry"))  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="a path with a tool axis cannot be smoothed"):
-        leaning((0.0, 0.0, 1.0), (0.1, 0.0, 1.0)).smoothed(0.01)
+    with pytest.raises(InputError, match="a path with a tool axis cannot be transformed"):
+        leaning((0.0, 0.0, 1.0), (0.1, 0.0, 1.0)).transformed(np.eye(3))
 
 
 def test_bad_machines_are_refused() -> None:

@@ -201,6 +201,11 @@ smoothing = _all(
         metavar="DEGREES",
         help="Joints that turn by more than this are corners.  [default: 45]",
     ),
+    quantity(
+        "--angle-tolerance",
+        kind="angle",
+        text="How far --smooth may turn the tool axis, or rotary axes: 0.1deg, 1mrad.  [default: 0.05 deg]",
+    ),
 )
 
 
@@ -211,7 +216,8 @@ def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
     """
     from splinefeed.errors import InputError
 
-    said = {name: given[name] for name in ("smooth", "corners", "corner_angle") if given[name] is not None}
+    names = ("smooth", "corners", "corner_angle", "angle_tolerance")
+    said = {name: given[name] for name in names if given[name] is not None}
     for name in said:
         if "smooth" not in said:
             raise InputError(f"--{name.replace('_', '-')}: says how to smooth; give --smooth LENGTH too")

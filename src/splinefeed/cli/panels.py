@@ -15,7 +15,7 @@ PANELS = {
     "Source and units": (
         "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "repair", "tolerance",
     ),
-    "Smoothing": ("corners", "corner_angle"),
+    "Smoothing": ("corners", "corner_angle", "angle_tolerance"),
     "Output": ("formats", "figures", "no_figures", "no_compare", "by_windows", "as_json"),
 }  # fmt: skip
 

@@ -10,18 +10,6 @@ if TYPE_CHECKING:
     from splinefeed.geometry.path import Path
     from splinefeed.records import Setpoints
 
-#: Words in the command line of a run that say how its source was read, and what the reader calls them.
-_READING = {
-    "--path": "which",
-    "--chord": "chord",
-    "--tolerance": "tolerance",
-    "--smooth": "smooth",
-    "--corners": "corners",
-    "--corner-angle": "corner_angle",
-}
-#: ... and the word that makes the third axis of it.
-_TANGENTIAL = "--3d"
-
 
 def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list[str]]:
     """The setpoints, and what had to be guessed to read them."""
@@ -101,14 +89,15 @@ def _reading(command: str) -> dict[str, Any]:
     import shlex
     from itertools import pairwise
 
+    from splinefeed.report.record import READING_FLAGS, READING_OPTIONS
+
     words = shlex.split(command)
-    reading: dict[str, Any] = {_READING[word]: after for word, after in pairwise(words) if word in _READING}
-    for name in ("chord", "tolerance", "smooth", "corner_angle"):
+    said = {word: after for word, after in pairwise(words)}
+    reading: dict[str, Any] = {name: said[word] for name, word in READING_OPTIONS.items() if word in said}
+    for name in ("chord", "tolerance", "smooth", "corner_angle", "angle_tolerance"):
         if name in reading and reading[name] != "program":
             reading[name] = float(reading[name])
-    if _TANGENTIAL in words:
-        reading["tangential"] = True
-    return reading
+    return reading | {name: True for name, word in READING_FLAGS.items() if word in words}
 
 
 def _check_unchanged(source: str, digest: object, file: str) -> None:

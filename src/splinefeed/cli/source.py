@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 #: What is done to a path after it is read.
-_AFTER_READING = ("tangential", "smooth", "corners", "corner_angle")
+_AFTER_READING = ("tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
 
 
 def read_path(source: str, reading: Mapping[str, Any]) -> Path:

@@ -157,10 +157,12 @@ def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
 def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
     """The same curve run through from its end to its start, on the same domain."""
     start, end = curve.domain
-    weights = None if curve.weights is None else curve.weights[::-1]
+    weights = None if curve.weights is None else frozen_array(curve.weights[::-1], "weights", 1)
     # start + end - knots would move the ends by a rounding; measured from the nearer end they stay
     knots = np.where(curve.knots < 0.5 * (start + end), end - (curve.knots - start), start + (end - curve.knots))
-    return NurbsCurve(curve.degree, knots[::-1], curve.control_points[::-1], weights)
+    points = frozen_array(curve.control_points[::-1], "control_points", 2)
+    knots = frozen_array(knots[::-1], "knots", 1)
+    return NurbsCurve.trusted(curve.degree, knots, points, weights, clamped=curve.clamped)
 
 
 def transformed(curve: NurbsCurve, matrix: ArrayLike, offset: ArrayLike | None = None) -> NurbsCurve:

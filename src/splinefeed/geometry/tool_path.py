@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
@@ -14,7 +14,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import Pieces
-from splinefeed.geometry.tables import span_rows
+from splinefeed.geometry.tables import read_only, span_rows
 from splinefeed.records import Array, IntArray
 
 #: What the second curve of a tool path can be.
@@ -36,6 +36,9 @@ class ToolPath(Path):
     axis   as many curves, each over the parameters of its tip curve; None for a tool that stands upright, along z
     kind   "points" on the tool axis, mm, from which the tip is taken; "vectors" from the tip to the spindle, of any
            length; "angles" of the rotary joints of a machine, rad, as they are programmed
+    rotary  names of the joints that the columns of "angles" are; those of the machine, in order, if none is given
+    lines   (curves,) line of a program that each curve stands on: errors name it
+    tool_length  mm, by the table of tools that the program goes with; None for that of the machine
     name, feeds, markers, ...  as for `Path`, taken from the tip where that is a Path
 
     A machine makes joints of it: `JointPath(tool_path, kinematics)`. Raises CurveError for a tip that has other axes,
@@ -50,6 +53,9 @@ class ToolPath(Path):
         axis: NurbsCurve | Iterable[NurbsCurve] | None = None,
         *,
         kind: str = POINTS,
+        rotary: Sequence[str] = (),
+        lines: ArrayLike | None = None,
+        tool_length: float | None = None,
         **said: Any,
     ) -> None:
         if kind not in (POINTS, VECTORS, ANGLES):
@@ -61,6 +67,9 @@ class ToolPath(Path):
             tip = tip._joined
         curves = (tip,) if isinstance(tip, NurbsCurve) else tuple(tip)
         self.kind = kind
+        self.rotary = tuple(rotary)
+        self.lines: IntArray | None = None if lines is None else np.array(lines, dtype=np.int64)
+        self.tool_length = None if tool_length is None else float(tool_length)
         self.tool_axis: tuple[NurbsCurve, ...] | None = None
         if axis is not None:
             self.tool_axis = (axis,) if isinstance(axis, NurbsCurve) else tuple(axis)
@@ -68,6 +77,10 @@ class ToolPath(Path):
         for i, curve in enumerate(curves):
             if isinstance(curve, NurbsCurve) and curve.axes != 3:
                 raise CurveError(f"tip curve {i} has {curve.axes} axes; a tool tip has 3: x, y, z")
+        if self.lines is not None and len(self.lines) != len(curves):
+            raise InputError(f"lines has {len(self.lines)} numbers for {len(curves)} curves; give one each")
+        if self.rotary and (self.tool_axis is None or kind != ANGLES or len(self.rotary) != self.tool_axis[0].axes):
+            raise InputError(f"rotary is {', '.join(self.rotary)}; name the columns of a tool axis of angles, one each")
         super().__init__(curves, ("x", "y", "z"), **said)
         if self.tool_axis is not None and kind != ANGLES:
             _check_length(self)
@@ -75,10 +88,46 @@ class ToolPath(Path):
             _check_joined(self)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return partial(ToolPath, kind=self.kind, **self._said(), tolerance=self.tolerance), (
-            tuple(self.curves),
-            self.tool_axis,
-        )
+        axes = [(c.degree, c.knots, c.control_points, c.weights, c.clamped) for c in self.tool_axis or ()]
+        return _again, (tuple(self.curves), axes, self._all_said())
+
+    def _all_said(self) -> dict[str, Any]:
+        """What it is made with besides its curves."""
+        return {**self._said(), "tolerance": self.tolerance, **self._own()}
+
+    def _own(self) -> dict[str, Any]:
+        return {"kind": self.kind, "rotary": self.rotary, "lines": self.lines, "tool_length": self.tool_length}
+
+    def place(self, s: float) -> str:
+        """Where the tip is at arc length s, mm, in words: with the line of the program, where there is one."""
+        if self.lines is None:
+            return f"s = {s:.6g} mm"
+        curve = min(max(int(np.searchsorted(self.curve_starts, s)) - 1, 0), len(self.lines) - 1)
+        return f"s = {s:.6g} mm (line {self.lines[curve]})"
+
+    def with_joints(self, names: Sequence[str]) -> ToolPath:
+        """The same tool path, its angles those of the rotary joints of these names, which are 0 where none is given.
+
+        Raises CurveError for angles of a joint that is not among them, unless they are 0, with the line.
+        """
+        names = tuple(names)
+        if self.tool_axis is None or self.kind != ANGLES or not self.rotary or self.rotary == names:
+            return self
+        for k, name in enumerate(self.rotary):
+            used = [i for i, curve in enumerate(self.tool_axis) if np.any(curve.control_points[:, k] != 0.0)]
+            if name not in names and used:
+                place, there = self.place(float(self.curve_starts[used[0] + 1])), ", ".join(names).upper() or "none"
+                raise CurveError(
+                    f"at {place} the tool path turns {name.upper()}, a rotary axis that the machine does not have; it "
+                    f"has {there}: choose the machine that the program is for"
+                )
+        at = [self.rotary.index(name) if name in self.rotary else -1 for name in names]
+        axes = []
+        for curve in self.tool_axis:
+            points = np.column_stack([curve.control_points, np.zeros(len(curve.control_points))])[:, at]
+            axes.append(beside(curve, points))
+        said = {**self._all_said(), "rotary": names}
+        return ToolPath(self.curves, axes, **said) if names else ToolPath(self.curves, **said)
 
     @cached_property
     def columns(self) -> int:
@@ -125,23 +174,36 @@ class ToolPath(Path):
         """The same path run through from its end to its start, the tool axis turned with it."""
         back = super().reversed()
         axis = None if self.tool_axis is None else [curve.reversed() for curve in reversed(self.tool_axis)]
-        return ToolPath(back.curves, axis, kind=self.kind, **back._said(), tolerance=back.tolerance)
+        lines = None if self.lines is None else self.lines[::-1]
+        said = {**back._said(), "tolerance": back.tolerance, **self._own(), "lines": lines}
+        return ToolPath(back.curves, axis, **said)
 
     def beginning_at(self, point: ArrayLike) -> Path:
         """Not of a tool path."""
         self._refuse("made to begin elsewhere")
 
-    def with_findings(self, *findings: str) -> Path:
+    def with_findings(self, *findings: str) -> ToolPath:
         """The same path with other findings."""
-        said = {**self._said(), "findings": findings}
-        return ToolPath(self.curves, self.tool_axis, kind=self.kind, **said, tolerance=self.tolerance)
+        return ToolPath(self.curves, self.tool_axis, **{**self._all_said(), "findings": findings})
 
     def smoothed(self, tolerance: float | str, **how: Any) -> Path:
-        """Not of a tool path."""
-        self._refuse("smoothed")
+        """Tip and tool axis with continuous curvature, each within its tolerance; see `smoothing_tool.proven_tool`."""
+        from splinefeed.geometry.smoothing_tool import proven_tool
+
+        return proven_tool(self, tolerance, **how)[0]
 
     def _refuse(self, what: str) -> NoReturn:
         raise InputError(f"{self.name}: a path with a tool axis cannot be {what}; do that to its curves and axis")
+
+
+def _again(curves: Sequence[NurbsCurve], axes: Sequence[tuple[Any, ...]], said: dict[str, Any]) -> ToolPath:
+    """A tool path from what it was pickled as: curves of its axis may be one point, which no NurbsCurve is made of."""
+    return ToolPath(curves, [NurbsCurve.trusted(*each[:4], clamped=each[4]) for each in axes] or None, **said)
+
+
+def beside(curve: NurbsCurve, points: Array) -> NurbsCurve:
+    """A curve over the knots and weights of another one, through as many points (n, columns), which may all be one."""
+    return NurbsCurve.trusted(curve.degree, curve.knots, read_only(points), curve.weights, clamped=curve.clamped)
 
 
 def _check_axis(tip: Sequence[NurbsCurve], axis: Sequence[NurbsCurve], kind: str) -> None:
@@ -175,7 +237,7 @@ def _check_joined(path: ToolPath) -> None:
     if jump[worst] > JUMP:
         raise CurveError(
             f"the tool axis jumps by {np.degrees(jump[worst]):.3g} deg between curves {worst} and {worst + 1}, at "
-            f"s = {path.curve_starts[worst + 1]:.6g} mm; turn it along one of them"
+            f"{path.place(float(path.curve_starts[worst + 1]))}; turn it along one of them"
         )
 
 
@@ -187,6 +249,6 @@ def _check_length(path: ToolPath) -> None:
     if not length[worst] > SHORTEST:
         s = float(path.arc_length(curve[worst], u[worst]))
         raise CurveError(
-            f"the tool axis has no length at s = {s:.6g} mm (curve {curve[worst]}, u = {u[worst]:.6g}); give a second "
+            f"the tool axis has no length at {path.place(s)} (curve {curve[worst]}, u = {u[worst]:.6g}); give a second "
             "point away from the tip, or a vector that is not 0"
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import NoReturn
 
@@ -67,7 +68,9 @@ class JointPath:
     ) -> None:
         if not isinstance(tool, ToolPath):
             raise InputError(f"a JointPath needs a ToolPath; this is a {type(tool).__name__}: say how the tool stands")
-        self.tool, self.kinematics = tool, kinematics
+        if tool.tool_length is not None and hasattr(kinematics, "tool_offset"):
+            kinematics = replace(kinematics, **{"tool_offset": tool.tool_length})
+        self.tool, self.kinematics = tool.with_joints(kinematics.joints[kinematics.linear :]), kinematics
         self.axes, self.linear = kinematics.joints, kinematics.linear
         self.name, self.length, self.dwells = tool.name, tool.length, tool.dwells
         self.travel = dict(travel or {})
@@ -192,9 +195,9 @@ class JointPath:
             away = self._from_pole(curve, u)
             k = int(np.argmax(away))
             if away[k] > UPRIGHT:
-                s = float(tool.arc_length(curve[k], u[k]))
+                place = tool.place(float(tool.arc_length(curve[k], u[k])))
                 raise CurveError(
-                    f"the tool axis tilts by {math.degrees(away[k]):.3g} deg at s = {s:.6g} mm; {self.kinematics.kind} "
+                    f"the tool axis tilts by {math.degrees(away[k]):.3g} deg at {place}; {self.kinematics.kind} "
                     "cannot tilt the tool: choose a machine with two rotary joints"
                 )
         # upright all along: joints that turn stay where they are, inside their travel
@@ -344,7 +347,7 @@ class JointPath:
     def _refuse_pole(self, s: float) -> NoReturn:
         names = self.axes[self.linear :]
         raise CurveError(
-            f"at s = {s:.6g} mm the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off or "
+            f"at {self.tool.place(s)} the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off or "
             "stays, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or "
             f"give the angles of {' and '.join(names)}"
         )
@@ -362,7 +365,7 @@ class JointPath:
             worst = int(np.argmax(out))
             if out[worst] > LEFT:
                 least, most = float(np.min(joints[:, k])), float(np.max(joints[:, k]))
-                _refuse_travel(name, travel[name], least, most, float(s[worst]))
+                _refuse_travel(name, travel[name], least, most, self.tool.place(float(s[worst])))
 
     def __repr__(self) -> str:
         return f"JointPath({self.name!r}, {self.kinematics.kind}, joints {' '.join(self.axes)}, {self.length:.6g} mm)"
@@ -401,10 +404,10 @@ def _as_jet(value: object, like: Jet) -> Jet:
     return value if isinstance(value, Jet) else like * 0.0 + np.asarray(value)
 
 
-def _refuse_travel(name: str, ends: tuple[float, float], low: float, high: float, s: float | None) -> NoReturn:
+def _refuse_travel(name: str, ends: tuple[float, float], low: float, high: float, at: str | None) -> NoReturn:
     rotary = name in ROTARY_AXES
     unit, factor = ("deg", 180.0 / math.pi) if rotary else ("mm", 1.0)
-    place = "" if s is None else f", most at s = {s:.6g} mm"
+    place = "" if at is None else f", most at {at}"
     raise LimitsError(
         f"travel.{name}: the path takes joint {name} from {factor * low:.6g} to {factor * high:.6g} {unit}{place}; "
         f"its travel is {factor * ends[0]:.6g} to {factor * ends[1]:.6g} {unit}; mount the workpiece elsewhere or "

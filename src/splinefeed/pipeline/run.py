@@ -247,10 +247,15 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
             raise InputError("machine: only a ToolPath is planned in the joints of a machine; leave it out")
         return path
     if machine is None:
-        raise InputError(f"{path.name}: has a tool axis, which only a machine can follow; give a machine")
+        raise InputError(
+            f"{path.name}: has a tool axis, which only a machine can follow; give a machine with kinematics (--machine)"
+        )
     table = machine if isinstance(machine, Machine) else Machine.load(machine)
     if table.kinematics is None:
-        raise InputError(f"{table.name}: has no [kinematics], which a tool path needs; add them to the machine file")
+        raise InputError(
+            f"{table.name}: has no [kinematics], which a tool path (here {path.place(0.0)}) needs; add them to the "
+            "machine file, or take a machine that has them (trunnion)"
+        )
     return JointPath(path, table.kinematics, travel=limits.travel_of(table.kinematics.joints))
 
 

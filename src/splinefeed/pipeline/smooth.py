@@ -1,4 +1,4 @@
-"""A path smoothed as a user asks, with what is proven of it among its findings."""
+"""A path smoothed as a user asks, with what is proven of it among its findings; a tool path with its tool axis."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing_proven import proven
 from splinefeed.geometry.smoothing_stream import PROGRAM
+from splinefeed.geometry.smoothing_tool import proven_tool
+from splinefeed.geometry.tool_path import ToolPath
 
 
 def smooth(path: Path, how: Mapping[str, Any]) -> Path:
     """The path smoothed as asked, its findings telling what is proven of it.
 
-    how  `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners` and `corner_angle`, degrees
+    how  `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`, `corner_angle`, degrees, and
+         `angle_tolerance`, of the tool axis or of rotary axes, rad
 
     Raises InputError where a program says no tolerance, and CurveError if the path is over it, which no path is known
     to bring about.
@@ -26,8 +29,12 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
     said: dict[str, Any] = {"corners": how["corners"]} if "corners" in how else {}
     if "corner_angle" in how:
         said["corner_angle"] = math.radians(how["corner_angle"])
+    if "angle_tolerance" in how:
+        said["angular_tolerance"] = how["angle_tolerance"]
     if tolerance == PROGRAM:
         if path.tolerances is None or not path.tolerances.any():
             raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
         said = {"corners": "round", **said}
+    if isinstance(path, ToolPath):
+        return proven_tool(path, tolerance, **said)[0]
     return proven(path, tolerance, **said).path

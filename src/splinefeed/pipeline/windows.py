@@ -55,6 +55,8 @@ class WindowedRun:
         said |= {"corners": self.how["corners"]} if "corners" in self.how else {}
         if "corner_angle" in self.how:
             said["corner_angle"] = math.radians(self.how["corner_angle"])
+        if "angle_tolerance" in self.how:
+            said["angular_tolerance"] = self.how["angle_tolerance"]
         return Smoother(tolerance, self.source.axes, **said)
 
     def setpoints(self) -> Iterator[Setpoints]:

@@ -33,14 +33,23 @@ _LIMIT_OPTIONS = {
     "chord_error": "--chord-error",
     "centripetal": "--centripetal",
 }
-_READING_OPTIONS = {
+#: How a source was read, by the names of the readers' options; of those in _SAID the word alone says it.
+READING_OPTIONS = {
     "which": "--path",
+    "layer": "--layer",
+    "units": "--units",
     "chord": "--chord",
+    "dialect": "--dialect",
+    "start": "--start",
+    "offsets": "--offsets",
+    "tools": "--tools",
     "tolerance": "--tolerance",
     "smooth": "--smooth",
     "corners": "--corners",
     "corner_angle": "--corner-angle",
+    "angle_tolerance": "--angle-tolerance",
 }
+READING_FLAGS = {"edges": "--edges", "repair": "--repair", "tangential": "--3d"}
 
 
 def record(
@@ -111,11 +120,10 @@ def command(
         if name not in settings:
             continue
         words += [f"--{name}", str(settings[name])]
-    for name, option in _READING_OPTIONS.items():
+    for name, option in READING_OPTIONS.items():
         if reading.get(name) is not None:
             words += [option, str(reading[name])]
-    if reading.get("tangential"):
-        words.append("--3d")
+    words += [option for name, option in READING_FLAGS.items() if reading.get(name)]
     if reading.get("by_windows"):
         words.append("--by-windows")
     for form in formats:

@@ -149,7 +149,7 @@ PROGRAMS = {
     "Marlin": (MARLIN, "printer", "xyz", 20.0),
     "Haas": (HAAS, "fanuc", "xyz", 25.4 * 0.7),
     "terse": (TERSE, "linuxcnc", "xy", 1 + 1 + 1 + 4),
-    "five axes": (FIVE_AXES, "fanuc", "xyzac", 50 + math.hypot(0.1, 0.1, 1)),
+    "five axes": (FIVE_AXES, "fanuc", "xyz", math.hypot(0.1, 0.1, 1)),
 }
 
 

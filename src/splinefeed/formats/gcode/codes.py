@@ -18,7 +18,7 @@ GROUPS: dict[str, tuple[int, ...]] = {
     "feed mode": (930, 940, 950),
     "units": (200, 210, 700, 710),
     "cutter compensation": (400, 410, 411, 420, 421),
-    "tool length": (430, 431, 432, 434, 435, 490),
+    "tool length": (430, 431, 432, 434, 435, 490, 2340),
     "retract": (980, 990),
     "coordinate system": (540, 550, 560, 570, 580, 590, 591, 592, 593),
     "path control": (610, 611, 640),

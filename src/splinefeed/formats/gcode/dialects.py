@@ -76,7 +76,7 @@ _HEIDENHAIN = re.compile(
 )
 _SIEMENS = re.compile(
     r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_|\bCYCLE\d+[ \t]*\("
-    r"|\bG(?:500|505|64[12])\b",
+    r"|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
     re.I | re.M,
 )
 _PRINTER = re.compile(
@@ -85,7 +85,7 @@ _PRINTER = re.compile(
 )
 _FANUC = re.compile(
     r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
-    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b",
+    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b",
     re.I | re.M,
 )
 #: G6.2 with a method, which only LinuxCNC has.

@@ -24,6 +24,7 @@ from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, LE
 from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, State, number
+from splinefeed.formats.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS, TOOL_TIP, ToolTip
 from splinefeed.formats.gcode.tools import Tool
 from splinefeed.formats.gcode.words import Block, parse, without_comments, without_nested
 
@@ -49,6 +50,7 @@ class Interpreter(LineWords):
         self.splines = SplineWords(state, findings)
         self.cycles = Cycles(state, dialect)
         self.cutter = Cutter(state)
+        self.tool_tip = ToolTip(state, findings)
         self._modal: int | None = None
         self._percents = False
         self._machine_known = bool(state.offsets.known or state.offsets.references)
@@ -193,6 +195,8 @@ class Interpreter(LineWords):
         before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
         for code in before:
             wait_tool += self.state.switch(code)
+            if code in (SWITCH_ON, SWITCH_OFF) and self.dialect.name == "linuxcnc":
+                self.tool_tip.switch(code, self.line)
             if code in codes.SUBPROGRAMS:
                 self._subprogram(code, block)
         before = [code for code in before if code not in codes.SUBPROGRAMS]
@@ -267,8 +271,9 @@ class Interpreter(LineWords):
         if not self._compensates(code):
             self._take("D")
             return
-        if self.cutter.on:
-            raise LineError(f"{g_name(code)}: cutter compensation is on; write G40 before it")
+        if self.cutter.on or self.state.tip:
+            what = "cutter compensation is on; write G40" if self.cutter.on else "X, Y, Z are the tool's tip; end that"
+            raise LineError(f"{g_name(code)}: {what} before it")
         if self.state.modes[layout.PLANE] == 19:
             raise LineError(f"{g_name(code)}: there is no cutter compensation in G19; choose G17 or G18")
         if code % 10:
@@ -310,8 +315,13 @@ class Interpreter(LineWords):
         state = self.state
         axes = self._axes() if code in (431, 432) else {}
         number = self._take("H", state.loaded if code == 430 else None)
-        if state.tools is None or code in (434, 435):
-            if code != 490:
+        if code in TOOL_TIP:
+            self.tool_tip.begin(TOOL_TIP[code], self.line, number, vectors=code == 435)
+            return
+        if state.tools is None:
+            if state.tip:
+                self.tool_tip.length(code, self.line)
+            elif code != 490:
                 self.findings.say(
                     f"line {self.line}: {g_name(code)}: the path is that of the tool's tip, as programmed (tools=)"
                 )
@@ -325,7 +335,9 @@ class Interpreter(LineWords):
             offset += state.tools.tool(number or state.loaded).offset
         for axis, value in axes.items():
             offset[axis] = value + (offset[axis] if code == 432 else 0.0)
-        if offset.any():
+        if state.tip:
+            self.tool_tip.length(code, self.line)
+        elif offset.any():
             self.findings.say(
                 f"line {self.line}: {g_name(code)}: from here on places are those of the axes, not the tip"
             )
@@ -357,7 +369,7 @@ class Interpreter(LineWords):
             number, radius, axes = self._whole("P", 100), self._take("R"), self._axes()
             tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
             offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
-            bare = state.position - state.offsets.total + state.offsets.tool
+            bare = state.position - state.offsets.total + state.offsets.length
             for axis, value in axes.items():
                 offset[axis] = value if kind == 1 else bare[axis] - value
             by_number = {**state.tools.by_number, number: Tool(offset, diameter)}
@@ -425,7 +437,8 @@ class Interpreter(LineWords):
         if 530 in known:
             self._machine_move(axes)
             return
-        if not axes and not (self._modal in (20, 30) and centre):
+        tool_axis = self.tool_tip.taken(self._words, self._modal)
+        if not axes and not tool_axis and not (self._modal in (20, 30) and centre):
             return
         if self._modal not in _RATE:
             raise LineError("axis words without G0, G1, G2 or G3 before them")
@@ -434,6 +447,9 @@ class Interpreter(LineWords):
         for letter in axes:
             self._take(letter)
         more = self._feed(kind)
+        if tool_axis:
+            said, stated = said | TOOL_AXIS, stated | TOOL_AXIS
+            more = {**more, **tool_axis, "flags": int(more.get("flags", 0)) | int(tool_axis["flags"])}
         if kind in (CLOCKWISE, COUNTERCLOCKWISE):
             said |= {17: 3, 18: 5, 19: 6}[int(state.modes[layout.PLANE])]
             arc = self._arc()

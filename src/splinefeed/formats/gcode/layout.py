@@ -19,8 +19,9 @@ SAID_S, SAID_T, SPOKEN = 0, 1, 2
 KIND, ROW_LINE, ROW_PLANE, FLAGS, SPLINE, AXES, INTEGERS = 0, 1, 2, 3, 4, 5, 6
 #: AXES has bits of the axes that a move concerns, and from this bit on of those whose place the program states.
 STATED = 16
-# bits of FLAGS: I, J, K, R given; centre absolute; feed is one over minutes; the tool stops at the end; inches
-HAS_I, HAS_J, HAS_K, HAS_R, ABSOLUTE, INVERSE_FEED, STOPS, INCH = 1, 2, 4, 8, 16, 32, 64, 128
+# bits of FLAGS: I, J, K, R given; centre absolute; feed is one over minutes; the tool stops at the end; inches; X Y Z
+# are the tool's tip; the columns of the centre hold the tool axis at the end
+HAS_I, HAS_J, HAS_K, HAS_R, ABSOLUTE, INVERSE_FEED, STOPS, INCH, TIP, VECTOR = 1, 2, 4, 8, 16, 32, 64, 128, 256, 512
 
 #: Longest line that is read, characters.
 MAX_LINE = 4096

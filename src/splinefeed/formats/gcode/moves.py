@@ -51,13 +51,17 @@ class Spline:
 
 @dataclass(frozen=True)
 class Mark:
-    """What is no motion, before move number `move` of its chunk; see `geometry.path.Marker`."""
+    """What is no motion, before move number `move` of its chunk; see `geometry.path.Marker`.
+
+    length  of the tool, mm, whose tip X, Y and Z are from here on, not a number where no table says it; else None
+    """
 
     move: int
     line: int
     text: str = ""
     dwell: float = 0.0
     stop: bool = True
+    length: float | None = None
 
 
 @dataclass(frozen=True)

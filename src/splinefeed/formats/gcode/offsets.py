@@ -36,12 +36,18 @@ class Offsets:
         self.g92 = np.zeros(AXES)
         self.stored = np.zeros(AXES)
         self.tool = np.zeros(AXES)
+        self.tip = False  # positions are those of the tool's tip
 
     @property
     def total(self) -> Array:
         """What is added to a programmed position, (9,)."""
-        total: Array = self.systems[self.active] + self.g92 + self.tool
+        total: Array = self.systems[self.active] + self.g92 + self.length
         return total
+
+    @property
+    def length(self) -> Array:
+        """What the tool adds, (9,): nothing where positions are those of its tip."""
+        return np.zeros(AXES) if self.tip else self.tool
 
     def select(self, number: int) -> bool:
         """Put a system in force; False where its offset from the one before is not known."""
@@ -58,13 +64,13 @@ class Offsets:
 
     def set_here(self, number: int, values: Mapping[int, float], position: Array) -> None:
         """G10 L20: the system in which `position` (9,) has the given values."""
-        bare = position - self.g92 - self.tool
+        bare = position - self.g92 - self.length
         self.set_system(number, {axis: float(bare[axis]) - value for axis, value in values.items()})
 
     def set_g92(self, values: Mapping[int, float], position: Array) -> None:
         """G92: the offset by which `position` (9,) gets the given values."""
         for axis, value in values.items():
-            self.g92[axis] = position[axis] - self.systems[self.active][axis] - self.tool[axis] - value
+            self.g92[axis] = position[axis] - self.systems[self.active][axis] - self.length[axis] - value
 
     def set_local(self, values: Mapping[int, float]) -> None:
         """G52: the offset itself."""

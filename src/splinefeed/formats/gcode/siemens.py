@@ -20,6 +20,8 @@ from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.formats.gcode.spline_words import BSPLINE
 
 DEFAULT_DEGREE, HIGHEST_DEGREE = 3, 3
+#: Components of the tool axis, from the tip to the spindle.
+_TOOL_AXIS = ("A3", "B3", "C3")
 #: Weights that PW may have.
 HIGHEST_WEIGHT = 3.0
 #: What LinuxCNC calls what Siemens calls otherwise: exact stop, continuous path, cancelled offsets, units with feeds.
@@ -31,10 +33,10 @@ _CODES = {
 #: Words that switch functions of the control and move nothing.
 _IGNORED = frozenset(
     ("SOFT", "BRISK", "DRIVE", "FFWON", "FFWOF", "COMPOF", "COMPON", "COMPCURV", "COMPCAD", "UPATH", "SPATH", "STOPRE",
-     "CUT2D", "CFIN", "CFTCP", "CFC", "TRAFOOF", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF")
+     "CUT2D", "CFIN", "CFTCP", "CFC", "ORIAXES", "ORIVECT", "ORIMKS", "ORIWKS", "RTLION", "RTLIOF")
 )  # fmt: skip
 #: Calls that set the control up and move nothing: high speed settings, messages, the blank, what feeds refer to.
-_SETTINGS = frozenset(("CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF"))
+_SETTINGS = frozenset(("CYCLE832", "MSG", "WORKPIECE", "FGROUP", "DISPLOF", "TRAORI"))
 #: Coordinates that say by themselves whether they are absolute or steps.
 _OWN_WAY = re.compile(r"([A-Z])\s*=\s*(AC|IC)\s*\(\s*([-+]?[0-9]*\.?[0-9]+|[-+]?[0-9]+\.)\s*\)", re.IGNORECASE)
 _DISTANCES = re.compile(r"(?<![A-Z0-9.])G9([01])(?![0-9.])", re.IGNORECASE)
@@ -63,7 +65,9 @@ class Siemens(Interpreter):
         words, extra, keys = _translated(text)
         for key in sorted(keys - {"BSPLINE"}):
             if key == "TRAORI":
-                self.findings.say(f"line {line}: TRAORI: the path is that of the tool's tip, as programmed")
+                self.tool_tip.begin(key, line)
+            elif key == "TRAFOOF":
+                self.tool_tip.end(line)
             elif key == "SUPA":
                 words.append("G53")
             elif key not in _IGNORED:
@@ -83,7 +87,13 @@ class Siemens(Interpreter):
             words = self._point(words, extra)
         elif extra.keys() & {"PL", "PW"}:
             raise LineError("PL and PW belong to BSPLINE")
+        if extra.keys() & set(_TOOL_AXIS):
+            x, y, z = (extra.pop(name, 0.0) for name in _TOOL_AXIS)
+            self.tool_tip.given = x, y, z
         super().run(" ".join(words), line)
+        if self.tool_tip.given is not None:
+            self.tool_tip.given = None
+            raise LineError("A3= B3= C3= belong to no G0 or G1 of the line")
 
     def _in_force(self, match: re.Match[str], relative: bool) -> str:
         """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
@@ -177,7 +187,7 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str]]:
             if name in ("T", "D") or value.startswith('"'):
                 continue  # tools by name, and corrections of tools
             number = float(re.sub("EX", "e", value, flags=re.IGNORECASE))
-            if name in ("SD", "PL", "PW"):
+            if name in ("SD", "PL", "PW", *_TOOL_AXIS):
                 extra[name] = number
             elif name in ("ADIS", "ADISPOS", "CTOL", "OTOL"):
                 continue
@@ -187,6 +197,7 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str]]:
             else:
                 raise LineError(f"{name}= is not read in a Siemens program")
         elif match["call"] is not None and match["key"].upper() in _SETTINGS:
+            keys |= {match["key"].upper()} & {"TRAORI"}
             end = text.find(")", at)
             at = len(text) if end < 0 else end + 1
         elif match["call"] is not None:

@@ -57,6 +57,7 @@ class State:
         self.said: list[Mark] = []
         self.inch = False
         self.held = False  # the last rows may still change
+        self.tip = 0  # layout.TIP while X, Y and Z are the tool's tip
         self.spindle = 0  # 3 or 4 while it turns, as M codes say
         self.values[layout.TOLERANCE] = UNSAID
         self.modes[layout.MOTION] = -1
@@ -163,7 +164,7 @@ class State:
         row[layout.ROW_FEED] = more.get("feed", self.values[layout.FEED])
         row[layout.ROW_TOLERANCE] = self.values[layout.TOLERANCE]
         flags = int(more.get("flags", 0)) | (layout.STOPS if self.modes[layout.EXACT_STOP] else 0)
-        flags |= layout.INCH if self.inch else 0
+        flags |= self.tip | (layout.INCH if self.inch else 0)
         spline = int(more.get("spline", -1))
         mark[:] = (kind, line, self.modes[layout.PLANE], flags, spline, used | stated << layout.STATED)
         self.position[:] = end
@@ -177,6 +178,15 @@ class State:
     def say(self, line: int, text: str = "", dwell: float = 0.0, stop: bool = True) -> None:
         """A marker before the next move."""
         self.said.append(Mark(self.count, line, text, dwell, stop))
+
+    def control_tip(self, on: bool, line: int) -> None:
+        """From here on X, Y and Z are the tool's tip, or the joints again."""
+        self.tip = layout.TIP if on else 0
+        self.offsets.tip = on
+        self.set_offsets()
+        if on:
+            length = math.nan if self.tools is None else float(self.offsets.tool[2])
+            self.said.append(Mark(self.count, line, length=length))
 
     def switch(self, code: int) -> float:
         """Take over what M3, M4, M5 and M6 say of spindle and tool: the seconds that it takes."""
@@ -205,9 +215,11 @@ class State:
 
     def scan(self, lines: Lines, at: int) -> tuple[int, int]:
         """Take what is known of the lines from byte `at` on: where that stopped, and DONE, UNKNOWN or FULL."""
+        before = self.count
         at, self.count, heard, why = lines.scan(
             at, self.values, self.modes, self.rows, self.marks, self.count, self._heard, self._spoken
         )
+        self.marks[before : self.count, layout.FLAGS] |= self.tip
         if heard:
             self._hear(heard)
         return at, why

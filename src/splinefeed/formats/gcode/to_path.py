@@ -13,14 +13,14 @@ import os
 import pathlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from splinefeed.errors import CurveError, FormatError, InputError
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.gcode import arcs as arc_maker
-from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode import layout, tool_paths
 from splinefeed.formats.gcode.dialects import named
 from splinefeed.formats.gcode.moves import (
     AXES,
@@ -74,6 +74,8 @@ def from_file(
     program = Program(file, dialect, start, offsets, tools, repair)
     reading = program.reading()
     moves = program.all_moves(reading)
+    if np.any(moves.flags & layout.TIP):
+        return Contents(program.tool_paths(moves, reading), units="in" if reading.inch else "mm")
     columns = path_columns(moves.used, file)
     (piece,) = program.pieces([moves], reading, columns, max(len(moves), 1))
     if not len(piece.kept):
@@ -101,6 +103,11 @@ def in_parts(
     used = 0
     for moves in program.reading().moves(file):
         used |= moves.used
+        if len(tip := np.flatnonzero(moves.flags & layout.TIP)):
+            raise FormatError(
+                f"{file}: line {moves.line[tip[0]]}: X, Y and Z are the tool's tip; such a program is read as a whole: "
+                "leave out --by-windows"
+            )
     columns = path_columns(used, file)
     reading = program.reading()
     any_length, count, top, rapid, tolerance, said = False, 0, 0.0, False, 0.0, False
@@ -218,14 +225,16 @@ class Piece:
                 raise FormatError(f"{self.file}: line {int(moves.line[i])}: {error}") from None
         return curves
 
-    def path(self, tolerances: Array | None, markers: Sequence[Marker], findings: Findings | None = None) -> Path:
+    def path(
+        self, tolerances: Array | None, markers: Sequence[Marker], findings: Findings | None = None, name: str = ""
+    ) -> Path:
         """The path of these moves; FormatError where there is none."""
         curves, feeds = self.curves(), self.feeds
         try:
             return Path(
                 curves,
                 axis_names(self.columns),
-                name=pathlib.Path(self.file).stem,
+                name=name or pathlib.Path(self.file).stem,
                 findings=[] if findings is None else findings.all(),
                 feeds=feeds,
                 tolerances=tolerances,
@@ -279,6 +288,40 @@ class Program:
                 find_arcs(part, self.file, Findings(), reading.repair)
             raise
         return joined(parts)
+
+    def tool_paths(self, moves: Moves, reading: Reading) -> list[Path]:
+        """The tool paths of a program, and what it does in joints with a feed between them, in order."""
+        rotary = [column for column in ROTARY if moves.used >> column & 1]
+        turns = sum(1 << column for column in ROTARY)
+        known, found = (-1 if self._keeps_start else 0), list[tool_paths.Named]()
+        for part, tip, length in tool_paths.sections(moves):
+            if tip:
+                found += tool_paths.tool_paths(
+                    part, length, rotary, known, partial(self._piece, reading), str(self.file), reading.findings
+                )
+            elif np.any(part.kind != RAPID):
+                columns = path_columns(part.used, self.file)
+                (piece,) = self.pieces([part], reading, columns, max(len(part), 1))
+                found += [partial(self._joints, piece)] if len(piece.kept) else []
+            else:
+                for line in part.line.tolist():
+                    reading.findings.count("rapid moves without tool centre point control are left out", line)
+            known |= int(np.bitwise_or.reduce(part.codes[:, layout.AXES] >> layout.STATED)) & turns
+        if not found:
+            raise FormatError(f"{self.file}: no move of it has a length; is the program complete?")
+        stem = pathlib.Path(self.file).stem
+        return [make(stem if len(found) == 1 else f"{stem}-{i}") for i, make in enumerate(found, start=1)]
+
+    def _piece(
+        self, reading: Reading, part: Moves, columns: IntArray, out: int, none: BoolArray, kept: IntArray, at: Array
+    ) -> Piece:
+        arcs = find_arcs(part, self.file, reading.findings, reading.repair)
+        return Piece(self.file, part, arcs, columns, out, none, kept, at, reading.findings)
+
+    @staticmethod
+    def _joints(piece: Piece, name: str) -> Path:
+        tolerances, said = piece.tolerances
+        return piece.path(tolerances if said else None, piece.markers, piece.findings, name)
 
     def pieces(
         self, parts: Iterable[Moves], reading: Reading, columns: IntArray | None = None, size: int | None = None

@@ -1,0 +1,92 @@
+"""Tool centre point control: what begins and ends it, whose length counts, and vectors of the tool axis.
+
+While it is on, X, Y and Z are the tool's tip on the workpiece, whatever the rotary axes do, and F is the tip's feed.
+Source: Fanuc Series 30i-B, "Tool center point control": G43.4 H with rotary words, G43.5 H with I J K as the tool axis,
+G49 ends it; Haas: G234 H; SINUMERIK 840D sl, "Job planning", TRAORI, TRAFOOF, A3= B3= C3=; LinuxCNC, sim
+configurations of switchable kinematics (xyzbc-trt.txt): M428 is the machine's own kinematics, M429 that of joints.
+"""
+
+from __future__ import annotations
+
+from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.moves import AXES, Findings
+from splinefeed.formats.gcode.state import State
+
+#: Codes that begin it, as tenths, and the M codes that switch kinematics.
+TOOL_TIP = {434: "G43.4", 435: "G43.5", 2340: "G234"}
+SWITCH_ON, SWITCH_OFF = 428, 429
+#: Bit of a move's axes that stands for the tool axis, behind those of the nine letters.
+TOOL_AXIS = 1 << AXES
+
+
+class ToolTip:
+    """What the lines of one program say of it; `given` is the vector that the line has besides its words."""
+
+    def __init__(self, state: State, findings: Findings) -> None:
+        self.state, self.findings = state, findings
+        self.given: tuple[float, float, float] | None = None
+        self._by = ""
+        self._vectors = False
+        self._length = 0.0
+
+    def begin(self, by: str, line: int, number: float | None = None, vectors: bool = False) -> None:
+        """From here on places are those of the tip of tool `number`, or of the one in the spindle."""
+        state = self.state
+        if state.tools is not None:
+            state.offsets.tool[:] = state.tools.tool(number or state.loaded or state.selected).offset
+        self._on(by, line, vectors)
+
+    def switch(self, code: int, line: int) -> None:
+        """M428 and M429: the kinematics of the machine, or those of its joints; G43 says the tool's length."""
+        if code == SWITCH_ON:
+            self._on(f"M{code}", line)
+        elif self.state.tip:
+            self._off(line)
+
+    def length(self, code: int, line: int) -> None:
+        """G43 or G49 has changed the tool's length: one ends what G43.4 began, the other counts for M428."""
+        if self._by.startswith("M") and self.state.tip:
+            if self.state.tools is not None and self._length != self.state.offsets.tool[2]:
+                self._on(self._by, line)
+        elif code == 490:
+            self.end(line)
+
+    def end(self, line: int) -> None:
+        """Places are those of the axes again; the tool has no length."""
+        if self.state.tip:
+            self.state.offsets.tool[:] = 0.0
+            self._off(line)
+
+    def taken(self, words: dict[str, float], modal: int | None) -> dict[str, float]:
+        """The tool axis that a line says, as `State.add` takes it, its words taken away; nothing if it says none."""
+        vector, self.given = self.given, None
+        if vector is None and self._vectors and self.state.tip and modal in (0, 10):
+            found = [words.pop(letter, None) for letter in "IJK"]
+            if any(each is not None for each in found):
+                x, y, z = (each or 0.0 for each in found)
+                vector = x, y, z
+        if vector is None:
+            return {}
+        if not self.state.tip:
+            raise LineError("a tool axis (A3= B3= C3=) stands without TRAORI before it")
+        if modal not in (0, 10):
+            raise LineError("a tool axis stands with an arc or a spline; give it with lines, G0 or G1")
+        size = max(map(abs, vector))
+        if not 0.0 < size <= layout.LARGEST:
+            shown = " ".join(f"{each:g}" for each in vector)
+            raise LineError(f"the tool axis {shown} has no direction; write a vector from the tip to the spindle")
+        x, y, z = (each / size for each in vector)
+        return {"i": x, "j": y, "k": z, "flags": layout.VECTOR}
+
+    def _on(self, by: str, line: int, vectors: bool = False) -> None:
+        self._by, self._vectors, self._length = by, vectors, float(self.state.offsets.tool[2])
+        if self.state.tools is None:
+            self.findings.say(
+                f"line {line}: {by}: X, Y and Z are the tool's tip; its length is that of the machine file (tools=)"
+            )
+        self.state.control_tip(True, line)
+
+    def _off(self, line: int) -> None:
+        self._by, self._vectors = "", False
+        self.state.control_tip(False, line)
