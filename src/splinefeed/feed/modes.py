@@ -94,7 +94,7 @@ def plan_in_mode(
     check_limits(limits, path.axes, strategy)
     _check_jumps(path, limits, period)
     begin = State(limits.start_feed) if start is None else start
-    with np.errstate(all="ignore"):  # what is no number is no motion to take
+    with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         setting = setting_of(path, limits, period)
         check_turns(path, np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [path.length]]), limits)
         law = motion(setting, strategy, MODES[strategy], begin)

@@ -42,7 +42,7 @@ def plan_tool(path: JointPath, limits: Limits, period: float | None, strategy: s
     slower, chord = 1.0, limits.chord_error
     for _ in range(ROUNDS):
         setting = tool_setting(path, _slowed(limits, slower, chord), period)
-        with np.errstate(all="ignore"):  # what is no number is no motion to take
+        with np.errstate(all="ignore"):  # what is not a number is not a motion to take
             law = motion(setting, strategy, TOOL_MODES[strategy])
         if period is None:
             return law

@@ -160,7 +160,7 @@ class Limits:
         for key, value in flat.items():
             name, _, axis = key.partition(".")
             if name not in known or (axis and name not in (*BY_AXIS, *TRAVEL_ENDS)):
-                raise LimitsError(f"{key!r} is no limit; known are {', '.join(sorted(known))}")
+                raise LimitsError(f"{key!r} is not a limit; known are {', '.join(sorted(known))}")
             if axis:
                 values.setdefault(name, {})[axis] = value
             else:
