@@ -67,8 +67,8 @@ def test_a_quantity_is_read_in_base_units(quantity: str | float, kind: str, valu
         ("1e308m", "length", "'1e308m' is not finite; expected a length such as 12.5mm or 0.5in"),
         ("nan", "angle", "'nan' cannot be read; expected an angle such as 15deg or 0.26rad"),
         (math.inf, "time", "inf is not finite; expected a time such as 1ms or 0.001s"),
-        (True, "time", "True is no number; expected a time such as 1ms or 0.001s"),
-        (None, "time", "None is no number; expected a time such as 1ms or 0.001s"),
+        (True, "time", "True is not a number; expected a time such as 1ms or 0.001s"),
+        (None, "time", "None is not a number; expected a time such as 1ms or 0.001s"),
         (
             "__import__('os')",
             "acceleration",

@@ -100,7 +100,7 @@ _SIGNS = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "³": "^3", "°": "deg
 def parse(quantity: str | float, kind: str, bare: str | None = None) -> float:
     """The value of `quantity` in the base unit of its `kind` (see KINDS); a bare number is in `bare`, or in that unit.
 
-    Raises UnitError for text that is no number, for an unknown unit or one of another kind, and for what is not finite.
+    Raises UnitError for text that is not a finite number, and for an unknown unit or one of another kind.
     """
     wanted = _kind(kind)
     return read(quantity, wanted, bare or wanted.base)
@@ -152,11 +152,11 @@ def _kind(name: str) -> Kind:
 
 def _as_float(value: Any, wanted: Kind) -> float:
     if isinstance(value, bool):
-        raise _refusal(value, "is no number", wanted)
+        raise _refusal(value, "is not a number", wanted)
     try:
         return float(value)
     except (TypeError, ValueError, OverflowError):
-        raise _refusal(value, "is no number", wanted) from None
+        raise _refusal(value, "is not a number", wanted) from None
 
 
 def _factor(unit: str, quantity: object, number: float, wanted: Kind) -> float:

@@ -83,7 +83,7 @@ def test_a_missing_end_and_an_uneven_tick_are_said() -> None:
     assert any("the period is not kept" in each for each in judged(t=t).problems)
     position = points.position.copy()
     position[5, 2] = np.nan
-    assert judged(position).problems == ("tick 5: a joint is no finite number",)
+    assert judged(position).problems == ("tick 5: a joint is not a finite number",)
 
 
 def test_a_stop_that_is_not_gentle_is_seen() -> None:

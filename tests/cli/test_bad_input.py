@@ -102,8 +102,8 @@ LINE = {"degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0], [1, 1]]}
         (json.dumps({**LINE, "weights": [1, -2]}), "x.json: weights[1] is -2; weights must be greater than 0"),
         (json.dumps({**LINE, "control_points": [[0, 0]]}), "x.json: 1 control point(s) for degree 1; at least 2"),
         (json.dumps({**LINE, "control_points": [[1, 1]] * 2}), "x.json: all 2 control points are the same"),
-        (json.dumps({**LINE, "control_points": [[0, 0], [float("nan"), 1]]}), "x.json: NaN is no number"),
-        (json.dumps({**LINE, "control_points": [[0, 0], [float("inf"), 1]]}), "x.json: Infinity is no number"),
+        (json.dumps({**LINE, "control_points": [[0, 0], [float("nan"), 1]]}), "x.json: NaN is not a number"),
+        (json.dumps({**LINE, "control_points": [[0, 0], [float("inf"), 1]]}), "x.json: Infinity is not a number"),
     ],
 )
 @pytest.mark.parametrize("command", ["run", "plan", "compare", "info"])
@@ -126,7 +126,7 @@ def test_a_truncated_airfoil(refused, folder):
 
 def test_no_such_file(refused):
     assert refused("run", "nothing.json") == "nothing.json: there is no such file; check the name and the folder"
-    assert refused("run", "") == "'': is no name of a file or a shape"
+    assert refused("run", "") == "'': is not the name of a file or a shape"
     line = refused("run", "buterfly")
     assert line == "buterfly: there is no such file, and no such shape; did you mean 'butterfly'?"
 

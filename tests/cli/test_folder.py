@@ -100,7 +100,7 @@ def test_places_that_cannot_be_used(tmp_path, monkeypatch):
         with pytest.raises(FormatError) as caught:
             folders.staged(name).__enter__()
         assert str(caught.value) == line
-    with pytest.raises(FormatError, match="is no name of a folder"):
+    with pytest.raises(FormatError, match="is not the name of a folder"):
         folders.staged("zero\0byte").__enter__()
     with pytest.raises(FormatError, match="the name is too long"):
         folders.staged("x" * 300).__enter__()

@@ -46,5 +46,5 @@ def test_what_cannot_be(splinefeed, folder):
     assert result.exit_code == 2
     assert "bad.toml: 2 errors" in result.stderr
     assert splinefeed("sweep", "show").exit_code == 2
-    assert "is no folder of a sweep" in splinefeed("sweep", "show", "bad.toml").stderr
+    assert "is not a folder of a sweep" in splinefeed("sweep", "show", "bad.toml").stderr
     assert "one spec at a time" in splinefeed("sweep", "a.toml", "b").stderr

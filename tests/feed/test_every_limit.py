@@ -61,7 +61,7 @@ LOOSE = {"axis_velocity_step": 20.0}
 NAMES = [each.name for each in fields(sf.Limits)]
 ENDS = {"axis_minimum": {"x": 0.0}, "axis_maximum": {"x": 60.0}}
 STREAM = "stream"
-#: What is no limit along the path.
+#: What is not a limit along the path.
 BEYOND = (
     "chord_error", "centripetal", "axis_velocity", "axis_acceleration", "axis_jerk", "axis_velocity_step",
     "combinations", "torque",

@@ -91,8 +91,8 @@ def test_open_edges_repeats_and_other_chords_are_reported() -> None:
 BAD = [
     ("one line\nanother line\n", "line 2: expected two numbers x y, got 'another line'"),
     ("NAME\n1 2 3\n", "line 2: expected two numbers x y, got '1 2 3'"),
-    ("NAME\n1.0 nan\n", "line 2: '1.0 nan' is no finite point"),
-    ("NAME\n1e999 0\n", "line 2: '1e999 0' is no finite point"),
+    ("NAME\n1.0 nan\n", "line 2: '1.0 nan' is not a finite point"),
+    ("NAME\n1e999 0\n", "line 2: '1e999 0' is not a finite point"),
     (lines(SECTION[:3]), "has 3 point(s); a section needs at least 5"),
     (lines([(1.0, 0.0)] * 9), "has 1 different point(s); a section needs at least 5"),
     (lines(SECTION[5:] + SECTION[:5]), "begins at x = 0, at its nose; points must begin at the trailing edge"),
@@ -114,8 +114,8 @@ def test_what_is_no_section_is_refused_with_its_line(tmp_path: File, text: str, 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        (lines([(0.0, y) for y in (0, 1, 2, 3, 4)]), "the chord in the file is 0; that is no section"),
-        (lines([(1e300 * x, y) for x, y in SECTION]), "the chord in the file is 1e+300; that is no section"),
+        (lines([(0.0, y) for y in (0, 1, 2, 3, 4)]), "the chord in the file is 0; that is not a section"),
+        (lines([(1e300 * x, y) for x, y in SECTION]), "the chord in the file is 1e+300; that is not a section"),
         (lines([(1e8 * x, y) for x, y in SECTION]), "the section is larger than 1e+09 mm; give a smaller chord"),
     ],
 )

@@ -74,7 +74,7 @@ def test_a_missing_folder_a_folder_and_a_device_are_refused(tmp_path: Path) -> N
         _write(tmp_path)
     with pytest.raises(FormatError, match="/dev/null: is a device or pipe; give the name of a file"):
         _write("/dev/null")
-    with pytest.raises(FormatError, match="is no name of a file"):
+    with pytest.raises(FormatError, match="is not the name of a file"):
         _write("wing\0.csv")
     assert not Path("/dev/null").is_file()
 

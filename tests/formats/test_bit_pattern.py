@@ -378,8 +378,8 @@ def other_words(file):
         (other_words, "dataset words: has shape (19, 2, 2, 3) of uint16; expected (periods, 2, 2, 4) of uint16"),
         (lambda f: f.attrs.modify("record", "Setpoints"), "holds a record 'Setpoints'; known are BitPattern"),
         (lambda f: f.attrs.modify("schema", 99), "schema: 99 is newer than the 1 known here; update splinefeed"),
-        (lambda f: f.attrs.modify("pulses_per_unit", [1.0, 0.0]), "attribute pulses_per_unit: holds what is no scale"),
-        (lambda f: f.attrs.create("axes", [1, 2]), "attribute axes: is no list of names"),
+        (lambda f: f.attrs.modify("pulses_per_unit", [1.0, 0.0]), "attribute pulses_per_unit: holds an invalid scale"),
+        (lambda f: f.attrs.create("axes", [1, 2]), "attribute axes: is not a list of names"),
         (lambda f: f.attrs.modify("period", -1.0), "period is -1; it must be greater than 0"),
     ],
 )
@@ -396,7 +396,7 @@ def test_refused_files_that_are_none(tmp_path):
     with pytest.raises(FormatError, match=r"there is no such file"):
         bit_pattern.read(path)
     path.write_bytes(b"no words at all")
-    with pytest.raises(FormatError, match=r"words\.h5: is no sound HDF5 file: "):
+    with pytest.raises(FormatError, match=r"words\.h5: is not a sound HDF5 file: "):
         bit_pattern.read(path)
     bit_pattern.write(some_pattern(), path)
     path.write_bytes(path.read_bytes()[:-2000])

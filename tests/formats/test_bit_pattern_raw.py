@@ -102,9 +102,9 @@ def test_words_and_page_must_belong_together(pattern, tmp_path):
     assert refused() == f"{file}: the words are not those that w.bits.json describes"
     file.write_bytes(words)
     assert refused(record="Setpoints") == f"{page}: does not describe pulse words"
-    assert refused(axes=[]) == f"{page}: axes: is no list of 1 to 9 names"
+    assert refused(axes=[]) == f"{page}: axes: is not a list of 1 to 9 names"
     assert refused(periods=-1) == f"{page}: periods: -1; expected a whole number up to 67108864"
-    assert refused(pulses_per_unit=[1.0, 0.0, 1.0]) == f"{page}: pulses_per_unit: holds what is no scale"
+    assert refused(pulses_per_unit=[1.0, 0.0, 1.0]) == f"{page}: pulses_per_unit: holds an invalid scale"
     assert refused(period_s=0.0).startswith(f"{page}: period_s")
     assert refused(words_per_period=0).startswith(f"{page}: BitPattern.words has shape")
     assert refused(order="another").startswith(f"{page}: order: the words are in another order than ")
@@ -112,7 +112,7 @@ def test_words_and_page_must_belong_together(pattern, tmp_path):
     assert refused(pulses_per_unit=[1, 2]) == f"{page}: pulses_per_unit: [1, 2]; expected a list of 3 numbers"
     assert refused(start_pulses=[1, 2, "3"]) == f"{page}: start_pulses: [1, 2, '3']; expected a list of 3 numbers"
     page.write_text("{")
-    with pytest.raises(FormatError, match="is no JSON"):
+    with pytest.raises(FormatError, match="is not JSON"):
         bit_pattern_raw.read(file)
     page.write_text("x" * 100_000)
     with pytest.raises(FormatError, match="is larger than 65536 bytes"):

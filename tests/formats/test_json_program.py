@@ -56,10 +56,10 @@ def test_feeds_have_the_units_of_the_file_and_null_is_rapid(tmp_path: Path) -> N
         ({"feed": 0}, 'curves[1]: feed: expected a number, greater than 0, or "rapid"'),
         ({"feed": "fast"}, 'curves[1]: feed: expected a number, greater than 0, or "rapid"'),
         ({"tolerance": -1}, 'curves[1]: tolerance: expected a number, 0 or more, or "free"'),
-        ({"before": {}}, "curves[1]: before: is no list of at most 1000 markers"),
+        ({"before": {}}, "curves[1]: before: is not a list of at most 1000 markers"),
         ({"after": [{"txt": "M2"}]}, "curves[1]: after[0]: expected an object with dwell, stop, text"),
         ({"before": [{"text": 3}]}, "curves[1]: before[0]: text must be one line and stop true or false"),
-        ({"before": [{"dwell": "1"}]}, "curves[1]: before[0]: dwell is no number of seconds"),
+        ({"before": [{"dwell": "1"}]}, "curves[1]: before[0]: dwell is not a number of seconds"),
         ({"before": [{"dwell": -1}]}, "curves[1]: before[0]: a dwell of -1.0 s; it must be 0 or more and finite"),
     ],
 )

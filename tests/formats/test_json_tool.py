@@ -79,13 +79,13 @@ def test_a_format_without_tool_axes_says_so(tmp_path: File) -> None:
         ({"tool_tip": [[0, 0], [1, 0]]}, "2 axes; a tool tip has 3"),
         ({"tool_axis_vectors": [[0, 0, 0], [0, 0, 0]]}, "no length"),
         ({"tool_axis_vectors": [[0, 0, 1]]}, "tool_axis_vectors: "),
-        ({"tool_axis_vectors": [[0, 0, "up"], [0, 0, 1]]}, r'tool_axis_vectors\[0\]\[2\]: "up" is no number'),
+        ({"tool_axis_vectors": [[0, 0, "up"], [0, 0, 1]]}, r'tool_axis_vectors\[0\]\[2\]: "up" is not a number'),
         ({"rotary_angles": [[0, 0], [0, 0]]}, "tool_axis_vectors and rotary_angles are both given"),
-        ({"degree": True}, "degree: true is no whole number"),
+        ({"degree": True}, "degree: true is not a whole number"),
         ({"axis_knots": [0, 0, 2, 2]}, "runs over u = 0 to 2, its tip over 0 to 1"),
         ({"colour": "red"}, 'key "colour" is not known'),
         ({"units": "furlong"}, 'units: "furlong" is not known'),
-        ({"name": 7}, "name: 7 is no text"),
+        ({"name": 7}, "name: 7 is not text"),
     ],
 )
 def test_bad_tool_paths_are_refused_with_their_place(tmp_path: File, change: dict[str, Any], said: str) -> None:

@@ -108,7 +108,7 @@ y = 4
         "line 2: acceleration: -5 must be greater than 0",
         "line 3: jrek: unknown limit; did you mean jerk?",
         "line 4: chord_error: must be one number",
-        "line 7: axis_jerk.x: True is no number",
+        "line 7: axis_jerk.x: True is not a number",
         "line 8: axis_jerk.theta: '3mm/s^3' is a jerk; expected an angular jerk such as 90deg/s^3",
         "line 10: travel.x: runs from 3 to 1",
         "line 11: travel.y: 4; write least and greatest position",
@@ -122,7 +122,7 @@ y = 4
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("feed = ", "limits: is no TOML: "),
+        ("feed = ", "limits: is not TOML: "),
         ("", "limits: neither feed nor axis_velocity is given"),
         ("feed = 60\nstart_feed = 70", "limits: line 2: start_feed: is 70 mm/s; it must lie between"),
         ("feed = nan", "limits: line 1: feed: nan is not finite"),

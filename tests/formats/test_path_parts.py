@@ -110,7 +110,7 @@ def test_the_points_of_a_table_are_joined_by_lines(tmp_path, monkeypatch):
     with pytest.raises(FormatError, match="one place only"):
         list(sf.formats.read_parts(file))
     file.write_text("1 2\n" * 9 + "1 nan\n")
-    with pytest.raises(FormatError, match="line 10: is no finite point"):
+    with pytest.raises(FormatError, match="line 10: is not a finite point"):
         list(sf.formats.read_parts(file))
     file.write_text("1 2\n" * 9 + "1 2 3\n")
     with pytest.raises(FormatError, match="line 10: holds 3 numbers, the lines above 2"):

@@ -92,7 +92,7 @@ REFUSED = {
     "1.234,5;2\n3;4\n": "line 1: expected numbers, got '1.234,5;2'",
     "3\n1 2\n3 4\n": "says 3 points, but 2 follow; is the file complete?",
     "1_0,2\n3,4\n": "line 1: expected numbers, got '1_0,2'",
-    "x,y\n1,2\n3,nan\n4,5\n": "line 3: is no finite point",
+    "x,y\n1,2\n3,nan\n4,5\n": "line 3: is not a finite point",
     "x,y\n1,2\n3\n": "line 3: holds 1 numbers, the lines above 2",
     "1,2\n3,4\nend\n": "line 3: expected 2 numbers, got 'end'",
     "1,1\n1,1\n1,1\n": "1 distinct point(s) among 3; at least 2 are needed",

@@ -78,7 +78,7 @@ def test_a_huge_file_is_refused_before_it_is_read(tmp_path: Path, monkeypatch: p
     file = tmp_path / "cloud.json"
     with file.open("wb") as stream:
         stream.truncate(2**30)
-    with pytest.raises(FormatError, match=r"cloud\.json: is larger than 1 MB; that is no curve but a point cloud"):
+    with pytest.raises(FormatError, match=r"cloud\.json: is larger than 1 MB; that is not a curve but a point cloud"):
         read(file)
 
 

@@ -27,7 +27,7 @@ SUFFIXES = [".h5", ".hdf5", ".csv", ".mat", ".npz", ".parquet"]
 #: One suffix a format that can be loaded.
 LOADED = [".h5", ".csv", ".mat", ".npz", ".parquet"]
 NEWER = "is newer than the 1 known here; update splinefeed"
-UNSOUND = "is no sound file of setpoints"
+UNSOUND = "is not a sound file of setpoints"
 SETTINGS = {"source": "naca:0025", "feed": 60.0, "corrections": None, "nested": {"list": [1, 2.5, "µ"], "flag": True}}
 
 
@@ -299,7 +299,7 @@ def test_changed_csv_files_are_told_what_is_wrong(tmp_path: Path) -> None:
         ("".join(lines[:-1]), "the last line does not say where the setpoints end; the file looks cut off"),
         (text.replace("x_mm", "x"), "line 3: expected the column names t_s,curve,u,s_mm,feed_mm_s,x_mm,y_mm"),
         (text.replace('"schema": 1', '"schema": 2'), f"line 2: schema: 2 {NEWER}"),
-        (text.replace('"schema": 1', '"schema": "1"'), "line 2: schema: '1' is no schema of splinefeed"),
+        (text.replace('"schema": 1', '"schema": "1"'), "line 2: schema: '1' is not a schema of splinefeed"),
         (text.replace('"record": "Setpoints"', '"record": "Table"'), "line 2: does not describe setpoints"),
         (text.replace('"period_s": 0.001', '"period_s": 0'), "period is 0; it must be greater than 0"),
         (text.replace(",2,", ",0.5,", 1), "column curve: holds something else than whole numbers"),
@@ -361,7 +361,7 @@ def test_hostile_hdf5_files_are_refused(tmp_path: Path) -> None:
         (texts, "dataset t: has shape (3,) of object; expected numbers in 1 dimension(s)"),
         (group, "dataset t: is no dataset of this file"),
         (record, "holds a record 'Curve'; known are Setpoints, TimeLaw, Limits, Response"),
-        (no_axes, "is no sound HDF5 file: "),
+        (no_axes, "is not a sound HDF5 file: "),
         (settings, "settings: are no JSON: maximum recursion depth exceeded"),
     ]  # fmt: skip
     for change, reason in cases:
@@ -385,7 +385,7 @@ def test_a_library_that_quotes_the_file_is_cut_short(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
         load(file)
     message = str(caught.value)
-    assert message.startswith(f"{file}: is no sound NumPy archive: ") and message.endswith("...")
+    assert message.startswith(f"{file}: is not a sound NumPy archive: ") and message.endswith("...")
     assert "\n" not in message and len(message) < 300 + len(str(file))
 
 
@@ -445,7 +445,7 @@ def test_a_limit_that_is_not_known_is_not_passed_over(tmp_path: Path) -> None:
     save(Limits(feed=60, acceleration=50, jerk=2000), path)
     with h5py.File(path, "a") as file:
         file["snap"] = 1.0
-    with pytest.raises(FormatError, match=r"limits\.h5: dataset snap: is no limit known here"):
+    with pytest.raises(FormatError, match=r"limits\.h5: dataset snap: is not a limit known here"):
         load(path)
     with h5py.File(path, "a") as file:
         del file["snap"]

@@ -149,7 +149,7 @@ def test_an_element_lies_where_css_and_svg_2_put_it(tmp_path: Path, body: str, e
     ("body", "reason"),
     [
         ('<path d="M0 0H9" style="transform:rotate3d(1,1,1,3deg)"/>', "transform: 'rotate3d(1,1,1,3deg)' is no"),
-        ('<path d="M0 0H9" style="transform:scale(2px)"/>', "transform: scale: '2px' is no number"),
+        ('<path d="M0 0H9" style="transform:scale(2px)"/>', "transform: scale: '2px' is not a number"),
         ('<path d="M0 0H9" style="rotate:3deg"/>', "the property rotate is not read; write it as transform"),
         ('<path d="M0 0H9" style="transform:scale(2);transform-box:fill-box"/>', "transform-box is 'fill-box'; only"),
     ],
@@ -226,8 +226,8 @@ def test_packed_drawings_that_are_cut_garbled_or_bombs_are_refused(tmp_path: Pat
         with pytest.raises(FormatError):
             read(file)
     for content, reason in (
-        (whole[:20] + b"\xff\xff" + whole[22:], "is no sound gzip"),
-        (whole[:-8] + b"\0" * 8, "is no sound gzip"),
+        (whole[:20] + b"\xff\xff" + whole[22:], "is not a sound gzip"),
+        (whole[:-8] + b"\0" * 8, "is not a sound gzip"),
         (whole + b"PK", "something stands behind its packed data"),
         (gzip.compress(b"<svg>" + b" " * (300 * 2**20), 1), "unpacks to more than 256 MB"),
     ):

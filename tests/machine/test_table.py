@@ -181,7 +181,7 @@ def test_a_machine_is_told_in_words() -> None:
             '"25stone"',
             "axis.x.load.inertia: '25stone' has an unknown unit: stone; expected a mass or inertia such as 20kg",
         ),
-        ('"25kg"', "true", "axis.x.load.inertia: True is no number; expected a mass or inertia such as 20kg"),
+        ('"25kg"', "true", "axis.x.load.inertia: True is not a number; expected a mass or inertia such as 20kg"),
         ('"20V/mm"', '"-20V/mm"', "axis.x.controller.kp: -20V/mm; must not be negative"),
         ('"20V/mm"', '"0V/mm"', "axis.x.controller.kp: 0; must be greater than 0"),
         ('"velocity"', '"speed"', "axis.x.drive.mode: 'speed'; must be one of velocity, torque"),
@@ -240,7 +240,7 @@ def test_a_machine_is_told_in_words() -> None:
         (
             'title = "one axis"',
             '[axis.x]\nmotion = "rotary"',
-            "axis.x.motion: 'rotary'; x is no rotary axis; rotary are a, b, c, theta",
+            "axis.x.motion: 'rotary'; x is not a rotary axis; rotary are a, b, c, theta",
         ),
     ],
 )
@@ -289,7 +289,7 @@ def test_files_without_axes_are_refused(text: str, message: str) -> None:
 def test_files_that_are_no_machines_are_refused(tmp_path: Path) -> None:
     broken = tmp_path / "broken.toml"
     broken.write_text("[axis.x\n", encoding="utf-8")
-    with pytest.raises(FormatError, match=r"broken\.toml: is no TOML: "):
+    with pytest.raises(FormatError, match=r"broken\.toml: is not TOML: "):
         Machine.load(broken)
     broken.write_bytes(b"\xff\xfe")
     with pytest.raises(FormatError, match=r"broken\.toml: is not UTF-8 text"):
@@ -358,7 +358,7 @@ def test_quantities_are_read(text: str, kind: str, rotary: bool, value: float) -
         ("1e999mm", "'1e999mm' is not finite"),
         ("5mm^^2", "'5mm^^2' cannot be read"),
         ("nan mm", "'nan mm' cannot be read"),
-        (None, "None is no number"),
+        (None, "None is not a number"),
     ],
 )
 def test_what_is_no_quantity_is_refused(text: object, what: str) -> None:

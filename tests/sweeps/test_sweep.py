@@ -178,7 +178,7 @@ def test_a_folder_is_for_one_sweep_and_one_process(tmp_path):
         Store(tmp_path / "it", other).__enter__()
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/letter.txt").write_text("")
-    with pytest.raises(InputError, match=r"is no folder of a sweep: it holds letter\.txt"):
+    with pytest.raises(InputError, match=r"is not a folder of a sweep: it holds letter\.txt"):
         Store(tmp_path / "mine", spec).__enter__()
 
 

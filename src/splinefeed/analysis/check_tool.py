@@ -57,7 +57,7 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     found = Judged()
     finite = np.isfinite(points.position).all(axis=1)
     if not finite.all():
-        found.problems.append(f"tick {int(np.argmin(finite))}: a joint is no finite number")
+        found.problems.append(f"tick {int(np.argmin(finite))}: a joint is not a finite number")
         return found
     tool, period = path.tool, points.period
     dt = np.diff(points.t)

@@ -16,7 +16,7 @@ from splinefeed.records import Array, BoolArray, IntArray, check_finite, number
 #: The two notions of the nearest point, as `Contour.notion` names them.
 NEAR_COMMAND = "near the commanded point"
 WHOLE_PATH = "whole path"
-#: A coordinate beyond this, mm, has a square that is no number.
+#: A coordinate beyond this, mm, has a square that is not a number.
 FARTHEST = 1e150
 #: A derivative this much shorter than the next ones over a row is none.
 VANISHING = 1e-12
@@ -82,7 +82,7 @@ class ContourMeter:
         (NEAR_COMMAND): arc lengths s_hint - h to s_hint + h, with h four times the distance e of the position from
         the commanded point, and at least `window`, mm. For the nearest point is within 2 e of the commanded one, and
         the path may wind and turn back, by corners up to 150 degrees, before it is 4 e long. While the nearest point
-        of the window is one of its ends, and that is no end of the path, h is doubled. On a closed path the window
+        of the window is one of its ends, and that is not an end of the path, h is doubled. On a closed path the window
         runs over the seam. A servo that lags far behind on a path with hairpins wants `window`: its largest lag.
 
         With `signed`, for two linear axes, the error is positive on the left of the path, seen along it. At a corner

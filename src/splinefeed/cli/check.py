@@ -30,7 +30,10 @@ Examples:
 @options.limits_alone("as the setpoints say")
 @click.option("--law", "law_file", metavar="FILE", help="The time law (.h5): exact derivatives are checked too.")
 @click.option(
-    "--tolerance", type=options.Quantity("length"), metavar="LENGTH", help="Off the curve.  [default: 1e-9 mm]"
+    "--tolerance",
+    type=options.Quantity("length"),
+    metavar="LENGTH",
+    help="Largest distance of a setpoint from the curve.  [default: 1e-9 mm]",
 )
 @click.option("--resolution", type=options.Quantity("length"), metavar="LENGTH", help="Last digit of the positions.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")

@@ -178,7 +178,7 @@ reading = _all(
         "--tolerance",
         kind="length",
         text="Airfoil .dat, points .csv .xyz: largest distance of the fit.  [default: 0.001 mm]  "
-        "Drawings, CAD, JSON: gap between curves that is still none.  [default: 1e-6 mm]",
+        "Drawings, CAD, JSON: ends closer than this are joined.  [default: 1e-6 mm]",
     ),
 )
 

@@ -37,7 +37,7 @@ Examples:
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: Any) -> None:
-    """Plan how far along SOURCE the tool is by when, and print the pieces of that law.
+    """Plan the time law s(t) of the motion along SOURCE, and print its pieces.
 
     Without SOURCE: the paper's airfoil. The exit code is 1 where a limit does not hold.
     """

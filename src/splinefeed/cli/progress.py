@@ -20,7 +20,7 @@ Say = Callable[[str], None]
 COMPILING = "compiling kernels for this machine, once, up to half a minute"
 #: ... and where there is no compiler for work that is worth one.
 PLAIN = "running as plain Python; pip install 'splinefeed[sim]' brings Numba, which makes this many times faster"
-#: Where stderr is no terminal, work that lasts less than this, s, is not spoken of, and longer work not more often.
+#: Where stderr is not a terminal, work that lasts less than this, s, is not spoken of, and longer work not more often.
 PATIENCE = 5.0
 #: Kernels are spoken of sooner, s, but not before a mistake in the input would have ended the program.
 FIRST_WORD = 1.5

@@ -103,7 +103,7 @@ def _record(place: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError) as error:
         raise FormatError(f"{place / RECORD}: cannot be read: {error}") from None
     if not isinstance(said, dict):
-        raise FormatError(f"{place / RECORD}: is no page of numbers of a run")
+        raise FormatError(f"{place / RECORD}: is not a page of numbers of a run")
     return said
 
 

@@ -42,7 +42,7 @@ def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
     from splinefeed.geometry import shapes
 
     if not source.strip():
-        raise InputError(f"{source!r}: is no name of a file or a shape")
+        raise InputError(f"{source!r}: is not the name of a file or a shape")
     if shapes.is_shape(source):
         for name in reading:
             option = "--path" if name == "which" else f"--{name}"

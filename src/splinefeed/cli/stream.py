@@ -31,7 +31,7 @@ Examples:
   splinefeed stream part.dxf --machine router --to file -o rows.txt
   splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
 
-Keys while it streams: + and - turn the override by 10 %, h or space holds, b goes back along the path, r goes on,
+Keys while it streams: + and - change the override by 10 %, h or space holds, b goes back along the path, r goes on,
 s stops. The same by JSON lines on the local port that it prints, with the token: {"token": "...", "override": 80},
 "hold": true, "reverse": true, "stop": true.
 
@@ -40,12 +40,16 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source")
-@click.option("--to", type=click.Choice(["file", "stdout", "udp", "linuxcnc"]), required=True, help="Where rows go.")
+@click.option(
+    "--to", type=click.Choice(["file", "stdout", "udp", "linuxcnc"]), required=True, help="Consumer of the rows."
+)
 @click.option("-o", "--output", metavar="FILE", help="The file of --to file.")
-@click.option("--host", default="127.0.0.1", show_default=True, help="Where --to udp sends to.")
-@click.option("--port", type=int, default=5010, show_default=True, help="Its port.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address for --to udp.")
+@click.option("--port", type=int, default=5010, show_default=True, help="Port for --to udp.")
 @options.quantity("--ahead", kind="time", text="Look-ahead kept in the controller's buffer.  [default: 300 ms]")
-@click.option("--override", default="100%", show_default=True, metavar="PERCENT", help="To begin with.")
+@click.option(
+    "--override", default="100%", show_default=True, metavar="PERCENT", help="Feedrate override at the start."
+)
 @click.option(
     "--most",
     default="200%",
@@ -56,11 +60,11 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 @click.option(
     "--top", type=float, default=1.0, show_default=True, help="Plan slower, so that 1.2 = 120 % is possible anywhere."
 )
-@click.option("--approach", is_flag=True, help="Go straight from where the axes are to where the path begins.")
+@click.option("--approach", is_flag=True, help="Move straight from where the axes are to the start of the path.")
 @click.option("--here", is_flag=True, help="Move the path so that it begins where the axes are.")
 @click.option("--record", "record_file", metavar="FILE.h5", help="--to linuxcnc: keep what HAL measured, a Response.")
 @click.option("--state", "state_file", metavar="FILE", help="Keep the last confirmed row in this file.")
-@click.option("--resume", is_flag=True, help="Go on from the row that --state FILE says, and where the axes are.")
+@click.option("--resume", is_flag=True, help="Continue from the row in --state FILE, and where the axes are.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="SOURCE is CSV: its columns, as t,x,y.")
 @options.limits
 @options.machine
@@ -127,7 +131,7 @@ def _percent(given: dict[str, Any], name: str) -> float:
     try:
         return float(given[name].removesuffix("%")) / 100.0
     except ValueError:
-        raise InputError(f"--{name}: {given[name]!r} is no number of percent; write for example 80%") from None
+        raise InputError(f"--{name}: {given[name]!r} is not a percentage; write for example 80%") from None
 
 
 def _operator(given: dict[str, Any]) -> Operator:
@@ -319,7 +323,7 @@ def _resumed(file: str, motion: Motion) -> Resume:
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):
-        raise InputError(f"{file}: is no state of a stream") from None
+        raise InputError(f"{file}: is not a state of a stream") from None
     if not same:
         raise InputError(f"{file}: is the state of another motion; give the same source and limits")
     if page.get("done") or not 0.0 <= tau < motion.duration:

@@ -36,7 +36,7 @@ A spec:
   "machine.x.load.inertia" = { uniform = [0.8, 1.2] }
 
 """
-#: Time between two words on stderr where it is no terminal, s.
+#: Time between two words on stderr where it is not a terminal, s.
 PATIENCE = 5.0
 #: Runs that the rate is taken from: the first ones, which compile, are soon forgotten.
 RECENT = 100

@@ -42,7 +42,7 @@ _FOR_PATH = (
     show_default=True,
     help="ziegler-nichols or tyreus-luyben, from the ultimate point; or path: small contour error on a path.",
 )
-@click.option("--kind", metavar="SORT", help="Sort of controller of a rule: p, pi or pid.  [default: pid]")
+@click.option("--kind", metavar="NAME", help="Controller of a rule: p, pi or pid.  [default: pid]")
 @click.option(
     "--identify",
     metavar="HOW",
@@ -65,7 +65,7 @@ _FOR_PATH = (
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, machine: str, as_json: bool, **given: Any) -> None:
-    """Find gains for the axes of MACHINE, and say how far they and the old ones are from instability.
+    """Find gains for the axes of MACHINE; report gain, phase and delay margins of the new and old ones.
 
     MACHINE is the name of a table of the package (splinefeed machine list names them) or a machine file. Limits such as
     --feed say how the path of rule path is driven. The exit code is 1 if an axis is unstable with its new gains.

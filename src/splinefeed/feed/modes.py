@@ -125,7 +125,7 @@ def plan_in_mode(
         if limits.axis_velocity_step is not None:
             raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
     begin = State(limits.start_feed) if start is None else start
-    with np.errstate(all="ignore"):  # what is no number is no motion to take
+    with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         setting = setting_of(path, limits, period)
         law = motion(setting, strategy, mode, begin)
         at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))

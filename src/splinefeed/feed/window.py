@@ -202,7 +202,7 @@ class Window:
     def q_at_samples(self, c: Array) -> Array:
         """q (n,) of coefficients at the samples."""
         found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
-        return np.maximum(found, SLOWEST * self.samples.q)  # less is no motion but rows that contradict each other
+        return np.maximum(found, SLOWEST * self.samples.q)  # less is not a motion but rows that contradict each other
 
     def of_cells(self, shares: Array) -> Array:
         """Shares of pieces (3, m) as those of cells (3, n): any on a ramp counts for q in the cell beside it."""

@@ -80,7 +80,7 @@ class Windows:
         """
         into = stop if ends_here else REST
         try:
-            with np.errstate(all="ignore"):  # what is no number is no motion to take
+            with np.errstate(all="ignore"):  # what is not a number is not a motion to take
                 plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True, known=self.samples)
         except PlanError:
             if self.left is None:

@@ -132,7 +132,7 @@ def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[in
         elif pair is None:
             raise FormatError(f"{source}: line {number}: expected two numbers x y, got {line.strip()[:40]!r}")
         elif not (math.isfinite(pair[0]) and math.isfinite(pair[1])):
-            raise FormatError(f"{source}: line {number}: {line.strip()[:40]!r} is no finite point")
+            raise FormatError(f"{source}: line {number}: {line.strip()[:40]!r} is not a finite point")
         else:
             rows.append((number, *pair))
         first = False
@@ -181,7 +181,7 @@ def _check_section(points: Array, source: str | os.PathLike[str]) -> None:
     x = points[:, 0]
     span, nose = float(np.ptp(x)), float(np.min(x))
     if not 0.0 < span <= MAX_COORDINATE:
-        raise FormatError(f"{source}: the chord in the file is {span:g}; that is no section")
+        raise FormatError(f"{source}: the chord in the file is {span:g}; that is not a section")
     if x[0] - nose < 0.5 * span:
         raise FormatError(f"{source}: begins at x = {x[0]:g}, at its nose; points must begin at the trailing edge")
     if abs(x[-1] - x[0]) > MAX_END_DIFFERENCE * span:

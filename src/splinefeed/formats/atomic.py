@@ -29,7 +29,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary name to write to; the finished file is put at `path`, a failed one is removed.
 
     A link is followed, a file that was there stays untouched until the new one is complete. Raises FormatError for a
-    missing folder, a target that is no plain file, no permission, and a full disk.
+    missing folder, a target that is not a plain file, no permission, and a full disk.
     """
     target = _target(path)
     # Short and of its own, so that a target with the longest name allowed can still be written.
@@ -58,7 +58,7 @@ def _target(path: str | os.PathLike[str]) -> Path:
         target = Path(os.path.realpath(path))
         folder_there, there, plain = target.parent.is_dir(), target.exists(), target.is_file()
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        raise FormatError(f"{str(path)[:200]!r}: is no name of a file: {error}") from None
+        raise FormatError(f"{str(path)[:200]!r}: is not the name of a file: {error}") from None
     if not folder_there:
         raise FormatError(f"{path}: the folder {target.parent} does not exist; make it first")
     if there and not plain:

@@ -378,7 +378,7 @@ def _open(file: Any, path: Path) -> tuple[Any, BitPattern]:
         )
     scales = np.asarray(file.attrs["pulses_per_unit"], dtype=np.float64)
     if not np.all(np.isfinite(scales)) or np.any(scales <= 0.0):
-        raise FormatError(f"{path}: attribute pulses_per_unit: holds what is no scale")
+        raise FormatError(f"{path}: attribute pulses_per_unit: holds an invalid scale")
     return dataset, BitPattern(
         words=np.empty((0, *expected), dtype=np.uint16),
         start=np.asarray(file.attrs["start"], dtype=np.int64),

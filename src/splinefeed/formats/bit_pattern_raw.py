@@ -139,11 +139,11 @@ def _page(path: str | os.PathLike[str]) -> dict[str, Any]:
     if not page.is_file():
         raise FormatError(f"{path}: needs {page.name} beside it, which says what the words are")
     if page.stat().st_size > MAX_PAGE:
-        raise FormatError(f"{page}: is larger than {MAX_PAGE} bytes; that is no page of pulse words")
+        raise FormatError(f"{page}: is larger than {MAX_PAGE} bytes; that is not a page of pulse words")
     try:
         content = json.loads(page.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise FormatError(f"{page}: is no JSON: {' '.join(str(error).split())}") from None
+        raise FormatError(f"{page}: is not JSON: {' '.join(str(error).split())}") from None
     if not isinstance(content, dict) or content.get("record") != _RECORD:
         raise FormatError(f"{page}: does not describe pulse words")
     check_schema(content.get("schema"), page)
@@ -157,7 +157,7 @@ def _described(path: str | os.PathLike[str]) -> tuple[BitPattern, int]:
     page, content = page_of(path), _page(path)
     axes = content.get("axes")
     if not isinstance(axes, list) or not 1 <= len(axes) <= MAX_AXES or not all(isinstance(a, str) for a in axes):
-        raise FormatError(f"{page}: axes: is no list of 1 to {MAX_AXES} names")
+        raise FormatError(f"{page}: axes: is not a list of 1 to {MAX_AXES} names")
     counts = {}
     for name, most in (("periods", MAX_TICKS), ("words_per_period", MAX_SLOTS // SLOTS), ("first_period", 2**53)):
         value = content.get(name)
@@ -172,7 +172,7 @@ def _described(path: str | os.PathLike[str]) -> tuple[BitPattern, int]:
     try:
         scales = np.asarray(content["pulses_per_unit"], dtype=np.float64)
         if not np.all(np.isfinite(scales)) or np.any(scales <= 0.0):
-            raise FormatError(f"{page}: pulses_per_unit: holds what is no scale")
+            raise FormatError(f"{page}: pulses_per_unit: holds an invalid scale")
         return BitPattern(
             words=np.empty((0, len(axes), 2, counts["words_per_period"]), dtype=np.uint16),
             start=np.asarray(content["start_pulses"], dtype=np.int64),

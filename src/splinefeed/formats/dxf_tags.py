@@ -97,7 +97,7 @@ def read_sections(content: bytes, source: str) -> Sections:
             start += len(tags)
             found.last = f"tag {start}" if binary else f"line {2 * start - 1}"
             if start > MAX_TAGS:
-                raise FormatError(f"{source}: has more than {MAX_TAGS} tags; that is no drawing for a tool path")
+                raise FormatError(f"{source}: has more than {MAX_TAGS} tags; that is not a drawing for a tool path")
             kind = str(tags[0].value).strip()
             if kind == "SECTION":
                 if inside is not None:

@@ -220,7 +220,7 @@ def opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tuple
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged file can make HDF5 and h5py raise nearly anything
-        raise FormatError(f"{path}: is no sound HDF5 file: {in_brief(error)}") from None
+        raise FormatError(f"{path}: is not a sound HDF5 file: {in_brief(error)}") from None
 
 
 def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], T]]) -> T:
@@ -241,7 +241,7 @@ def axes_of(file: Any, path: Path) -> tuple[str, ...]:
     """The names of the axes, attribute `axes` of the file."""
     axes = tuple(file.attrs["axes"])
     if not axes or not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{path}: attribute axes: is no list of names")
+        raise FormatError(f"{path}: attribute axes: is not a list of names")
     return axes
 
 

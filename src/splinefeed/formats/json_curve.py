@@ -61,7 +61,7 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
         values.check_keys(document, {"curves"} | _SHARED | _FOR_PEOPLE, source)
         listed = document["curves"]
         if not isinstance(listed, list) or not listed:
-            raise FormatError(f"{source}: curves: is no list of curves")
+            raise FormatError(f"{source}: curves: is not a list of curves")
         places = [f"{source}: curves[{i}]" for i in range(len(listed))]
     else:
         listed, places = [document], [f"{source}"]
@@ -71,7 +71,7 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
     entries = [_entry(item, document, place, findings) for item, place in zip(listed, places, strict=True)]
     name = document.get("name", "")
     if not isinstance(name, str):
-        raise FormatError(f"{source}: name: {values.shown(name)} is no text")
+        raise FormatError(f"{source}: name: {values.shown(name)} is not text")
     return _joined(entries, name or pathlib.Path(source).stem, tuple(findings), allowed, source)
 
 
@@ -108,7 +108,7 @@ def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:
     """The JSON object in `text`, refusing what Python's reader lets through: NaN, infinities, and a key said twice."""
 
     def refuse_constant(token: str) -> None:
-        raise FormatError(f"{source}: {token} is no number that a curve can have")
+        raise FormatError(f"{source}: {token} is not a number that a curve can have")
 
     def refuse_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         unique = dict(pairs)
@@ -155,7 +155,7 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
             raise FormatError(f"{place}: {key} is missing; a curve needs degree, knots and control_points")
     degree = item["degree"]
     if isinstance(degree, bool) or not isinstance(degree, int):
-        raise FormatError(f"{place}: degree: {values.shown(degree)} is no whole number")
+        raise FormatError(f"{place}: degree: {values.shown(degree)} is not a whole number")
     points = values.points(item["control_points"], f"{place}: control_points")
     axes = _axes(item.get("axes", document.get("axes")), points.shape[1], f"{place}: axes")
     points = to_radians(points, axes)
@@ -168,7 +168,7 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
     weights = None if item.get("weights") is None else values.numbers(item["weights"], f"{place}: weights")
     name = item.get("name", "")
     if not isinstance(name, str):
-        raise FormatError(f"{place}: name: {values.shown(name)} is no text")
+        raise FormatError(f"{place}: name: {values.shown(name)} is not text")
     try:
         curve = NurbsCurve(degree, values.numbers(item["knots"], f"{place}: knots"), points, weights)
     except CurveError as error:
@@ -182,7 +182,7 @@ def _axes(axes: object, count: int, place: str) -> tuple[str, ...]:
     if axes is None:
         raise FormatError(f"{place}: missing; control points of {count} columns need a name for each")
     if not isinstance(axes, list) or not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{place}: is no list of names")
+        raise FormatError(f"{place}: is not a list of names")
     if len(axes) != count:
         raise FormatError(f"{place}: has {len(axes)} names for control points of {count} columns")
     return tuple(axes)

@@ -74,7 +74,7 @@ def _number(value: object, place: str, unbounded: str, scale: float, *, positive
 
 def _markers(items: object, place: str) -> tuple[Marker, ...]:
     if not isinstance(items, list) or len(items) > MAX_MARKERS:
-        raise FormatError(f"{place}: is no list of at most {MAX_MARKERS} markers")
+        raise FormatError(f"{place}: is not a list of at most {MAX_MARKERS} markers")
     found = []
     for k, item in enumerate(items):
         if not isinstance(item, dict) or set(item) - _MARKER:
@@ -83,7 +83,7 @@ def _markers(items: object, place: str) -> tuple[Marker, ...]:
         if not isinstance(text, str) or not isinstance(stop, bool) or "\n" in text or len(text) > 256:
             raise FormatError(f"{place}[{k}]: text must be one line and stop true or false")
         if isinstance(dwell, bool) or not isinstance(dwell, int | float):
-            raise FormatError(f"{place}[{k}]: dwell is no number of seconds")
+            raise FormatError(f"{place}[{k}]: dwell is not a number of seconds")
         try:
             found.append(Marker(0, text, float(dwell), stop))
         except (InputError, OverflowError) as error:

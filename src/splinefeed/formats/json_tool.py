@@ -65,7 +65,7 @@ def from_document(document: dict[str, Any], source: str | os.PathLike[str], tole
     kind = kinds.pop()
     name = document.get("name", "")
     if not isinstance(name, str):
-        raise FormatError(f"{source}: name: {values.shown(name)} is no text")
+        raise FormatError(f"{source}: name: {values.shown(name)} is not text")
     said: dict[str, Any] = {
         "name": name or pathlib.Path(source).stem,
         "findings": tuple(findings),
@@ -96,7 +96,7 @@ def _curve(item: dict[str, Any], place: str, scale: float) -> tuple[NurbsCurve, 
 def _nurbs(item: dict[str, Any], prefix: str, points: str, place: str, factor: float) -> NurbsCurve:
     degree = item["degree"]
     if isinstance(degree, bool) or not isinstance(degree, int):
-        raise FormatError(f"{place}: {prefix}degree: {values.shown(degree)} is no whole number")
+        raise FormatError(f"{place}: {prefix}degree: {values.shown(degree)} is not a whole number")
     rows = factor * values.points(item[points], f"{place}: {points}")
     weights = item.get("weights")
     try:

@@ -19,7 +19,7 @@ _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 def points(rows: object, place: str) -> Array:
     """The control points (n, axes) as they stand in the file."""
     if not isinstance(rows, list) or not rows:
-        raise FormatError(f"{place}: is no list of points")
+        raise FormatError(f"{place}: is not a list of points")
     width = len(rows[0]) if isinstance(rows[0], list) else 0
     if not 1 <= width <= MAX_AXES:
         raise FormatError(f"{place}[0]: expected a list of 1 to {MAX_AXES} numbers")
@@ -34,10 +34,10 @@ def points(rows: object, place: str) -> Array:
 def numbers(values: object, place: str) -> list[float]:
     """`values` as finite floats; booleans, texts and numbers too large for a float are none."""
     if not isinstance(values, list):
-        raise FormatError(f"{place}: is no list of numbers")
+        raise FormatError(f"{place}: is not a list of numbers")
     for i, value in enumerate(values):
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise FormatError(f"{place}[{i}]: {shown(value)} is no number")
+            raise FormatError(f"{place}[{i}]: {shown(value)} is not a number")
         try:
             finite = math.isfinite(value)
         except OverflowError:

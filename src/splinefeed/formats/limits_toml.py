@@ -61,7 +61,7 @@ def parse(text: str, source: str = "limits") -> Limits:
     try:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FormatError(f"{source}: is no TOML: {error}") from None
+        raise FormatError(f"{source}: is not TOML: {error}") from None
     return from_content(content, source, _lines(text))
 
 
@@ -108,7 +108,7 @@ def from_content(content: Mapping[str, Any], source: str, lines: Mapping[str, in
 
 
 def unit_of(limit: str) -> str | None:
-    """The base unit of a limit, or of an end of a travel, by its name; None for what is no limit."""
+    """The base unit of a limit, or of an end of a travel, by its name; None for what is not a limit."""
     kind = "length" if limit in ("travel", *TRAVEL_ENDS) else KINDS.get(limit)
     return None if kind is None else units.KINDS[kind].base
 

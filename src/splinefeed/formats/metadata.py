@@ -76,7 +76,7 @@ def settings_from_json(text: str, path: object) -> dict[str, Any]:
 def check_schema(schema: object, path: object) -> None:
     """FormatError if `schema`, as the file at `path` says it, is not one that this version reads."""
     if not isinstance(schema, int | np.integer) or schema < 1:
-        raise FormatError(f"{path}: schema: {schema!r} is no schema of splinefeed")
+        raise FormatError(f"{path}: schema: {schema!r} is not a schema of splinefeed")
     if schema > SCHEMA:
         raise FormatError(f"{path}: schema: {schema} is newer than the {SCHEMA} known here; update splinefeed")
 
@@ -100,7 +100,7 @@ def read_description(text: str | bytes, place: str) -> dict[str, Any]:
     try:
         said = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{place}: is no JSON: {error}") from None
+        raise FormatError(f"{place}: is not JSON: {error}") from None
     if not isinstance(said, dict) or said.get("record") != "Setpoints":
         raise FormatError(f"{place}: does not describe setpoints")
     check_schema(said.get("schema"), place)
@@ -108,7 +108,7 @@ def read_description(text: str | bytes, place: str) -> dict[str, Any]:
     if not isinstance(settings, dict) or not isinstance(method, str):
         raise FormatError(f"{place}: method or settings are not what they should be")
     if not isinstance(axes, list) or not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{place}: axes is no list of names")
+        raise FormatError(f"{place}: axes is not a list of names")
     period = positive(said.get("period_s"), "period")
     return {"axes": tuple(axes), "period": period, "method": method, "settings": settings}
 

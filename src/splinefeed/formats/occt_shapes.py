@@ -264,7 +264,7 @@ class _Gathered:
         return _b_spline(made.Curve(), first, last)
 
     def leave_out(self, what: str) -> None:
-        """Count what is no tool path."""
+        """Count what is not a tool path."""
         self.left_out[what] = self.left_out.get(what, 0) + 1
 
     def findings(self) -> list[str]:

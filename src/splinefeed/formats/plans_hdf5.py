@@ -15,7 +15,7 @@ from splinefeed.records import ROTARY_AXES, Limits, TimeLaw, positive
 
 
 def _unit_of(limit: str) -> str | None:
-    """The unit of a limit as `Limits.as_dict` names it; None for what is no limit."""
+    """The unit of a limit as `Limits.as_dict` names it; None for what is not a limit."""
     name, _, axis = limit.partition(".")
     unit = unit_of(name)
     return unit.replace("mm", "rad") if unit and axis in ROTARY_AXES else unit
@@ -38,7 +38,7 @@ def read_law(file: Any, path: Path) -> TimeLaw:
     """The time law in an open HDF5 file."""
     notes = json.loads(hdf5.text_attribute(file, "notes", path))
     if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
-        raise FormatError(f"{path}: attribute notes: is no list of sentences")
+        raise FormatError(f"{path}: attribute notes: is not a list of sentences")
     period = file.attrs.get("period")
     return TimeLaw(
         breaks=hdf5.array(file, "breaks", path, 1),
@@ -64,5 +64,5 @@ def read_limits(file: Any, path: Path) -> Limits:
     """The limits in an open HDF5 file."""
     unknown = sorted(name for name in file if _unit_of(name) is None)
     if unknown:
-        raise FormatError(f"{path}: dataset {unknown[0]}: is no limit known here; known are {', '.join(KINDS)}")
+        raise FormatError(f"{path}: dataset {unknown[0]}: is not a limit known here; known are {', '.join(KINDS)}")
     return Limits.from_dict({name: float(hdf5.array(file, name, path, 0)) for name in file})

@@ -208,7 +208,7 @@ def chosen(table: Table) -> tuple[tuple[str, ...], Array, list[str]]:
     points = np.column_stack(columns)
     bad = ~np.all(np.isfinite(points), axis=1)
     if bad.any():
-        raise FormatError(f"{source}: line {table.lines[int(np.argmax(bad))]}: is no finite point")
+        raise FormatError(f"{source}: line {table.lines[int(np.argmax(bad))]}: is not a finite point")
     if np.max(np.abs(points)) > MAX_COORDINATE:
         raise FormatError(f"{source}: holds coordinates beyond {MAX_COORDINATE:g} mm; is the unit right?")
     return axes, points, findings

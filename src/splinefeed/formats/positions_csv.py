@@ -63,7 +63,7 @@ def read(
                     sample.append(words)
                 elif sample:
                     raise FormatError(
-                        f"{path}: line {len(head) + len(sample) + 1}: {line.strip()[:60]!r} is no numbers"
+                        f"{path}: line {len(head) + len(sample) + 1}: {line.strip()[:60]!r} is not numbers"
                     )
                 else:
                     head.append(line)
@@ -80,7 +80,7 @@ def read(
             file, delimiter=delimiter, skiprows=len(head), ndmin=2, encoding="utf-8-sig", max_rows=MAX_TICKS
         )
     except ValueError as error:
-        raise FormatError(f"{path}: is no sound table of numbers: {str(error).split(';')[0]}") from None
+        raise FormatError(f"{path}: is not a sound table of numbers: {str(error).split(';')[0]}") from None
     return _setpoints(rows, names, sample, period, path)
 
 

@@ -176,7 +176,7 @@ class _Gathered:
         }
 
     def leave_out(self, what: str) -> None:
-        """Count what is no curve."""
+        """Count what is not a curve."""
         self.left_out[what] = self.left_out.get(what, 0) + 1
 
     def all_findings(self) -> list[str]:

@@ -70,7 +70,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
         raise FormatError(f"{path}: {error}") from None
     except (ValueError, KeyError, TypeError, RecursionError, MemoryError) as error:
         reason = str(error).split(";")[0] or type(error).__name__  # behind the ; NumPy explains its own options
-        raise FormatError(f"{path}: is no sound file of setpoints: {reason}") from None
+        raise FormatError(f"{path}: is not a sound file of setpoints: {reason}") from None
     return points
 
 

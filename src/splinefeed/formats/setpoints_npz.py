@@ -71,7 +71,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
         with zipfile.ZipFile(file) as archive:
             text = _array(archive, _METADATA, path)
             if text.dtype.kind != "U" or text.ndim != 0:
-                raise FormatError(f"{path}: {_METADATA}: is no text")
+                raise FormatError(f"{path}: {_METADATA}: is not text")
             said = read_description(str(text[()]), f"{path}: {_METADATA}")
             columns: dict[str, Any] = {name: _array(archive, name, path) for name in _NAMES}
         points = Setpoints(**columns, **said)
@@ -81,7 +81,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged archive can make zipfile and zlib raise nearly anything
-        raise FormatError(f"{path}: is no sound NumPy archive: {in_brief(error)}") from None
+        raise FormatError(f"{path}: is not a sound NumPy archive: {in_brief(error)}") from None
     return points
 
 
@@ -110,7 +110,7 @@ def _array(archive: zipfile.ZipFile, name: str, path: str | os.PathLike[str]) ->
         size = math.prod(shape) * dtype.itemsize
         most = MAX_METADATA_BYTES if name == _METADATA else MAX_TICKS * MAX_AXES * 8
         if fortran or dtype.hasobject or dtype.kind not in "fiU" or size > most:
-            raise FormatError(f"{place}: has shape {shape} of {dtype}; this is no column of setpoints")
+            raise FormatError(f"{place}: has shape {shape} of {dtype}; this is not a column of setpoints")
         if size != info.file_size - member.tell():
             raise FormatError(f"{place}: says {size} bytes, but {info.file_size - member.tell()} are there")
         return np.frombuffer(member.read(), dtype=dtype).reshape(shape)

@@ -15,7 +15,7 @@ MAX_DRAWING_BYTES = 256 * 2**20
 #: Most curves, and control points of all of them together, in a drawing with its blocks inserted.
 MAX_DRAWING_CURVES = 200_000
 MAX_DRAWING_POINTS = 2_000_000
-#: Largest coordinate, mm: a thousand kilometres is no workpiece, and beyond it squares and cubes begin to overflow.
+#: Largest coordinate, mm: a thousand kilometres is not a workpiece, and beyond it squares and cubes begin to overflow.
 MAX_COORDINATE = 1e9
 #: Most axes of a curve or of setpoints.
 MAX_AXES = 9

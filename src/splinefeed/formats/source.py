@@ -43,7 +43,7 @@ def check_size(path: str | os.PathLike[str], max_bytes: int | None = None) -> No
     """FormatError if the file is larger than `max_bytes`, MAX_FILE_BYTES unless given."""
     most = MAX_FILE_BYTES if max_bytes is None else max_bytes
     if Path(path).stat().st_size > most:
-        raise FormatError(f"{path}: is larger than {most // 2**20} MB; that is no curve but a point cloud")
+        raise FormatError(f"{path}: is larger than {most // 2**20} MB; that is not a curve but a point cloud")
 
 
 def read_head(path: str | os.PathLike[str], size: int) -> bytes:
@@ -64,7 +64,7 @@ def head_text(head: bytes) -> str:
 
 
 def read_text(path: str | os.PathLike[str], expected: str = "text", max_bytes: int | None = None) -> str:
-    """The text of `path`, without a byte order mark; FormatError for what is no text file of a sensible size.
+    """The text of `path`, without a byte order mark; FormatError for what is not text file of a sensible size.
 
     `expected` is what the file should have been, for the message.
     """

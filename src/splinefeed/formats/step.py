@@ -132,7 +132,7 @@ def _wrapped(words: list[str]) -> str:
 def _real(value: float) -> str:
     """`value` with as many digits as it takes to read it back: STEP wants a point in every real, and E for e."""
     if not math.isfinite(value):
-        raise FormatError(f"{value} is no number that STEP can hold")
+        raise FormatError(f"{value} is not a number that STEP can hold")
     mantissa, exponent, power = repr(value).partition("e")
     return f"{mantissa}{'' if '.' in mantissa else '.'}{exponent.upper()}{power}"
 

@@ -39,7 +39,7 @@ ORIGIN = "data-splinefeed-origin"
 _MM_PER_PIXEL = 25.4 / 96.0
 _SHAPES = {"rect", "circle", "ellipse", "line", "polyline", "polygon"}
 _GROUPS = {"g", "a", "svg", "switch"}
-#: What draws nothing by itself, and what draws something that is no curve.
+#: What draws nothing by itself, and what draws something that is not a curve.
 _SILENT = {
     "", "title", "desc", "metadata", "style", "defs", "symbol", "clipPath", "mask", "marker", "pattern", "filter",
     "linearGradient", "radialGradient", "view", "cursor", "animate", "animateTransform", "animateMotion", "set",

@@ -98,7 +98,7 @@ def numbers(text: str, name: str) -> list[float]:
         match = _LENGTH.fullmatch(word)
         value = float(match.group(1)) if match and not match.group(2) else math.nan
         if not math.isfinite(value):
-            raise ShapeError(f"{name}: {word[:40]!r} is no number")
+            raise ShapeError(f"{name}: {word[:40]!r} is not a number")
         values.append(value)
     return values
 
@@ -129,7 +129,7 @@ def transform(text: str, view: Viewport = Viewport(None, None)) -> Affine:  # no
             raise ShapeError(f"transform: expected a function such as translate(1 2) at {text[at:].strip()[:40]!r}")
         kind, words = match.group(1).lower(), _SPLIT.split(match.group(2).strip())
         if len(words) not in _COUNTS.get(kind, ()) or not words[0]:
-            raise ShapeError(f"transform: {match.group(0).strip()[:40]!r} is no function of SVG with as many numbers")
+            raise ShapeError(f"transform: {match.group(0).strip()[:40]!r} is not an SVG function with as many numbers")
         whole = whole.after(_one(kind, [_argument(kind, k, word, view) for k, word in enumerate(words)]))
         at = match.end()
     return whole
@@ -146,7 +146,7 @@ def _argument(kind: str, k: int, word: str, view: Viewport) -> float:
     factors = _ANGLES if kind.startswith(("skew", "rotate")) else {"": 1.0}
     value = float(match.group(1)) * factors[unit] if match and unit in factors else math.nan
     if not math.isfinite(value):
-        raise ShapeError(f"{name}: {word[:40]!r} is no number")
+        raise ShapeError(f"{name}: {word[:40]!r} is not a number")
     return value
 
 

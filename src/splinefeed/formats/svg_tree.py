@@ -72,19 +72,19 @@ def unpacked(content: bytes, source: str, most: int = MAX_DRAWING_BYTES) -> byte
             parts.append(unpacker.decompress(content, most - size + 1))
             size += len(parts[-1])
             if size > most:
-                raise FormatError(f"{source}: unpacks to more than {most // 2**20} MB; that is no drawing of a part")
+                raise FormatError(f"{source}: unpacks to more than {most // 2**20} MB; that is not a drawing of a part")
             if not unpacker.eof:
                 raise FormatError(f"{source}: ends inside of its packed data (gzip); is the file complete?")
             content = unpacker.unused_data.lstrip(b"\0")
             if content and not content.startswith(GZIP):
                 raise FormatError(f"{source}: something stands behind its packed data (gzip); is it damaged?")
     except zlib.error as error:
-        raise FormatError(f"{source}: is no sound gzip: {error}; is it damaged?") from None
+        raise FormatError(f"{source}: is not a sound gzip: {error}; is it damaged?") from None
     return b"".join(parts)
 
 
 def read_tree(content: bytes, source: str) -> Node:
-    """The root element; FormatError for what is no XML, declares entities, or is too large or too deep."""
+    """The root element; FormatError for what is not XML, declares entities, or is too large or too deep."""
     parser = expat.ParserCreate(namespace_separator=" ")
     root: list[Node] = []
     stack: list[Node] = []
@@ -94,7 +94,7 @@ def read_tree(content: bytes, source: str) -> Node:
         nonlocal count
         count += 1
         if count > MAX_ELEMENTS:
-            raise FormatError(f"{source}: has more than {MAX_ELEMENTS} elements; that is no drawing for a tool path")
+            raise FormatError(f"{source}: has more than {MAX_ELEMENTS} elements; that is not a drawing for a tool path")
         if len(stack) >= MAX_DEPTH:
             raise FormatError(f"{source}: line {parser.CurrentLineNumber}: elements are nested {MAX_DEPTH} deep")
         space, _, tag = name.rpartition(" ")

@@ -38,7 +38,7 @@ def numbers(line: str) -> tuple[list[float], bool] | None:
 
 
 def names(line: str) -> tuple[list[tuple[str, str]], bool]:
-    """Names of columns and their units, "" for what is no name, in small letters; and whether marks stand between."""
+    """Names of columns and their units, "" if not a name, in small letters; and whether marks stand between."""
     if len(line) > MOST_NAMES:
         return [], False
     marked = re.search(r"[,;\t]", line) is not None

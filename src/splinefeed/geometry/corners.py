@@ -152,7 +152,7 @@ def _jumps(
     tangent, bend, rate = _turn(path, sizes, *before, "left")
     next_tangent, next_bend, next_rate = _turn(path, sizes, *after, "right")
     still = np.isnan(bend[:, 0]) | np.isnan(next_bend[:, 0])
-    if rate.shape[1]:  # rotary axes that turn along with the linear ones; where C' = 0 their rate is no number
+    if rate.shape[1]:  # rotary axes that turn along with the linear ones; where C' = 0 their rate is not a number
         known = ~still[:, None]
         tangent = np.column_stack([tangent, np.where(known, rate, 0.0)])
         next_tangent = np.column_stack([next_tangent, np.where(known, next_rate, 0.0)])

@@ -13,7 +13,7 @@ from splinefeed.geometry.search import Search, on_rows
 from splinefeed.kernels.layout import Shape
 from splinefeed.records import Array, IntArray, check_finite
 
-#: A query coordinate beyond this, mm, has a square that is no number.
+#: A query coordinate beyond this, mm, has a square that is not a number.
 FARTHEST = 1e150
 
 

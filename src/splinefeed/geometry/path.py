@@ -44,7 +44,7 @@ class Path:
                 `geometry.joints.closed`; `curves` stay as they are given
     feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
-    markers     what is no motion, at its place; kept in the order of the places
+    markers     what is not a motion, at its place; kept in the order of the places
 
     What is smaller than the resolution, 1 nm, is decided once, here (`geometry.resolution`): a curve shorter than that
     beside a long one is left out with a finding, its feed and tolerance with it, and curves are numbered, markers and

@@ -70,7 +70,7 @@ class Taken:
 
 
 class Sink(Protocol):
-    """Where rows go.
+    """Consumer of the rows.
 
     paced  whether rows are taken by a clock, so that only so many may be sent ahead
     """

@@ -96,7 +96,7 @@ class Machine:
         try:
             content = tomllib.loads(text)
         except (tomllib.TOMLDecodeError, RecursionError) as error:
-            raise FormatError(f"{source}: is no TOML: {error}") from None
+            raise FormatError(f"{source}: is not TOML: {error}") from None
         problems: list[str] = []
         _unknown_keys(content, _TOP, "", problems)
         title = _text(content.get("title", ""), "title", problems)

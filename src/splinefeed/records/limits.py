@@ -242,10 +242,10 @@ class Limits:
                 elif kind in BOUNDED:
                     own[kind] = value
                 else:
-                    raise LimitsError(f"{key!r} is no limit of a combination; these are {', '.join(BOUNDED)}")
+                    raise LimitsError(f"{key!r} is not a limit of a combination; these are {', '.join(BOUNDED)}")
                 continue
             if name not in known or (axis and name not in (*BY_AXIS, *TRAVEL_ENDS)):
-                raise LimitsError(f"{key!r} is no limit; known are {', '.join(sorted(known))}")
+                raise LimitsError(f"{key!r} is not a limit; known are {', '.join(sorted(known))}")
             if axis:
                 values.setdefault(name, {})[axis] = value
             else:

@@ -66,7 +66,7 @@ def staged(folder: str | os.PathLike[str], record: str = RECORD, names: Sequence
 def _checked(target: Path, own: str, names: Sequence[str]) -> tuple[str, ...] | None:
     """Names of an earlier run's files in `target`, None if there is no such folder; FormatError if it is no use."""
     if "\0" in str(target):
-        raise FormatError(f"{str(target)!r}: is no name of a folder")
+        raise FormatError(f"{str(target)!r}: is not the name of a folder")
     there, is_folder, parent_there = os.path.lexists(target), target.is_dir(), target.absolute().parent.is_dir()
     if there and not is_folder:
         raise FormatError(f"{target}: is a file; give the name of a folder")

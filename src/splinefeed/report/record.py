@@ -65,7 +65,7 @@ def record(
     """What `run.json` says and `--json` prints, but for the names of the files.
 
     servo    what a machine made of it; machine  the one whose joints follow a tool path
-    origin   what to say of a source that is no file at hand, in place of `source_of`
+    origin   what to say of a source that is not a file at hand, in place of `source_of`
     """
     numbers = run.numbers()
     if servo is not None:

@@ -213,7 +213,7 @@ def spectral_radius(axis: Axis, period: float) -> float:
     F, _, _ = closed_loop(axis, period)
     control = axis.controller
     idle = (control.velocity_ki if control.kind == "p-pi" else control.ki) == 0.0
-    if idle:  # an integral that never moves is no mode of the loop
+    if idle:  # an integral that never moves is not a mode of the loop
         place = len(discrete_plant(axis, period).gamma)
         F = np.delete(np.delete(F, place, axis=0), place, axis=1)
     return float(np.max(np.abs(np.linalg.eigvals(F))))

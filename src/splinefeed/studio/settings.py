@@ -81,7 +81,7 @@ def complete(given: object) -> dict[str, Any]:
         if name not in USUAL:
             close = difflib.get_close_matches(str(name), USUAL, n=1)
             hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(USUAL)}"
-            raise SettingsError({"": f"{str(name)[:40]!r} is no setting; {hint}"})
+            raise SettingsError({"": f"{str(name)[:40]!r} is not a setting; {hint}"})
     settings = {**USUAL, **given}
     kinds: dict[str, Any] = {
         "source": Mapping,
@@ -176,7 +176,7 @@ def _machine(given: object, problems: dict[str, str]) -> Machine | None:
         problems["machine"] = "must be the name of a machine"
         return None
     if text is None and name not in Machine.names():
-        problems["machine"] = f"{name[:40]!r} is no machine; there are {', '.join(Machine.names())}"
+        problems["machine"] = f"{name[:40]!r} is not a machine; there are {', '.join(Machine.names())}"
         return None
     if text is not None and len(text) > LONGEST_MACHINE:
         problems["machine"] = f"the machine file has {len(text)} characters; at most {LONGEST_MACHINE} are read"

@@ -24,7 +24,7 @@ def to_toml(settings: Mapping[str, Any]) -> str:
 
 
 def from_toml(text: str) -> dict[str, Any]:
-    """The settings in the text of a file; FormatError for what is no TOML, SettingsError for what are no settings."""
+    """The settings in the text of a file; FormatError for what is not TOML, SettingsError for what are no settings."""
     if len(text) > LONGEST:
         raise FormatError(f"settings have {len(text)} characters; at most {LONGEST} are read")
     try:

@@ -45,7 +45,7 @@ class Origin:
 def path_of(source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool) -> tuple[Path, Origin]:
     """The path that `source` means, smoothed, with theta behind if the settings say so; folder: where uploads are.
 
-    Raises InputError for what is no source, and what the readers raise.
+    Raises InputError for what is not a source, and what the readers raise.
     """
     path, origin = _plain_path(json.dumps(source, sort_keys=True), folder)
     reading = dict(origin.reading)

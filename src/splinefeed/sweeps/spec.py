@@ -125,7 +125,7 @@ def read(source: str | os.PathLike[str]) -> Sweep:
     try:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FormatError(f"{source}: is no TOML: {error}") from None
+        raise FormatError(f"{source}: is not TOML: {error}") from None
     return from_dict(content, str(source), Path(source).parent)
 
 
@@ -239,7 +239,7 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
         limit, _, axis = rest.partition(".")
         if limit in limits_toml.KINDS and (not axis or limit in BY_AXIS):
             return limits_toml.axis_value(limit, axis or "x", given)
-        raise InputError(f"{rest!r} is no limit; {_hint(limit, limits_toml.KINDS)}")
+        raise InputError(f"{rest!r} is not a limit; {_hint(limit, limits_toml.KINDS)}")
     if kind == "machine" and rest:
         if len(rest.split(".")) != 3:
             raise InputError("write machine.AXIS.PART.FIELD, such as machine.x.load.inertia: a multiple of its value")
@@ -252,7 +252,7 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
         return given
     if name == "strategy":
         if given not in STRATEGIES:
-            raise InputError(f"{given!r} is no strategy; {_hint(str(given), STRATEGIES)}")
+            raise InputError(f"{given!r} is not a strategy; {_hint(str(given), STRATEGIES)}")
         return given
     if name == "method":
         return registry.method(str(given)).name
@@ -262,7 +262,7 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
         file = (base or Path()) / str(given)
         Machine.load(file)
         return str(file)
-    raise InputError(f"is no setting; {_hint(name, [*PLAIN, 'limits.feed', 'machine.x.load.inertia'])}")
+    raise InputError(f"is not a setting; {_hint(name, [*PLAIN, 'limits.feed', 'machine.x.load.inertia'])}")
 
 
 def _factor(given: Any) -> float:
@@ -279,7 +279,7 @@ def _distribution(name: str, given: Any, problems: list[str]) -> tuple[str, tupl
         kind, numbers = next(iter(given.items()))
         if kind in DISTRIBUTIONS and isinstance(numbers, list) and len(numbers) == DISTRIBUTIONS[kind]:
             if name in PLAIN and name != "period":
-                problems.append(f"random.{name}: is no number; give a list to choose from")
+                problems.append(f"random.{name}: is not a number; give a list to choose from")
                 return "choice", (None,)
             values = tuple(_value("random", name, each, Path(), problems) for each in numbers)
             if None not in values and kind != "normal" and not values[0] < values[1]:

@@ -140,7 +140,7 @@ class Store:
             return
         foreign = [each.name for each in self.folder.iterdir() if each.name not in (PARTS, LOCK, JOURNAL)]
         if foreign:
-            raise InputError(f"{self.folder}: is no folder of a sweep: it holds {foreign[0]}; use another")
+            raise InputError(f"{self.folder}: is not a folder of a sweep: it holds {foreign[0]}; use another")
         page = {
             "name": self.sweep.name, "digest": self.sweep.digest, "runs": len(self.sweep), "seed": self.sweep.seed,
             "part": PART, "varied": list(self.sweep.varied), "columns": self.columns,
@@ -181,7 +181,7 @@ def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list
         about = json.loads((place / ABOUT).read_text(encoding="utf-8"))
         columns = about["columns"]
     except (OSError, ValueError, KeyError, TypeError):
-        raise FormatError(f"{folder}: is no folder of a sweep; it has no {ABOUT} that can be read") from None
+        raise FormatError(f"{folder}: is not a folder of a sweep; it has no {ABOUT} that can be read") from None
     whole = rows_parquet.read(sorted((place / PARTS).glob("part-*.parquet"))) or {name: [] for name in columns}
     known = set(whole["index"])
     for row in sorted(_lines(place / JOURNAL), key=lambda row: int(row["index"])):

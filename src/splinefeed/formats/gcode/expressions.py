@@ -113,7 +113,7 @@ class Scanner:
         self.at = match.end() if match else self.at
 
     def peek(self) -> str:
-        """The next character that is no blank, or nothing."""
+        """The next character that is not a blank, or nothing."""
         self.skip()
         return self.text[self.at : self.at + 1]
 

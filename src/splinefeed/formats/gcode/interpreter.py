@@ -225,7 +225,7 @@ class Interpreter(LineWords):
     def _whole_m(self, letter: str, code: int) -> int:
         value = self._words.pop(letter)
         if not 0.0 <= value < 1e9 or abs(value - round(value)) > 1e-4:
-            raise LineError(f"{letter}{value:g} of M{code} is no whole number from 0")
+            raise LineError(f"{letter}{value:g} of M{code} is not a whole number from 0")
         return round(value)
 
     def _dwell(self) -> float:

@@ -34,7 +34,7 @@ class LineWords:
     def _whole(self, letter: str, code: int) -> int:
         value = self._need(letter, code)
         if abs(value) > 1e6 or abs(value - round(value)) > 1e-4:
-            raise LineError(f"{letter}{value:g} of {g_name(code)} is no whole number")
+            raise LineError(f"{letter}{value:g} of {g_name(code)} is not a whole number")
         return round(value)
 
     def _axes(self) -> dict[int, float]:

@@ -51,7 +51,7 @@ class Spline:
 
 @dataclass(frozen=True)
 class Mark:
-    """What is no motion, before move number `move` of its chunk; see `geometry.path.Marker`.
+    """What is not a motion, before move number `move` of its chunk; see `geometry.path.Marker`.
 
     length  of the tool, mm, whose tip X, Y and Z are from here on, not a number where no table says it; else None
     """
@@ -71,7 +71,7 @@ class Moves:
     start    (9,) where the first one begins
     values   (n, 16) ends of 9 axes, words of arcs, feed and tolerance; codes  (n, 6) kind, line of the file, plane,
              flags, spline and axes: both as `layout` lays them out
-    splines  what the codes point into; marks  what is no motion
+    splines  what the codes point into; marks  what is not a motion
     """
 
     start: Array

@@ -472,7 +472,7 @@ def parse_offsets(given: str | Mapping[str, Sequence[float]] | None) -> dict[int
     known = {f"G{code / 10:g}": number for code, number in SYSTEMS.items()} | REFERENCES
     for name in given:
         if name.upper() not in known:
-            raise InputError(f"offsets: {name!r} is no coordinate system; there are {', '.join(known)}")
+            raise InputError(f"offsets: {name!r} is not a coordinate system; there are {', '.join(known)}")
     return {known[name.upper()]: _place(values, f"offsets: {name}") for name, values in given.items()}
 
 
@@ -480,7 +480,7 @@ def _numbers(text: str, name: str) -> list[float]:
     try:
         return [float(each) for each in text.split(",")]
     except ValueError:
-        raise InputError(f"{name}: {text[:40]!r} is no list of numbers; write for example 10,20,0") from None
+        raise InputError(f"{name}: {text[:40]!r} is not a list of numbers; write for example 10,20,0") from None
 
 
 def _place(given: str | Sequence[float], name: str) -> Array:

@@ -137,7 +137,7 @@ def _write_markers(markers: Sequence[Marker], text: Text, last: bool) -> None:
     for marker in markers:
         if marker.text:
             if not (marker.text.isascii() and marker.text.isprintable()):
-                raise InputError(f"marker {marker.text[:40]!r} is no line of a program; use plain letters and digits")
+                raise InputError(f"marker {marker.text[:40]!r} is not a line of G-code; use plain letters and digits")
             if marker.text in _ENDS and not last:
                 text.say(f"{marker.text} stands inside the path and is left out")
                 continue

@@ -111,7 +111,7 @@ def fit(
 
 
 def _distinct(points: ArrayLike, closed: bool) -> Array:
-    """Points (n, axes) without those that repeat their neighbour; InputError for what is no list of points."""
+    """Points (n, axes) without those that repeat their neighbour; InputError for what is not a list of points."""
     data = frozen_array(points, "points", 2)
     count, axes = data.shape
     if not 1 <= axes <= MAX_AXES:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from splinefeed.errors import InputError
 from splinefeed.records import Array, check_finite, frozen_array
 
-#: Largest size of a shape, mm: a thousand kilometres is no workpiece.
+#: Largest size of a shape, mm: a thousand kilometres is not a workpiece.
 MAX_SIZE = 1e9
 
 
