@@ -15,9 +15,9 @@ import splinefeed as sf
 PUBLIC = {
     "splinefeed": """
         Combination Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodTrace NurbsCurve Path
-        Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict __version__ analysis check compare
-        errors fit follow formats geometry interpolate live load machine methods plan plot read register run save shapes simulation sweep
-        tangential tune write
+        Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict __version__ analysis check
+        compare errors fit follow formats geometry interpolate live load machine methods plan plot read register run
+        save shapes simulation sweep tangential tune write
     """,
     "splinefeed.analysis": "AxisMotion LimitUse Ripple feed_ripple",
     "splinefeed.formats": "PathParts read_parts",
