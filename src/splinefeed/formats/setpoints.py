@@ -63,6 +63,9 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
     """Save a record, whole or not at all: any as HDF5 (.h5), setpoints in every one of FORMATS, pulse words as .bits.
 
     Setpoints may come as an iterable of chunks, of which all formats but .mat hold one at a time in memory.
+    Lengths in mm, rotary axes rad or as the format says in its heads. Raises FormatError for a name of no format, a
+    folder that cannot be written, or numbers that are not finite. Source: docs/setpoint-files.md.
+    Example: `sf.save(setpoints, "setpoints.csv")`
     """
     if _is_pattern(record):
         _pattern_module(path).write(record, path)
@@ -81,7 +84,12 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
 
 
 def load(path: str | os.PathLike[str]) -> Record:
-    """Load a record that `save` wrote; a tuple in its settings comes back as a list, for JSON knows no other."""
+    """Load a record that `save` wrote; a tuple in its settings comes back as a list, for JSON knows no other.
+
+    Lengths in mm, times in s, angles in rad. Raises FormatError that names the
+    file and what is wrong. Source: docs/setpoint-files.md.
+    Example: `sf.save(law, "law.h5"); sf.load("law.h5").duration`
+    """
     if Path(path).suffix.lower() == _BITS:
         pattern: BitPattern = _pattern_module(path).read(path)
         return pattern
