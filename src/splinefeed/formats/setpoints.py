@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import hdf5, plans_hdf5, response_hdf5, setpoints_hdf5
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from splinefeed.formats.bit_pattern import BitPattern
 
 Record: TypeAlias = "Setpoints | TimeLaw | Limits | Response | BitPattern"
+Kind = TypeVar("Kind", bound="Setpoints | TimeLaw | Limits | Response | BitPattern")
 
 
 @dataclass(frozen=True)
@@ -83,13 +84,25 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
         _module(name).save(record, path)
 
 
-def load(path: str | os.PathLike[str]) -> Record:
+@overload
+def load(path: str | os.PathLike[str]) -> Record: ...
+@overload
+def load(path: str | os.PathLike[str], kind: type[Kind]) -> Kind: ...
+def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
     """Load a record that `save` wrote; a tuple in its settings comes back as a list, for JSON knows no other.
 
-    Lengths in mm, times in s, angles in rad. Raises FormatError that names the
-    file and what is wrong. Source: docs/setpoint-files.md.
-    Example: `sf.save(law, "law.h5"); sf.load("law.h5").duration`
+    kind  the record that must be in the file, such as `sf.Setpoints`; None takes any
+    Lengths in mm, times in s, angles in rad. Raises FormatError that names the file, for one that cannot be read and
+    for a record of another kind. Source: docs/setpoint-files.md.
+    Example: `sf.save(law, "law.h5"); sf.load("law.h5", sf.TimeLaw).duration`
     """
+    found = _load(path)
+    if kind is not None and not isinstance(found, kind):
+        raise FormatError(f"{path}: holds {type(found).__name__}; expected {kind.__name__}")
+    return found
+
+
+def _load(path: str | os.PathLike[str]) -> Record:
     if Path(path).suffix.lower() == _BITS:
         pattern: BitPattern = _pattern_module(path).read(path)
         return pattern

@@ -43,6 +43,8 @@ class MethodResult:
     drift_max_mm    the largest |drift| on the way; chord_error_mm  largest, to the true curve
     ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if that was asked for
     replaced        steps without a finite result
+    Source: docs/math/interpolators.md.
+    Example: `next(sf.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
     """
 
     method: str

@@ -240,13 +240,16 @@ class Limits:
             value = getattr(self, f.name)
             if value is None or (isinstance(value, float) and value in (math.inf, 0.0)):
                 continue
-            unit = _UNITS[f.name]
-            if isinstance(value, Mapping):
+            if f.name == "combinations":
+                rows |= {f"combination {name}": repr(each) for name, each in value.items()}
+            elif f.name == "torque":
+                rows["torque"] = ", ".join(f"{axis} {most:g}" for axis, most in value.most.items()) + " N m (N)"
+            elif isinstance(value, Mapping):
                 each = (f"{axis} {v:g}{' (rad)' * (axis in ROTARY_AXES)}" for axis, v in value.items())
-                rows[f.name] = f"{', '.join(each)} {unit}"
+                rows[f.name] = f"{', '.join(each)} {_UNITS[f.name]}"
             else:
                 numbers = value if isinstance(value, tuple) else (value,)
-                rows[f.name] = f"{', '.join(f'{v:g}' for v in numbers)} {unit}"
+                rows[f.name] = f"{', '.join(f'{v:g}' for v in numbers)} {_UNITS[f.name]}"
         return view.table(rows)
 
     @classmethod

@@ -77,6 +77,13 @@ class Response:
         """command - position of each axis, (n, axes), mm, rotary axes rad."""
         return self.command - self.position
 
+    @property
+    def contour_error_max(self) -> float:
+        """Largest contour error, mm; InputError where no path was given."""
+        if self.contour_error is None:
+            raise InputError("no contour error without the path; give it: follow(setpoints, machine, path=path)")
+        return float(np.max(self.contour_error, initial=0.0))
+
     def _repr_html_(self) -> str:
         rows = {"response": f"{len(self)} ticks of {self.period:g} s"}
         error = np.abs(self.tracking_error)
@@ -85,7 +92,7 @@ class Response:
             rows[f"following error {axis}"] = f"at most {factor * float(np.max(error[:, k], initial=0.0)):.4g} {unit}"
         drawn = np.max(error, axis=1, initial=0.0), "largest following error over time"
         if self.contour_error is not None:
-            rows["contour error"] = f"at most {float(np.max(self.contour_error, initial=0.0)):.4g} mm"
+            rows["contour error"] = f"at most {self.contour_error_max:.4g} mm"
             drawn = self.contour_error, "contour error over time"
         if self.stopped is not None:
             rows["stopped"] = self.stopped

@@ -34,6 +34,8 @@ class Fit:
     curves     joined end to end, parted at corners
     error      largest distance of a given point from the curves, mm, to the nearest point of all curves
     tolerance  as given, mm
+    Control points are (n, axes), mm. Source: docs/math/smoothing.md.
+    Example: `sf.fit([[0, 0], [1, 0.2], [2, 0], [3, 0.5]], 0.01).path()`
     """
 
     curves: tuple[NurbsCurve, ...]
