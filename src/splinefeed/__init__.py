@@ -18,6 +18,7 @@ _HOMES = {
     "Limits": "records.limits",
     "Machine": "machine.table",
     "Marker": "geometry.path",
+    "MethodResult": "pipeline.compare",
     "MethodTrace": "pipeline.compare",
     "NurbsCurve": "geometry.curve",
     "Path": "geometry.path",
@@ -101,6 +102,7 @@ if TYPE_CHECKING:
     from splinefeed.kinematics.chains import Kinematics as Kinematics
     from splinefeed.kinematics.joint_path import JointPath as JointPath
     from splinefeed.machine.table import Machine as Machine
+    from splinefeed.pipeline.compare import MethodResult as MethodResult
     from splinefeed.pipeline.compare import MethodTrace as MethodTrace
     from splinefeed.pipeline.compare import compare as compare
     from splinefeed.pipeline.follow import follow as follow

@@ -88,3 +88,17 @@ def test_pieces_of_a_damaged_file_are_refused(tmp_path, points, response):
     sf.save(response, tmp_path / "r.h5")
     with pytest.raises(FormatError, match="holds a record 'Response'; known are Setpoints"):
         next(load_chunks(tmp_path / "r.h5", 100))
+
+
+def test_a_record_of_another_kind_is_refused(tmp_path, response):
+    sf.save(response, tmp_path / "response.h5")
+    assert isinstance(sf.load(tmp_path / "response.h5", sf.Response), sf.Response)
+    with pytest.raises(sf.errors.FormatError, match=r"response\.h5: holds Response; expected Setpoints"):
+        sf.load(tmp_path / "response.h5", sf.Setpoints)
+
+
+def test_the_largest_contour_error(response):
+    assert response.contour_error_max == response.contour_error.max()
+    bare = replace(response, contour_error=None)
+    with pytest.raises(sf.errors.InputError, match=r"give it: follow\(setpoints, machine, path=path\)"):
+        _ = bare.contour_error_max

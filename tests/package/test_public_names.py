@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import ast
+import doctest
 import inspect
+import re
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
+import numpy as np
 import pytest
 
 import splinefeed as sf
@@ -14,17 +18,19 @@ import splinefeed as sf
 #: What users may import; a change here is a change of the API and needs a line in CHANGELOG.md.
 PUBLIC = {
     "splinefeed": """
-        Combination Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodTrace NurbsCurve Path
-        Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict __version__ analysis check
-        compare errors fit follow formats geometry interpolate live load machine methods plan plot read register run
-        save shapes simulation sweep tangential tune write
+        Combination Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodResult MethodTrace
+        NurbsCurve Path Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict __version__
+        analysis check compare errors fit follow formats geometry interpolate live load machine methods plan plot read
+        register run save shapes simulation sweep tangential tune write
     """,
-    "splinefeed.analysis": "AxisMotion LimitUse Ripple feed_ripple",
-    "splinefeed.formats": "PathParts read_parts",
-    "splinefeed.geometry": "Smoother smooth_stream",
-    "splinefeed.live": "Block LookAhead Override Ticks stream_setpoints with_reserve",
+    "splinefeed.analysis": "AxisMotion Contour LimitUse Ripple feed_ripple",
+    "splinefeed.formats": "BitPattern PathParts read_parts",
+    "splinefeed.geometry": "Fit Smoother smooth_stream",
+    "splinefeed.live": "Block LawCourse LookAhead Override Ticks stream_setpoints with_reserve",
     "splinefeed.plot": "Figure binding law limits motion overview path",
-    "splinefeed.simulation": "AxisTuning Bound Margins PathTuning Tuning margins tune_on_path",
+    "splinefeed.simulation": """
+        AxisTuning Bound FrequencyResponse Margins PathTuning Tuning UltimatePoint margins tune_on_path
+    """,
 }
 ROOMS = [room for room in PUBLIC if room != "splinefeed.plot"]
 
@@ -148,3 +154,64 @@ def test_a_wrong_order_is_refused_and_named(motion):
 def test_all_behind_the_chain_is_keyword_only(name, first):
     parameters = inspect.signature(getattr(sf, name)).parameters
     assert [each for each, p in parameters.items() if p.kind is not p.KEYWORD_ONLY] == first
+
+
+#: Public names that are neither room nor number, and their values.
+SAID = {
+    f"{room}.{name}".removeprefix("splinefeed."): getattr(module(room), name)
+    for room, names in PUBLIC.items()
+    for name in names.split()
+    if not isinstance(getattr(module(room), name), ModuleType | str) and name != "SplinefeedError"
+}
+#: What has no numbers of its own has no shapes; names, files, and settings; a record of single numbers.
+NO_SHAPES = re.compile(
+    r"Combination|LimitResult|Limits|Machine|Marker|MethodResult|UltimatePoint|State|Verdict|compare|load|save|methods|register|write|read|read_parts|sweep"
+    r"|PathParts|Smoother|smooth_stream|Block|LookAhead|Override|LawCourse|with_reserve|tune"
+    r"|tune_on_path|AxisTuning|Bound|Margins|margins|PathTuning|Tuning"
+)
+NO_UNITS = re.compile(r"methods|register|Figure")
+#: What checks nothing raises nothing: records that only our own code makes, and a list of names.
+NO_ERRORS = re.compile(
+    r"LimitResult|Verdict|MethodResult|MethodTrace|Run|methods|AxisMotion|Contour|LimitUse|Ripple|Fit|FrequencyResponse|UltimatePoint|PathParts|Block|Ticks|AxisTuning|Bound"
+    r"|Margins|margins|PathTuning|Tuning"
+)
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_a_docstring_says_shapes_units_errors_source_and_example(name):
+    said = " ".join((inspect.getdoc(SAID[name]) or "").split())
+    last = name.rpartition(".")[2]
+    assert re.match(r"[A-Z`].*?[.:]( |$)", said)
+    shaped = re.search(r"\((\.\.\.|n|m|m ?\+ ?1|k|axes)[,)]", said)
+    assert shaped or NO_SHAPES.fullmatch(last) or name.startswith("plot.")
+    assert re.search(r"\b(mm|s|ms|rad|deg|dB|V|px|Hz)\b", said) or NO_UNITS.fullmatch(last)
+    assert re.search(r"[Rr]aises? ", said) or NO_ERRORS.fullmatch(last)
+    assert re.search(r"Source: |doi:|The NURBS Book|docs/", said)
+    assert "Example: `" in said or ">>> " in said or name == "register"  # what is registered stays: docs/add-a-method.md runs it
+    for page in re.findall(r"docs/[\w/-]+\.md", said):
+        assert (Path(__file__).parents[2] / page).is_file()
+
+
+@pytest.fixture(scope="module")
+def names(motion):
+    path, limits, law, setpoints = motion
+    slow = sf.plan(path, sf.live.with_reserve(limits), period=1e-3)
+    tip = sf.NurbsCurve.bezier([[0, 0, 0], [20, 25, 0], [40, -15, 2], [60, 10, 2]])
+    axis = sf.NurbsCurve.bezier([[-5, 3, 20], [16, 30, 20], [42, -8, 22], [66, 15, 22]])
+    return {
+        **{"sf": sf, "np": np, "path": path, "limits": limits, "law": law, "slow": slow, "setpoints": setpoints},
+        **{"machine": sf.Machine.load("xytheta"), "run": sf.run(path, limits, law=law), "curve": path.curves[0]},
+        **{"tip": tip, "axis": axis, "tool": sf.ToolPath(tip, axis)},
+    }
+
+
+@pytest.mark.parametrize("name", [name for name in SAID if name != "register"])
+def test_the_example_runs(name, names, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    examples = re.findall(r"Example: `(.+?)`(?:\n|$|\.)", inspect.getdoc(SAID[name]) or "", re.DOTALL)
+    runs = doctest.DocTestFinder(recurse=False).find(SAID[name], name, globs={})
+    for each in runs:
+        assert doctest.DocTestRunner().run(each).failed == 0
+    assert examples or any(each.examples for each in runs)
+    for example in examples:
+        exec(compile(" ".join(example.split()), name, "exec"), dict(names))

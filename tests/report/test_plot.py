@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
+from xml.etree import ElementTree
+
+import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.records import view
 
 
 @pytest.fixture(scope="module")
@@ -38,3 +44,92 @@ def test_a_notebook_shows_numbers_and_picture(run):
     page = run._repr_html_()
     assert "every limit holds" in page
     assert "<svg " in page
+
+
+def test_a_bare_path_is_drawn_coloured_by_curvature(tmp_path):
+    figure = sf.plot.path(sf.shapes.butterfly())
+    (coloured, *_) = figure.panels[0].marks
+    assert list(coloured.shades) == ["curvature"]
+    assert coloured.shades["curvature"].label == "curvature (1/mm)"
+    circle = sf.NurbsCurve.bezier([[10, 0], [10, 10], [0, 10]], weights=[1, np.sqrt(0.5), 1])
+    (quarter, *_) = sf.plot.path(sf.Path([circle])).panels[0].marks
+    np.testing.assert_allclose(quarter.shades["curvature"].values, 0.1, rtol=1e-12)
+    space = sf.plot.path(sf.Path([sf.NurbsCurve.bezier([[0, 0, 0], [1, 0, 2], [3, 4, 5]])]))
+    assert space.panels[0].z == "z (mm)"
+    space.save(tmp_path / "space.svg")
+    assert "z (mm)" in (tmp_path / "space.svg").read_text()
+
+
+def test_what_cannot_be_drawn_is_said(run):
+    line = sf.Path([sf.NurbsCurve.bezier([[0.0], [1.0]])], name="slide")
+    for call, message in [
+        (lambda: sf.plot.path(run.law), "plot.path: expected Run first, got TimeLaw; the order is plot.path(run)"),
+        (lambda: sf.plot.limits(run.path), "plot.limits: expected Run first, got Path; the order is plot.limits(run)"),
+        (lambda: sf.plot.law(run.limits, run.law), "plot.law: expected TimeLaw first, got Limits; the order is plot.l"),
+        (lambda: sf.plot.path(run, colour="heat"), "plot.path: colour is 'heat'; choose 'feed', 'curvature', 'neares"),
+        (lambda: sf.plot.path(line), "plot.path: slide has fewer than two linear axes; plot a run of it, over time"),
+    ]:
+        with pytest.raises(sf.errors.InputError) as error:
+            call()
+        assert str(error.value).startswith(message)
+
+
+def test_records_show_themselves(run):
+    response = sf.follow(run.points, sf.Machine.load("xytheta"), path=run.path)
+    trace = next(sf.compare(run.path, run.law, methods=["taylor-2"], timed=False))
+    pages = {
+        "382.86 mm": run.path,
+        "degree 3, 51 control points, rational": run.path.curves[0],
+        "500, 800 mm/s²": sf.Limits(feed=60, axis_acceleration=[500, 800]),
+        "x 500, b 3 (rad) mm/s²": sf.Limits(feed=60, axis_acceleration={"x": 500, "b": 3}),
+        "time-optimal": run.law,
+        f"{len(run.points)}, one every 0.001 s": run.points,
+        "every limit holds": run.verdict,
+        f"at most {response.contour_error.max():.4g} mm": response,
+        "taylor-2: Taylor, second order": trace,
+    }
+    for words, record in pages.items():
+        page = record._repr_html_()
+        ElementTree.fromstring(f"<div>{page}</div>")
+        assert words in page
+        assert ("<polyline" in page) == (not isinstance(record, sf.Limits | sf.Verdict))
+        assert len(page) < 12_000
+
+
+def test_a_sparkline_keeps_every_peak():
+    values = np.zeros(100_000)
+    values[[777, 50_001]] = 5.0, -3.0
+    (line,) = ElementTree.fromstring(view.sparkline(values, "peaks")).findall("{*}polyline")
+    y = np.array([[float(each) for each in pair.split(",")] for pair in line.get("points").split()])[:, 1]
+    assert y.min() == 2.0
+    assert y.max() == view.HEIGHT - 2.0
+    assert view.sparkline([], "none") == view.sparkline([np.nan, np.inf], "none") == ""
+    assert "2.0" in view.sparkline([7.0], "one")
+
+
+def test_a_hostile_name_stays_text(run):
+    path = sf.Path(run.path.curves, name='<script>alert("1")</script>&')
+    assert "<script" not in path._repr_html_()
+    ElementTree.fromstring(f"<div>{path._repr_html_()}</div>")
+    empty = dataclasses.replace(run.points.part(0, 0), method="<b>")
+    assert "&lt;b&gt;" in empty._repr_html_()
+    assert "<polyline" not in empty._repr_html_()
+
+
+def test_a_run_writes_what_the_command_writes(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = run.report("part", formats=["csv", "hdf5"])
+    assert {"setpoints.csv", "setpoints.h5", "law.h5", "run.json", "path.svg", "limits.svg"} <= set(names)
+    assert sorted(names) == sorted(each.name for each in (tmp_path / "part").iterdir())
+    page = json.loads((tmp_path / "part/run.json").read_text())
+    assert page["ok"] is True
+    assert page["settings"]["limits"] == run.limits.as_dict()
+    np.testing.assert_array_equal(sf.load("part/setpoints.h5").position, run.points.position)
+    assert "setpoints.csv" not in run.report("part")  # a run replaces the files of the one before
+    assert not (tmp_path / "part/setpoints.csv").exists()
+    with pytest.raises(sf.errors.InputError, match="report: format 'dwg' is not known; choose from hdf5, csv"):
+        run.report("part", formats=["dwg"])
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/run.json").write_text("{}")
+    with pytest.raises(sf.errors.FormatError, match=r"mine/run\.json: was not written by a run of splinefeed"):
+        run.report("mine")

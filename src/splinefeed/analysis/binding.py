@@ -25,6 +25,7 @@ class LimitUse:
     share  (n, k)  value / limit, of what has a sign its size; t, s  (n,) s and mm
     top    (n,)    maximum-velocity curve at the place of the tick, mm/s, infinite where nothing limits: the highest
                    feed that feed, centripetal, chord, velocity and acceleration limits leave there for any acceleration
+    Source: docs/check.md. Example: `run.use.time_bound_by()`
     """
 
     names: tuple[str, ...]

@@ -55,7 +55,7 @@ def check(
     tolerance: float = TOLERANCE,
     resolution: float = 0.0,
 ) -> Verdict:
-    """Whether setpoints, whole or in chunks, lie on `path`, cover it, keep their period, and hold every limit.
+    """Check that setpoints, whole or in chunks, lie on `path`, cover it, keep their period, and hold every limit.
 
     A limit holds if worst <= limit (1 + 1e-9) + floor at every place. Of a difference the floor is what the rounding of
     its own setpoints makes of it: up to 2^k r / T^k at order k,
@@ -79,6 +79,8 @@ def check(
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
     A fault in the setpoints is no error but a problem of the verdict. Raises InputError for setpoints of other axes
     than the path's, for none at all, and for a tolerance that cannot be; LimitsError for limits of axes that it lacks.
+    Setpoints hold (n, axes) positions, mm, rotary axes rad. Source: docs/check.md has the derivations.
+    Example: `sf.check(setpoints, path, limits, law=law).problems`
     """
     expect(
         "check(setpoints, path, limits)",

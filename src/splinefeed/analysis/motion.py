@@ -20,7 +20,10 @@ SAMPLES = 32
 
 @dataclass(frozen=True, eq=False)
 class AxisMotion:
-    """What each axis does at each tick: velocity, acceleration, jerk, (n, axes), mm/s^k, rotary axes rad/s^k."""
+    """What each axis does at each tick: velocity, acceleration, jerk, (n, axes), mm/s^k, rotary axes rad/s^k.
+
+    Source: docs/check.md. Example: `run.motion.acceleration`
+    """
 
     t: Array
     velocity: Array

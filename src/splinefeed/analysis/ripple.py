@@ -22,6 +22,7 @@ class Ripple:
     t         (m,)  start of each step that counts, s
     relative  (m,)  (arc length of the step) / (planned step) - 1
     floor     the rounding of s over the smallest of these steps: what nobody can be below
+    Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).relative`
     """
 
     t: Array
@@ -57,6 +58,8 @@ def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | 
     kappa^2 (V T)^2 / 24, which is no error of the interpolator.
 
     top  highest feed of the motion, mm/s, where `setpoints` are a part of it
+    Returns a Ripple of m steps, (m,). Raises InputError where setpoints and path do not go together.
+    Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).max`
     """
     top = float(np.max(setpoints.feed, initial=0.0)) if top is None else top
     planned = np.diff(law(setpoints.t))

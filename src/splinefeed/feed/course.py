@@ -49,6 +49,7 @@ class LawCourse:
     """A law along a path; period in s, the law's if it is not said.
 
     Raises LimitsError for a law that does not rest at both ends, and where nobody says a period.
+    Source: docs/math/override.md. Example: `sf.live.LawCourse(path, law, 1e-3).duration`
     """
 
     def __init__(self, path: Path | JointPath, law: TimeLaw, period: float | None = None) -> None:

@@ -36,7 +36,11 @@ MOST = 0.97
 
 @dataclass(frozen=True, eq=False)
 class Ticks:
-    """Ticks that were run: plan time, s, and rate at each, (n,)."""
+    """Ticks that were run: plan time, s, and rate at each, (n,).
+
+    Source: docs/math/override.md.
+    Example: `sf.live.Override(sf.live.LawCourse(path, slow, 1e-3), limits).run([1.0]).rate`
+    """
 
     tau: Array
     rate: Array
@@ -56,6 +60,8 @@ class Override:
           programmed feeds of the path (F) ask for is 100 %, `limits.feed` is a limit.
     Raises LimitsError for a course without reserve, for corners passed at speed (axis_velocity_step), and for limits
     of combinations of axes and of torques.
+    Source: docs/math/override.md.
+    Example: `sf.live.Override(sf.live.LawCourse(path, slow, 1e-3), limits).run(np.full(100, 0.5))`
     """
 
     def __init__(

@@ -84,7 +84,7 @@ def plan(
     period: float | None = None,
     start: State | None = None,
 ) -> TimeLaw:
-    """Time law s(t) of a motion along `path` that obeys `limits`, resting at the path's stops.
+    """Plan the time law s(t) of a motion along `path` that obeys `limits` and rests at the path's stops.
 
     path      a Path, whose feeds and dwells count besides; a JointPath, whose axes are joints; for "seven-phase"
               anything with `length` (mm) and `stops` (arc lengths inside it, mm, where the tangent jumps)
@@ -93,12 +93,15 @@ def plan(
     start     where on the path the motion begins, and its feed and acceleration there: the law begins at start.s;
               None begins at its start with the start_feed of the limits. Not for "seven-phase"
 
+    The law, called with t (...), s, gives arc lengths (...), mm.
     Where a tick cannot be met (start_feed = end_feed = feed), the law's `notes` say so. Where the path waits, the law
     has a piece of constant s, whole periods long.
     Raises CurveError (no length, stops not inside), InputError (unknown strategy), LimitsError (a limit that the
     strategy named does not hold; a chord error without a period; period not positive, or longer than the motion; the
     path leaves the travel of an axis; feeds at the ends that the path contradicts), PlanError (a stretch too short for
     its change of feed; a start from which the limits cannot be kept, with the nearest from which they can).
+    Source: docs/math/planner.md, docs/math/seven-phase.md.
+    Example: `sf.plan(path, limits, period=1e-3).duration`
     """
     expect("plan(path, limits)", (path, (Path, JointPath, Stretched)), (limits, Limits))
     if isinstance(path, ToolPath):

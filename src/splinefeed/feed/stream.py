@@ -40,6 +40,7 @@ class Block:
     phase   how much later than that, s, less than a period: kept apart, as after hours their sum is rounded
     law     from there: arc length from 0, time from 0
     limits  that it keeps
+    Source: docs/math/planner.md. Example: `sf.live.LookAhead(limits, 1e-3, path.axes).push(path)`
     """
 
     curve: int
@@ -71,6 +72,8 @@ class LookAhead:
     (`reroute`), or comes to rest as soon as it can (`hold`). A feedrate override is `live`'s.
     Raises LimitsError for limits that leave acceleration and jerk free or name other axes, InputError for a window that
     is too small.
+    Source: docs/math/planner.md.
+    Example: `planner = sf.live.LookAhead(limits, 1e-3, path.axes); blocks = [*planner.push(path), *planner.finish()]`
     """
 
     def __init__(

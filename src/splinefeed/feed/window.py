@@ -89,6 +89,7 @@ class State:
     s                   arc length from the start of the path, mm
 
     Raises InputError for values that are not finite, s or feed below 0, and an acceleration at rest.
+    Source: docs/math/planner.md. Example: `sf.plan(path, limits, strategy="time-optimal", start=sf.State(feed=20.0))`
     """
 
     feed: float = 0.0

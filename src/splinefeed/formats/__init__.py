@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from splinefeed.lazy import lazily
 
 _HOMES = {
+    "BitPattern": "formats.bit_pattern",
     "PathParts": "formats.path_parts",
     "read_parts": "formats.path_parts",
 }
@@ -14,6 +15,7 @@ _HOMES = {
 __all__ = [*_HOMES]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
+    from splinefeed.formats.bit_pattern import BitPattern as BitPattern
     from splinefeed.formats.path_parts import PathParts as PathParts
     from splinefeed.formats.path_parts import read_parts as read_parts
 else:

@@ -66,6 +66,8 @@ class BitPattern:
     axes             names of the axes; period  s
     pulses_per_unit  (axes,)  pulses per mm, rotary axes pulses per rad
     first            number of the first period, from 0: not 0 in a later chunk of a stream
+    Raises InputError for arrays of other shapes. Source: docs/bit-pattern.md.
+    Example: `sf.formats.BitPattern.__annotations__["words"]`
     """
 
     words: Words

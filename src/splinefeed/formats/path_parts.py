@@ -21,6 +21,8 @@ class PathParts:
     count      how many moves or points the file holds, in the `unit` that is counted
     feeds      highest finite feed that a curve says, mm/s, and whether any says none; None where feeds are not said
     tolerance  largest tolerance that a curve says, mm; None where none says any
+    Iterating gives each part as a Path. Source: docs/scale.md.
+    Example: `sf.write(path, "part.nc"); sf.formats.read_parts("part.nc").axes`
     """
 
     name: str
@@ -43,6 +45,8 @@ def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
              straight lines: `smooth_stream` makes curves of them within a tolerance.
     The parts are those of `read`, curve for curve, for G-code. Raises FormatError for other files, and for what `read`
     would not read; of a table only while its parts are made.
+    Lengths in mm, feeds in mm/s. Source: docs/scale.md.
+    Example: `sf.write(path, "part.nc"); sum(part.length for part in sf.formats.read_parts("part.nc"))`
     """
     from splinefeed.formats import registry
 

@@ -93,11 +93,12 @@ FORMATS = (
 def read(
     source: str | os.PathLike[str], *, path: str | int | None = None, repair: bool = False, **options: Any
 ) -> Path:
-    """The path in the file `source`; where there are several, the one whose name or number (from 1) is `path`.
+    """Read the path in the file `source`; where there are several, the one whose name or number (from 1) is `path`.
 
     `repair` makes findings of faults that are safe to mend; `options` are those of the format: `tolerance` for JSON
     curves; `chord`, `tolerance`, `degree` for airfoils and points; docs/formats.md has all.
-    Raises FormatError, which names the file and the place, for what cannot be read.
+    Lengths come in mm, angles in rad. Raises FormatError, which names the file and the place, for what cannot be read.
+    Source: docs/formats.md. Example: `sf.write(path, "part.dxf"); sf.read("part.dxf").length`
     """
     paths = read_all(source, repair=repair, **options)
     if path is None and len(paths) == 1:
@@ -160,6 +161,7 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
 
     Returns what had to be approximated and what the format cannot hold, one sentence each; empty if nothing is lost.
     Raises FormatError for a suffix that no format writes, InputError for an option that is not one of the format.
+    Lengths in mm. Source: docs/formats.md says what each format holds. Example: `sf.write(path, "part.svg")`
     """
     found = format_to_write(target)
     writer = found.writer

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 
 from splinefeed.errors import FormatError
 from splinefeed.formats import hdf5, plans_hdf5, response_hdf5, setpoints_hdf5
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from splinefeed.formats.bit_pattern import BitPattern
 
 Record: TypeAlias = "Setpoints | TimeLaw | Limits | Response | BitPattern"
+Kind = TypeVar("Kind", bound="Setpoints | TimeLaw | Limits | Response | BitPattern")
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,9 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
     """Save a record, whole or not at all: any as HDF5 (.h5), setpoints in every one of FORMATS, pulse words as .bits.
 
     Setpoints may come as an iterable of chunks, of which all formats but .mat hold one at a time in memory.
+    Lengths in mm, rotary axes rad or as the format says in its heads. Raises FormatError for a name of no format, a
+    folder that cannot be written, or numbers that are not finite. Source: docs/setpoint-files.md.
+    Example: `sf.save(setpoints, "setpoints.csv")`
     """
     if _is_pattern(record):
         _pattern_module(path).write(record, path)
@@ -80,8 +84,25 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
         _module(name).save(record, path)
 
 
-def load(path: str | os.PathLike[str]) -> Record:
-    """Load a record that `save` wrote; a tuple in its settings comes back as a list, for JSON knows no other."""
+@overload
+def load(path: str | os.PathLike[str]) -> Record: ...
+@overload
+def load(path: str | os.PathLike[str], kind: type[Kind]) -> Kind: ...
+def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
+    """Load a record that `save` wrote; a tuple in its settings comes back as a list, for JSON knows no other.
+
+    kind  the record that must be in the file, such as `sf.Setpoints`; None takes any
+    Lengths in mm, times in s, angles in rad. Raises FormatError that names the file, for one that cannot be read and
+    for a record of another kind. Source: docs/setpoint-files.md.
+    Example: `sf.save(law, "law.h5"); sf.load("law.h5", sf.TimeLaw).duration`
+    """
+    found = _load(path)
+    if kind is not None and not isinstance(found, kind):
+        raise FormatError(f"{path}: holds {type(found).__name__}; expected {kind.__name__}")
+    return found
+
+
+def _load(path: str | os.PathLike[str]) -> Record:
     if Path(path).suffix.lower() == _BITS:
         pattern: BitPattern = _pattern_module(path).read(path)
         return pattern

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from splinefeed.lazy import lazily
 
 _HOMES = {
+    "Fit": "geometry.fitting.points",
     "Smoother": "geometry.smoothing_stream",
     "smooth_stream": "geometry.smoothing_stream",
 }
@@ -14,6 +15,7 @@ _HOMES = {
 __all__ = [*_HOMES]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
+    from splinefeed.geometry.fitting.points import Fit as Fit
     from splinefeed.geometry.smoothing_stream import Smoother as Smoother
     from splinefeed.geometry.smoothing_stream import smooth_stream as smooth_stream
 else:

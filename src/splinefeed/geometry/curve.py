@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.records import Array, IntArray, check_finite, frozen_array
+from splinefeed.records import Array, IntArray, check_finite, frozen_array, view
 
 if TYPE_CHECKING:
     from splinefeed.geometry.arc_length import ArcLength
@@ -36,6 +36,7 @@ class NurbsCurve:
 
     All axes count as linear for its arc length; a `Path` knows which of its axes are rotary.
     Raises CurveError that names the knot, point or weight that is wrong. Source: The NURBS Book, 2nd ed., eq. 4.1.
+    Example: `sf.NurbsCurve.bezier([[10, 0], [10, 10], [0, 10]], weights=[1, np.sqrt(0.5), 1])`
     """
 
     __slots__ = ("__dict__", "control_points", "degree", "knots", "weights")
@@ -206,6 +207,15 @@ class NurbsCurve:
     def closed(self) -> bool:
         """Whether it ends where it begins, within 1e-9 of its size."""
         return bool(np.linalg.norm(self.ends[1] - self.ends[0]) <= CLOSED_TOLERANCE * self.size)
+
+    def _repr_html_(self) -> str:
+        kind = "rational" if self.rational else "polynomial"
+        rows = {
+            "NURBS curve": f"degree {self.degree}, {len(self.control_points)} control points, {kind}",
+            "axes": f"{self.axes}",
+            "length": f"{self.length:.6g}",
+        }
+        return view.table(rows, view.shape(self(np.linspace(*self.domain, view.DRAWN)), "curve"))
 
     def __repr__(self) -> str:
         kind = "rational" if self.rational else "polynomial"

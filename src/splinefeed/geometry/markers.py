@@ -14,6 +14,7 @@ class Marker:
 
     before  index of the curve that it stands before; the number of curves for what stands at the end
     text    the words as they are written again; dwell  time at rest, s; stop  whether the tool stops here
+    A Path raises InputError for a marker outside it. Source: docs/gcode.md. Example: `sf.Marker(0, "M3 S12000")`
     """
 
     before: int

@@ -23,7 +23,7 @@ from splinefeed.geometry.path_checks import check_joints, check_still, checked_a
 from splinefeed.geometry.pieces import Pieces
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_rows, read_only, span_rows
-from splinefeed.records import Array, BoolArray, IntArray, frozen_array
+from splinefeed.records import Array, BoolArray, IntArray, frozen_array, unit_along, view
 
 #: Up to so many curves are faster looked at one by one than as arrays.
 _FEW = 8
@@ -57,6 +57,8 @@ class Path:
 
     Raises CurveError that names the curve, for a gap or for axes that do not fit; InputError for feeds, tolerances or
     markers that do not fit the curves.
+    Called with arc lengths s (...), mm, it gives points (..., axes), mm, rotary axes rad.
+    Source: The NURBS Book, 2nd ed., chapter 4, for its curves. Example: `sf.Path([curve], name="quarter")(0.0)`
     """
 
     #: Whether something else is given for each curve over the same parameters: then tips become corners, and no more.
@@ -448,6 +450,17 @@ class Path:
         from splinefeed.geometry.smoothing import smoothed
 
         return smoothed(self, tolerance, **how)
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "path": self.name,
+            "curves": f"{len(self.curves)}",
+            "axes": ", ".join(self.axes),
+            "length": f"{self.length:.6g} {unit_along(self.axes)}",
+            "stops": f"{len(self.stops)}",
+        }
+        place = self(np.linspace(0.0, self.length, view.DRAWN)) if self.length > 0.0 else np.zeros((0, 0))
+        return view.table(rows, view.shape(place[:, : self.linear], self.name))
 
     def __repr__(self) -> str:
         return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"

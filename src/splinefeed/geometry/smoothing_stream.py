@@ -38,6 +38,8 @@ class Smoother:
 
     However the path is cut into pieces, the result is the same to the bit, and that of `smoothed`. Raises InputError
     for arguments that cannot be used, CurveError for pieces that do not follow each other.
+    tolerance in mm. Source: docs/smoothing.md.
+    Example: `smoother = sf.geometry.Smoother(0.01, path.axes); [*smoother.push(path), *smoother.finish()]`
     """
 
     def __init__(
@@ -165,7 +167,11 @@ class Smoother:
 
 
 def smooth_stream(pieces: Iterable[Path], tolerance: float | str, **how: Any) -> Iterator[Path]:
-    """Smooth pieces of one path, as they come, with the arguments of `Smoother`: that as a generator."""
+    """Smooth pieces of one path, as they come, with the arguments of `Smoother`: that as a generator.
+
+    tolerance in mm. Raises what `Smoother` raises. Source: docs/smoothing.md.
+    Example: `list(sf.geometry.smooth_stream([sf.Path.polyline([[0, 0], [5, 0], [9, 1]])], 0.01))`
+    """
     smoother: Smoother | None = None
     for piece in pieces:
         if smoother is None:

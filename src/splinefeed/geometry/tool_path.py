@@ -32,7 +32,7 @@ SAME_DOMAIN = 1e-12
 class ToolPath(Path):
     """The path of a tool tip, and the tool axis along it: a `Path` of x, y, z that knows how the tool stands.
 
-    tip    NurbsCurve, several of them, or a Path of x, y, z, mm, in the coordinates of the workpiece
+    tip    NurbsCurve of (n, 3) control points, mm, several of them, or a Path of x, y, z; coordinates of the workpiece
     axis   as many curves, each over the parameters of its tip curve; None for a tool that stands upright, along z
     kind   "points" on the tool axis, mm, from which the tip is taken; "vectors" from the tip to the spindle, of any
            length; "angles" of the rotary joints of a machine, rad, as they are programmed
@@ -43,6 +43,8 @@ class ToolPath(Path):
 
     A machine makes joints of it: `JointPath(tool_path, kinematics)`. Raises CurveError for a tip that has other axes,
     for curves that do not belong together, and for a tool axis of no length, with the place.
+    Source: docs/how-to/five-axis.md.
+    Example: `sf.ToolPath(tip, axis, kind="points")`
     """
 
     _tied = True

@@ -36,6 +36,8 @@ class Interpolator:
 
     Raises MethodError for an unknown method, LimitsError for a period that is not positive or longer than the motion,
     InputError for a law of another path.
+    A position is (axes,), mm, rotary axes rad. Source: docs/math/interpolators.md names the paper of each method.
+    Example: `sf.Interpolator(path, law).step()`
     """
 
     def __init__(
@@ -218,7 +220,7 @@ def interpolate(
     tolerance: float = 0.0,
     chunk: int | None = None,
 ) -> Setpoints | Iterator[Setpoints]:
-    """Where every axis must be at each tick k T, from t = 0 to the end of the law.
+    """Compute where every axis must be at each tick k T, from t = 0 to the end of the law.
 
     period  servo period T, s (default: the law's); method  name of a registered method, see `methods()`
     corrections, tolerance  passes of a corrector, and the change of u that ends them early
@@ -226,6 +228,8 @@ def interpolate(
             should not be in memory at once. The ticks are the same, bit for bit.
 
     Raises what `Interpolator` raises.
+    Returns Setpoints of n ticks, (n,) and (n, axes), mm, rotary axes rad. Source: docs/math/interpolators.md names the
+    paper of each method. Example: `sf.interpolate(path, law, method="milne-simpson").position.shape`
     """
     expect("interpolate(path, law)", (path, (Path, JointPath)), (law, TimeLaw))
     source = Interpolator(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)

@@ -81,7 +81,10 @@ _methods: dict[str, Method] = {}
 
 
 def methods() -> tuple[str, ...]:
-    """Names of all interpolation methods, built-in ones first."""
+    """Names of all interpolation methods, built-in ones first.
+
+    Source: docs/math/interpolators.md. Example: `"milne-simpson" in sf.methods()`
+    """
     return (*_BUILT_IN, *(name for name in _methods if name not in _BUILT_IN))
 
 
@@ -113,6 +116,7 @@ def register(
 
     Raises MethodError for a name that is taken or not of lower-case letters, digits and hyphens, for a step with other
     parameters, and for a history that is neither 0 nor at most 3.
+    Source: docs/add-a-method.md has one to copy.
     """
     if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
         raise MethodError(f"method name {name!r}: use lower-case letters, digits and hyphens, as in 'my-method'")

@@ -39,6 +39,9 @@ class Kinematics:
     joints   names of its joints, the linear ones first
     rotary   how many of them turn: 2 with a tool axis, 1 with an angle in the plane, 0 with neither
     azimuth  azimuth of the tool axis as (sign, offset rad) of the last joint;  tilt  sign of its tilt in the first one
+    `forward` takes joints (..., joints), mm and rad, to tip (..., 3), mm, and tool axis (..., 3). A machine file makes
+    it, whose reader raises MachineError. Source: docs/how-to/five-axis.md; the trivial and table kinds of LinuxCNC's
+    manual. Example: `sf.Machine.load("trunnion").kinematics.joints`
     """
 
     kind: ClassVar[str] = ""

@@ -56,6 +56,8 @@ class JointPath:
     side, and no joint turns fast.
     Raises CurveError where the tool turns off or stays at the pole, or tilts and the machine cannot; LimitsError where
     it leaves the travel of a joint: with the joint, the place and the mend.
+    Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad.
+    Source: docs/how-to/five-axis.md. Example: `sf.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
     """
 
     def __init__(

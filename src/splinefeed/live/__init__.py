@@ -8,6 +8,7 @@ from splinefeed.lazy import lazily
 
 _HOMES = {
     "Block": "feed.stream",
+    "LawCourse": "feed.course",
     "LookAhead": "feed.stream",
     "Override": "feed.override",
     "Ticks": "feed.override",
@@ -18,6 +19,7 @@ _HOMES = {
 __all__ = [*_HOMES]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
+    from splinefeed.feed.course import LawCourse as LawCourse
     from splinefeed.feed.override import Override as Override
     from splinefeed.feed.override import Ticks as Ticks
     from splinefeed.feed.reserve import with_reserve as with_reserve

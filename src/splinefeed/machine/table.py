@@ -52,6 +52,8 @@ class Machine:
     """A machine: its axes by name, in order, what its makers say of it, and how its joints move tool and workpiece.
 
     kinematics  of a machine for tool paths, whose joints are among its axes; else None
+    Quantities in mm, s, kg, V, N; with a rotary axis rad and N*m. `load` and `parse` raise MachineError, one line
+    per problem. Source: docs/machines.md. Example: `sf.Machine.load("router").axes["x"].controller.kp`
     """
 
     name: str

@@ -14,7 +14,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry
 from splinefeed.interpolation.interpolator import Interpolator
 from splinefeed.pipeline.run import check_ticks
-from splinefeed.records import Array, TimeLaw, positive
+from splinefeed.records import Array, TimeLaw, positive, view
 
 #: A method is timed until it has run this long, s, or this often; the fastest counts.
 TIMING = 0.02
@@ -43,6 +43,8 @@ class MethodResult:
     drift_max_mm    the largest |drift| on the way; chord_error_mm  largest, to the true curve
     ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if that was asked for
     replaced        steps without a finite result
+    Source: docs/math/interpolators.md.
+    Example: `next(sf.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
     """
 
     method: str
@@ -63,11 +65,25 @@ class MethodResult:
 
 @dataclass(frozen=True, eq=False)
 class MethodTrace:
-    """A result with its ripple over time: t (m,), s, and relative (m,)."""
+    """A result with its ripple over time: t (m,), s, and relative (m,).
+
+    Source: docs/math/interpolators.md.
+    Example: `next(sf.compare(path, law, methods=["taylor-2"], timed=False)).result.ripple_max`
+    """
 
     result: MethodResult
     t: Array
     relative: Array
+
+    def _repr_html_(self) -> str:
+        result = self.result
+        rows = {
+            "method": f"{result.method}: {result.title}",
+            "feed ripple": f"at most {result.ripple_max:.3g}, rms {result.ripple_rms:.3g}",
+            "drift": f"{result.drift_mm:.3g} mm at the end",
+            "chord error": f"at most {result.chord_error_mm:.3g} mm",
+        }
+        return view.table(rows, view.sparkline(self.relative, "relative feed error over time"))
 
 
 def compare(
@@ -84,6 +100,8 @@ def compare(
 
     timed  how long a setpoint takes, too: each method is compiled for it, and run again and again
     Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.
+    period in s, the law's unless given; errors in mm, times in ns. Source: docs/math/interpolators.md names the papers.
+    Example: `[trace.result for trace in sf.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
     """
     if period is not None or law.period is not None:
         check_ticks(law, positive(law.period if period is None else period, "period"))

@@ -46,6 +46,8 @@ def stream_setpoints(
     The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint lies where the law says
     (`arc-length`). `curve` and `s` count from the start of the first part. Raises what `LookAhead` raises, and
     InputError for no parts.
+    Positions (n, axes), mm, rotary axes rad. Source: docs/scale.md.
+    Example: `next(sf.live.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
         raise InputError(f"chunk is {chunk!r}; a whole number of ticks from 1 up is needed")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -24,7 +23,7 @@ from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.table import Machine
-from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along
+from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
 
 if TYPE_CHECKING:
     from splinefeed.report.figure import Figure
@@ -46,6 +45,8 @@ class Run:
     """Everything that one run made; `numbers()` is what `--json` prints.
 
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
+    Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
+    Example: `sf.run(path, limits).numbers()["duration_s"]`
     """
 
     path: Path
@@ -152,8 +153,7 @@ class Run:
             "setpoints": f"{self.ticks}, one every {self.points.period:g} s",
             "check": verdict,
         }
-        body = "".join(f"<tr><th>{name}</th><td>{html.escape(value)}</td></tr>" for name, value in rows.items())
-        return f"<table>{body}</table>{self.plot()._repr_svg_()}"
+        return view.table(rows, self.plot()._repr_svg_())
 
     def numbers(self) -> dict[str, Any]:
         """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
@@ -227,6 +227,8 @@ def run(
     machine  of a ToolPath: the one whose joints follow it, a Machine or its name; law  if it is planned already
     Raises what `plan` and `interpolate` raise, InputError for a machine that cannot follow a tool path, and LimitsError
     for more than MOST_TICKS ticks.
+    period in s; setpoints (n, axes), mm, rotary axes rad. Source: docs/code-overview.md walks through it.
+    Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).plot()`
     """
     expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
     path = on_machine(path, machine, limits)

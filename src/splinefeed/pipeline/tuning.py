@@ -55,7 +55,10 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AxisTuning:
-    """One axis before and after; tracking_error: largest |error| on the path, mm or rad, infinite if it ran away."""
+    """One axis before and after; tracking_error: largest |error| on the path, mm or rad, infinite if it ran away.
+
+    Source: docs/tune.md. Example: `sf.simulation.AxisTuning.__annotations__["tracking"]`
+    """
 
     old: Axis
     axis: Axis
@@ -72,6 +75,8 @@ class PathTuning:
     machine  the machine with the new gains; axes: each axis that moves, before and after
     before, contour  contour error with the old and with the new gains, mm; None if an axis ran away
     evaluations      runs of the path that were made
+    Source: docs/tune.md.
+    Example: `sf.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.max`
     """
 
     machine: Machine
@@ -127,7 +132,7 @@ def tune(
     on_progress: Progress | None = ...,
 ) -> PathTuning: ...
 def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
-    """Gains of an axis by a rule, or of a machine's axes together on a path.
+    """Tune the gains of an axis by a rule, or of a machine's axes together on a path.
 
     With an axis, a rule of `simulation.tuning.rules()` ("ziegler-nichols" unless given) and the options of
     `simulation.tuning.tune`: `period` in s, `kind`, `experiment`, `volts` in V. With a Machine, rule "path" and the
@@ -164,7 +169,7 @@ def tune_on_path(
     feed_forward: bool = False,
     on_progress: Progress | None = None,
 ) -> PathTuning:
-    """Gains that make the largest contour error on a path small, every loop within a bound on its margins.
+    """Find gains that make the largest contour error on a path small, every loop within a bound on its margins.
 
     setpoints     on `path`; their period is the servo's
     axes          those to tune; all of the setpoints unless given
@@ -179,6 +184,8 @@ def tune_on_path(
     and Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the gains. Linear
     axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own following error.
     The old gains are kept where nothing better keeps the bound. Raises InputError where nothing does at all.
+    Source: as named, and docs/tune.md.
+    Example: `sf.simulation.tune_on_path(machine, setpoints, path, evaluations=2).machine`
     """
     bound = bound or Bound()
     if isinstance(evaluations, bool) or not isinstance(evaluations, int) or not 1 <= evaluations <= MOST_EVALUATIONS:

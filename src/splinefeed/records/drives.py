@@ -24,6 +24,7 @@ class Combination:
     derivatives of w . r, in mm/s, mm/s^2 and mm/s^3 for weights without unit
 
     Raises LimitsError for no weights, weights that are all 0 or not finite, and without any bound.
+    Source: docs/math/planner.md.
 
     >>> import splinefeed as sf
     >>> left = sf.Combination(weights={"y": 1.0, "c": 400.0}, acceleration=5000.0, jerk=100000.0)

@@ -11,10 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import InputError
+from splinefeed.records import view
 from splinefeed.records.arrays import Array, check_finite, frozen_array
 
 #: Number of coefficients of a time-law piece: quintic in t, the highest degree that a strategy makes.
 LAW_COEFFICIENTS = 6
+#: Instants at which a notebook's view looks at the feed.
+SAMPLES = 2001
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -26,6 +29,8 @@ class TimeLaw:
     period        servo period that the law was brought to, s; None if it was not
     notes         what the planner had to give way in, one sentence each
     settings      what it was planned with, for the records of a run
+    Raises InputError for arrays of other shapes, that are not finite, or breaks that do not begin at 0 and increase.
+    Source: docs/math/planner.md. Example: `law.feed(np.linspace(0, law.duration, 100))`
     """
 
     breaks: Array
@@ -73,6 +78,19 @@ class TimeLaw:
     def jerk(self, t: ArrayLike) -> Array:
         """Tangential jerk, mm/s^3, from the right at breaks; t in s, any shape, clamped to [0, duration]."""
         return self._derivative(t, 3)
+
+    def _repr_html_(self) -> str:
+        t = np.linspace(0.0, self.duration, SAMPLES)
+        feed = self.feed(t)
+        rows = {
+            "time law": self.strategy,
+            "duration": f"{self.duration:.6g} s",
+            "length": f"{self.length:.6g} mm",
+            "pieces": f"{len(self.coefficients)}",
+            "top feed": f"{float(feed.max()):.4g} mm/s",
+            **({"notes": "; ".join(self.notes)} if self.notes else {}),
+        }
+        return view.table(rows, view.sparkline(feed, "feed over time"))
 
     def _derivative(self, t: ArrayLike, order: int) -> Array:
         time = np.clip(np.asarray(t, dtype=np.float64), 0.0, self.duration)

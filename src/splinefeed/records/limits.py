@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinefeed.errors import LimitsError
+from splinefeed.records import view
 from splinefeed.records.arrays import Array
 from splinefeed.records.drives import BOUNDED, Combination, Torque
 
@@ -31,6 +32,13 @@ BY_AXIS = (*AXIS_LIMITS, "axis_velocity_step")
 #: Fields of Limits that say how far each axis may travel.
 TRAVEL_ENDS = ("axis_minimum", "axis_maximum")
 
+#: Unit of each limit, linear axes; with a rotary one rad stands for mm.
+_UNITS = {
+    **dict.fromkeys(("feed", "start_feed", "end_feed", "axis_velocity", "axis_velocity_step"), "mm/s"),
+    **dict.fromkeys(("acceleration", "deceleration", "centripetal", "axis_acceleration"), "mm/s²"),
+    **dict.fromkeys(("jerk", "deceleration_jerk", "axis_jerk"), "mm/s³"),
+    **dict.fromkeys(("chord_error", *TRAVEL_ENDS), "mm"),
+}
 #: A limit of each axis: by name, or in the order of the path's axes.
 ByAxis: TypeAlias = Mapping[str, float] | Sequence[float] | NDArray[Any]
 
@@ -54,6 +62,8 @@ class Limits:
 
     Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for travel that is
     none, and if neither feed nor axis_velocity is given.
+    Source: docs/check.md defines each by the setpoints.
+    Example: `sf.Limits(feed=60, axis_acceleration=[500, 800], axis_jerk=20000)`
     """
 
     feed: float = math.inf
@@ -223,6 +233,24 @@ class Limits:
             elif value is not None and value != math.inf:
                 flat[f.name] = float(value)
         return flat
+
+    def _repr_html_(self) -> str:
+        rows: dict[str, str] = {}
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if value is None or (isinstance(value, float) and value in (math.inf, 0.0)):
+                continue
+            if f.name == "combinations":
+                rows |= {f"combination {name}": repr(each) for name, each in value.items()}
+            elif f.name == "torque":
+                rows["torque"] = ", ".join(f"{axis} {most:g}" for axis, most in value.most.items()) + " N m (N)"
+            elif isinstance(value, Mapping):
+                each = (f"{axis} {v:g}{' (rad)' * (axis in ROTARY_AXES)}" for axis, v in value.items())
+                rows[f.name] = f"{', '.join(each)} {_UNITS[f.name]}"
+            else:
+                numbers = value if isinstance(value, tuple) else (value,)
+                rows[f.name] = f"{', '.join(f'{v:g}' for v in numbers)} {_UNITS[f.name]}"
+        return view.table(rows)
 
     @classmethod
     def from_dict(cls, flat: Mapping[str, float]) -> Limits:

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
+from splinefeed.records import view
 from splinefeed.records.arrays import Array, BoolArray, IntArray, read_only
+from splinefeed.records.limits import ROTARY_AXES
 
 #: Fields of Response that only streams have.
 STREAM_COLUMNS = ("row", "depth", "underruns")
@@ -29,6 +31,8 @@ class Response:
     row, depth, underruns  (n,)  of a stream to a controller: number of its row, rows that it still had, and periods in
                            which it had none so far; None where nothing was streamed
     stopped    why the run ended early, or None; settings  all that is needed to make it again
+    Raises InputError for arrays of other shapes. Source: docs/machines.md.
+    Example: `sf.follow(setpoints, machine, path=path).contour_error.max()`
     """
 
     t: Array
@@ -72,6 +76,27 @@ class Response:
     def tracking_error(self) -> Array:
         """command - position of each axis, (n, axes), mm, rotary axes rad."""
         return self.command - self.position
+
+    @property
+    def contour_error_max(self) -> float:
+        """Largest contour error, mm; InputError where no path was given."""
+        if self.contour_error is None:
+            raise InputError("no contour error without the path; give it: follow(setpoints, machine, path=path)")
+        return float(np.max(self.contour_error, initial=0.0))
+
+    def _repr_html_(self) -> str:
+        rows = {"response": f"{len(self)} ticks of {self.period:g} s"}
+        error = np.abs(self.tracking_error)
+        for k, axis in enumerate(self.axes):
+            unit, factor = ("deg", 180.0 / np.pi) if axis in ROTARY_AXES else ("mm", 1.0)
+            rows[f"following error {axis}"] = f"at most {factor * float(np.max(error[:, k], initial=0.0)):.4g} {unit}"
+        drawn = np.max(error, axis=1, initial=0.0), "largest following error over time"
+        if self.contour_error is not None:
+            rows["contour error"] = f"at most {self.contour_error_max:.4g} mm"
+            drawn = self.contour_error, "contour error over time"
+        if self.stopped is not None:
+            rows["stopped"] = self.stopped
+        return view.table(rows, view.sparkline(*drawn))
 
     def __len__(self) -> int:
         return len(self.t)

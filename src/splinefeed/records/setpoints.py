@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import InputError
+from splinefeed.records import view
 from splinefeed.records.arrays import Array, IntArray, read_only
 
 
@@ -24,6 +25,8 @@ class Setpoints:
     position  (n, axes)  mm, rotary axes rad
     axes      names of the axes; period in s; method as registered
     settings  all that is needed to make these points again
+    Raises InputError for arrays of other shapes. Source: docs/setpoint-files.md.
+    Example: `sf.interpolate(path, law).position[:, 0]`
     """
 
     t: Array
@@ -63,6 +66,16 @@ class Setpoints:
         names = ("t", "curve", "u", "s", "feed", "position")
         columns: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in parts]) for name in names}
         return replace(parts[-1], **columns)
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "setpoints": f"{len(self)}, one every {self.period:g} s",
+            "axes": ", ".join(self.axes),
+            "method": self.method,
+        }
+        if len(self):
+            rows["time"] = f"{self.t[0]:.6g} to {self.t[-1]:.6g} s"
+        return view.table(rows, view.sparkline(self.feed, "feed over time"))
 
     def __len__(self) -> int:
         return len(self.t)

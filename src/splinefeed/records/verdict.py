@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from splinefeed.records import view
 from splinefeed.records.limits import ROTARY_AXES
 
 #: A limit counts as kept up to this, relative: the rounding of a plan that rides on it.
@@ -21,6 +22,7 @@ class LimitResult:
     floor   what the rounding of the setpoints alone makes of this difference; 0 where the law itself is the worst
     by      "setpoints" (their differences) or "law" (exact derivatives)
     over    how many ticks, or instants of the law, are over the limit
+    Source: docs/check.md. Example: `sf.check(setpoints, path, limits).limits["feed"].share`
     """
 
     limit: float
@@ -51,6 +53,8 @@ class Verdict:
     problems  one sentence each: what, how much, where; none if all is well
     notes     what was allowed for, and what decides where exact derivatives cannot, one sentence each
     numbers   other measurements: duration_s, length_mm, ticks, period_s, method, end_error_mm, ...
+    Limits and worst values are in mm, s and rad; `as_dict` gives rotary axes in degrees. Source: docs/check.md.
+    Example: `sf.check(setpoints, path, limits).ok`
     """
 
     limits: Mapping[str, LimitResult]
@@ -62,6 +66,13 @@ class Verdict:
     def ok(self) -> bool:
         """Whether every limit and every other check holds."""
         return not self.problems and all(result.holds for result in self.limits.values())
+
+    def _repr_html_(self) -> str:
+        rows = {"check": "every limit holds" if self.ok else "NOT KEPT: " + "; ".join(self.problems)}
+        for name, result in self.limits.items():
+            factor = 180.0 / math.pi if result.axis in ROTARY_AXES else 1.0
+            rows[name] = f"{factor * result.worst:.6g} of {factor * result.limit:.6g} ({result.share:.1%})"
+        return view.table(rows)
 
     def as_dict(self) -> dict[str, Any]:
         """The keys of `--json`; limits of rotary axes in degrees."""

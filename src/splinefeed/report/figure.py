@@ -144,6 +144,8 @@ class Figure:
     """Panels below each other, or in columns; those with the same x label share that axis and its cursor.
 
     legend  curves of one name in all panels are one, and the page has a legend to choose from
+    width in px. `save` raises FormatError for an ending that is not known. Source: docs/start.md shows the report.
+    Example: `sf.plot.path(run).save("path.svg")`
     """
 
     title: str

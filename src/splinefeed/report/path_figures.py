@@ -8,12 +8,13 @@ import numpy as np
 
 from splinefeed.analysis.binding import BINDS, LimitUse
 from splinefeed.analysis.thinning import cells
+from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.deviation import Deviation
 from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
-from splinefeed.records import Array, IntArray, Response, Setpoints, unit_along
+from splinefeed.records import Array, BoolArray, IntArray, Response, Setpoints, unit_along
 from splinefeed.report import theme
 from splinefeed.report.figure import SAME_PLACE, Axis, Coloured, Dots, Figure, Heat, Line, Mark, Panel, Shades
 from splinefeed.report.motion_figures import HEADROOM, TIME, thin
@@ -67,6 +68,31 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     return Figure(title, (Panel(Axis(x), Axis(y), tuple(marks), height=300, equal=path.linear > 1, z=z),))
 
 
+def still_figure(path: Path) -> Figure:
+    """A path that is not planned yet, coloured by its curvature; InputError for fewer than two linear axes."""
+    if path.linear < 2:
+        raise InputError(f"plot.path: {path.name} has fewer than two linear axes; plot a run of it, over time")
+    s = np.linspace(0.0, path.length, POINTS)
+    curve, u = path.locate(s)
+    found = path.evaluate(curve, u, 2)
+    place = found[:, 0, : min(path.linear, 3)]
+    if place.shape[1] == 3 and np.ptp(place[:, 2]) <= 0.0:
+        place = place[:, :2]
+    shades = {"curvature": _curvature(path, found, path.turning(curve, u))}
+    x, y, *up = (f"{theme.words(axis, 12)} (mm)" for axis in path.axes[: place.shape[1]])
+    marks: list[Mark] = [Coloured(place, shades, np.column_stack([s, u]), ("s (mm)", "u"), place)]
+    if not up:
+        marks += [*_ends(place), *_stops(path)]
+    title = f"{theme.words(path.name)}: {theme.short(path.length)} mm"
+    return Figure(title, (Panel(Axis(x), Axis(y), tuple(marks), height=300, equal=True, z="".join(up)),))
+
+
+def _curvature(path: Path, found: Array, turning: BoolArray) -> Shades:
+    """Curvature at places whose derivatives by u are `found`, (n, 3, axes), clipped at its quantile of 99.5 %."""
+    kappa = np.where(turning, 0.0, curvatures(found, path.linear))
+    return _shades(np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995)), "curvature (1/mm)")
+
+
 def _place(run: Run) -> Array:
     """Points of the picture, (n, 2 or 3): over the linear axes, the first one over time where there is one or none."""
     points, linear = run.points, run.path.linear
@@ -91,9 +117,8 @@ def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     along = unit_along(path.axes)
     out = {"feed": _shades(points.feed, f"feed ({along}/s)")}
     if path.linear:
-        kappa = curvatures(path.evaluate(points.curve, points.u, 2), path.linear)
-        kappa = np.where(path.turning(points.curve, points.u), 0.0, kappa)
-        out["curvature"] = _shades(np.minimum(kappa, np.quantile(kappa[np.isfinite(kappa)], 0.995)), "curvature (1/mm)")
+        found = path.evaluate(points.curve, points.u, 2)
+        out["curvature"] = _curvature(path, found, path.turning(points.curve, points.u))
     if response is not None and response.contour_error is not None:
         error = np.full(len(points), np.nan)
         error[: len(response)] = 1e3 * response.contour_error

@@ -6,21 +6,28 @@ from dataclasses import replace
 
 import numpy as np
 
+from splinefeed.errors import InputError, expect
+from splinefeed.geometry.path import Path
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Limits, TimeLaw, unit_along
 from splinefeed.report.figure import Figure
 from splinefeed.report.motion_figures import JERK, axis_panels, law_panels, motion_figure
-from splinefeed.report.path_figures import binding_figure, limits_figure, path_figure
+from splinefeed.report.path_figures import binding_figure, limits_figure, path_figure, still_figure
 
 __all__ = ["Figure", "binding", "law", "limits", "motion", "overview", "path"]
 
+#: What the path of a run may be coloured by.
+COLOURS = ("feed", "curvature", "nearest limit")
+
 
 def overview(run: Run) -> Figure:
-    """The path coloured by feed, and below it feed and jerk over time with their limits, mm and s.
+    """Draw the path coloured by feed, and below it feed and jerk over time with their limits, mm and s.
 
-    Jerk is that of the axes where they have a limit of it, else that along the path.
+    Jerk is that of the axes where they have a limit of it, else that along the path. Raises InputError for anything but
+    a Run. Source: `report.motion_figures`, the panels of the report.
     Example: `sf.plot.overview(sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, axis_jerk=20000))).save("part.svg")`
     """
+    run = _run(run, "overview")
     above = path_figure(run, colour="feed")
     _, feed, _, jerk = law_panels(run.law, run.limits, unit_along(run.path.axes), run.points.t)
     if np.any(np.isfinite(run.limits.of_axes("axis_jerk", run.axes))):
@@ -28,29 +35,60 @@ def overview(run: Run) -> Figure:
     return replace(above, panels=(*above.panels, feed, jerk))
 
 
-def path(run: Run, colour: str = "feed") -> Figure:
-    """Where the tool goes, coloured by "feed", "curvature" or "nearest limit", mm (fig. 9 of the paper).
+def path(run: Run | Path, colour: str = "feed") -> Figure:
+    """Draw where the tool goes, mm (fig. 9 of the paper): of a run, or of a path that is not planned yet.
 
-    A path in space is drawn in perspective; a path of one axis, over time.
+    colour  of a run "feed" (mm/s), "curvature" (1/mm) or "nearest limit" (%); a bare path is coloured by its curvature
+    A path in space is drawn in perspective; a run of one axis, over time. Raises InputError for another colour, and for
+    anything but a Run or a Path with two linear axes. Source: `report.path_figures`.
+    Example: `sf.plot.path(sf.shapes.butterfly())`
     """
-    return path_figure(run, colour=colour)
+    if isinstance(run, Path):
+        return still_figure(run)
+    if colour not in COLOURS:
+        raise InputError(f"plot.path: colour is {colour!r}; choose {', '.join(repr(each) for each in COLOURS)}")
+    return path_figure(_run(run, "path"), colour=colour)
 
 
 def motion(run: Run) -> Figure:
-    """s, feed, acceleration and jerk along the path over time, and velocity, acceleration and jerk of each axis."""
-    return motion_figure(run)
+    """Draw s, feed, acceleration and jerk along the path over time, and velocity, acceleration and jerk of each axis.
+
+    In mm and s, rotary axes in degrees. Raises InputError for anything but a Run. Source: `report.motion_figures`.
+    Example: `sf.plot.motion(sf.run(sf.shapes.butterfly()))`
+    """
+    return motion_figure(_run(run, "motion"))
 
 
 def limits(run: Run) -> Figure:
-    """Feed under the maximum-velocity curve over time, and the share of each limit in use."""
+    """Draw feed (mm/s) under the maximum-velocity curve over time (s), and the share of each limit in use.
+
+    Raises InputError for anything but a Run. Source: `report.path_figures`; maximum-velocity curve: J. E. Bobrow,
+    S. Dubowsky and J. S. Gibson, Int. J. Robotics Research 4(3) (1985) 3-17, doi:10.1177/027836498500400301.
+    Example: `sf.plot.limits(sf.run(sf.shapes.butterfly()))`
+    """
+    run = _run(run, "limits")
     return limits_figure(run.use, run.points, run.path.name)
 
 
 def binding(run: Run) -> Figure:
-    """The path in the colour of the limit that binds."""
-    return binding_figure(run)
+    """Draw the path, mm, in the colour of the limit that binds.
+
+    Raises InputError for anything but a Run. Source: `report.path_figures`.
+    Example: `sf.plot.binding(sf.run(sf.shapes.butterfly()))`
+    """
+    return binding_figure(_run(run, "binding"))
 
 
 def law(law: TimeLaw, limits: Limits) -> Figure:
-    """s, feed, acceleration and jerk of a time law over time with their limits, mm and s (fig. 1 of the paper)."""
+    """Draw s, feed, acceleration and jerk of a time law over time with their limits, mm and s (fig. 1 of the paper).
+
+    Raises InputError for anything but a TimeLaw and Limits. Source: `report.motion_figures`.
+    Example: `sf.plot.law(run.law, run.limits)`
+    """
+    expect("plot.law(law, limits)", (law, TimeLaw), (limits, Limits))
     return Figure(law.strategy, tuple(law_panels(law, limits)))
+
+
+def _run(run: Run, name: str) -> Run:
+    expect(f"plot.{name}(run)", (run, Run))
+    return run

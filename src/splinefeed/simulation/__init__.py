@@ -9,9 +9,11 @@ from splinefeed.lazy import lazily
 _HOMES = {
     "AxisTuning": "pipeline.tuning",
     "Bound": "simulation.bound",
+    "FrequencyResponse": "simulation.experiments",
     "Margins": "simulation.linear",
     "PathTuning": "pipeline.tuning",
     "Tuning": "simulation.tuning",
+    "UltimatePoint": "simulation.experiments",
     "margins": "simulation.linear",
     "tune_on_path": "pipeline.tuning",
 }
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     from splinefeed.pipeline.tuning import PathTuning as PathTuning
     from splinefeed.pipeline.tuning import tune_on_path as tune_on_path
     from splinefeed.simulation.bound import Bound as Bound
+    from splinefeed.simulation.experiments import FrequencyResponse as FrequencyResponse
+    from splinefeed.simulation.experiments import UltimatePoint as UltimatePoint
     from splinefeed.simulation.linear import Margins as Margins
     from splinefeed.simulation.linear import margins as margins
     from splinefeed.simulation.tuning import Tuning as Tuning

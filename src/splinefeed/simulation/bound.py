@@ -33,6 +33,7 @@ class Bound:
     gain_margin   factor by which the gain may rise, and fall where a fall can make it unstable; 2 is 6 dB
     phase_margin  deg
     sensitivity   largest |1 / (1 + L)|: 1 / sensitivity is the least distance of L from -1
+    Source: docs/tune.md. Example: `sf.simulation.Bound().words`
     """
 
     gain_margin: float = 2.0

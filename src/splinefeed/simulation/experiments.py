@@ -36,7 +36,10 @@ LONGEST = 200_000
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Position that closes the loop over volts: frequency (n,) Hz, value (n,) complex, mm/V or rad/V."""
+    """Position that closes the loop over volts: frequency (n,) Hz, value (n,) complex, mm/V or rad/V.
+
+    Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).response.frequency`
+    """
 
     frequency: Array
     value: ComplexArray
@@ -45,7 +48,10 @@ class FrequencyResponse:
 
 @dataclass(frozen=True)
 class UltimatePoint:
-    """Where proportional control alone just keeps swinging: gain V/mm or V/rad, period s, and how it was found."""
+    """Where proportional control alone just keeps swinging: gain V/mm or V/rad, period s, and how it was found.
+
+    Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).ultimate.gain`
+    """
 
     gain: float
     period: float

@@ -43,6 +43,7 @@ class Tuning:
 
     old, axis  the axis as it was and with the new controller; before, margins: those of the two controllers
     ultimate  gain and period; response: the frequency response of the plant that they were read from
+    period in s; gains in V/mm or V/rad. Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).controller.gains`
     """
 
     rule: str

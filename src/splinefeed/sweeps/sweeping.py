@@ -34,6 +34,8 @@ def sweep(
     Only a few runs a worker are on their way at any time, however many there are. A run that fails is a row too, with
     `status` "failed" and its error. Raises SpecError for a spec that cannot be, and InputError for a folder that holds
     another sweep.
+    Rows are in mm and s, as `run --json` prints them. Source: docs/sweep.md.
+    Example: `list(sf.sweep({"name": "two", "sources": ["butterfly"], "grid": {"limits.feed": [30, 60]}}, workers=0))`
     """
     spec = spec if isinstance(spec, Sweep) else specs.from_dict(spec) if isinstance(spec, Mapping) else specs.read(spec)
     return (row for row, _ in timed(spec, executor, folder=folder, workers=workers, artefacts=artefacts))
