@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.records import Array, IntArray, check_finite, frozen_array, view
+from splinefeed.records import Array, IntArray, Points, check_finite, frozen_array, view
 
 if TYPE_CHECKING:
     from splinefeed.geometry.arc_length import ArcLength
@@ -46,9 +46,7 @@ class NurbsCurve:
     control_points: Array
     weights: Array | None
 
-    def __init__(
-        self, degree: int, knots: ArrayLike, control_points: ArrayLike, weights: ArrayLike | None = None
-    ) -> None:
+    def __init__(self, degree: int, knots: ArrayLike, control_points: Points, weights: ArrayLike | None = None) -> None:
         whole = isinstance(degree, (int, float, np.integer, np.floating)) and not isinstance(degree, bool)
         if not whole or not 1 <= degree <= MAX_DEGREE or int(degree) != degree:
             raise CurveError(f"degree is {degree!r}; a whole number from 1 to {MAX_DEGREE} is needed")
@@ -131,7 +129,7 @@ class NurbsCurve:
             )
 
     @classmethod
-    def bezier(cls, control_points: ArrayLike, weights: ArrayLike | None = None) -> NurbsCurve:
+    def bezier(cls, control_points: Points, weights: ArrayLike | None = None) -> NurbsCurve:
         """One Bezier piece on [0, 1] with the given control points (degree + 1, axes)."""
         try:
             points = frozen_array(control_points, "control_points", 2)

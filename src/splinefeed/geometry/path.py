@@ -23,7 +23,7 @@ from splinefeed.geometry.path_checks import check_joints, check_still, checked_a
 from splinefeed.geometry.pieces import Pieces
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_rows, read_only, span_rows
-from splinefeed.records import Array, BoolArray, IntArray, frozen_array, unit_along, view
+from splinefeed.records import Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
 
 #: Up to so many curves are faster looked at one by one than as arrays.
 _FEW = 8
@@ -162,7 +162,7 @@ class Path:
     @classmethod
     def polyline(
         cls,
-        points: ArrayLike,
+        points: Points,
         axes: Sequence[str] | None = None,
         *,
         name: str = "path",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from splinefeed.records.arrays import Array, BoolArray, IntArray, check_finite, frozen_array
+from splinefeed.records.arrays import Array, BoolArray, IntArray, Points, check_finite, frozen_array
 from splinefeed.records.drives import BOUNDED, Combination, Torque
 from splinefeed.records.law import LAW_COEFFICIENTS, TimeLaw
 from splinefeed.records.limits import (
@@ -34,6 +34,7 @@ __all__ = [
     "IntArray",
     "LimitResult",
     "Limits",
+    "Points",
     "Response",
     "Setpoints",
     "TimeLaw",

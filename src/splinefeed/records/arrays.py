@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,9 +13,11 @@ from splinefeed.errors import InputError
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+#: Points (n, d) as users write them: to mypy a list of integers beside one of floats is no ArrayLike.
+Points: TypeAlias = NDArray[Any] | Sequence[Sequence[float | np.floating[Any] | np.integer[Any]] | NDArray[Any]]
 
 
-def frozen_array(values: ArrayLike, name: str, ndim: int) -> Array:
+def frozen_array(values: ArrayLike | Points, name: str, ndim: int) -> Array:
     """Copy to a read-only contiguous float64 array of `ndim` dimensions; InputError names what is wrong."""
     try:
         array = np.array(values, dtype=np.float64, order="C")

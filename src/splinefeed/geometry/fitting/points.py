@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
@@ -17,7 +16,7 @@ from splinefeed.geometry.fitting.distance import largest_distance, nearest_param
 from splinefeed.geometry.fitting.grid import check_degree, check_tolerance
 from splinefeed.geometry.fitting.smooth import smooth_curve_of_many
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, IntArray, check_finite, frozen_array
+from splinefeed.records import Array, IntArray, Points, check_finite, frozen_array
 
 #: Most points that are fitted at once.
 MAX_POINTS = 1_000_000
@@ -57,7 +56,7 @@ class Fit:
 
 
 def fit(
-    points: ArrayLike,
+    points: Points,
     tolerance: float,
     degree: int = 3,
     closed: bool = False,
@@ -113,7 +112,7 @@ def fit(
     return Fit(tuple(curves), error, allowed)
 
 
-def _distinct(points: ArrayLike, closed: bool) -> Array:
+def _distinct(points: Points, closed: bool) -> Array:
     """Points (n, axes) without those that repeat their neighbour; InputError for what is not a list of points."""
     data = frozen_array(points, "points", 2)
     count, axes = data.shape
