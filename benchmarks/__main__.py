@@ -28,6 +28,7 @@ NAMES = (
     "plan",
     "planners",
     "curves",
+    "suite",
     "rows",
     "tool",
     "smooth",

@@ -27,7 +27,7 @@ def plan(path: sf.Path, limits: tuple[float, float, float], nodes: int) -> Profi
     most = jerk * feed / acceleration**2
     h = np.diff(s)
     v0, a0 = _ours(path, limits, g.s)
-    start = time.perf_counter()
+    start = time.process_time()
     q, a = casadi.SX.sym("q", nodes - 2), casadi.SX.sym("a", nodes - 2)
     rows, low, high = [], [], []
 
@@ -66,7 +66,7 @@ def plan(path: sf.Path, limits: tuple[float, float, float], nodes: int) -> Profi
     guess = np.concatenate([(v0[1:-1] / feed) ** 2, a0[1:-1] / acceleration])
     n = nodes - 2
     found = solver(x0=guess, lbg=low, ubg=high, lbx=[1e-10] * n + [-np.inf] * n, ubx=[1.0] * n + [np.inf] * n)
-    spent = time.perf_counter() - start
+    spent = time.process_time() - start
     if not solver.stats()["success"]:
         print("IPOPT:", solver.stats()["return_status"])
     x = np.array(found["x"]).ravel()

@@ -22,7 +22,7 @@ def plan(path: sf.Path, limits: tuple[float, float, float], nodes: tuple[int, ..
     start, spent = None, 0.0
     for count in nodes:
         g = Sampled.of(path, grid(path, count))
-        began = time.perf_counter()
+        began = time.process_time()
         z, one = g.s / length, np.ones(g.r.shape[1])
         robot = copp.Robot(g.r.shape[1], capacity=count)
         robot.append_s(z)
@@ -51,10 +51,10 @@ def plan(path: sf.Path, limits: tuple[float, float, float], nodes: tuple[int, ..
             found = copp.solver.topp3_socp.solve(problem)
             q, a = found.a, found.b
         start = (z, q, a)
-        spent += time.perf_counter() - began
-    began = time.perf_counter()
+        spent += time.process_time() - began
+    began = time.process_time()
     duration, times = copp.interpolation.s_to_t_topp3(z, found, 0.0)
-    spent += time.perf_counter() - began
+    spent += time.process_time() - began
 
     def at(t: np.ndarray) -> np.ndarray:
         inside = np.minimum(t / clock, duration)

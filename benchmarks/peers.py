@@ -18,6 +18,7 @@ PACKAGES: dict[str, dict[str, str]] = {
     },
     "arc": {"scipy": "SciPy"},
     "planners": {"copp-py": "copp-py", "casadi": "CasADi", "toppra": "TOPP-RA", "ruckig": "Ruckig"},
+    "suite": {"copp-py": "copp-py", "toppra": "TOPP-RA", "ruckig": "Ruckig"},
     "cad": {"cadquery-ocp-novtk": "OCCT (cadquery-ocp-novtk)", "rhino3dm": "rhino3dm"},
     "drawings": {"ezdxf": "ezdxf", "svgelements": "svgelements"},
     "controller": {"linuxcnc": "LinuxCNC"},

@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.spatial import cKDTree
 
-#: Samples of each knot span among which the nearest point is looked for, Newton steps from there, and branches of the
-#: curve that may pass the same place.
-SAMPLES, STEPS, BRANCHES = 400, 8, 2
+#: Samples of each knot span among which the nearest point is looked for, and Newton steps from there.
+SAMPLES, STEPS = 400, 8
+#: A setpoint further from the curve than this share of its size is looked at from so many samples more.
+ON_CURVE, BRANCHES = 1e-10, 24
 
 
 def judge(problem: dict[str, Any], r: NDArray[np.float64]) -> dict[str, float]:
@@ -49,24 +51,28 @@ def curve_at(curve: dict[str, Any], share: float | NDArray[np.float64], order: i
 
 def distances(problem: dict[str, Any], r: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance of each setpoint (n, axes) from the nearest point of any curve, (n,)."""
-    best = np.full(len(r), np.inf)
-    for curve in problem["curves"]:
-        spans = len(np.unique(curve["knots"])) - 1
-        at = np.linspace(0.0, 1.0, SAMPLES * spans + 1)
-        places = curve_at(curve, at)
-        low, high = places.min(axis=0), places.max(axis=0)
-        away = np.linalg.norm(np.maximum(0.0, np.maximum(low - r, r - high)), axis=1)
-        for rows in np.array_split(np.flatnonzero(away < best), max(len(r) // 200, 1)):
-            square = np.sum(r[rows] ** 2, axis=1)[:, None] - 2.0 * r[rows] @ places.T + np.sum(places**2, axis=1)
-            for _ in range(BRANCHES):
-                near = np.argmin(square, axis=1)
-                u = at[near]
-                for _ in range(STEPS):  # Gauss and Newton on the squared distance
-                    apart, slope = curve_at(curve, u) - r[rows], curve_at(curve, u, 1)
-                    along = np.sum(apart * slope, axis=1) / np.maximum(np.sum(slope**2, axis=1), 1e-300)
-                    u = np.clip(u - along, 0.0, 1.0)
-                best[rows] = np.minimum(best[rows], np.linalg.norm(curve_at(curve, u) - r[rows], axis=1))
-                square[np.abs(np.arange(len(at)) - near[:, None]) < SAMPLES // 2] = np.inf  # another branch, then
+    curves, shares, places = problem["curves"], [], []
+    for curve in curves:
+        shares.append(np.linspace(0.0, 1.0, SAMPLES * (len(np.unique(curve["knots"])) - 1) + 1))
+        places.append(curve_at(curve, shares[-1]))
+    whole, trees = cKDTree(np.concatenate(places)), [cKDTree(each) for each in places]
+    owner = np.repeat(np.arange(len(curves)), [len(each) for each in shares])
+    nearest = owner[whole.query(r)[1]]
+    best, size = np.full(len(r), np.inf), float(np.linalg.norm(np.ptp(whole.data, axis=0)))
+    # first the curve of the nearest sample; then, where that is not it, all, and other branches of them
+    for only, near in ((True, 1), (False, 1), (False, BRANCHES)):
+        for i, curve in enumerate(curves):
+            rows = np.flatnonzero((best > ON_CURVE * size) & (~np.array(only) | (nearest == i)))
+            if not len(rows):
+                continue
+            u = shares[i][trees[i].query(r[rows], k=[*range(1, near + 1)])[1]].ravel()
+            point = np.repeat(r[rows], near, axis=0)
+            for _ in range(STEPS):  # Gauss and Newton on the squared distance
+                apart, slope = curve_at(curve, u) - point, curve_at(curve, u, 1)
+                along = np.sum(apart * slope, axis=1) / np.maximum(np.sum(slope**2, axis=1), 1e-300)
+                u = np.clip(u - along, 0.0, 1.0)
+            away = np.linalg.norm(curve_at(curve, u) - point, axis=1).reshape(-1, near).min(axis=1)
+            best[rows] = np.minimum(best[rows], away)
     return best
 
 
