@@ -7,8 +7,8 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed import LookAhead
 from splinefeed.geometry.path import Path
+from splinefeed.live import LookAhead
 
 PERIOD = 1e-3
 BUTTERFLY = motions.butterfly()
