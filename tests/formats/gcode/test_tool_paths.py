@@ -138,6 +138,12 @@ def test_without_control_of_the_tip_words_are_joints(data_dir: File) -> None:
     np.testing.assert_allclose(path.feeds, np.array([600, 600, 400, 500, 900, 300]) / 60.0)
 
 
+def test_f_counts_x_y_z_alone_where_u_moves_too(tmp_path: File) -> None:
+    path = read(tmp_path, "G0 X0 U0", "G1 X3 U4 F60", "U8", "M2")
+    assert path.feeds is not None and path.length == 9.0
+    np.testing.assert_allclose(np.diff(path.curve_starts) / path.feeds, [3.0, 4.0])  # seconds, as in LinuxCNC
+
+
 def test_tool_length_and_work_offsets_go_through_the_kinematics(tmp_path: File) -> None:
     table = tmp_path / "tools.tbl"
     table.write_text("T1 P1 Z80 D6\nT2 P2 Z95 D6\n")
