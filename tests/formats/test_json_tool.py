@@ -104,7 +104,7 @@ def test_a_format_without_tool_axes_says_so(tmp_path: File) -> None:
         ({"name": 7}, "name: 7 is not text"),
         ({"rotary_axes": ["q"]}, "rotary_axes: expected a list of a, b, c, theta"),
         ({"rotary_axes": ["a"]}, "rotary is a; name the columns of a tool axis of angles"),
-        ({"tool_length": "long"}, r'tool_length\[0\]: "long" is no number'),
+        ({"tool_length": "long"}, r'tool_length\[0\]: "long" is not a number'),
     ],
 )
 def test_bad_tool_paths_are_refused_with_their_place(tmp_path: File, change: dict[str, Any], said: str) -> None:
