@@ -68,6 +68,22 @@ def test_tool_paths_are_written_and_read_again(tmp_path: File) -> None:
             assert np.array_equal(again.orientation(*where), path.orientation(*where))
 
 
+def test_what_a_five_axis_program_says_is_kept(tmp_path: File, data_dir: File) -> None:
+    path = sf.read(data_dir / "five-axis" / "fanuc_g434.nc")
+    assert isinstance(path, sf.ToolPath) and path.feeds is not None
+    assert np.all(path.tool_axis[-1].control_points == path.tool_axis[-1].control_points[0])  # type: ignore[index]
+    assert sf.write(path, tmp_path / "again.json") == ()
+    again = sf.read(tmp_path / "again.json")
+    assert isinstance(again, sf.ToolPath) and again.rotary == ("a", "c") and np.array_equal(again.feeds, path.feeds)
+    s = np.linspace(0.0, path.length, 20)
+    where = path.locate(s)
+    assert np.allclose(again.orientation(*where), path.orientation(*where), rtol=0.0, atol=1e-15)
+    longer = sf.ToolPath(path.curves, path.tool_axis, kind="angles", rotary=("b", "c"), tool_length=80.5)
+    sf.write(longer, tmp_path / "again.json")
+    again = sf.read(tmp_path / "again.json")
+    assert isinstance(again, sf.ToolPath) and (again.rotary, again.tool_length) == (("b", "c"), 80.5)
+
+
 def test_a_format_without_tool_axes_says_so(tmp_path: File) -> None:
     said = sf.write(read(tmp_path, LEAN), tmp_path / "part.dxf")
     assert "the tool axis of part is left out: a DXF drawing cannot hold it" in said
@@ -86,6 +102,9 @@ def test_a_format_without_tool_axes_says_so(tmp_path: File) -> None:
         ({"colour": "red"}, 'key "colour" is not known'),
         ({"units": "furlong"}, 'units: "furlong" is not known'),
         ({"name": 7}, "name: 7 is not text"),
+        ({"rotary_axes": ["q"]}, "rotary_axes: expected a list of a, b, c, theta"),
+        ({"rotary_axes": ["a"]}, "rotary is a; name the columns of a tool axis of angles"),
+        ({"tool_length": "long"}, r'tool_length\[0\]: "long" is not a number'),
     ],
 )
 def test_bad_tool_paths_are_refused_with_their_place(tmp_path: File, change: dict[str, Any], said: str) -> None:

@@ -230,3 +230,13 @@ def test_a_tool_path_can_be_copied_and_turned_round(data_dir: File) -> None:
     machine = kinematics("xyzac-trt")
     for other in (copy, back, tool.with_findings("said")):
         assert np.allclose(sf.JointPath(other, machine)(s), sf.JointPath(tool, machine)(s), atol=1e-10)
+
+
+def test_a_long_path_that_bends_all_along_has_no_stops() -> None:
+    s = np.arange(1203.0)
+    tip = np.stack([s, np.zeros_like(s), 0.02 * np.cos(s)], axis=1)
+    lean = 0.4 + 0.05 * np.sin(2.0 * np.pi * s / 8.0)
+    knots = np.concatenate([[0.0] * 3, np.arange(1201.0), [1200.0] * 3])
+    axis = np.stack([np.sin(lean), 0.2 + np.zeros_like(s), np.cos(lean)], axis=1)
+    tool = sf.ToolPath(sf.NurbsCurve(3, knots, tip), sf.NurbsCurve(3, knots, axis), kind="vectors")
+    assert sf.JointPath(tool, MACHINES[0]).stops == ()

@@ -13,7 +13,7 @@ from splinefeed.live.motion import along
 from tool_paths import FLANK, FLANK_PERIOD, MACHINES, flank, random_limits, random_tool_path
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 1, 2, 4])  # 4: lines, with stops at which joints turn off
 def test_joints_keep_their_limits_at_any_rate(seed: int, data_dir: File) -> None:
     random = np.random.default_rng(seed)
     machine = MACHINES[0]

@@ -102,7 +102,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     """Run and write; the page of numbers, with `files` as seen from the current folder."""
     from pathlib import Path
 
-    from splinefeed.cli.source import read_path
+    from splinefeed.cli.source import check_rotary, read_path
     from splinefeed.errors import InputError
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
@@ -132,6 +132,8 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     say(f"reading {source}")
     path = read_path(source, reading)
     tool = isinstance(path, ToolPath)
+    if table is not None and not tool:
+        check_rotary(path, source, table)
     axes = table.kinematics.joints if tool and table is not None and table.kinematics is not None else path.axes
     limits, period, strategy = options.limits_from(given, planned_for, axes)
     limits, assumed = options.as_programmed(limits, path, given)

@@ -12,6 +12,7 @@ from splinefeed.errors import InputError
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
     from splinefeed.geometry.path import Path
+    from splinefeed.machine.table import Machine
 
 
 #: What is done to a path after it is read.
@@ -34,6 +35,26 @@ def read_path(source: str, reading: Mapping[str, Any]) -> Path:
     from splinefeed.geometry.tangential import tangential
 
     return tangential(path)
+
+
+def check_rotary(path: Path, source: str, machine: Machine) -> None:
+    """InputError where a path turns a rotary axis that the machine does not have, with the line of a program."""
+    import re
+
+    import numpy as np
+
+    for k, axis in enumerate(path.axes):
+        if k < path.linear or axis in machine.axes or np.ptp(path.flat.points[:, k]) == 0.0:
+            continue
+        line = ""
+        if os.path.isfile(source) and not axis[1:]:
+            with open(source, encoding="utf-8", errors="replace") as text:
+                said = re.compile(rf"[^(;]*(?<![A-Z]){axis}\s*=?\s*[-+.\d#\[]", re.IGNORECASE)
+                line = next((f" (line {i})" for i, each in enumerate(text, 1) if said.match(each)), "")
+        raise InputError(
+            f"{source}: turns the rotary axis {axis.upper()}{line}, which {machine.name} does not have; its axes are "
+            f"{', '.join(machine.axes)}: choose the machine that the program is for"
+        )
 
 
 def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:

@@ -101,10 +101,14 @@ def _of_joints(path: JointPath, law: TimeLaw, period: float, first: int, count: 
     cells[(tick < 0) | (tick * period >= law.duration)] = 0.0
     jumps = np.zeros((count, cells.shape[2]))
     ends = np.clip(period * np.arange(first, first + count + 1), 0.0, law.duration)
-    cell = np.searchsorted(law(ends), path.breaks, side="right") - 1
-    near = (cell >= 0) & (cell < count)
     away = BESIDE * path.length
-    before, behind = (path.derivatives(path.breaks[near] + way)[:, :, 3:] for way in (-away, away))
+    stops = np.array([-1.0, *path.stops, path.length + 1.0])
+    after = np.searchsorted(stops, path.breaks)
+    moving = np.minimum(path.breaks - stops[after - 1], stops[after] - path.breaks) > away
+    breaks = path.breaks[moving]  # at rest nothing jumps, however joints turn there
+    cell = np.searchsorted(law(ends), breaks, side="right") - 1
+    near = (cell >= 0) & (cell < count)
+    before, behind = (path.derivatives(breaks[near] + way)[:, :, 3:] for way in (-away, away))
     feed, push = (np.max(np.abs(each.reshape(count, LOOKED_AT, 3, -1)[cell[near], :, k, -1]), axis=1) for k in (0, 1))
     jump = (
         np.abs(behind[:, 2] - before[:, 2]) * feed[:, None] ** 2 + np.abs(behind[:, 1] - before[:, 1]) * push[:, None]

@@ -7,8 +7,11 @@ A curve is an object with `degree`, `knots` and `tool_tip` (rows of x, y, z), `w
     rotary_angles               rows of the rotary joints of a machine, deg
 
 which has the degree, knots and weights of the tip unless `axis_degree`, `axis_knots` and `axis_weights` stand there.
-None of the three is an upright tool. Several stand in a list under "curves". `unit` or `units` (mm, cm, m, in), `name`;
-`source`, `notes`, `tool_axis` are for people; `limits` is not read: limits of a machine are said where it is chosen.
+None of the three is an upright tool. What a program says of a curve stands beside it, as `json_program` has it. Several
+curves stand in a list under "curves". `rotary_axes` names the joints of the angles, such as ["a", "c"] (those of the
+machine, in order, if it is left out), `tool_length` is that of the tool, in place of the machine's. `unit` or `units`
+(mm, cm, m, in), `name`; `source`, `notes`, `tool_axis` are for people; `limits` is not read: limits of a machine are
+said where it is chosen.
 """
 
 from __future__ import annotations
@@ -21,15 +24,17 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
+from splinefeed.formats import json_program
 from splinefeed.formats import json_values as values
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath
+from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
+from splinefeed.records import ROTARY_AXES
 
 #: The keys of each kind of tool axis.
 KINDS = {"second_point_on_tool_axis": POINTS, "tool_axis_vectors": VECTORS, "rotary_angles": ANGLES}
 _CURVE = {"degree", "knots", "weights", "tool_tip", "axis_degree", "axis_knots", "axis_weights", *KINDS}
-_SHARED = {"name", "unit", "units", "source", "notes", "tool_axis", "limits"}
+_SHARED = {"name", "unit", "units", "source", "notes", "tool_axis", "limits", "rotary_axes", "tool_length"}
 
 
 def holds(document: dict[str, Any]) -> bool:
@@ -50,26 +55,34 @@ def from_document(document: dict[str, Any], source: str | os.PathLike[str], tole
     scale = values.scale(unit, f"{source}: units", findings)
     if "limits" in document:
         findings.append("limits in the file are not read; give those of the machine")
-    tips, axes, kinds = [], [], set()
+    tips, axes, kinds, programs = [], [], set(), []
     for i, item in enumerate(listed):
         place = f"{source}: curves[{i}]" if several else f"{source}"
         if not isinstance(item, dict):
             raise FormatError(f"{place}: is no object with the keys of a tool path")
-        values.check_keys(item, _CURVE | (set() if several else _SHARED), place)
+        values.check_keys(item, _CURVE | json_program.KEYS | (set() if several else _SHARED), place)
         tip, axis, kind = _curve(item, place, scale)
         tips.append(tip)
         axes.append(axis)
         kinds.add(kind)
+        programs.append(json_program.read(item, place, scale))
     if len(kinds) > 1:
         raise FormatError(f"{source}: curves: not all give their tool axis alike; choose one of {', '.join(KINDS)}")
     kind = kinds.pop()
     name = document.get("name", "")
     if not isinstance(name, str):
         raise FormatError(f"{source}: name: {values.shown(name)} is not text")
+    rotary = document.get("rotary_axes", [])
+    if not isinstance(rotary, list) or any(each not in ROTARY_AXES for each in rotary):
+        raise FormatError(f"{source}: rotary_axes: expected a list of {', '.join(ROTARY_AXES)}")
+    length = document.get("tool_length")
     said: dict[str, Any] = {
         "name": name or pathlib.Path(source).stem,
         "findings": tuple(findings),
         "tolerance": tolerance,
+        **json_program.path_arguments(programs, source),
+        "rotary": rotary,
+        "tool_length": None if length is None else scale * values.numbers([length], f"{source}: tool_length")[0],
     }
     if kind is None:
         return [ToolPath(tips, **said)]
@@ -99,13 +112,16 @@ def _nurbs(item: dict[str, Any], prefix: str, points: str, place: str, factor: f
         raise FormatError(f"{place}: {prefix}degree: {values.shown(degree)} is not a whole number")
     rows = factor * values.points(item[points], f"{place}: {points}")
     weights = item.get("weights")
+    # a tool axis may stay where it is, which no curve may: it is checked as one that does not
+    still = points != "tool_tip" and bool(np.all(rows == rows[0]))
     try:
-        return NurbsCurve(
+        curve = NurbsCurve(
             degree,
             values.numbers(item["knots"], f"{place}: {prefix}knots"),
-            rows,
+            rows + np.arange(len(rows))[:, None] if still else rows,
             None if weights is None else values.numbers(weights, f"{place}: {prefix}weights"),
         )
+        return beside(curve, rows) if still else curve
     except CurveError as error:
         raise FormatError(f"{place}: {points}: {error}") from None
 
@@ -116,8 +132,8 @@ def to_document(path: ToolPath) -> dict[str, Any]:
     factor = 180.0 / np.pi if path.kind == ANGLES else 1.0
     axes: Sequence[NurbsCurve | None] = path.tool_axis or [None] * len(path.curves)
     curves = []
-    for tip, axis in zip(path.curves, axes, strict=True):
-        one: dict[str, Any] = {"degree": tip.degree, "knots": tip.knots.tolist()}
+    for i, (tip, axis) in enumerate(zip(path.curves, axes, strict=True)):
+        one: dict[str, Any] = {**json_program.written(path, i), "degree": tip.degree, "knots": tip.knots.tolist()}
         if tip.weights is not None:
             one["weights"] = tip.weights.tolist()
         one["tool_tip"] = tip.control_points.tolist()
@@ -126,5 +142,7 @@ def to_document(path: ToolPath) -> dict[str, Any]:
             one |= {"axis_degree": axis.degree, "axis_knots": axis.knots.tolist()}
             one["axis_weights"] = None if axis.weights is None else axis.weights.tolist()
         curves.append(one)
-    shared = {"name": path.name, "units": "mm"}
+    shared: dict[str, Any] = {"name": path.name, "units": "mm"}
+    shared |= {"rotary_axes": list(path.rotary)} if path.rotary else {}
+    shared |= {} if path.tool_length is None else {"tool_length": path.tool_length}
     return {**shared, **curves[0]} if len(curves) == 1 else {**shared, "curves": curves}

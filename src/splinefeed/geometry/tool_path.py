@@ -82,7 +82,7 @@ class ToolPath(Path):
         if self.lines is not None and len(self.lines) != len(curves):
             raise InputError(f"lines has {len(self.lines)} numbers for {len(curves)} curves; give one each")
         if self.rotary and (self.tool_axis is None or kind != ANGLES or len(self.rotary) != self.tool_axis[0].axes):
-            raise InputError(f"rotary is {', '.join(self.rotary)}; name the columns of a tool axis of angles, one each")
+            raise CurveError(f"rotary is {', '.join(self.rotary)}; name the columns of a tool axis of angles, one each")
         super().__init__(curves, ("x", "y", "z"), **said)
         if self.tool_axis is not None and kind != ANGLES:
             _check_length(self)

@@ -159,7 +159,9 @@ class JointPath:
         """Arc lengths strictly inside, mm, at which the tool must rest: those of the tip, and kinks of a joint."""
         away = BESIDE * self.length
         b = self.breaks
-        before, after = self.derivatives(b - away)[:, 1, 3:], self.derivatives(b + away)[:, 1, 3:]
+        sides = self.derivatives(b - away)[:, :, 3:], self.derivatives(b + away)[:, :, 3:]
+        # what a bend turns on the way there is no kink
+        before, after = (each[:, 1] - way * each[:, 2] for each, way in zip(sides, (-away, away), strict=True))
         scale = np.max(np.abs(np.concatenate([before, after, np.ones((1, before.shape[1])) * 1e-12])), axis=0)
         kinks = b[np.any(np.abs(after - before) > KINK * scale, axis=1)] if len(b) else b
         near = np.array(self.tool.stops)

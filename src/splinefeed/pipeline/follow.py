@@ -42,7 +42,7 @@ class Servo:
         self._tally: ErrorTally | None = None
         self._axes: tuple[str, ...] = ()
         self._rests: dict[str, float] = {}
-        self._meter = None if path is None else ContourMeter(path)
+        self._meter = None if path is None or not path.linear else ContourMeter(path)
         self._placer = None if path is None else Placer(path)
         #: Commanded arc length of the ticks followed last, mm; empty where it is not known.
         self.commanded: Array = np.zeros(0)
@@ -80,10 +80,11 @@ class Servo:
             moved = replace(points, axes=self._follower.axes, position=points.position[:, kept])
         response = self._follower.follow(moved)
         s = None
-        if self._meter is not None and self._placer is not None:
+        if self._placer is not None:
             s = self._placer.place(points)[: len(response)]
-            found = self._meter.measure(self._position(response, points), s_hint=s)
-            response = replace(response, contour_error=found.error)
+            if self._meter is not None:
+                found = self._meter.measure(self._position(response, points), s_hint=s)
+                response = replace(response, contour_error=found.error)
         elif np.isfinite(points.s).all():
             s = points.s[: len(response)]
         self.commanded = np.zeros(0) if s is None else s

@@ -254,9 +254,10 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
         )
     table = machine if isinstance(machine, Machine) else Machine.load(machine)
     if table.kinematics is None:
+        line = "" if path.lines is None else f" (line {path.lines[0]})"
         raise InputError(
-            f"{table.name}: has no [kinematics], which a tool path (here {path.place(0.0)}) needs; add them to the "
-            "machine file, or take a machine that has them (trunnion)"
+            f"{table.name}: has no [kinematics], which a tool path needs{line}; add them to the machine file, or take "
+            "a machine that has them (trunnion)"
         )
     return JointPath(path, table.kinematics, travel=limits.travel_of(table.kinematics.joints))
 

@@ -108,6 +108,13 @@ def test_programs_of_others_move_as_in_linuxcnc(tmp_path: Path, data_dir: Path, 
         assert "line 624" in ours(file)[1] and "r1=29.0000 r2=27.5862" in twin.error
 
 
+def test_joints_of_five_axes_move_as_in_linuxcnc(tmp_path: Path, data_dir: Path) -> None:
+    file = tmp_path / "part.ngc"
+    file.write_bytes((data_dir / "five-axis" / "linuxcnc_joints.ngc").read_bytes())
+    twin = held_against(file)
+    assert twin.error == "" and len(twin.moves) == 7
+
+
 def test_an_inch_program_without_an_end_moves_as_in_linuxcnc(tmp_path: Path, data_dir: Path) -> None:
     file = tmp_path / "part.ngc"
     file.write_bytes((data_dir / "gcode" / "gcodetoolpath_one-inch-circle.nc").read_bytes() + b"\nM2\n")

@@ -138,6 +138,12 @@ def test_without_control_of_the_tip_words_are_joints(data_dir: File) -> None:
     np.testing.assert_allclose(path.feeds, np.array([600, 600, 400, 500, 900, 300]) / 60.0)
 
 
+def test_f_counts_x_y_z_alone_where_u_moves_too(tmp_path: File) -> None:
+    path = read(tmp_path, "G0 X0 U0", "G1 X3 U4 F60", "U8", "M2")
+    assert path.feeds is not None and path.length == 9.0
+    np.testing.assert_allclose(np.diff(path.curve_starts) / path.feeds, [3.0, 4.0])  # seconds, as in LinuxCNC
+
+
 def test_tool_length_and_work_offsets_go_through_the_kinematics(tmp_path: File) -> None:
     table = tmp_path / "tools.tbl"
     table.write_text("T1 P1 Z80 D6\nT2 P2 Z95 D6\n")
@@ -196,6 +202,6 @@ def test_what_the_machine_cannot_is_told_with_line_and_axis(tmp_path: File) -> N
     path = read(tmp_path, "G43.4 H1", "G0 X0 Y0 Z5 A0 C0", "G1 X10 A-20 F600", "X20 A-150", "G49")
     with pytest.raises(LimitsError, match=r"travel\.a: .* \(line 4\); its travel is"):
         JointPath(path, TRUNNION, travel={"a": (-2.0, 2.0)})
-    with pytest.raises(InputError, match=r"no \[kinematics\], which .* \(line 3\)\) needs"):
+    with pytest.raises(InputError, match=r"no \[kinematics\], which a tool path needs \(line 3\); add"):
         sf.run(path, machine="router")
     assert refusal(tmp_path, "G43.4 H1", "G41.1 D4", "G1 X9 F9").startswith("line 2: G41.1: X, Y, Z are the tool's tip")

@@ -170,9 +170,13 @@ class Piece:
         inverse = moves.flags & layout.INVERSE_FEED != 0
         if inverse.any():  # F is one over the minutes that the move takes
             feeds = np.where(inverse, feeds * self.lengths, feeds)
+        step = moves.ends - moves.starts
+        xyz, whole = (np.linalg.norm(step[:, columns], axis=1) for columns in ([0, 1, 2], LINEAR))
+        beside = (moves.kind == LINE) & ~inverse & (xyz > 0.0) & (whole > xyz)
+        if beside.any():  # F counts X, Y and Z alone where they move, and a path counts U, V and W too
+            feeds = np.where(beside, feeds * whole / np.where(beside, xyz, 1.0), feeds)
         inch = moves.flags & layout.INCH != 0
         if inch.any():  # degrees are not inches
-            step = moves.ends - moves.starts
             inch &= (moves.kind <= LINE) & np.all(step[:, LINEAR] == 0.0, axis=1) & ~inverse
             feeds = np.where(inch, feeds / 25.4, feeds)
         return feeds
