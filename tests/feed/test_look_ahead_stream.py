@@ -8,9 +8,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
+import motions
 import splinefeed as sf
 from splinefeed import LookAhead
-from splinefeed.feed.stream import Block, look_ahead
+from splinefeed.feed.stream import Block
 from splinefeed.geometry.path import Path
 
 PERIOD = 1e-3
@@ -57,7 +58,9 @@ def whole_law(blocks: list[Block], path: Path) -> sf.TimeLaw:
 def test_how_the_path_is_cut_does_not_matter(window):
     curves = list(islice(lines_and_arcs(), 120))
     path = Path(curves)
-    laws = [whole_law(list(look_ahead(cut(curves, n), LIMITS, PERIOD, window=window)), path) for n in (1, 7, 120)]
+    laws = [
+        whole_law(list(motions.look_ahead(cut(curves, n), LIMITS, PERIOD, window=window)), path) for n in (1, 7, 120)
+    ]
     for law in laws:
         verdict = sf.check(sf.interpolate(path, law), path, LIMITS, law=law)
         assert verdict.ok, verdict.problems
@@ -122,7 +125,7 @@ def test_stops_dwells_and_feeds_of_a_program():
     curves = list(islice(lines_and_arcs(7, corner=0.0), 12))
     first = Path(curves[:6], feeds=[20.0] * 6, markers=[sf.Marker(before=6, text="G4 P0.25", dwell=0.25)])
     second = Path(curves[6:], feeds=[40.0] * 6)
-    blocks = list(look_ahead([first, second], LIMITS, PERIOD))
+    blocks = list(motions.look_ahead([first, second], LIMITS, PERIOD))
     path = Path(curves)
     law = whole_law(blocks, path)
     assert np.max(law.feed(np.linspace(0, law.duration, 9001))) <= 40.0 * (1 + 1e-9)

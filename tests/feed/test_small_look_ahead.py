@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import motions
 import splinefeed as sf
 from splinefeed import LookAhead
-from splinefeed.feed.stream import look_ahead
 from splinefeed.geometry.path import Marker
 
 PERIOD = 2e-3
@@ -128,7 +128,7 @@ def test_what_a_stream_refuses():
     stream.push(sf.Path([ARC]))
     with pytest.raises(sf.errors.CurveError, match="gap of 1 between curve 0 and curve 1"):
         stream.push(sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[1, 2], [1, 3]])]))
-    assert list(look_ahead([], sf.Limits(**AXES), PERIOD)) == []
+    assert list(motions.look_ahead([], sf.Limits(**AXES), PERIOD)) == []
     assert LookAhead(sf.Limits(**AXES), PERIOD, ("x", "y")).finish() == []
 
 
