@@ -408,5 +408,5 @@ def test_kinematics_that_cannot_be_are_refused(section: str, said: str) -> None:
 
 
 def test_the_old_name_of_a_machine_warns() -> None:
-    with pytest.warns(DeprecationWarning, match=r"splinefeed\.Table is now called splinefeed\.Machine"):
+    with pytest.warns(DeprecationWarning, match=r"splinefeed\.Table is now splinefeed\.Machine"):
         assert sf.Table is sf.Machine

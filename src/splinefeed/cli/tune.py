@@ -137,17 +137,17 @@ def _check_options(given: Mapping[str, Any], on_path: bool) -> None:
             raise InputError(f"--{spelled.get(name, name).replace('_', '-')}: {use}, not for {given['rule']}")
 
 
-def _by_rule(table: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
+def _by_rule(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of single axes by a rule."""
     from splinefeed.pipeline.run import PAPER_PERIOD
     from splinefeed.pipeline.tuned import by_rule
 
     said = {name: given[name] for name in ("kind", "identify", "volts") if given[name] is not None}
     period = PAPER_PERIOD if given["period"] is None else given["period"]
-    return by_rule(table, names, given["rule"], period=period, say=say, **said)
+    return by_rule(machine, names, given["rule"], period=period, say=say, **said)
 
 
-def _on_path(table: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
+def _on_path(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path."""
     from splinefeed.cli.source import read_path
     from splinefeed.pipeline.run import PAPER_SHAPE, run
@@ -162,7 +162,7 @@ def _on_path(table: Machine, names: tuple[str, ...], given: Mapping[str, Any], s
     say("planning and interpolating")
     points = run(path, limits, period=period, strategy=strategy).points
     found = along_path(
-        table,
+        machine,
         points,
         path,
         axes=given["axes"],
@@ -176,7 +176,7 @@ def _on_path(table: Machine, names: tuple[str, ...], given: Mapping[str, Any], s
 
 
 def _draw(
-    folder: str, table: Machine, page: dict[str, Any], pictures: list[TunedAxis], drawing: tuple[str, ...]
+    folder: str, machine: Machine, page: dict[str, Any], pictures: list[TunedAxis], drawing: tuple[str, ...]
 ) -> list[str]:
     """Write figures and the page of numbers to a folder; their names as seen from the current folder."""
     from pathlib import Path
@@ -184,8 +184,8 @@ def _draw(
     from splinefeed.report import files, saving
     from splinefeed.report.folder import staged
 
-    with staged(folder, files.TUNE_RECORD, files.tune_names(table.axes)) as stage:
-        names = [*saving.save_figures(files.tune_figures(pictures, table.name), stage, drawing), files.TUNE_RECORD]
+    with staged(folder, files.TUNE_RECORD, files.tune_names(machine.axes)) as stage:
+        names = [*saving.save_figures(files.tune_figures(pictures, machine.name), stage, drawing), files.TUNE_RECORD]
         files.write_record({**page, "files": names}, stage / files.TUNE_RECORD)
     return [str(Path(folder) / name) for name in names]
 

@@ -210,7 +210,9 @@ def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:
     if motion not in ("linear", "rotary"):
         problems.append(f"{place}motion: {motion!r}; must be one of linear, rotary")
     elif motion != usual:
-        why = f"{name} is {'a rotary' if usual == 'rotary' else 'no rotary'} axis; rotary are {', '.join(ROTARY_AXES)}"
+        why = (
+            f"{name} is {'a rotary' if usual == 'rotary' else 'not a rotary'} axis; rotary are {', '.join(ROTARY_AXES)}"
+        )
         problems.append(f"{place}motion: {motion!r}; {why}")
     rotary = motion == "rotary"
     motor = content.get("motor")

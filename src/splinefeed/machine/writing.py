@@ -20,33 +20,33 @@ _ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scal
 _MAY_BE_LEFT_OUT = ("friction", "limits")
 
 
-def save(table: Machine, path: str | os.PathLike[str]) -> None:
+def save(machine: Machine, path: str | os.PathLike[str]) -> None:
     """Write a machine file, whole or not at all; comments of the file that the machine came from are not kept.
 
     Raises FormatError for a name that does not end in .toml, and for a file that cannot be written.
     """
     if not str(path).endswith(".toml"):
         raise FormatError(f"{path}: a machine file is named .toml")
-    text = to_text(table)
+    text = to_text(machine)
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
-def to_text(table: Machine) -> str:
-    """The text of the machine file of `table`."""
+def to_text(machine: Machine) -> str:
+    """The text of the machine file of `machine`."""
     import tomlkit
 
     content: dict[str, Any] = {}
-    if table.title:
-        content["title"] = table.title
-    if table.notes:
+    if machine.title:
+        content["title"] = machine.title
+    if machine.notes:
         content["notes"] = tomlkit.array().multiline(True)
-        content["notes"].extend(table.notes)
-    if table.kinematics is not None:
-        parameters = table.kinematics.parameters.items()
+        content["notes"].extend(machine.notes)
+    if machine.kinematics is not None:
+        parameters = machine.kinematics.parameters.items()
         lengths = {name: quantities.write(value, "position", False) for name, value in parameters}
-        content["kinematics"] = {"type": table.kinematics.kind, **lengths}
-    content["axis"] = {name: _sections(axis) for name, axis in table.axes.items()}
+        content["kinematics"] = {"type": machine.kinematics.kind, **lengths}
+    content["axis"] = {name: _sections(axis) for name, axis in machine.axes.items()}
     return tomlkit.dumps(content)
 
 

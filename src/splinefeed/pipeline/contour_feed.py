@@ -130,7 +130,7 @@ def scaled(limits: Limits, scale: float, vary: str = "all") -> Limits:
 def tune_feed(
     path: Path,
     limits: Limits,
-    table: Machine,
+    machine: Machine,
     tolerance: float,
     *,
     period: float,
@@ -158,7 +158,7 @@ def tune_feed(
         law = plan(path, scaled(limits, scale, vary), strategy=strategy, period=period)
         check_ticks(law, period)
         points = interpolate(path, law, period=period, method=method, corrections=corrections)
-        served = serve(path, law, points, table)
+        served = serve(path, law, points, machine)
         contour = served.tally.contour
         assert contour is not None  # there is a path
         trial = Trial(
@@ -206,13 +206,13 @@ def tune_feed(
     return FeedTuning(allowed, trials, best, None if best is None else kept[best.scale], tuple(notes))
 
 
-def limits_within(path: Path, limits: Limits, table: Machine, tolerance: float, **options: Any) -> Limits:
+def limits_within(path: Path, limits: Limits, machine: Machine, tolerance: float, **options: Any) -> Limits:
     """The limits that `tune_feed` finds; LimitsError, with the least error of all trials, if it finds none."""
-    tuning = tune_feed(path, limits, table, tolerance, **options)
+    tuning = tune_feed(path, limits, machine, tolerance, **options)
     if tuning.best is None:
         least = tuning.least
         raise LimitsError(
-            f"no feed tried keeps a contour error of {1e3 * tolerance:g} um on {table.name}; the least is "
+            f"no feed tried keeps a contour error of {1e3 * tolerance:g} um on {machine.name}; the least is "
             f"{1e3 * least.error:.4g} um at {least.feed:.4g} mm/s: allow more, or mend the machine (splinefeed tune)"
         )
     return tuning.best.limits

@@ -32,9 +32,9 @@ class Servo:
     """
 
     def __init__(
-        self, table: Machine, path: Path | None = None, *, sub_steps: int = SUB_STEPS, linear: bool = False
+        self, machine: Machine, path: Path | None = None, *, sub_steps: int = SUB_STEPS, linear: bool = False
     ) -> None:
-        self.table = table
+        self.machine = machine
         self.path = path
         self.notes: list[str] = []
         self._options = {"sub_steps": sub_steps, "linear": linear}
@@ -93,21 +93,21 @@ class Servo:
 
     def _begin(self, points: Setpoints) -> None:
         """Find the axes that both sides have, and say what is left out."""
-        axes = tuple(axis for axis in points.axes if axis in self.table.axes)
+        axes = tuple(axis for axis in points.axes if axis in self.machine.axes)
         first = points.position[0]
         self._axes = points.axes
         self._rests = {axis: float(first[i]) for i, axis in enumerate(points.axes) if axis not in axes}
         if not axes:
             raise InputError(
-                f"machine {self.table.name!r} has none of the axes {', '.join(points.axes)}; "
-                f"its axes are {', '.join(self.table.axes)}"
+                f"machine {self.machine.name!r} has none of the axes {', '.join(points.axes)}; "
+                f"its axes are {', '.join(self.machine.axes)}"
             )
         self._check_rests(points)
         for axis in self._rests:
-            self.notes.append(f"axis {axis} does not move and {self.table.name} has none: left out")
-        for axis in self.table.axes:
+            self.notes.append(f"axis {axis} does not move and {self.machine.name} has none: left out")
+        for axis in self.machine.axes:
             if axis not in points.axes:
-                self.notes.append(f"{axis}: no setpoints; this axis of {self.table.name} holds its position")
+                self.notes.append(f"{axis}: no setpoints; this axis of {self.machine.name} holds its position")
         if self.path is not None:
             for axis in self.path.axes[: self.path.linear]:
                 if axis not in points.axes:
@@ -119,10 +119,10 @@ class Servo:
                 if axis not in self.path.axes and axis not in ROTARY_AXES:
                     self.notes.append(f"axis {axis} is none of the path: the contour error leaves it out")
         for axis in axes:
-            found = margins(self.table.axes[axis], points.period)
+            found = margins(self.machine.axes[axis], points.period)
             if found.close or not found.stable:
                 self.notes.append(f"axis {axis}: gains {found.verdict}")
-        self._follower = Follower(self.table, axes, points.period, **self._options)  # type: ignore[arg-type]
+        self._follower = Follower(self.machine, axes, points.period, **self._options)  # type: ignore[arg-type]
         self._tally = ErrorTally(axes, points.period)
 
     def _check_rests(self, points: Setpoints) -> None:
@@ -132,8 +132,8 @@ class Servo:
             if away > 0.0:
                 travel = f"{np.rad2deg(away):.4g} deg" if axis in ROTARY_AXES else f"{away:.4g} mm"
                 raise InputError(
-                    f"the setpoints move axis {axis} by {travel}, and machine {self.table.name!r} has no such axis; "
-                    f"its axes are {', '.join(self.table.axes)}"
+                    f"the setpoints move axis {axis} by {travel}, and machine {self.machine.name!r} has no such axis; "
+                    f"its axes are {', '.join(self.machine.axes)}"
                 )
 
     def _position(self, response: Response, points: Setpoints) -> Array:

@@ -99,18 +99,18 @@ def encoded(
         yield pattern
 
 
-def pulses_of(table: Machine, axes: Iterable[str]) -> dict[str, float]:
+def pulses_of(machine: Machine, axes: Iterable[str]) -> dict[str, float]:
     """Pulses per mm or rad of the named axes of a machine: the counts of their encoders."""
     found = {}
     for name in axes:
-        if name not in table.axes:
-            listed = ", ".join(table.axes)
-            raise InputError(f"machine {table.name!r} has no axis {name!r}; its axes are {listed}")
-        axis = table.axes[name]
+        if name not in machine.axes:
+            listed = ", ".join(machine.axes)
+            raise InputError(f"machine {machine.name!r} has no axis {name!r}; its axes are {listed}")
+        axis = machine.axes[name]
         if axis.encoder is None:
             raise InputError(
-                f"machine {table.name!r}: axis {name} has no encoder to take pulses from; give them yourself, such as "
-                f"--pulses {name}=1000"
+                f"machine {machine.name!r}: axis {name} has no encoder to take pulses from; give them yourself, "
+                f"such as --pulses {name}=1000"
             )
         found[name] = 1.0 / axis.encoder_resolution
     return found

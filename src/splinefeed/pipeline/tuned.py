@@ -29,7 +29,7 @@ class TunedMachine:
 
 
 def by_rule(
-    table: Machine,
+    machine: Machine,
     names: Sequence[str],
     rule: str,
     *,
@@ -43,8 +43,8 @@ def by_rule(
     tunings = []
     for name in names:
         say(f"tuning axis {name}")
-        tunings.append(tune(table.axes[name], rule, period=period, kind=kind, experiment=identify, volts=volts))
-    new = replace(table, axes={**table.axes, **{each.axis.name: each.axis for each in tunings}})
+        tunings.append(tune(machine.axes[name], rule, period=period, kind=kind, experiment=identify, volts=volts))
+    new = replace(machine, axes={**machine.axes, **{each.axis.name: each.axis for each in tunings}})
     axes = {
         each.axis.name: {
             **_numbers(each.old, each.axis, each.before, each.margins, period),
@@ -62,7 +62,7 @@ def by_rule(
 
 
 def along_path(
-    table: Machine,
+    machine: Machine,
     points: Setpoints,
     path: Path,
     *,
@@ -74,7 +74,7 @@ def along_path(
 ) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path; see `pipeline.tuning.tune_on_path`."""
     found = tune_on_path(
-        table,
+        machine,
         points,
         path,
         axes=axes,

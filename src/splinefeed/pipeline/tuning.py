@@ -248,7 +248,7 @@ class _Search:
 
     def __init__(
         self,
-        table: Machine,
+        machine: Machine,
         names: tuple[str, ...],
         points: Setpoints,
         meter: ContourMeter,
@@ -256,7 +256,7 @@ class _Search:
         bound: Bound,
         feed_forward: bool,
     ) -> None:
-        self.table = table
+        self.machine = machine
         self.names = names
         self.points = points
         self.meter = meter
@@ -264,17 +264,17 @@ class _Search:
         self.bound = bound
         self.runs = 0
         self.forward = len(FEED_FORWARD) if feed_forward else 0
-        self.start = {name: _start(table.axes[name], points.period) for name in names}
+        self.start = {name: _start(machine.axes[name], points.period) for name in names}
         self.tests = {name: BoundTest(axis, points.period, bound) for name, axis in self.start.items()}
         self.width = {name: len(GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
-        self.best = (math.inf, np.empty(0), table)
+        self.best = (math.inf, np.empty(0), machine)
 
     def run(self, allowed: int, rng: np.random.Generator, told: Callable[[int], None]) -> Machine:
         """The machine with the best gains that `allowed` runs find for these axes."""
         from scipy.optimize import minimize
 
-        kept = all(np.min(self.tests[name].slacks(self.table.axes[name])) >= 0.0 for name in self.names)
-        own = self._error(self.table) if kept else math.inf
+        kept = all(np.min(self.tests[name].slacks(self.machine.axes[name])) >= 0.0 for name in self.names)
+        own = self._error(self.machine) if kept else math.inf
         for calm in (True, False):
             if self.runs < allowed:
                 self._try(np.concatenate([self._calmed(name, calm) for name in self.names]), told)
@@ -297,7 +297,7 @@ class _Search:
             )
             if self.best[0] > reached * (1.0 - WORTHWHILE):
                 break
-        return self.best[2] if self.best[0] < own else self.table
+        return self.best[2] if self.best[0] < own else self.machine
 
     def _axis(self, name: str, x: Array) -> Axis:
         """One axis with the gains at x, (width,)."""
@@ -327,18 +327,18 @@ class _Search:
     def _try(self, x: Array, told: Callable[[int], None]) -> float:
         """The logarithm of the error at x; the best that keeps the bound is remembered."""
         axes = {name: self._axis(name, part) for name, part in self._parts(x).items()}
-        table = replace(self.table, axes={**self.table.axes, **axes})
-        error = self._error(table)
+        machine = replace(self.machine, axes={**self.machine.axes, **axes})
+        error = self._error(machine)
         told(self.runs)
         unrest = max(_unrest(axis, self.points.period) for axis in axes.values())
         if error < self.best[0] and unrest == 0.0 and np.min(self._slacks(x)) >= 0.5 * RESERVE:
-            self.best = (error, np.array(x), table)
+            self.best = (error, np.array(x), machine)
         return math.log(min(error, RAN_AWAY) + SMALLEST) + unrest
 
-    def _error(self, table: Machine) -> float:
+    def _error(self, machine: Machine) -> float:
         """Largest contour error of the linear axes, mm, or following error of a rotary one, rad; of one run."""
         self.runs += 1
-        response = follow(self.points, table)
+        response = follow(self.points, machine)
         if response.stopped is not None:
             return math.inf
         if self.names[0] in ROTARY_AXES:

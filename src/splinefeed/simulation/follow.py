@@ -36,30 +36,30 @@ class _AxisState:
 class Follower:
     """A machine that follows setpoints chunk by chunk, in memory that does not grow; the bits are those of one run.
 
-    table, axes  the machine and the names of the axes that move, in the order of the setpoints
+    machine, axes  the machine and the names of the axes that move, in the order of the setpoints
     period       servo period, s
     sub_steps    steps of the nonlinear model in a period; linear: without friction, play, counts, codes and limits
     """
 
     def __init__(
         self,
-        table: Machine,
+        machine: Machine,
         axes: tuple[str, ...],
         period: float,
         *,
         sub_steps: int = plants.SUB_STEPS,
         linear: bool = False,
     ) -> None:
-        missing = [axis for axis in axes if axis not in table.axes]
+        missing = [axis for axis in axes if axis not in machine.axes]
         if missing:
             raise InputError(
-                f"machine {table.name!r} has no axis {', '.join(missing)}; its axes are {', '.join(table.axes)}"
+                f"machine {machine.name!r} has no axis {', '.join(missing)}; its axes are {', '.join(machine.axes)}"
             )
         if not (np.isfinite(period) and period > 0.0):
             raise InputError(f"period is {period} s; it must be greater than 0 and finite")
         if isinstance(sub_steps, bool) or not isinstance(sub_steps, int) or not 1 <= sub_steps <= MOST_SUB_STEPS:
             raise InputError(f"sub_steps is {sub_steps!r}; it must be a whole number from 1 to {MOST_SUB_STEPS}")
-        self.table = table
+        self.machine = machine
         self.axes = tuple(axes)
         self.period = float(period)
         self.sub_steps = sub_steps
@@ -69,8 +69,8 @@ class Follower:
         self._states = [
             _AxisState(
                 name,
-                plants.step_table(plants.plant(table.axes[name]), self.period, sub_steps),
-                plants.parameters(table.axes[name], self.period, sub_steps, linear=linear),
+                plants.step_table(plants.plant(machine.axes[name]), self.period, sub_steps),
+                plants.parameters(machine.axes[name], self.period, sub_steps, linear=linear),
                 np.zeros(mechanics.MEMORY),
             )
             for name in self.axes
@@ -79,7 +79,7 @@ class Follower:
     @property
     def settings(self) -> Mapping[str, Any]:
         """What it takes to make the response again."""
-        return {"machine": self.table.name, "sub_steps": self.sub_steps, "linear": self.linear}
+        return {"machine": self.machine.name, "sub_steps": self.sub_steps, "linear": self.linear}
 
     def follow(self, points: Setpoints) -> Response:
         """The response to the next setpoints; shorter than they are if an axis runs away, and empty from then on."""
@@ -136,7 +136,7 @@ class Follower:
     def _why(self, axis: int, time: float, error: float) -> str:
         """Say which axis ran away, when and by how much."""
         state = self._states[axis]
-        unit, factor = ("deg", 180.0 / np.pi) if self.table.axes[state.name].rotary else ("mm", 1.0)
+        unit, factor = ("deg", 180.0 / np.pi) if self.machine.axes[state.name].rotary else ("mm", 1.0)
         limit = state.parameters[mechanics.ERROR_LIMIT]
         return (
             f"axis {state.name} ran away at {time:.6g} s: an error of {abs(error) * factor:.4g} {unit} is beyond its "
