@@ -69,7 +69,7 @@ def main() -> None:
 def compared(only: str = "", nodes: int = NODES, *, best: bool = False) -> Table:
     """The table of all problems whose name contains `only`; with `best` better times are kept in their files."""
     found: Found = defaultdict(list)
-    for file in sorted(PROBLEMS.glob(f"*{only}*.json")):
+    for file in sorted(each for each in PROBLEMS.glob("*.json") if only in each.stem):
         problem = json.loads(file.read_text(encoding="utf-8"))
         path, group = path_of(problem), next(group for group in GROUPS if file.stem.startswith(group))
         each = planners(problem, path, nodes)

@@ -88,6 +88,17 @@ class Setting:
         turn, bend = self.jumps
         return self.breaks[np.any((turn != 0.0) | (bend != 0.0), axis=1)]
 
+    @cached_property
+    def jump_totals(self) -> Array:
+        """Jumps of r' and of r'', those up and those down, summed over `real_jumps`, (2, 2, k + 1, axes)."""
+        real = np.isin(self.breaks, self.real_jumps)
+        return np.stack(
+            [
+                np.pad(np.cumsum([np.maximum(jump, 0.0), np.maximum(-jump, 0.0)], axis=1), ((0, 0), (1, 0), (0, 0)))
+                for jump in (each[real] for each in self.jumps)
+            ]
+        )
+
     def feed_at(self, s: Array) -> Array:
         """Feed that the path asks for, mm/s."""
         steps, feeds = self.feed_steps
@@ -149,15 +160,13 @@ class Setting:
         n = len(s)
         turn, bend = np.zeros((2, len(self.axes), n)), np.zeros((2, len(self.axes), n))
         d = self.track.derivatives(s) if d is None else d
-        found, at = self.jumps, self.real_jumps
+        at = self.real_jumps
         if self.period is not None and len(at):
-            real = np.isin(self.breaks, at)
             v = np.minimum(self.limits.feed, self.feed_at(s)) if feed is None else feed
             reach = REACH * (1.0 - 1e-9) * self.period * np.minimum(v, 1e6)
             low, high = np.searchsorted(at, s - reach), np.searchsorted(at, s + reach, side="right")
-            for jump, out in zip(found, (turn, bend), strict=True):
-                for row, part in enumerate((np.maximum(jump[real], 0.0), np.maximum(-jump[real], 0.0))):
-                    total = np.concatenate([np.zeros((1, part.shape[1])), np.cumsum(part, axis=0)])
+            for totals, out in zip(self.jump_totals, (turn, bend), strict=True):
+                for row, total in enumerate(totals):
                     out[row] = (total[high] - total[low]).T
         joints = self.track if isinstance(self.track, JointPath) and self.limits.chord_error is not None else None
         return Places(
