@@ -30,6 +30,7 @@ NAMES = (
     "curves",
     "rows",
     "tool",
+    "tool_controller",
     "smooth",
     "paths",
     "cad",

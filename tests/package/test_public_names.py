@@ -187,7 +187,9 @@ def test_a_docstring_says_shapes_units_errors_source_and_example(name):
     assert re.search(r"\b(mm|s|ms|rad|deg|dB|V|px|Hz)\b", said) or NO_UNITS.fullmatch(last)
     assert re.search(r"[Rr]aises? ", said) or NO_ERRORS.fullmatch(last)
     assert re.search(r"Source: |doi:|The NURBS Book|docs/", said)
-    assert "Example: `" in said or ">>> " in said or name == "register"  # what is registered stays: docs/add-a-method.md runs it
+    assert (
+        "Example: `" in said or ">>> " in said or name == "register"
+    )  # what is registered stays: docs/add-a-method.md runs it
     for page in re.findall(r"docs/[\w/-]+\.md", said):
         assert (Path(__file__).parents[2] / page).is_file()
 

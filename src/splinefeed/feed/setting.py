@@ -158,7 +158,9 @@ class Setting:
                 for row, part in enumerate((np.maximum(jump[real], 0.0), np.maximum(-jump[real], 0.0))):
                     total = np.concatenate([np.zeros((1, part.shape[1])), np.cumsum(part, axis=0)])
                     out[row] = (total[high] - total[low]).T
-        joints = self.track if isinstance(self.track, JointPath) and self.limits.chord_error is not None else None
+        chord = axis_chord = None
+        if isinstance(self.track, JointPath) and (self.limits.chord_error or self.limits.orientation_error):
+            chord, axis_chord = self.track.between_ticks(d)
         return Places(
             s=s,
             d=d,
@@ -170,7 +172,8 @@ class Setting:
             turn=turn,
             bend=bend,
             rising=np.zeros(n) if rising is None else rising,
-            chord=None if joints is None else joints.chord_curvature(d),
+            chord=chord,
+            axis_chord=axis_chord,
             alone=alone,
         )
 
