@@ -31,6 +31,7 @@ NAMES = (
     "suite",
     "rows",
     "tool",
+    "tool_controller",
     "smooth",
     "paths",
     "cad",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import splinefeed as sf
 from benchmarks.hal_session import hal_session
-from benchmarks.linuxcnc_planner import PERIOD, recorded
+from benchmarks.linuxcnc_planner import PERIOD, mill, recorded
 from benchmarks.tables import Cell, Column, Headline, Report, Table
 from splinefeed.analysis.contour import ContourMeter
 from splinefeed.feed.reserve import with_reserve
@@ -91,7 +91,7 @@ def judged(position: Array) -> Outcome:
 
 def by_linuxcnc(lines: bool) -> Outcome:
     """LinuxCNC's planner; the way to the start is left out, and one tick at rest kept at each end."""
-    found = recorded(program(lines), FEED, ACCELERATION)
+    found = recorded(program(lines), mill(FEED, ACCELERATION))
     return judged(found.moving(first_line=6)[:, :2])
 
 

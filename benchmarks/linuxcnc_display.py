@@ -3,11 +3,13 @@
 
 Runs in LinuxCNC's own Python, which has the modules `linuxcnc` and `hal`. Arguments: the program, the name of what is
 recorded, what HAL's sampler samples (letters), and the most seconds that the program may take. Writes NAME.f64, one row
-of doubles a tick, and NAME.json.
+of doubles a tick, and NAME.json. Instead of a program `-`: it homes, switches the machine off, writes NAME.ready, and
+records the second sampler until there is a NAME.stop.
 """
 
 import array
 import json
+import os
 import sys
 import threading
 import time
@@ -22,11 +24,11 @@ PATIENCE, AROUND = 15.0, 0.2
 class Recorder(threading.Thread):
     """Reads what HAL samples, full doubles, until it is told to stop."""
 
-    def __init__(self, sampled: str) -> None:
+    def __init__(self, sampled: str, sampler: int = 0) -> None:
         super().__init__(daemon=True)
         self.component = hal.component("recorder")
         self.component.ready()
-        self.stream = hal.stream(self.component, hal.sampler_base, sampled)
+        self.stream = hal.stream(self.component, hal.sampler_base + sampler, sampled)
         self.rows = array.array("d")
         self.lost = 0
         self.ending = False
@@ -70,8 +72,8 @@ class Machine:
             time.sleep(0.01)
         raise SystemExit(f"no answer after {seconds:g} s: {what}")
 
-    def prepare(self, program: str) -> None:
-        """Out of the emergency stop, on, homed where it stands, and the program loaded."""
+    def prepare(self) -> None:
+        """Out of the emergency stop, on, and homed where it stands."""
         command = self.command
         self.wait(lambda status: True, PATIENCE, "start")
         for state in (linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_ON):
@@ -83,11 +85,25 @@ class Machine:
         command.teleop_enable(0)
         command.wait_complete()
         command.home(-1)
-        self.wait(lambda status: all(status.homed[:3]), PATIENCE, "home")
-        command.mode(linuxcnc.MODE_AUTO)
-        command.wait_complete()
-        command.program_open(program)
-        command.wait_complete()
+        self.wait(lambda status: all(status.homed[: status.joints]), PATIENCE, "home")
+
+    def load(self, program: str) -> None:
+        """Load a program."""
+        self.command.mode(linuxcnc.MODE_AUTO)
+        self.command.wait_complete()
+        self.command.program_open(program)
+        self.command.wait_complete()
+
+    def watch(self, name: str, seconds: float) -> float:
+        """Switch off, and wait to be told that it is over; the seconds that took."""
+        self.command.state(linuxcnc.STATE_OFF)
+        self.command.wait_complete()
+        time.sleep(AROUND)
+        begin = time.monotonic()
+        with open(f"{name}.ready", "w", encoding="ascii"):
+            pass
+        self.wait(lambda status: os.path.exists(f"{name}.stop"), seconds, "stop")
+        return time.monotonic() - begin
 
     def play(self, seconds: float) -> float:
         """Run the program to its end; the seconds that took."""
@@ -102,14 +118,17 @@ class Machine:
 def main() -> None:
     """Play and record."""
     program, name, sampled, seconds = sys.argv[-4:]
-    recorder, machine = Recorder(sampled), Machine()
+    watched = program == "-"
+    recorder, machine = Recorder(sampled, int(watched)), Machine()
     recorder.start()
-    machine.prepare(program)
-    hal.set_p("sampler.0.enable", "1")
+    machine.prepare()
+    if not watched:
+        machine.load(program)
+    hal.set_p(f"sampler.{int(watched)}.enable", "1")
     time.sleep(AROUND)
-    wall = machine.play(float(seconds))
+    wall = machine.watch(name, float(seconds)) if watched else machine.play(float(seconds))
     time.sleep(AROUND)
-    hal.set_p("sampler.0.enable", "0")
+    hal.set_p(f"sampler.{int(watched)}.enable", "0")
     recorder.ending = True
     recorder.join()
     with open(f"{name}.f64", "wb") as stream:

@@ -1,7 +1,7 @@
 """LinuxCNC's own planner, headless: a program goes in, every joint's command at each servo tick comes out.
 
-`recorded(program, velocity, acceleration)` runs all of LinuxCNC (uspace, no real-time kernel, no screen) on a simulated
-XYZ mill whose axes have these limits, and gives what HAL's sampler saw. LinuxCNC 2.9 has no limit of jerk.
+`recorded(program, machine)` runs all of LinuxCNC (uspace, no real-time kernel, no screen) on a simulated machine whose
+axes have these limits, and gives what HAL's sampler saw. LinuxCNC 2.9 has no limit of jerk.
 """
 
 from __future__ import annotations
@@ -12,8 +12,13 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,26 +26,21 @@ from numpy.typing import NDArray
 from benchmarks.hal_session import alone
 from splinefeed.live.linuxcnc_sink import LinuxcncError, as_nobody, installed
 
-#: Servo period, s; how far the axes may travel to either side, mm; what LinuxCNC may take to start and end, s.
+#: Servo period, s; how far the axes may travel to either side, mm or deg; what LinuxCNC may take to start and end, s.
 PERIOD, TRAVEL, AROUND = 1e-3, 1e4, 60.0
-AXES = ("x", "y", "z")
-#: What HAL samples at every tick: x, y, z, feed, line of the program.
-SAMPLED = "ffffs"
 DISPLAY = Path(__file__).with_name("linuxcnc_display.py")
 
 HAL = """\
-loadrt trivkins
-loadrt motmod servo_period_nsec={nanoseconds} num_joints=3
+loadrt {kinematics}
+loadrt motmod servo_period_nsec={nanoseconds} num_joints={count}
 loadrt sampler depth=20000 cfg={sampled}
 addf motion-command-handler servo-thread
 addf motion-controller servo-thread
 addf sampler.0 servo-thread
 setp sampler.0.enable 0
-net x joint.0.motor-pos-cmd joint.0.motor-pos-fb sampler.0.pin.0
-net y joint.1.motor-pos-cmd joint.1.motor-pos-fb sampler.0.pin.1
-net z joint.2.motor-pos-cmd joint.2.motor-pos-fb sampler.0.pin.2
-net feed motion.current-vel sampler.0.pin.3
-net line motion.program-line sampler.0.pin.4
+{joints}
+net feed motion.current-vel sampler.0.pin.{count}
+net line motion.program-line sampler.0.pin.{last}
 net safe iocontrol.0.user-enable-out iocontrol.0.emc-enable-in
 net prepare iocontrol.0.tool-prepare iocontrol.0.tool-prepared
 net change iocontrol.0.tool-change iocontrol.0.tool-changed
@@ -68,7 +68,7 @@ TOOL_TABLE = mill.tbl
 [HAL]
 HALFILE = mill.hal
 [TRAJ]
-COORDINATES = X Y Z
+COORDINATES = {letters}
 LINEAR_UNITS = mm
 ANGULAR_UNITS = degree
 DEFAULT_LINEAR_VELOCITY = {velocity}
@@ -77,8 +77,8 @@ DEFAULT_LINEAR_ACCELERATION = {acceleration}
 MAX_LINEAR_ACCELERATION = {acceleration}
 NO_FORCE_HOMING = 1
 [KINS]
-KINEMATICS = trivkins
-JOINTS = 3
+KINEMATICS = {kinematics}
+JOINTS = {count}
 """
 
 # a joint that is homed where it stands: no search, no latch
@@ -89,7 +89,7 @@ MAX_ACCELERATION = {acceleration}
 MIN_LIMIT = -{travel}
 MAX_LIMIT = {travel}
 [JOINT_{number}]
-TYPE = LINEAR
+TYPE = {kind}
 MAX_VELOCITY = {velocity}
 MAX_ACCELERATION = {acceleration}
 MIN_LIMIT = -{travel}
@@ -104,11 +104,70 @@ HOME_SEQUENCE = 0
 """
 
 
+@dataclass(frozen=True)
+class Mill:
+    """A simulated machine: LinuxCNC's name of its kinematics, its axes, and their limits, mm or deg, and s.
+
+    velocity, acceleration  of each axis; those of the path are those of the first one
+    """
+
+    velocity: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    axes: str = "xyz"
+    kinematics: str = "trivkins"
+
+    @property
+    def sampled(self) -> str:
+        """What HAL samples at every tick: each joint, feed, line of the program."""
+        return "f" * len(self.axes) + "fs"
+
+    def files(self, program: str, folder: Path, seconds: float) -> dict[str, str]:
+        """The files of its configuration by name."""
+        count = len(self.axes)
+        values = {
+            "kinematics": self.kinematics,
+            "count": count,
+            "last": count + 1,
+            "nanoseconds": round(PERIOD * 1e9),
+            "sampled": self.sampled,
+            "velocity": self.velocity[0],
+            "acceleration": self.acceleration[0],
+            "letters": " ".join(self.axes.upper()),
+        }
+        joints = "".join(
+            JOINT.format(
+                number=k,
+                letter=axis.upper(),
+                travel=TRAVEL,
+                kind="ANGULAR" if axis in "abc" else "LINEAR",
+                velocity=self.velocity[k],
+                acceleration=self.acceleration[k],
+            )
+            for k, axis in enumerate(self.axes)
+        )
+        nets = "\n".join(
+            f"net {axis} joint.{k}.motor-pos-cmd joint.{k}.motor-pos-fb sampler.0.pin.{k}"
+            for k, axis in enumerate(self.axes)
+        )
+        return {
+            "job.ngc": program,
+            "mill.hal": HAL.format(joints=nets, **values),
+            "mill.ini": INI.format(folder=folder, seconds=seconds, **values) + joints,
+            "mill.tbl": "T1 P1 D1\n",
+        }
+
+
+def mill(velocity: float, acceleration: float) -> Mill:
+    """A simulated XYZ mill with one velocity, mm/s, and one acceleration, mm/s^2, of path and of each axis."""
+    return Mill((velocity,) * 3, (acceleration,) * 3)
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """What LinuxCNC commanded, one row a servo tick, from before the program to after it.
 
-    position  (n, 3) mm; feed  (n,) mm/s, as LinuxCNC says; line  (n,) of the program, from 1; period  s
+    position  (n, axes) of joints, mm or deg; feed  (n,) mm/s, as LinuxCNC says; line  (n,) of the program
+    period   s
     wall_s    how long the program ran; version  of LinuxCNC
     """
 
@@ -129,30 +188,57 @@ class Recording:
         return self.position[begin + moves[0] : begin + moves[-1] + 2]
 
 
-def recorded(program: str, velocity: float, acceleration: float, seconds: float = 600.0) -> Recording:
-    """Run a G-code program (its text) under one velocity, mm/s, and one acceleration, mm/s^2, of path and of each axis.
+def recorded(program: str, machine: Mill, seconds: float = 600.0) -> Recording:
+    """Run a G-code program (its text) on a machine.
 
     seconds  the most that the program may take. One LinuxCNC runs at a time; others wait for it.
     Raises LinuxcncError where LinuxCNC is not installed, does not start, complains, or misses a sample.
     """
     if not installed() or shutil.which("linuxcnc") is None:
         raise LinuxcncError("LinuxCNC is not installed here: on Debian, apt-get install linuxcnc-uspace")
-    values = {"velocity": velocity, "acceleration": acceleration, "nanoseconds": round(PERIOD * 1e9)}
     with alone(), tempfile.TemporaryDirectory(prefix="splinefeed-linuxcnc-") as name:
         folder = Path(name)
-        joints = "".join(
-            JOINT.format(number=k, letter=axis.upper(), travel=TRAVEL, **values) for k, axis in enumerate(AXES)
+        rows, told = session(folder, machine.files(program, folder, seconds), seconds, len(machine.sampled))
+        count = len(machine.axes)
+        return Recording(
+            np.ascontiguousarray(rows[:, :count]),
+            rows[:, count].copy(),
+            rows[:, count + 1].astype(np.int64),
+            PERIOD,
+            told["wall_s"],
+            told["version"],
         )
-        files = {
-            "job.ngc": program,
-            "mill.hal": HAL.format(sampled=SAMPLED, **values),
-            "mill.ini": INI.format(folder=folder, seconds=seconds, sampled=SAMPLED, **values) + joints,
-            "mill.tbl": "T1 P1 D1\n",
-        }
-        return _run(folder, files, seconds)
 
 
-def _run(folder: Path, files: dict[str, str], seconds: float) -> Recording:
+@contextmanager
+def watched(machine: Mill, hal: str, seconds: float = 120.0) -> Iterator[tuple[str, list[NDArray[np.float64]]]]:
+    """Run LinuxCNC with a HALFILE (its text), homed and switched off, while its joints are moved by somebody else.
+
+    Gives the home folder of its user, and a list that has what the second sampler saw, (n, axes), behind the block.
+    """
+    if not installed() or shutil.which("linuxcnc") is None:
+        raise LinuxcncError("LinuxCNC is not installed here: on Debian, apt-get install linuxcnc-uspace")
+    with alone(), tempfile.TemporaryDirectory(prefix="splinefeed-linuxcnc-") as name, ThreadPoolExecutor(1) as pool:
+        folder, seen = Path(name), []
+        count = len(machine.axes)
+        files = {**machine.files("", folder, seconds), "mill.hal": hal}
+        files["mill.ini"] = files["mill.ini"].replace(f"{folder}/job.ngc", "-").replace(machine.sampled, "f" * count)
+        running = pool.submit(session, folder, files, seconds, count)
+        try:
+            while not (folder / "out.ready").exists():
+                if running.done():
+                    running.result()
+                time.sleep(0.05)
+            yield name, seen
+        finally:
+            (folder / "out.stop").touch()
+            seen.append(running.result()[0])
+
+
+def session(
+    folder: Path, files: dict[str, str], seconds: float, columns: int
+) -> tuple[NDArray[np.float64], dict[str, Any]]:
+    """Run LinuxCNC in a folder with the files of a configuration; what was sampled, (n, columns), and what was told."""
     for file, text in files.items():
         (folder / file).write_text(text, encoding="utf-8")
     shutil.copy(DISPLAY, folder / "display.py")
@@ -184,17 +270,9 @@ def _run(folder: Path, files: dict[str, str], seconds: float) -> Recording:
         lines = [line.strip() for line in said if line.strip()]
     if not (folder / "out.json").exists():
         raise LinuxcncError(f"LinuxCNC recorded nothing; it said: {'; '.join(lines[-5:])}")
-    told = json.loads((folder / "out.json").read_text(encoding="utf-8"))
+    told: dict[str, Any] = json.loads((folder / "out.json").read_text(encoding="utf-8"))
     if told["said"]:
         raise LinuxcncError(f"LinuxCNC complained: {'; '.join(told['said'])}")
     if told["lost"]:
         raise LinuxcncError(f"{told['lost']} samples were lost: the machine is too busy")
-    rows = np.fromfile(folder / "out.f64").reshape(-1, len(SAMPLED))
-    return Recording(
-        np.ascontiguousarray(rows[:, :3]),
-        rows[:, 3].copy(),
-        rows[:, 4].astype(np.int64),
-        PERIOD,
-        told["wall_s"],
-        told["version"],
-    )
+    return np.fromfile(folder / "out.f64").reshape(-1, columns), told

@@ -108,13 +108,13 @@ def jerk(position: Array) -> float:
 
 def beside_linuxcnc() -> tuple[Table, ...]:
     """A part of a real program as LinuxCNC drives it with G64 P0.01, and smoothed by ours; nothing without LinuxCNC."""
-    from benchmarks.linuxcnc_planner import recorded
+    from benchmarks.linuxcnc_planner import mill, recorded
 
     whole = sf.read(FOLDER / BESIDE)
     path = sf.Path.polyline(whole.curves.points[: PART + 1], whole.axes, feeds=whole.feeds[:PART])  # type: ignore[attr-defined, index]
     text, first = gcode(path)
     try:
-        recording = recorded(text, VELOCITY, ACCELERATION)
+        recording = recorded(text, mill(VELOCITY, ACCELERATION))
     except SplinefeedError as error:
         print(f"not beside LinuxCNC: {error}")
         return ()

@@ -12,6 +12,7 @@ COUNTS = {
     "override": 3,
     "readers": 1,
     "smoothing": 3,
+    "tools": 8,
     "corners": 3,
     "chains": 25,
     "servo": 10,

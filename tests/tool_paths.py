@@ -78,6 +78,7 @@ def random_limits(seed: int, axes: tuple[str, ...]) -> tuple[sf.Limits, float]:
     limits = sf.Limits(
         feed=random.uniform(20.0, 200.0),
         chord_error=10.0 ** random.uniform(-4.0, -2.0),
+        orientation_error=10.0 ** np.random.default_rng(seed + 2000).uniform(-6.0, -4.0) if seed % 3 == 1 else None,
         axis_velocity=of_kinds(axes, random.uniform(50.0, 300.0), random.uniform(0.3, 3.0)),
         axis_acceleration=of_kinds(axes, random.uniform(300.0, 3000.0), random.uniform(1.0, 10.0)),
         axis_jerk=of_kinds(axes, 10.0 ** random.uniform(3.7, 5.0), 10.0 ** random.uniform(0.7, 2.0)),

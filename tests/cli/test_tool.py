@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import Result
 
@@ -22,13 +23,20 @@ GIVEN = (
 
 
 def test_the_paper_s_part_runs_from_a_shell(splinefeed: Callable[..., Result], folder: Path) -> None:
-    done = splinefeed(*RUN, *GIVEN, "-o", "flank", "--json")
+    done = splinefeed(*RUN, *GIVEN, "-o", "flank", "--json", "--tip", "--orientation-error", "0.001deg")
     page = json.loads(done.stdout)
     assert done.exit_code == 0
     assert page["ok"]
     assert page["duration_s"] <= 1.005 * 8.0310
     assert list(page["axes"]) == ["x", "y", "z", "a", "c"]
     assert page["limits"]["axis_jerk.c"]["share"] == pytest.approx(1.0, abs=1e-3)
+    assert page["limits"]["orientation_error"]["limit"] == pytest.approx(0.001)
+    assert "--orientation-error 1.745" in page["command"]
+    assert "rad --axis" in page["command"]
+    rows = np.loadtxt(folder / "flank" / "tip.csv", delimiter=",", skiprows=1)
+    assert rows.shape == (page["ticks"], 8)
+    assert np.allclose(rows[[0, -1], 2:5], [[5.0, 0.0, 0.0], [55.0, 0.0, 0.0]], atol=1e-12)
+    assert np.allclose(np.linalg.norm(rows[:, 5:], axis=1), 1.0, atol=1e-12)
     assert (folder / "flank" / "report.html").is_file()
     assert "--machine trunnion" in page["command"]
     checked = splinefeed("check", "flank/setpoints.h5", "--json")

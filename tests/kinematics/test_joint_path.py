@@ -101,10 +101,26 @@ def test_turns_are_chosen_inside_the_travel_and_near_the_start() -> None:
             assert np.allclose(machine.forward(path(50.0))[0], tool(50.0), atol=1e-12)
 
 
+def test_the_travel_of_linear_joints_counts_where_the_way_to_turn_is_chosen() -> None:
+    tool = leaning((0.3, 0.1, 1.0), (0.3, 0.4, 1.0))
+    machine, s = kinematics("xyzac-trt", z_rot_point=-50.0), np.linspace(0.0, 100.0, 50)
+    free = sf.JointPath(tool, machine)(s)
+    low, high = float(np.min(free[:, 1])), float(np.max(free[:, 1]))
+    other = sf.JointPath(tool, machine, travel={"y": (-high - 1.0, -low + 1.0)})
+    assert np.all((other(s)[:, 1] >= -high - 1.0) & (other(s)[:, 1] <= -low + 1.0))
+    assert np.all(np.sign(other(s)[:, 3]) == -np.sign(free[:, 3]))  # it tilts to the other side
+    assert np.allclose(machine.forward(other(s))[0], tool(s), atol=1e-12)
+    with pytest.raises(
+        LimitsError, match=r"travel\.y: the path takes joint y from .* mm, most at s = .* mm; its travel"
+    ):
+        sf.JointPath(tool, machine, travel={"y": (high + 1e3, high + 2e3)})
+
+
 def test_travel_that_is_left_is_refused_with_joint_and_mend() -> None:
     machine = kinematics("xyzac-trt")
     said = (
-        r"travel\.c: the path takes joint c from .* deg; its travel is -180 to 180 deg; mount the workpiece elsewhere"
+        r"travel\.c: the path takes joint c from .* deg, most at s = .* mm; its travel is -180 to 180 deg; mount the "
+        "workpiece elsewhere"
     )
     with pytest.raises(LimitsError, match=said):
         sf.JointPath(leaning(*map(tuple, around(1.2))), machine, travel={"c": (-math.pi, math.pi)})

@@ -24,6 +24,18 @@ def test_init_writes_a_hal_file_and_an_ini_fragment_of_the_axes_that_are_asked_f
     assert "MAX_VELOCITY = 200" in (tmp_path / "mill.ini").read_text()
 
 
+def test_beside_the_motion_controller_its_file_has_the_thread_and_the_joints(tmp_path: Path) -> None:
+    words = ["linuxcnc", "init", "--machine", "trunnion", "--motion", "-o", str(tmp_path / "mill"), "--period", "2ms"]
+    result = CliRunner().invoke(command_line, words)
+    assert result.exit_code == 0, result.output
+    text = (tmp_path / "mill.hal").read_text()
+    assert "loadrt threads" not in text
+    assert all(line.endswith(" servo-thread") for line in text.splitlines() if line.startswith("addf "))
+    assert "net spf-position-4 joint.4.motor-pos-fb" in text
+    assert "HALFILE = " in result.output
+    assert "SERVO_PERIOD = 2000000" in (tmp_path / "mill.ini").read_text()
+
+
 def test_an_axis_that_the_machine_lacks_is_told(tmp_path: Path) -> None:
     result = CliRunner().invoke(command_line, ["linuxcnc", "init", "--machine", "xytheta", "--axes", "x,w"])
     assert result.exit_code == 2

@@ -9,12 +9,12 @@ from pathlib import Path as File
 import numpy as np
 import pytest
 from benchmarks.hal_session import hal_session
-from scipy.spatial import cKDTree
+from benchmarks.linuxcnc_planner import PERIOD
+from benchmarks.tool_controller import off, streamed
 
 import splinefeed as sf
 from linuxcnc_kinematics import asked
 from splinefeed.feed.reserve import with_reserve
-from splinefeed.geometry.differential import by_arc_length
 from splinefeed.kinematics import kinematics
 from splinefeed.live.hal_files import HalAxis, hal_text
 from splinefeed.live.linuxcnc_sink import LinuxcncSink, installed
@@ -54,18 +54,19 @@ def test_joints_in_hal_lead_to_the_tool_path_by_linuxcnc_s_kinematics(data_dir: 
     assert np.allclose(seen[-1, :3], path(path.length)[:3], atol=1e-9)
     rows = [{"pins": {}, "inverse": False, "rows": seen.tolist()}]
     tip = np.array(asked("xyzac-trt-kins", rows)[0])[:, :3]
-    assert np.max(off(path.tool, tip)) <= TIP_ERROR
+    assert np.max(off(path.tool, tip)[0]) <= TIP_ERROR
 
 
-def off(tool: sf.ToolPath, tip: Array) -> Array:
-    """Distance of tips (n, 3) from the path, mm: the nearest of many points, and Newton steps from there."""
-    s = np.linspace(0.0, tool.length, 20001)
-    s = s[cKDTree(tool(s)).query(tip)[1]]
-    for _ in range(5):
-        r = by_arc_length(tool.evaluate(*tool.locate(s), 3), 3)
-        away = r[:, 0] - tip
-        s = np.clip(s - np.sum(away * r[:, 1], axis=1) / (1.0 + np.sum(away * r[:, 2], axis=1)), 0.0, tool.length)
-    return np.asarray(np.linalg.norm(tool(s) - tip, axis=1))
+def test_linuxcnc_s_motion_controller_sees_the_tip_on_the_path(data_dir: File) -> None:
+    """All of LinuxCNC on xyzac-trt, its joints streamed: what its own forward kinematics say at every servo tick."""
+    path = sf.JointPath(flank(data_dir), kinematics("xyzac-trt"))
+    joints, poses = streamed(path, replace(FLANK, chord_error=None))
+    assert np.allclose(poses[-1], np.append(path.tool(path.length), np.degrees(path(path.length)[3:])), atol=1e-9)
+    assert len(poses) >= 8.0 / PERIOD
+    assert np.max(off(path.tool, poses[:, :3])[0]) <= TIP_ERROR
+    shares = [np.max(np.abs(np.diff(joints, n, axis=0)), axis=0) / PERIOD**n for n in (1, 2, 3)]
+    for name, seen in zip(("axis_velocity", "axis_acceleration", "axis_jerk"), shares, strict=True):
+        assert np.max(seen / FLANK.of_axes(name, path.axes)) <= 1.0 + 1e-6, name
 
 
 def first_of(commands: Array, start: Array) -> int:

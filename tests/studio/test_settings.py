@@ -136,3 +136,25 @@ def test_while_a_slider_moves_a_page_gets_what_it_looks_at_and_the_same_numbers(
     odd = plan({"settings": settings, "look": {"figure": ["x"], "colour": {}}}, bench)
     assert list(odd["result"]["figures"]) == []
     assert odd["result"]["path"]["colours"] == whole["result"]["path"]["colours"]
+
+
+def test_a_tool_path_is_planned_in_the_joints_of_its_machine(tmp_path, data_dir):
+    (tmp_path / ("0" * 32)).mkdir()
+    text = (data_dir / "five-axis" / "flank_milling_2022.json").read_text()
+    (tmp_path / ("0" * 32) / "flank.json").write_text(text)
+    bench = Bench(tmp_path, tmp_path, lambda words: None, NoMail())
+    settings = {
+        "source": {"file": "0" * 32},
+        "period": "5 ms",
+        "strategy": "look-ahead",
+        "limits": {"feed": "100", "orientation_error": "0.1deg"},
+        "machine": {"name": "trunnion"},
+    }
+    found = plan({"settings": settings}, bench)
+    page = found["result"]["numbers"]
+    assert found["final"]  # no servo loops of joints are simulated
+    assert page["ok"]
+    assert list(page["axes"]) == ["x", "y", "z", "a", "c"]
+    assert page["limits"]["orientation_error"]["limit"] == pytest.approx(0.1)
+    lines = [each for each in found["result"]["path"]["data"] if each["type"] == "scatter3d"]
+    assert len(lines) == 3  # the tip in its colours, its ends, and the tool axis beside it

@@ -269,6 +269,18 @@ def test_summary_and_front(serial):
         assert not [r for r in kept if r["duration_s"] <= time_ and r["contour_error_max_mm"] < error]
 
 
+def test_five_axis_runs_in_the_joints_of_a_machine(data_dir):
+    flank = str(data_dir / "five-axis" / "flank_milling_2022.json")
+    grid = {"machine": ["trunnion"], "limits.feed": [100.0, 15.0], "limits.orientation_error": [1e-5]}
+    spec = from_dict({"sources": [flank], "grid": grid, "set": {"period": 0.005, "strategy": "look-ahead"}})
+    fast, slow = row_of(spec.task(0)), row_of(spec.task(1))
+    assert (fast["status"], slow["status"], fast["error"]) == ("ok", "ok", None)
+    assert fast["duration_s"] < slow["duration_s"]
+    assert fast["worst_limit"].startswith(("axis_jerk.", "axis_acceleration."))
+    alone = row_of(from_dict({"sources": [flank], "grid": {"limits.feed": [100.0]}}).task(0))
+    assert "has a tool axis, which only a machine can follow" in alone["error"]
+
+
 def test_a_part_of_the_machine_that_is_not_there():
     spec = from_dict({"sources": ["circle"], "grid": {"machine": ["xytheta"], "machine.q.load.inertia": [1.1]}})
     assert "machine xytheta has the axes x, y, theta" in row_of(spec.task(0))["error"]

@@ -59,7 +59,7 @@ def limit_use(motion: AxisMotion, points: Setpoints, path: Path | JointPath, law
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
     if isinstance(path, JointPath):
         d = path.derivatives(points.s)
-        kappa, chord = np.linalg.norm(d[:, 2, :3], axis=1), path.chord_curvature(d)
+        kappa, (chord, axis_chord) = np.linalg.norm(d[:, 2, :3], axis=1), path.between_ticks(d)
         d, feed = d[:, :, 3:], feed_limit(points, path.tool, limits)
     else:
         derivatives = path.evaluate(points.curve, points.u, 3)
@@ -87,6 +87,8 @@ def limit_use(motion: AxisMotion, points: Setpoints, path: Path | JointPath, law
                 steps = chord_errors(points, path)
                 sagitta = np.append(steps, steps[-1:])
             add("chord_error", sagitta, limits.chord_error)
+        if isinstance(path, JointPath):
+            add("orientation_error", axis_chord * (v * points.period) ** 2 / 8.0, limits.orientation_error)
         for name, values in zip(AXIS_LIMITS, (motion.velocity, motion.acceleration, motion.jerk), strict=True):
             for k, limit in enumerate(limits.of_axes(name, path.axes)):
                 add(f"{name}.{path.axes[k]}", values[:, k], float(limit))

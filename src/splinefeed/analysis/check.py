@@ -14,6 +14,7 @@ from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import (
+    ANGLES,
     ROTARY_AXES,
     Array,
     LimitResult,
@@ -22,6 +23,7 @@ from splinefeed.records import (
     TimeLaw,
     Verdict,
     number,
+    refuse_orientation,
     unit_along,
 )
 
@@ -94,6 +96,7 @@ def check(
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
     if isinstance(path, JointPath):
         return _of_tool(setpoints, path, limits, law, slack[0])
+    refuse_orientation(limits, path.name)
     bounds = Bounds(path, limits, *slack)
     judge: Judge | None = None
     first: Setpoints | None = None
@@ -248,6 +251,8 @@ def _over(share: float) -> str:
 
 def _unit(name: str, axis: str | None, along: str) -> tuple[str, float]:
     """Unit of a limit for people, and what one base unit is in it."""
+    if name in ANGLES:
+        return "deg", 180.0 / math.pi
     base, factor = ("deg", 180.0 / math.pi) if axis in ROTARY_AXES else ("mm" if axis else along, 1.0)
     if name.startswith("torque."):
         return "N" if axis not in ROTARY_AXES else "N m", 1.0

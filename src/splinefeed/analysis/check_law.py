@@ -13,7 +13,7 @@ from splinefeed.geometry.rows import EPSILON, Rows
 from splinefeed.records import Array, LimitResult, TimeLaw, unit_along
 
 #: Limits that only setpoints can keep or exceed.
-BY_SETPOINTS = ("chord_error", "travel.", "combinations.", "torque.")
+BY_SETPOINTS = ("chord_error", "orientation_error", "travel.", "combinations.", "torque.")
 #: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
 ROUNDINGS = 64.0
 #: A jump of the feed or the acceleration below this share of the largest one is rounding.

@@ -118,9 +118,17 @@ def _axis_errors(path: JointPath, curve: IntArray, u: Array, axis: Array, joints
     if tool.kind == ANGLES and tool.columns:
         wanted = tool.orientation(curve, u)[:, 0]
         return np.asarray(np.max(np.abs(wanted - joints[:, path.linear :]), axis=1))
-    wanted = np.array([0.0, 0.0, 1.0])
+    return _between(path, curve, u, axis)
+
+
+def _between(path: JointPath, curve: IntArray, u: Array, axis: Array) -> Array:
+    """Angle between the tool axis (n, 3) and that of the path at places (n,), rad."""
+    tool, wanted = path.tool, np.array([0.0, 0.0, 1.0])
     if tool.columns:
         wanted = tool.orientation(curve, u)[:, 0]
+        if tool.kind == ANGLES:
+            wanted = np.column_stack([np.zeros((len(wanted), path.linear)), wanted])
+            wanted = path.kinematics.forward(wanted)[1]
         wanted = wanted / np.linalg.norm(wanted, axis=1)[:, None]
     return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(axis - wanted, axis=1), 1.0)))
 
@@ -227,7 +235,7 @@ def _chords(found: Judged, points: Setpoints, path: JointPath, limits: Limits) -
     if len(points) < 2:
         return 0.0
     same = points.curve[1:] == points.curve[:-1]
-    worst, turned = np.zeros(len(points) - 1), 0.0
+    worst, turned = np.zeros((2, len(points) - 1))
     domains = tool.flat.domains
     for share in BETWEEN:
         joints = (1.0 - share) * points.position[:-1] + share * points.position[1:]
@@ -247,11 +255,12 @@ def _chords(found: Judged, points: Setpoints, path: JointPath, limits: Limits) -
                 step = np.where(bend > 0.0, slope / np.where(bend > 0.0, bend, 1.0), 0.0)
                 u = np.clip(u - step, low, high)
             off = np.linalg.norm(tool.evaluate(curve, u, 0)[:, 0] - tip, axis=1)
-            options.append((off, _axis_errors(path, curve, u, axis, joints)))
+            options.append((off, _between(path, curve, u, axis)))
         first = options[0][0] <= options[1][0]
         worst = np.maximum(worst, np.where(first, options[0][0], options[1][0]))
-        turned = max(turned, float(np.max(np.where(first, options[0][1], options[1][1]))))
+        turned = np.maximum(turned, np.where(first, options[0][1], options[1][1]))
     found.numbers["chord_error_max_mm"] = float(np.max(worst))
     floor = ROUNDINGS * EPSILON * max(float(np.max(np.abs(points.position))), path.length)
     _see(found, "chord_error", limits.chord_error or np.inf, worst, floor, points)
-    return turned
+    _see(found, "orientation_error", limits.orientation_error or np.inf, turned, ROUNDINGS * EPSILON, points)
+    return float(np.max(turned))

@@ -31,6 +31,7 @@ def command() -> None:
 @click.option("--axes", metavar="X,Y,...", help="Which of its axes, in order.  [default: all]")
 @options.quantity("--period", kind="time", text="Servo period.  [default: 1 ms]")
 @options.quantity("--following", kind="length", text="Following error that stops the stream.  [default: 1 mm or deg]")
+@click.option("--motion", is_flag=True, help="For LinuxCNC's motion controller beside it, which then tells the tip.")
 @click.option("-o", "--output", metavar="NAME", default="splinefeed", show_default=True, help="NAME.hal, NAME.ini")
 @options.as_json
 def init(
@@ -38,6 +39,7 @@ def init(
     axes: str | None,
     period: float | None,
     following: float | None,
+    motion: bool,
     output: str,
     as_json: bool,
 ) -> None:
@@ -71,15 +73,17 @@ def init(
         for k, axis in enumerate(made)
     )
     texts = {
-        f"{output}.hal": hal_text(tuple(made), tick),
+        f"{output}.hal": hal_text(tuple(made), tick, motion=motion),
         f"{output}.ini": INI.format(name=output, nanoseconds=round(tick * 1e9), joints=joints),
     }
     for file, text in texts.items():
         with atomic_write(file) as temporary:
             temporary.write_text(text, encoding="ascii")
     start = ["/usr/lib/linuxcnc/realtime start", f"halcmd -i {output}.ini -f {output}.hal", "halcmd start"]
+    if motion:
+        start = [f"linuxcnc YOUR.ini, with HALFILE = {output}.hal in its [HAL]", "home all joints, machine off"]
     play = f"splinefeed stream SOURCE --machine {machine} --to linuxcnc"
-    stop = ["halcmd stop", "halcmd unload all", "/usr/lib/linuxcnc/realtime stop"]
+    stop = ["halcmd stop", "halcmd unload all", "/usr/lib/linuxcnc/realtime stop"] if not motion else ["quit LinuxCNC"]
     if as_json:
         print_json({"files": list(texts), "axes": names, "start": start, "stream": play, "stop": stop})
         return

@@ -32,7 +32,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]  # only newer version
         from splinefeed.errors import UnitError
 
         try:
-            return units.parse(value, self.kind)
+            return units.parse(value, self.kind, "deg" if self.kind == "angle" else None)
         except UnitError as error:
             raise click.BadParameter(str(error), ctx, param) from None
 
@@ -247,6 +247,7 @@ _SINGLE = (
     (("--start-feed",), "feed", "Feed at the start of the path.", "0"),
     (("--end-feed",), "feed", "Feed at the end of the path.", "0"),
     (("--chord-error",), "length", "Chord error (sag) between two setpoints.", ""),
+    (("--orientation-error",), "angle", "How far the tool axis may be off between two setpoints.", ""),
     (("--centripetal",), "acceleration", "Centripetal acceleration limit.", ""),
 )
 
@@ -350,7 +351,7 @@ def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, f
     from splinefeed.records import BY_AXIS, TRAVEL_ENDS
 
     out = dict(flat)
-    for name in (*_ALONG_PATH, "chord_error", "centripetal"):
+    for name in (*_ALONG_PATH, "chord_error", "orientation_error", "centripetal"):
         if (value := given[_ALONG_PATH.get(name, name)]) is not None:
             out[name] = value
     for name in BY_AXIS:

@@ -9,14 +9,14 @@ PANELS = {
     "Most used": ("feed", "axis_acceleration", "axis_jerk", "machine", "smooth", "output"),
     "Limits": (
         "limits_file", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "axis_velocity",
-        "axis_velocity_step", "chord_error", "centripetal", "travel",
+        "axis_velocity_step", "chord_error", "orientation_error", "centripetal", "travel",
     ),
     "Planning": ("strategy", "period", "method", "corrections", "contour_tolerance", "tangential"),
     "Source and units": (
         "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "repair", "tolerance",
     ),
     "Smoothing": ("corners", "corner_angle", "angle_tolerance"),
-    "Output": ("formats", "figures", "no_figures", "no_compare", "by_windows", "as_json"),
+    "Output": ("formats", "tip", "figures", "no_figures", "no_compare", "by_windows", "as_json"),
 }  # fmt: skip
 
 

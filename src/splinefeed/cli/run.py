@@ -57,6 +57,7 @@ Examples:
 )
 @options.figures
 @click.option("--no-compare", is_flag=True, help="Leave out the other methods, with their table and figure.")
+@click.option("--tip", is_flag=True, help="Tool paths: write tip and tool axis at each setpoint too, tip.csv.")
 @click.option(
     "--by-windows",
     is_flag=True,
@@ -111,7 +112,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     from splinefeed.pipeline.contour_feed import limits_within
     from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
     from splinefeed.pipeline.long_run import LongRun, run_any
-    from splinefeed.pipeline.run import PAPER_SHAPE, on_machine
+    from splinefeed.pipeline.run import PAPER_SHAPE, on_machine, planned_axes
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
     from splinefeed.report.record import documented, record
@@ -134,9 +135,10 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     tool = isinstance(path, ToolPath)
     if table is not None and not tool:
         check_rotary(path, source, table)
-    axes = table.kinematics.joints if tool and table is not None and table.kinematics is not None else path.axes
-    limits, period, strategy = options.limits_from(given, planned_for, axes)
+    limits, period, strategy = options.limits_from(given, planned_for, planned_axes(path, table))
     limits, assumed = options.as_programmed(limits, path, given)
+    if given["tip"] and not tool:
+        raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are where the tool is")
     moved = on_machine(path, table if tool else None, limits)
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
@@ -176,6 +178,13 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
         say("writing setpoints and figures")
         result = documented(result, page)
         names = files.write(
-            result, stage, formats=formats, traces=traces, figure_formats=drawing, record=page, served=served
+            result,
+            stage,
+            formats=formats,
+            traces=traces,
+            figure_formats=drawing,
+            record=page,
+            served=served,
+            tip=given["tip"],
         )
     return traces, {**page, "files": [str(Path(folder) / name) for name in names]}

@@ -183,13 +183,12 @@ def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[M
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.live.motion import along
     from splinefeed.machine.table import Machine
-    from splinefeed.pipeline.run import on_machine
+    from splinefeed.pipeline.run import on_machine, planned_axes
 
     machine = Machine.load(given["machine"]) if given["machine"] else None
     path = read_path(source, options.reading_from(given))
     tool = isinstance(path, ToolPath)
-    joints = machine.kinematics.joints if tool and machine is not None and machine.kinematics else path.axes
-    limits, period, strategy = options.limits_from(given, machine, joints)
+    limits, period, strategy = options.limits_from(given, machine, planned_axes(path, machine))
     limits, _ = options.as_programmed(limits, path, given)
     moved = on_machine(path, machine if tool else None, limits)
     say("planning")

@@ -101,7 +101,7 @@ def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
 def unit_of(name: str, along: str) -> str:
     """Unit of a limit by its name; rotary axes in degrees, as the numbers are, and the path in `along`."""
     kind, _, axis = name.removeprefix("axis_").partition(".")
-    unit = limits_toml.unit_of(kind) or limits_toml.unit_of(f"axis_{kind}") or ""
+    unit = (limits_toml.unit_of(kind) or limits_toml.unit_of(f"axis_{kind}") or "").replace("rad", "deg")
     return unit.replace("mm", "deg") if axis in ROTARY_AXES else unit if axis else unit.replace("mm", along)
 
 

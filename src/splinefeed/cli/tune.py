@@ -27,8 +27,8 @@ Examples:
 #: Options that say what is driven along a path, and how, and are of no use without one.
 _FOR_PATH = (
     *("source", "which", "chord", "tolerance", "feed_forward", "runs", "seed", "strategy"),
-    *("feed", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "chord_error", "centripetal"),
-    *("axis_velocity", "axis_acceleration", "axis_jerk"),
+    *("feed", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "centripetal"),
+    *("chord_error", "orientation_error", "axis_velocity", "axis_acceleration", "axis_jerk"),
 )
 
 

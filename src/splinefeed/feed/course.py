@@ -75,17 +75,17 @@ class LawCourse:
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
-        if limits.centripetal is None and limits.chord_error is None:
-            return 0.0
         settings = self.law.settings.get("limits", {})
         shares = [
             math.sqrt(settings.get(name, math.inf) / limit)
-            for name in ("centripetal", "chord_error")
+            for name in ("centripetal", "chord_error", "orientation_error")
             if (limit := getattr(limits, name)) is not None
         ]
         if not all(map(math.isfinite, shares)):
-            raise LimitsError("the law was not planned under the limits of centripetal acceleration or chord error")
-        return max(shares)
+            raise LimitsError(
+                "the law was not planned under the limits of centripetal acceleration, chord or orientation error"
+            )
+        return max(shares, default=0.0)
 
 
 def _of_joints(path: JointPath, law: TimeLaw, period: float, first: int, count: int) -> tuple[Array, Array]:

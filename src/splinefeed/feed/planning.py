@@ -118,8 +118,10 @@ def plan(
     strategy = strategy_for(limits, strategy)
     if period is not None:
         period = positive(period, "period")
-    elif limits.chord_error is not None and limits.chord_error < math.inf:
-        raise LimitsError("chord_error: needs the servo period, from tick to tick of which the chord runs; give period")
+    else:
+        for name in ("chord_error", "orientation_error"):
+            if (getattr(limits, name) or math.inf) < math.inf:
+                raise LimitsError(f"{name}: needs the servo period, from tick to tick of which it is; give period")
     _check_path(path)
     if isinstance(path, Path):
         check_travel(path, limits)

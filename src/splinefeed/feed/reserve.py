@@ -20,7 +20,7 @@ def with_reserve(
 ) -> Limits:
     """The limits to plan under, so that the plan can be run at rates up to `top` and slowed anywhere.
 
-    V / top,  share_a A / top^2,  share_j J / top^3;  centripetal and chord error / top^2
+    V / top,  share_a A / top^2,  share_j J / top^3;  centripetal, chord and orientation error / top^2
 
     acceleration, jerk  the shares. Raises LimitsError for shares that are not in (0, 1) and a top below 1.
     V is a feed in mm/s, A and J in mm/s^2 and mm/s^3. Source: docs/math/override.md.
@@ -45,7 +45,7 @@ def with_reserve(
     changed: dict[str, object] = {}
     for name, kind in names.items():
         changed[name] = _times(getattr(limits, name), factors[kind])
-    for name in ("chord_error", "centripetal"):
+    for name in ("chord_error", "orientation_error", "centripetal"):
         changed[name] = _times(getattr(limits, name), top**-2.0)
     return replace(limits, **changed)  # type: ignore[arg-type]
 

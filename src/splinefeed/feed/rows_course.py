@@ -79,6 +79,7 @@ class RowsCourse:
             "jerk": limits.jerk,
             "centripetal": limits.centripetal,
             "chord_error": limits.chord_error,
+            "orientation_error": limits.orientation_error,
         }
         for name, value in given.items():
             if value is not None and math.isfinite(value):

@@ -168,7 +168,9 @@ class Setting:
             for totals, out in zip(self.jump_totals, (turn, bend), strict=True):
                 for row, total in enumerate(totals):
                     out[row] = (total[high] - total[low]).T
-        joints = self.track if isinstance(self.track, JointPath) and self.limits.chord_error is not None else None
+        chord = axis_chord = None
+        if isinstance(self.track, JointPath) and (self.limits.chord_error or self.limits.orientation_error):
+            chord, axis_chord = self.track.between_ticks(d)
         return Places(
             s=s,
             d=d,
@@ -180,7 +182,8 @@ class Setting:
             turn=turn,
             bend=bend,
             rising=np.zeros(n) if rising is None else rising,
-            chord=None if joints is None else joints.chord_curvature(d),
+            chord=chord,
+            axis_chord=axis_chord,
             alone=alone,
         )
 

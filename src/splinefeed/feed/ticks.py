@@ -89,7 +89,8 @@ def _over(
         for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
     ]
     period = float(law.period or 0.0)
-    if limits.chord_error is None and torque is None and not np.any(np.isfinite(bounds)):
+    between = limits.chord_error is not None or limits.orientation_error is not None
+    if not between and torque is None and not np.any(np.isfinite(bounds)):
         return over, worst
 
     def note(share: Array, t: Array, s: Array, axis: IntArray) -> None:
@@ -126,8 +127,14 @@ def _over(
             room = np.array(list(torque.most.values())) * (1.0 + KEPT) - np.sign(found - still) * still
             shares = (np.abs(found - still) - floor) / room
             note(np.max(shares, axis=1), t[1:-1], s[1:], np.array(columns)[np.argmax(shares, axis=1)])
+        if limits.orientation_error is not None and isinstance(path, JointPath) and len(t) > 1:
+            tilted = _tips(path, s, own)[1] / (limits.orientation_error * (1.0 + KEPT))
+            note(tilted, t[:-1], s[:-1], np.full(len(tilted), CHORD))
         if limits.chord_error is not None and len(t) > 1:
-            at, away = _chords(path, s, own, breaks) if isinstance(path, Path) else _tips(path, s, own)
+            if isinstance(path, Path):
+                at, away = _chords(path, s, own, breaks)
+            else:
+                at, away = np.arange(len(t) - 1), _tips(path, s, own)[0]
             away = (away - ROUNDINGS * np.spacing(np.max(np.abs(own)))) / (limits.chord_error * (1.0 + KEPT))
             note(away, t[at], s[at], np.full(len(at), CHORD))
     return over, worst
@@ -178,9 +185,12 @@ def _chords(path: Path, s: Array, r: Array, breaks: Array) -> tuple[IntArray, Ar
     return first, np.linalg.norm(away - along[:, None] * chord, axis=1)
 
 
-def _tips(path: JointPath, s: Array, r: Array) -> tuple[IntArray, Array]:
-    """Steps (n,) between joints r (n + 1, joints) at s (n + 1,), and how far the tip leaves its path halfway, mm."""
-    tip = path.kinematics.forward(0.5 * (r[1:] + r[:-1]))[0]
-    d = path.tool.evaluate(*path.tool.locate(0.5 * (s[1:] + s[:-1])), 1)
+def _tips(path: JointPath, s: Array, r: Array) -> tuple[Array, Array]:
+    """How far tip, mm, and tool axis, rad, leave their path halfway in steps (n,) of joints r (n + 1, joints) at s."""
+    tip, axis = path.kinematics.forward(0.5 * (r[1:] + r[:-1]))
+    middle = 0.5 * (s[1:] + s[:-1])
+    d = path.tool.evaluate(*path.tool.locate(middle), 1)
     away, tangent = tip - d[:, 0], d[:, 1] / np.linalg.norm(d[:, 1], axis=1)[:, None]
-    return np.arange(len(tip)), np.linalg.norm(away - np.sum(away * tangent, axis=1)[:, None] * tangent, axis=1)
+    ahead = np.sum(away * tangent, axis=1)
+    _, wanted = path.kinematics.forward(path(np.clip(middle + ahead, 0.0, path.length)))
+    return np.linalg.norm(away - ahead[:, None] * tangent, axis=1), np.linalg.norm(axis - wanted, axis=1)

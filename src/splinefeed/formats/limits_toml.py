@@ -29,6 +29,7 @@ KINDS = {
     "start_feed": "feed",
     "end_feed": "feed",
     "chord_error": "length",
+    "orientation_error": "angle",
     "centripetal": "acceleration",
     "axis_velocity": "feed",
     "axis_acceleration": "acceleration",
@@ -139,7 +140,7 @@ def _number(name: str, value: Any) -> float:
     if isinstance(value, list | dict):
         what = "a number, or a table with one number an axis" if name in BY_AXIS else "one number"
         raise LimitsError(f"must be {what}, such as {units.KINDS[KINDS[name]].example.split(' or ')[0]}")
-    number = units.parse(value, KINDS[name])
+    number = turning(value, 0) if KINDS[name] == "angle" else units.parse(value, KINDS[name])
     return number if name in _MAY_BE_ZERO and number == 0.0 else _positive(number, value)
 
 

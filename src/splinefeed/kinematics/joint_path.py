@@ -41,6 +41,8 @@ BESIDE = 1e-9
 SAME = 1e-12
 #: Travel is left by more than this, mm or rad: rounding is not.
 LEFT = 1e-9
+#: Places beside the sample at which a joint is furthest, at which it is looked at once more.
+CLOSER = 257
 
 
 class JointPath:
@@ -159,27 +161,40 @@ class JointPath:
         """Arc lengths strictly inside, mm, at which the tool must rest: those of the tip, and kinks of a joint."""
         away = BESIDE * self.length
         b = self.breaks
-        sides = self.derivatives(b - away)[:, :, 3:], self.derivatives(b + away)[:, :, 3:]
-        # what a bend turns on the way there is no kink
-        before, after = (each[:, 1] - way * each[:, 2] for each, way in zip(sides, (-away, away), strict=True))
-        scale = np.max(np.abs(np.concatenate([before, after, np.ones((1, before.shape[1])) * 1e-12])), axis=0)
-        kinks = b[np.any(np.abs(after - before) > KINK * scale, axis=1)] if len(b) else b
+        if not len(b):
+            return self.tool.stops
+        before, after = (self.derivatives(b + way)[:, :, 3:] for way in (-away, away))
+        first = np.concatenate([before[:, 1], after[:, 1]])
+        own = away * (np.abs(before[:, 2]) + np.abs(after[:, 2]))  # how far r' goes by itself from one to the other
+        unit = np.where(np.arange(len(self.axes)) < self.linear, 1.0, 1.0 / self.length)  # less is a joint that stays
+        least = KINK * np.maximum(np.max(np.abs(first), axis=0), unit) + 3.0 * own
+        kinks = b[np.any(np.abs(after[:, 1] - before[:, 1]) > least, axis=1)]
         near = np.array(self.tool.stops)
         far = [s for s in kinks.tolist() if not np.any(np.abs(near - s) <= 2.0 * away)]
         return tuple(sorted([*self.tool.stops, *far]))
 
-    def chord_curvature(self, d: Array) -> Array:
-        """Curvature, 1/mm, (n,) that leaves the tip off its curve between setpoints, from `derivatives` (n, 4, ...).
+    def between_ticks(self, d: Array) -> tuple[Array, Array]:
+        """Curvatures that leave tip, 1/mm, and tool axis, rad/mm^2, off between setpoints, (n,) each.
 
         Joints that move straight from r to r + r' h move the tip on a curve of its own, with second derivative c; the
-        tip's is r''. So a step h leaves the tip off by h^2 / 8 |r'' - c|, across the path.
+        tip's is r''. So a step h leaves the tip off by h^2 / 8 |r'' - c|, across the path: along it the tip is ahead by
+        t (r'' - c) h^2 / 8. The tool axis k is off that of the place where the tip is by
+        h^2 / 8 |k'' - c_k - (t (r'' - c)) k'|, likewise. From `derivatives` d (n, 4, ...).
         """
-        lines = [Jet(np.stack([d[:, 0, 3 + k], d[:, 1, 3 + k], np.zeros(len(d))])) for k in range(len(self.axes))]
-        own = np.stack([_as_jet(part, lines[0]).derivatives[2] for part in self.kinematics.tip(tuple(lines))], axis=1)
-        off = d[:, 2, :3] - own
-        tangent = d[:, 1, :3]
-        across = off - np.sum(off * tangent, axis=1)[:, None] * tangent
-        return np.asarray(np.linalg.norm(across, axis=1))
+        joints = np.moveaxis(d[:, :3, 3:], 0, 1)
+        straight = joints.copy()
+        straight[2] = 0.0
+        own, path = (self._forward(each) for each in (straight, joints))
+        off, turned = path[2] - own[2], path[1, :, 3:]
+        ahead = np.sum(off[:, :3] * d[:, 1, :3], axis=1)[:, None]
+        across = off[:, :3] - ahead * d[:, 1, :3]
+        return np.linalg.norm(across, axis=1), np.linalg.norm(off[:, 3:] - ahead * turned, axis=1)
+
+    def _forward(self, joints: Array) -> Array:
+        """Tip and tool axis with two derivatives, (3, n, 6), of joints that have them, (3, n, joints)."""
+        q = tuple(Jet.of_derivatives(joints[:, :, k]) for k in range(joints.shape[2]))
+        parts = *self.kinematics.tip(q), *self.kinematics.axis(q[self.linear :])
+        return np.stack([_as_jet(part, q[0]).derivatives for part in parts], axis=2)
 
     # --- the turns of rotary joints ---------------------------------------------------------------------------------
 
@@ -317,40 +332,43 @@ class JointPath:
         return float(np.max(np.linalg.norm(axis - wanted / np.linalg.norm(wanted, axis=1)[:, None], axis=1)))
 
     def _take_turn(self, turn: Array, curve: IntArray, u: Array) -> None:
-        """Take the solution nearest to the start among those inside the travel."""
+        """Take the solution nearest to the start among those in which every joint stays inside its travel."""
         k = self.tool.orientation(curve, u)[:, 0].T
-        axis = Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])
-        names = self.axes[self.linear :]
-        free = (-math.inf, math.inf)
-        limits = [self.travel.get(name, free) for name in names]
+        axis, tip = (Jet(k[:1]), Jet(k[1:2]), Jet(k[2:])), self.tool.evaluate(curve, u, 0)[:, 0].T
+        ends = np.array([self.travel.get(name, (-math.inf, math.inf)) for name in self.axes])
         found: list[tuple[float, float]] = []
-        nearest: list[tuple[float, str, float, float]] = []
+        nearest: list[tuple[float, int, float, float, float]] = []
         for half in (0.0, math.pi):
             turns = turn + half
             tilts = self.kinematics.tilted(axis, Jet(turns[None])).value
-            low, high = float(np.min(tilts)), float(np.max(tilts))
-            if low < limits[0][0] - LEFT or high > limits[0][1] + LEFT:
-                nearest.append((max(limits[0][0] - low, high - limits[0][1]), names[0], low, high))
+            slides = self.kinematics.slides((tip[0], tip[1], tip[2]), (tilts, turns))
+            joints = np.stack([*(np.asarray(each) for each in slides), tilts, turns])
+            low, high = np.min(joints, axis=1), np.max(joints, axis=1)
+            out = np.maximum(ends[:, 0] - low, high - ends[:, 1])
+            worst = int(np.argmax(out[:-1]))
+            if out[worst] > LEFT:
+                further = np.maximum(ends[worst, 0] - joints[worst], joints[worst] - ends[worst, 1])
+                place = float(self._s[np.argmax(further)])
+                nearest.append((float(out[worst]), worst, float(low[worst]), float(high[worst]), place))
                 continue
             first = round((self._start[1] - turns[0]) / (2.0 * math.pi))
-            least, most = float(np.min(turns)), float(np.max(turns))
             possible = {first - 1, first, first + 1}
-            if limits[1] != free:
+            if self.axes[-1] in self.travel:
                 possible |= {
-                    math.ceil((limits[1][0] - LEFT - least) / (2.0 * math.pi)),
-                    math.floor((limits[1][1] + LEFT - most) / (2.0 * math.pi)),
+                    math.ceil((ends[-1, 0] - LEFT - low[-1]) / (2.0 * math.pi)),
+                    math.floor((ends[-1, 1] + LEFT - high[-1]) / (2.0 * math.pi)),
                 }
             for whole in possible:
                 by = 2.0 * math.pi * whole
-                low, high = least + by, most + by
-                out = max(limits[1][0] - low, high - limits[1][1])
-                if out > LEFT:
-                    nearest.append((out, names[1], low, high))
+                beyond = float(max(ends[-1, 0] - low[-1] - by, high[-1] + by - ends[-1, 1]))
+                if beyond > LEFT:
+                    place = float(self._s[np.argmax(turns) if high[-1] + by > ends[-1, 1] else np.argmin(turns)])
+                    nearest.append((beyond, len(low) - 1, float(low[-1]) + by, float(high[-1]) + by, place))
                     continue
                 found.append((abs(tilts[0] - self._start[0]) + abs(turns[0] + by - self._start[1]), half + by))
         if not found:
-            _, name, low, high = min(nearest)
-            _refuse_travel(name, self.travel[name], low, high, None)
+            _, joint, least, most, place = min(nearest)
+            _refuse_travel(self.axes[joint], (ends[joint, 0], ends[joint, 1]), least, most, self.tool.place(place))
         self._turns = turn + min(found)[1]
 
     def _refuse_pole(self, s: float) -> NoReturn:
@@ -365,16 +383,22 @@ class JointPath:
         """LimitsError where a joint leaves its travel, mm or rad: which, how far, and where on the path."""
         if not travel:
             return
-        curve, u = self.tool.samples
-        s = self.tool.arc_length(curve, u)
-        joints = self.joints(curve, u, s)
+        s = np.unique(np.concatenate([self.tool.arc_length(*self.tool.samples), self._s, self._dips]))
+        joints = self(s)
         for k, name in enumerate(self.axes):
-            low, high = travel.get(name, (-math.inf, math.inf))
+            if name not in travel:
+                continue
+            low, high = travel[name]
             out = np.maximum(low - joints[:, k], joints[:, k] - high)
             worst = int(np.argmax(out))
+            near = s[[max(worst - 1, 0), min(worst + 1, len(s) - 1)]]
+            closer = np.append(np.linspace(near[0], near[1], CLOSER), s[worst])  # the extreme lies between samples
+            beyond = self(closer)[:, k]
+            out = np.maximum(low - beyond, beyond - high)
+            worst = int(np.argmax(out))
             if out[worst] > LEFT:
-                least, most = float(np.min(joints[:, k])), float(np.max(joints[:, k]))
-                _refuse_travel(name, travel[name], least, most, self.tool.place(float(s[worst])))
+                least, most = (float(f(g(joints[:, k]), g(beyond))) for f, g in ((min, np.min), (max, np.max)))
+                _refuse_travel(name, (low, high), least, most, self.tool.place(float(closer[worst])))
 
     def __repr__(self) -> str:
         return f"JointPath({self.name!r}, {self.kinematics.kind}, joints {' '.join(self.axes)}, {self.length:.6g} mm)"
@@ -413,12 +437,11 @@ def _as_jet(value: object, like: Jet) -> Jet:
     return value if isinstance(value, Jet) else like * 0.0 + np.asarray(value)
 
 
-def _refuse_travel(name: str, ends: tuple[float, float], low: float, high: float, at: str | None) -> NoReturn:
+def _refuse_travel(name: str, ends: tuple[float, float], low: float, high: float, at: str) -> NoReturn:
     rotary = name in ROTARY_AXES
     unit, factor = ("deg", 180.0 / math.pi) if rotary else ("mm", 1.0)
-    place = "" if at is None else f", most at {at}"
     raise LimitsError(
-        f"travel.{name}: the path takes joint {name} from {factor * low:.6g} to {factor * high:.6g} {unit}{place}; "
-        f"its travel is {factor * ends[0]:.6g} to {factor * ends[1]:.6g} {unit}; mount the workpiece elsewhere or "
-        "split the path"
+        f"travel.{name}: the path takes joint {name} from {factor * low:.6g} to {factor * high:.6g} {unit}, most at "
+        f"{at}; its travel is {factor * ends[0]:.6g} to {factor * ends[1]:.6g} {unit}; mount the workpiece elsewhere "
+        "or split the path"
     )

@@ -34,25 +34,40 @@ def sampler_cfg(count: int) -> str:
     return "us" + "f" * (2 * count) + "s"
 
 
-def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: float = LAG) -> str:
+#: The same beside LinuxCNC's motion controller, whose file brings thread, kinematics and joints.
+MOTION = """\
+loadrt [KINS](KINEMATICS)
+loadrt [EMCMOT](EMCMOT) servo_period_nsec=[EMCMOT](SERVO_PERIOD) num_joints=[KINS](JOINTS)
+addf motion-command-handler servo-thread
+addf motion-controller servo-thread
+net spf-emc iocontrol.0.user-enable-out iocontrol.0.emc-enable-in
+net spf-prepare iocontrol.0.tool-prepare iocontrol.0.tool-prepared
+net spf-change iocontrol.0.tool-change iocontrol.0.tool-changed"""
+
+
+def hal_text(
+    axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: float = LAG, *, motion: bool = False
+) -> str:
     """The file for `halcmd -f`: everything simulated, with the place marked where the real drives go.
 
     The stream runs while `spf-run` is set, until the last row has come, an axis does not follow, or a row is missing:
     then it stays off until `spf-run` is set anew. `spf-end` is what the last field of the last row is, 0 or 1, and
-    `spf-allowed` what the count of underruns may not exceed.
+    `spf-allowed` what the count of underruns may not exceed. With `motion` it is a HALFILE of LinuxCNC, whose motion
+    controller is told where the joints are, as its feedback: homed and switched off, it commands nothing, and its
+    kinematics tell where the tip is.
     Raises InputError for more axes than a streamer or a sampler has fields for.
     """
     names = [axis.name for axis in axes]
     if len(cfg(tuple(names))) > MAX_FIELDS or len(sampler_cfg(len(axes))) > MAX_FIELDS:
         raise InputError(f"{len(axes)} axes; HAL's streamer and sampler have {MAX_FIELDS} fields, enough for 9")
-    gain = 1.0 - math.exp(-period / lag)
+    gain, thread = 1.0 - math.exp(-period / lag), "servo-thread" if motion else "servo"
 
     def each(prefix: str) -> str:
         return ",".join(f"{prefix}-{name}" for name in names)
 
     out = [
         f"# Axes {', '.join(names)} that follow setpoints of splinefeed, one row every {period:.17g} s.",
-        f"loadrt threads name1=servo period1={round(period * 1e9)}",
+        MOTION if motion else f"loadrt threads name1={thread} period1={round(period * 1e9)}",
         f"loadrt streamer depth={depth} cfg={cfg(tuple(names))}",
         f"loadrt sampler depth={SAMPLES} cfg={sampler_cfg(len(axes))}",
         f"loadrt pid names={each('pid')}",
@@ -68,14 +83,14 @@ def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: 
         f"loadrt lowpass names={each('drive')}",
         f"loadrt integ names={each('axis')}",
         "",
-        "addf streamer.0 servo",
+        f"addf streamer.0 {thread}",
     ]
     for name in names:
-        out += [f"addf pid-{name}.do-pid-calcs servo", f"addf limit-{name} servo"]
-        out += [f"addf drive-{name} servo", f"addf axis-{name} servo", f"addf follows-{name} servo"]
-    out += [f"addf {name} servo" for name in ("sampler.0", "more", "missed", "dry", "full", "off")]
-    out += [f"addf go-{name} servo" for name in names]
-    out += [f"addf {name} servo" for name in ("kept", "ok", "goes", "go")]
+        out += [f"addf pid-{name}.do-pid-calcs {thread}", f"addf limit-{name} {thread}"]
+        out += [f"addf {part}-{name} {thread}" for part in ("drive", "axis", "follows")]
+    out += [f"addf {name} {thread}" for name in ("sampler.0", "more", "missed", "dry", "full", "off")]
+    out += [f"addf go-{name} {thread}" for name in names]
+    out += [f"addf {name} {thread}" for name in ("kept", "ok", "goes", "go")]
     out += [
         "",
         "net spf-row streamer.0.pin.0 sampler.0.pin.0",
@@ -122,5 +137,7 @@ def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: 
             f"setp follows-{name}.scale 1",
             f"setp follows-{name}.difference {axis.following:.17g}",
         ]
+        if motion:
+            out.append(f"net spf-position-{k} joint.{k}.motor-pos-fb")
     out += ["setp sampler.0.enable 1", ""]
     return "\n".join(out)

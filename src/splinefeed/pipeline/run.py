@@ -262,6 +262,13 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
     return JointPath(path, table.kinematics, travel=limits.travel_of(table.kinematics.joints))
 
 
+def planned_axes(path: Path, machine: Machine | None) -> tuple[str, ...]:
+    """The axes that limits are for: those of a path, joints of the machine for a path with a tool axis."""
+    if isinstance(path, ToolPath) and machine is not None and machine.kinematics is not None:
+        return machine.kinematics.joints
+    return path.axes
+
+
 def measured(path: Path | JointPath, limits: Limits, law: TimeLaw, points: Setpoints) -> Run:
     """Setpoints that are there already, measured and checked as those of a run."""
     if isinstance(path, JointPath):

@@ -13,13 +13,15 @@ from splinefeed.records.limits import (
     Limits,
     number,
     positive,
+    refuse_orientation,
     unit_along,
 )
 from splinefeed.records.response import STREAM_COLUMNS, Response
 from splinefeed.records.setpoints import Setpoints
-from splinefeed.records.verdict import KEPT, LimitResult, Verdict
+from splinefeed.records.verdict import ANGLES, KEPT, LimitResult, Verdict
 
 __all__ = [
+    "ANGLES",
     "AXIS_LIMITS",
     "BOUNDED",
     "BY_AXIS",
@@ -44,5 +46,6 @@ __all__ = [
     "frozen_array",
     "number",
     "positive",
+    "refuse_orientation",
     "unit_along",
 ]

@@ -51,6 +51,7 @@ class Limits:
     down)  mm/s^3, along the path; deceleration and its jerk follow acceleration and jerk unless given
     start_feed, end_feed  mm/s at the ends of the path
     chord_error   mm between the curve and the line from one setpoint to the next; centripetal  mm/s^2
+    orientation_error  rad between the tool axis and that of a tool path, from one setpoint to the next
     axis_velocity, axis_acceleration, axis_jerk  mm/s, mm/s^2, mm/s^3 for every linear axis; or one value per axis
                   (rotary ones in rad): a mapping from axis names, or an array (axes,) in the order of the path's axes,
                   infinite for no limit, which `plan` and `check` resolve against the path
@@ -74,6 +75,7 @@ class Limits:
     start_feed: float = 0.0
     end_feed: float = 0.0
     chord_error: float | None = None
+    orientation_error: float | None = None
     centripetal: float | None = None
     axis_velocity: float | ByAxis | None = None
     axis_acceleration: float | ByAxis | None = None
@@ -89,7 +91,7 @@ class Limits:
             value = getattr(self, name)
             if not (isinstance(value, float) and value == math.inf):
                 object.__setattr__(self, name, positive(value, name))
-        for name in ("deceleration", "deceleration_jerk", "chord_error", "centripetal"):
+        for name in ("deceleration", "deceleration_jerk", "chord_error", "orientation_error", "centripetal"):
             value = getattr(self, name)
             if value is not None and value != math.inf:
                 object.__setattr__(self, name, positive(value, name))
@@ -296,6 +298,12 @@ def _in_order(value: object, name: str) -> tuple[float, ...] | None:
     if values.ndim != 1 or not values.size:
         raise LimitsError(f"{name} has shape {values.shape}; expected (axes,), one value per axis")
     return tuple(values.tolist())
+
+
+def refuse_orientation(limits: Limits, name: str) -> None:
+    """LimitsError for an orientation error on a path, of this name, that has no tool axis."""
+    if limits.orientation_error is not None:
+        raise LimitsError(f"orientation_error: {name} has no tool axis that could be off; leave it out")
 
 
 def number(value: object, name: str) -> float:

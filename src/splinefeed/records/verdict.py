@@ -12,6 +12,8 @@ from splinefeed.records.limits import ROTARY_AXES
 
 #: A limit counts as kept up to this, relative: the rounding of a plan that rides on it.
 KEPT = 1e-9
+#: Limits of an angle that are those of no axis: rad inside, degrees at the edges.
+ANGLES = ("orientation_error",)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +80,7 @@ class Verdict:
         """The keys of `--json`; limits of rotary axes in degrees."""
         limits = {}
         for name, result in self.limits.items():
-            unit = 180.0 / math.pi if result.axis in ROTARY_AXES else 1.0
+            unit = 180.0 / math.pi if result.axis in ROTARY_AXES or name in ANGLES else 1.0
             limits[name] = {
                 "limit": unit * result.limit,
                 "worst": unit * result.worst,

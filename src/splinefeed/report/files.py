@@ -9,6 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from splinefeed.errors import InputError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.setpoints import FORMATS, save
@@ -41,6 +43,8 @@ LAW = "law.h5"
 REPORT = "report.html"
 #: What the axes of a machine did.
 RESPONSE = "response.h5"
+#: Where the tool is at each setpoint of joints: its tip on the workpiece, mm, and its axis, a unit vector.
+TIP, TIP_COLUMNS = "tip.csv", "t_s,s_mm,x_mm,y_mm,z_mm,i,j,k"
 #: Names of setpoint files by format.
 SETPOINTS = {name: f"setpoints{each.suffixes[0]}" for name, each in FORMATS.items()}
 FIGURES = ("path", "motion", "limits", "binding", "ripple")
@@ -64,6 +68,7 @@ NAMES = (
     RECORD,
     LAW,
     REPORT,
+    TIP,
     *SETPOINTS.values(),
     *(f"{name}.{suffix}" for name in FIGURES for suffix in FIGURE_FORMATS),
     *FOLLOW_NAMES[1:],
@@ -117,10 +122,12 @@ def write(
     figure_formats: Iterable[str] = FIGURE_FORMATS[:1],
     record: Mapping[str, Any] | None = None,
     served: Sequence[Served] = (),
+    tip: bool = False,
 ) -> list[str]:
     """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
 
     figure_formats  of the figures; without any there is no report either
+    tip  whether tip and tool axis are written beside the joints of a tool path
     served  what a machine did with the setpoints, the ones of the run itself last; of a long run not kept as a file
     """
     place = File(folder)
@@ -129,6 +136,12 @@ def write(
     for form in dict.fromkeys(formats):
         names.append(SETPOINTS[form])
         save(run.setpoints(), place / names[-1])
+    if tip and run.joints is not None:
+        names.append(TIP)
+        found = run.joints.kinematics.forward(run.points.position)
+        with atomic_write(place / TIP) as temporary:
+            rows = np.column_stack([run.points.t, run.points.s, *found])
+            np.savetxt(temporary, rows, "%.17g", delimiter=",", header=TIP_COLUMNS, comments="")
     names.append(LAW)
     save(run.law, place / LAW)
     if served and not long:

@@ -19,6 +19,7 @@ from splinefeed.report.theme import limit_words, short
 
 _UNITS = {
     "feed": "mm/s", "acceleration": "mm/s²", "deceleration": "mm/s²", "jerk": "mm/s³", "chord_error": "mm",
+    "orientation_error": "°",
     "centripetal": "mm/s²", "axis_velocity": "mm/s", "axis_acceleration": "mm/s²", "axis_jerk": "mm/s³",
     "axis_velocity_step": "mm/s", "travel": "mm",
 }  # fmt: skip

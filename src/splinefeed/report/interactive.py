@@ -231,6 +231,13 @@ def _path(panel: Panel) -> Plain:
         "hovertemplate": f"{'<br>'.join(hover)}<extra></extra>",
         "showlegend": False,
     }
+    thread: Plain = {
+        "mode": "lines",
+        **{letter: array(mark.thread[:, k], "f4") for k, letter in enumerate(letters)},
+        "line": {"color": theme.FAINT, "width": 1},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
     data: list[Plain]
     layout: Plain = {"height": PATH_HEIGHT, "margin": MARGIN, "font": FONT, "hovermode": "closest", "showlegend": False}
     if space:
@@ -239,7 +246,10 @@ def _path(panel: Panel) -> Plain:
         closed = apart <= SAME_PLACE * float(np.max(np.ptp(mark.place, axis=0)))
         words = ("start and end",) if closed else ("start", "end")
         data.append(_ends(mark.place[[0, -1][: len(words)]], mark.place, words, letters))
-        size = np.ptp(mark.place, axis=0)
+        if np.isnan(mark.thread).any():  # the tool axis beside the path
+            data.append({"type": "scatter3d", **thread})
+        both = np.concatenate([mark.place, mark.thread])
+        size = np.nanmax(both, axis=0) - np.nanmin(both, axis=0)
         size = size / np.max(size)  # Plotly's own sizes would let flat parts overflow
         layout["margin"] = dict.fromkeys("lrtb", 8)
         layout["scene"] = {
@@ -252,15 +262,8 @@ def _path(panel: Panel) -> Plain:
             },
         }
         return {"data": data, "layout": layout}
-    thread = {
-        "type": "scatter",
-        "mode": "lines",
-        **{letter: array(mark.thread[:, k], "f4") for k, letter in enumerate(letters)},
-        "line": {"color": theme.FAINT, "width": 1},
-        "hoverinfo": "skip",
-        "showlegend": False,
-    }
-    data = [thread, {"type": "scatter", "mode": "markers", **points, "marker": {"size": 5, **paint}}]
+    dots_on = {"type": "scatter", "mode": "markers", **points, "marker": {"size": 5, **paint}}
+    data = [{"type": "scatter", **thread}, dots_on]
     for dots in panel.marks:
         if isinstance(dots, Dots):
             at = np.column_stack([dots.x, dots.y])

@@ -33,6 +33,7 @@ KINDS = {
     "jerk": theme.INK,
     "centripetal": "#B8A800",
     "chord_error": "#E69F00",
+    "orientation_error": "#8C6D31",
     "axis_velocity": theme.GREEN,
     "axis_acceleration": theme.VERMILION,
     "axis_jerk": theme.PURPLE,

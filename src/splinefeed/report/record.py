@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import splinefeed
 from splinefeed.formats.limits_toml import ORDERS
 from splinefeed.formats.plain import plain
-from splinefeed.records import BY_AXIS, ROTARY_AXES, TRAVEL_ENDS
+from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodTrace
@@ -31,6 +31,7 @@ _LIMIT_OPTIONS = {
     "start_feed": "--start-feed",
     "end_feed": "--end-feed",
     "chord_error": "--chord-error",
+    "orientation_error": "--orientation-error",
     "centripetal": "--centripetal",
 }
 #: How a source was read, by the names of the readers' options; of those in _SAID the word alone says it.
@@ -136,7 +137,7 @@ def _limit_words(limits: Mapping[str, float]) -> list[str]:
     words = []
     for name, option in _LIMIT_OPTIONS.items():
         if name in limits:
-            words += [option, repr(limits[name])]
+            words += [option, f"{limits[name]!r}{'rad' if name in ANGLES else ''}"]
     for name in BY_AXIS:
         option = f"--{name.replace('_', '-')}"
         if name in limits:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 from splinefeed.errors import SplinefeedError
 from splinefeed.feed.planning import plan
 from splinefeed.feed.reserve import with_reserve
+from splinefeed.geometry.path import Path
+from splinefeed.kinematics import JointPath
 from splinefeed.live.clock_sink import ClockSink
 from splinefeed.live.motion import Motion, along
 from splinefeed.live.operator import MOST, Operator
@@ -17,6 +19,8 @@ from splinefeed.live.stream import play
 from splinefeed.records import TimeLaw
 from splinefeed.studio import sources
 from splinefeed.studio.settings import SettingsError, field_of, resolve
+
+Planned = Path | JointPath
 
 if TYPE_CHECKING:
     from splinefeed.studio.tasks import Bench
@@ -32,12 +36,12 @@ def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """
     operator = Operator()
     _obey(operator, {"rate": request.get("rate", 1.0)})
-    law, motion = motion_of(request, bench, operator.rate)
+    law, motion, moved = motion_of(request, bench, operator.rate)
     ahead = max(round(AHEAD / motion.period), LEAST_ROWS)
     sink = ClockSink(fill=ahead // 2)
     ended = threading.Event()
     bench.mail.obey = lambda order: _obey(operator, order)
-    frames = threading.Thread(target=_show, args=(law, motion, sink, operator, bench, ended), daemon=True)
+    frames = threading.Thread(target=_show, args=(law, motion, moved, sink, operator, bench, ended), daemon=True)
     frames.start()
     try:
         state = play(motion, sink, operator, ahead)
@@ -54,16 +58,16 @@ def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     }
 
 
-def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tuple[TimeLaw, Motion]:
-    """The law and the motion of the settings, planned with a reserve for overrides up to `top`."""
+def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tuple[TimeLaw, Motion, Planned]:
+    """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
     wanted = resolve(request.get("settings"), bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
     try:
         limits = with_reserve(wanted.limits, float(request.get("top", 1.0)))
-        law = plan(wanted.path, limits, strategy=wanted.strategy, period=wanted.period)
+        law = plan(wanted.moved, limits, strategy=wanted.strategy, period=wanted.period)
         # the feed is what is programmed: 100 %; what is a limit is that of the axes
         allowed = replace(wanted.limits, feed=MOST * wanted.limits.feed)
-        return law, along(wanted.path, law, allowed, rate=rate, highest=MOST)
+        return law, along(wanted.moved, law, allowed, rate=rate, highest=MOST), wanted.moved
     except SplinefeedError as error:
         raise SettingsError({field_of(error): sources.words(error, bench.uploads)}) from error
 
@@ -80,9 +84,10 @@ def _obey(operator: Operator, order: Mapping[str, Any]) -> None:
 
 
 def _show(
-    law: TimeLaw, motion: Motion, sink: ClockSink, operator: Operator, bench: Bench, ended: threading.Event
-) -> None:
-    """Tell the page some thirty times a second where the axes are."""
+    law: TimeLaw, motion: Motion, moved: Planned, sink: ClockSink, operator: Operator, bench: Bench,
+    ended: threading.Event,
+) -> None:  # fmt: skip
+    """Tell the page some thirty times a second where the axes are, or the tip of a tool path."""
     top = motion.override.top
     last = -1
     while not ended.wait(FRAME):
@@ -90,6 +95,8 @@ def _show(
         if row == last or not row:
             continue
         last = row
+        if isinstance(moved, JointPath):
+            position = moved.kinematics.forward(position)[0]
         tau = motion.tau_of(row)
         bench.mail.tell(
             {

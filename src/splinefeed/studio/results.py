@@ -32,7 +32,8 @@ def numbers(wanted: Wanted, run: Run, served: Served | None, formats: tuple[str,
         servo = {**servo_numbers([served], wanted.table, False), "machine_file": machine_name(wanted)}
     origin = wanted.origin
     said = {"text": origin.text, **({} if origin.sha256 is None else {"sha256": origin.sha256})}
-    page = record(run, (), origin.text, origin.reading, formats, servo, said)
+    machine = None if wanted.followed else machine_name(wanted)
+    page = record(run, (), origin.text, origin.reading, formats, servo, said, machine=machine)
     page["notes"] = [*wanted.notes, *page["notes"]]
     return page
 

@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path as File
 from typing import Any
 
@@ -15,10 +16,12 @@ from splinefeed.errors import CurveError, InputError, SplinefeedError
 from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation import registry as methods
+from splinefeed.kinematics import JointPath
 from splinefeed.machine.table import Machine, MachineError
 from splinefeed.pipeline.limits import at_programmed_feeds, over_machine
-from splinefeed.pipeline.run import PAPER_PERIOD
+from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
 from splinefeed.records import BY_AXIS, Limits
 from splinefeed.studio import sources
 
@@ -66,6 +69,16 @@ class Wanted:
     period: float
     table: Machine | None
     notes: tuple[str, ...]
+
+    @cached_property
+    def moved(self) -> Path | JointPath:
+        """What is planned: the path, or joints of the machine for a path with a tool axis."""
+        return on_machine(self.path, self.table if isinstance(self.path, ToolPath) else None, self.limits)
+
+    @property
+    def followed(self) -> bool:
+        """Whether a machine's servo loops follow it; those of a tool path are not simulated."""
+        return self.table is not None and not isinstance(self.path, ToolPath)
 
 
 def key_of(settings: Mapping[str, Any]) -> str:
@@ -205,7 +218,7 @@ def _limits(
         if programmed:
             del flat["feed"]
         if table is not None:
-            flat = over_machine(flat, table, path.axes)
+            flat = over_machine(flat, table, planned_axes(path, table))
         limits = Limits.from_dict({"feed": _ANY_FEED, **flat} if programmed else flat)
     except limits_toml.LimitsFileError as error:
         for problem in error.problems:

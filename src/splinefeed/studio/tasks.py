@@ -51,7 +51,7 @@ class Bench:
         self.say(f"planning {wanted.path.name}, {wanted.strategy}")
         try:
             made = run(
-                wanted.path,
+                wanted.moved,
                 wanted.limits,
                 period=wanted.period,
                 strategy=wanted.strategy,
@@ -59,7 +59,7 @@ class Bench:
                 corrections=wanted.corrections,
             )
             served = None
-            if follow and wanted.table is not None:
+            if follow and wanted.followed and wanted.table is not None:
                 self.say(f"following on {wanted.table.name}")
                 served = serve(wanted.path, made.law, made.points, wanted.table)
         except SettingsError:
@@ -80,7 +80,7 @@ def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """
     settings = complete(request.get("settings"))
     wanted = resolve(settings, bench.uploads)
-    final = wanted.strategy != TIME_OPTIMAL and wanted.table is None
+    final = wanted.strategy != TIME_OPTIMAL and not wanted.followed
     quick = {**settings, "strategy": LOOK_AHEAD} if wanted.strategy == TIME_OPTIMAL else settings
     if len(wanted.path.curves) > MOST_WHILE_MOVING:
         return {"final": False, "shown": None}
@@ -147,7 +147,7 @@ def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     if request.get("play"):
         from splinefeed.studio import playing
 
-        _, motion = playing.motion_of({"settings": usual}, bench)
+        motion = playing.motion_of({"settings": usual}, bench)[1]
         for _ in range(2):
             motion.take(8, 1.0)
         return {}

@@ -16,11 +16,13 @@ from splinefeed.feed.planning import plan
 from splinefeed.formats import registry
 from splinefeed.geometry import shapes
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.registry import DEFAULT_METHOD
+from splinefeed.kinematics import JointPath
 from splinefeed.machine.table import Machine
 from splinefeed.pipeline.experiment import serve
 from splinefeed.pipeline.long_run import LongRun, run_any
-from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, Run
+from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, Run, on_machine, planned_axes
 from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
 
@@ -54,6 +56,8 @@ COLUMNS = {
 LONGEST = 500
 
 Row = dict[str, Any]
+#: Limits as `Limits.as_dict` has them, hashable.
+Flat = tuple[tuple[str, float], ...]
 #: Writes what else was asked of a run, its setpoints or its report; must be picklable: a function of a module.
 Artefacts = Callable[[Task, Run], None]
 
@@ -93,12 +97,15 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     settings = task.settings
     path = _path(task.source)
     table = _machine(settings)
-    limits = _limits(settings, table, path)
+    tool = isinstance(path, ToolPath)
+    limits = _limits(settings, table, planned_axes(path, table))
     period = settings.get("period", PAPER_PERIOD)
-    law = _law(task.source, tuple(limits.as_dict().items()), settings.get("strategy"), period)
+    motion = tuple(limits.as_dict().items()), settings.get("machine") if tool else None
+    moved = _moved(task.source, *motion)
+    law = _law(task.source, *motion, settings.get("strategy"), period)
     method = settings.get("method", DEFAULT_METHOD)
     corrections = settings.get("corrections", 1)
-    run = run_any(path, limits, law=law, period=period, method=method, corrections=corrections, table=table)
+    run = run_any(moved, limits, law=law, period=period, method=method, corrections=corrections, table=table)
     worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
     row: Row = {
         "status": DONE if run.ok else OVER,
@@ -118,7 +125,7 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
         "worst_share": None if worst is None else worst[1].share,
         "worst_at_s": None if worst is None else worst[1].at_s,
     }
-    if table is not None:
+    if table is not None and not tool:
         served = run.served if isinstance(run, LongRun) else None
         tally = (served or serve(path, law, run.points, table)).tally
         linear = [w.value for axis, w in zip(tally.axes, tally.tracking, strict=True) if axis not in ROTARY_AXES]
@@ -141,9 +148,15 @@ def _path(source: str) -> Path:
 
 
 @lru_cache(maxsize=4)
-def _law(source: str, limits: tuple[tuple[str, float], ...], strategy: str | None, period: float) -> TimeLaw:
-    """The law of a motion; runs that differ in method or machine alone share it."""
-    return plan(_path(source), Limits.from_dict(dict(limits)), strategy=strategy, period=period)
+def _moved(source: str, limits: Flat, machine: str | None) -> Path | JointPath:
+    """What is planned: the path, or joints of a machine for a path with a tool axis."""
+    return on_machine(_path(source), machine, Limits.from_dict(dict(limits)))
+
+
+@lru_cache(maxsize=4)
+def _law(source: str, limits: Flat, machine: str | None, strategy: str | None, period: float) -> TimeLaw:
+    """The law of a motion; runs that differ in method, or in what a machine does about it, share it."""
+    return plan(_moved(source, limits, machine), Limits.from_dict(dict(limits)), strategy=strategy, period=period)
 
 
 def _machine(settings: Settings) -> Machine | None:
@@ -168,13 +181,13 @@ def _machine(settings: Settings) -> Machine | None:
     return table
 
 
-def _limits(settings: Settings, table: Machine | None, path: Path) -> Limits:
+def _limits(settings: Settings, table: Machine | None, planned: Sequence[str]) -> Limits:
     """Limits of the sweep, of the machine where the sweep is silent, and else the paper's along the path."""
     given = {name.removeprefix("limits."): value for name, value in settings.items() if name.startswith("limits.")}
     machine: dict[str, Any] = {}
     if table is not None:
         kinds = {name.partition(".")[0] for name in given}
-        for name, axes in table.limits(path.axes).items():
+        for name, axes in table.limits(planned).items():
             if name not in kinds:
                 machine |= {f"{name}.{axis}": value for axis, value in axes.items()}
     said = {**machine, **given}

@@ -28,6 +28,7 @@ class Places:
     corner  (n,)           largest feed at a corner that is passed here, mm/s, infinite elsewhere
     turn, bend (2, axes, n)  the sum of the jumps of r' and of r'' within reach of the place, those up and those down
     chord   (n,)           curvature that a chord from tick to tick leaves, 1/mm, where it is not that of the path
+    axis_chord (n,)        the same of the tool axis, rad/mm^2, where there is one
     rising  (n,)           1 where the motion surely speeds up, -1 where it slows down, 0 where it may do either
     alone                  whether what bends within a step of a place is of no concern: setpoints tell that
     """
@@ -43,6 +44,7 @@ class Places:
     bend: Array
     rising: Array
     chord: Array | None = None
+    axis_chord: Array | None = None
     alone: bool = False
 
     @property

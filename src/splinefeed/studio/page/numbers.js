@@ -1,7 +1,7 @@
 // The numbers of a run: the verdict, cards, the table of limits, and two runs side by side.
 import { $, make, show } from "./dom.js";
 
-const UNITS = { feed: "mm/s", acceleration: "mm/s²", deceleration: "mm/s²", jerk: "mm/s³", deceleration_jerk: "mm/s³", chord_error: "mm", centripetal: "mm/s²",
+const UNITS = { feed: "mm/s", acceleration: "mm/s²", deceleration: "mm/s²", jerk: "mm/s³", deceleration_jerk: "mm/s³", chord_error: "mm", orientation_error: "°", centripetal: "mm/s²",
   axis_velocity: "mm/s", axis_acceleration: "mm/s²", axis_jerk: "mm/s³", axis_velocity_step: "mm/s", travel: "mm" };
 const ROTARY = ["a", "b", "c", "theta"];
 
