@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pathlib
 import time
 
 import numpy as np
@@ -12,10 +11,8 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.machine.control import AxisControl, Control, Place, SpindleControl
-from splinefeed.pipeline.calibration import calibrate, compared, record
 
 pytestmark = pytest.mark.nojit
-DATA = pathlib.Path(__file__).parents[1] / "data" / "cycle-time"
 AXES = {name: AxisControl(rapid=200.0) for name in "xyz"}
 RPM = math.pi / 30.0
 

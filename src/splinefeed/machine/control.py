@@ -55,6 +55,7 @@ class Control(_Part):
     velocity_step         largest step of an axis's velocity at a corner that is passed
     tolerance             how far from a corner the path may pass, unless G64 P says it
     arc_acceleration      centripetal acceleration on a radius of 1 mm; it grows with radius^arc_growth
+    arc_kink              an arc whose radii differ by d begins and ends with a turn of arc_kink sqrt(2 d / r)
     stop_time             at each exact stop: between rapid and feed, and at markers
     block_time            least time of a block at feed; look_ahead  blocks in which it must be able to stop (0: all)
     tool_change           time of M6 without the ways; start_time  from the start button to the first block
@@ -70,6 +71,7 @@ class Control(_Part):
     tolerance: float | None = quantity("position", "not negative", None)
     arc_acceleration: float | None = quantity("acceleration", default=None)
     arc_growth: float = number("any", 0.0)
+    arc_kink: float = number("not negative", 0.0)
     stop_time: float = quantity("time", "not negative", 0.0)
     block_time: float = quantity("time", "not negative", 0.0)
     look_ahead: int = count(0, 1_000_000, 0)

@@ -13,6 +13,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs
 from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, RAPID, Mark, Moves
+from splinefeed.formats.gcode.offsets import REFERENCES
 from splinefeed.formats.gcode.to_path import NO_LENGTH, Program, parse_offsets
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.machine.control import Control, Place
@@ -29,6 +30,7 @@ class Blocks:
     line        of the file; rapid  whether it is G0; length  mm, of rotary moves alone deg; feed  mm/s, inf where none
     step        (n, 9) mm and rad; first, last  (n, 6) direction at start and end over the linear axes
     radius      mm, inf on lines, the smallest of a spline; tolerance  of G64 P, mm, NaN where nothing is said
+    kink        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0
     stops       whether the tool rests at its end (G61.1)
     marks       what is no motion, each before the block of its number; findings  of the reader
     """
@@ -41,6 +43,7 @@ class Blocks:
     first: Array
     last: Array
     radius: Array
+    kink: Array
     tolerance: Array
     stops: BoolArray
     marks: tuple[Mark, ...]
@@ -51,7 +54,7 @@ class Blocks:
 
 
 #: Fields of `Blocks` that have one row a block.
-_ARRAYS = ("line", "rapid", "length", "feed", "step", "first", "last", "radius", "tolerance", "stops")
+_ARRAYS = ("line", "rapid", "length", "feed", "step", "first", "last", "radius", "kink", "tolerance", "stops")
 
 
 def read_blocks(
@@ -68,13 +71,12 @@ def read_blocks(
 
     Raises FormatError with the line that is wrong, or where nothing moves.
     """
-    home = _place(control.home)
-    known = dict(parse_offsets(offsets))
-    places: dict[str, Any] = {"start": home if start is None else start, "offsets": offsets}
-    program = Program(file, dialect, places["start"], offsets, tools, repair)
+    home = [control.home.x or 0.0, control.home.y or 0.0, control.home.z or 0.0, *[0.0] * (AXES - 3)]
+    program = Program(file, dialect, home if start is None else start, offsets, tools, repair)
     reading = program.reading()
     if control.home != Place():
-        reading = replace(reading, offsets={280: np.array(home), 300: np.array(home), **known})
+        references = {number: np.array(home) for number in REFERENCES.values()}
+        reading = replace(reading, offsets={**references, **parse_offsets(offsets)})
     moves = program.all_moves(reading)
     if not len(moves):
         raise FormatError(f"{file}: no line of it moves an axis")
@@ -85,10 +87,12 @@ def read_blocks(
     feed = piece.programmed_feeds
     if missing := moves.line[(feed <= 0.0) & ~rapid & (length > NO_LENGTH)].tolist():
         reading.findings.say(f"line {missing[0]}: no feed before it (F): timed as rapid")
-    first, last, radius = _directions(moves, piece.arcs, step)
+    kink, arcs = np.zeros(len(moves)), piece.arcs
+    kink[arcs.move] = np.sqrt(4.0 * np.abs(arcs.first - arcs.last) / (arcs.first + arcs.last))
+    first, last, radius = _directions(moves, arcs, step)
     tolerance = moves.values[:, layout.ROW_TOLERANCE]
     made = Blocks(
-        moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, first, last, radius,
+        moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, first, last, radius, kink,
         np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, tuple(moves.marks), (),
     )  # fmt: skip
     made = _with_length(_with_ways(made, ways))
@@ -115,16 +119,13 @@ def _with_ways(blocks: Blocks, ways: Mapping[int, Array]) -> Blocks:
     straight = steps[:, LINEAR] / np.maximum(size, NO_LENGTH)[:, None]
     more: dict[str, Any] = {
         "line": [blocks.marks[number].line for number in ways], "rapid": True, "length": size, "feed": np.inf,
-        "step": steps, "first": straight, "last": straight, "radius": np.inf, "tolerance": np.nan, "stops": False,
+        "step": steps, "first": straight, "last": straight, "radius": np.inf, "kink": 0.0, "tolerance": np.nan,
+        "stops": False,
     }  # fmt: skip
     arrays = {name: np.insert(getattr(blocks, name), at, more[name], axis=0) for name in _ARRAYS}
     before = np.searchsorted(list(ways), np.arange(len(blocks.marks)), "left").tolist()
     marks = tuple(replace(mark, move=mark.move + k) for mark, k in zip(blocks.marks, before, strict=True))
     return replace(blocks, **arrays, marks=marks)
-
-
-def _place(place: Place) -> list[float]:
-    return [place.x or 0.0, place.y or 0.0, place.z or 0.0, *[0.0] * (AXES - 3)]
 
 
 def _straight(step: Array) -> Array:

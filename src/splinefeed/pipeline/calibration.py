@@ -37,6 +37,7 @@ PRIORS: dict[str, tuple[float, float]] = {
     "velocity_step": (3.0, 1.0),
     "arc_acceleration": (300.0, 1.0),
     "arc_growth": (0.0, 0.1),
+    "arc_kink": (1.0, 0.5),
     "stop_time": (0.02, 1.0),
     "block_time": (0.002, 1.0),
     "tool_change": (4.0, 0.5),
@@ -56,9 +57,11 @@ SHOWN, HIDDEN = 0.7, 0.95
 PIECE, SAMPLING = 4.0, 0.07
 #: What the model leaves out: share of a piece; s of a way whose length depends on tools and work offsets, and of the
 #: first one, which begins where the last program ended.
-MODEL, CHANGING, FIRST = 0.004, 0.15, 2.0
+MODEL, CHANGING, FIRST = 0.004, 0.15, 0.5
 #: Where tools may be changed, mm: the fit begins at the best of these, for times have several best places.
 TRIED = (-300.0, -150.0, 0.0, 150.0, 300.0)
+#: Relative change of cost or numbers at which the fit ends: far within their intervals.
+CLOSE = 1e-4
 #: Half the width of a 95 % interval in standard deviations.
 WIDTH = 1.96
 
@@ -121,7 +124,7 @@ class Calibration:
 def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine: Machine, **options: Any) -> Recorded:
     """A run of a program cut into pieces; `options` are those of reading the program.
 
-    Raises FormatError for files that cannot be read, InputError for a run of another program.
+    Raises FormatError for files that cannot be read, InputError for a run of another program, or one with loops.
     """
     run = read_run(log)
     control = machine.control or Control()
@@ -131,9 +134,12 @@ def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine
         raise InputError(
             f"{log}: line {run.line.max()} runs, and {program} has {end - 1}; is it the run of another one?"
         )
+    if np.any(np.diff(blocks.line) < 0):
+        raise InputError(f"{program}: its lines do not run in order (loops, subprograms); fit runs of others")
     changes = [mark for mark in blocks.marks if "M6" in mark.text.split()]
     starts = [mark.line for mark in changes] or [0]
-    cuts: list[tuple[int, float, int, float]] = [(0, run.start, -1, 0.0)]  # line, when, tool, scatter of what follows
+    # line, when, tool, scatter of what follows: the way to the first change may come before its line is told
+    cuts: list[tuple[int, float, int, float]] = [(0, run.start, 0, FIRST)]
     for tool, (low, high) in enumerate(zip(starts, [*starts[1:], end], strict=True)):
         _cut(cuts, run, blocks, tool, low, high)
     cuts.append((end, run.end, -1, 0.0))
@@ -151,12 +157,11 @@ def _cut(
     cutting = blocks.line[(blocks.line >= low) & (blocks.line < high) & ~blocks.rapid]
     first, last = (int(cutting[0]), int(cutting[-1])) if len(cutting) else (high, high)
     for line, when in zip(run.line.tolist(), run.seconds.tolist(), strict=True):
-        if not low <= line < high or line <= cuts[-1][0] or when <= cuts[-1][1]:
+        if not low <= line < high or line <= cuts[-1][0] or when <= cuts[-1][1] or (tool == 0 and line <= low):
             continue
         inside = first < line <= last
         if not inside or when - cuts[-1][1] >= PIECE:
-            begins = line == low and low > 0
-            loose = (FIRST if tool == 0 else CHANGING) if begins else 0.0 if inside or line == first else CHANGING
+            loose = 0.0 if inside or line == first else CHANGING
             cuts.append((line, when, tool, loose))
 
 
@@ -176,7 +181,7 @@ def calibrate(
     """
     if not runs:
         raise InputError("no runs: give at least one recorded run")
-    start = _started(machine)
+    start = _started(machine, keep)
     names = [name for name in _names(start) if name not in keep]
     middle = {name: _inner(name, _value(start, name)) for name in names}
     fit = _Fit(runs, machine, start, middle)
@@ -217,11 +222,11 @@ def _pair(recorded: float, estimated: float) -> dict[str, float]:
     return {"recorded_s": recorded, "estimated_s": estimated, "error": estimated / recorded - 1.0 if recorded else 0.0}
 
 
-def _started(machine: Machine) -> Control:
-    """The control of the file, with the prior's middle for what it leaves out."""
+def _started(machine: Machine, keep: Sequence[str]) -> Control:
+    """The control of the file, with the prior's middle for what it leaves out and is not kept so."""
     control = machine.control or Control()
     said = {name for name, one, value, _ in values(control) if value != one.default}
-    new = {name: middle for name, (middle, _) in PRIORS.items() if name not in said}
+    new = {name: middle for name, (middle, _) in PRIORS.items() if name not in said and name not in keep}
     if control.spindle is None:
         new = {name: value for name, value in new.items() if not name.startswith("spindle.")}
     return changed(control, new)
@@ -297,7 +302,7 @@ class _Fit:
             return np.concatenate([self.residuals(dict(zip(names, middle + scale * x, strict=True))), x])
 
         near = (np.array([begin[name] for name in names]) - middle) / scale
-        found = least_squares(priors_too, near, bounds=(-4.0, 4.0), loss="soft_l1", diff_step=1e-3)
+        found = least_squares(priors_too, near, bounds=(-4.0, 4.0), loss="soft_l1", ftol=CLOSE, xtol=CLOSE)
         spread = max(1.0, float(np.mean(priors_too(found.x)[: -len(names)] ** 2)))
         deviation = scale * np.sqrt(spread * np.diag(np.linalg.inv(found.jac.T @ found.jac)))
         best = (middle + scale * found.x).tolist()

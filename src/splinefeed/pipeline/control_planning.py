@@ -158,14 +158,15 @@ def _junctions(blocks: Blocks, machine: Machine, bounds: _Bounds) -> tuple[BoolA
     if control.mode == "exact stop":
         stop[:] = True
     step = blocks.first[1:] - blocks.last[:-1]
-    turn = np.linalg.norm(step, axis=1)
+    kink = control.arc_kink * (blocks.kink[:-1] + blocks.kink[1:])
+    turn = np.linalg.norm(step, axis=1) + kink
     speed = np.minimum(bounds.speed[:-1], bounds.speed[1:])
     bends = turn > SMOOTH
     bound = np.zeros(len(turn))
     arc = np.minimum(bounds.arc[:-1], bounds.arc[1:])
     with np.errstate(divide="ignore", invalid="ignore"):
         if control.velocity_step is not None:
-            bound = control.velocity_step / np.max(np.abs(step), axis=1)
+            bound = control.velocity_step / (np.max(np.abs(step), axis=1) + kink)
         tolerance = np.where(np.isnan(blocks.tolerance[:-1]), control.tolerance or 0.0, blocks.tolerance[:-1])
         half = np.cos(np.arcsin(np.minimum(0.5 * turn, 1.0)))  # of half the angle by which the path turns
         blend = np.where(tolerance > 0.0, tolerance * half / (1.0 - half), 0.0)
@@ -183,11 +184,17 @@ def _passes(energy: list[float], gain: list[float]) -> Array:
     here = energy[0]
     for k, more in enumerate(gain):
         here += more
-        here = energy[k + 1] = min(here, energy[k + 1])
+        if here < energy[k + 1]:
+            energy[k + 1] = here
+        else:
+            here = energy[k + 1]
     here = energy[-1]
     for k in range(len(gain) - 1, -1, -1):
         here += gain[k]
-        here = energy[k] = min(here, energy[k])
+        if here < energy[k]:
+            energy[k] = here
+        else:
+            here = energy[k]
     return np.array(energy)
 
 

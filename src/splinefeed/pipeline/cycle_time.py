@@ -30,7 +30,7 @@ RPM = 30.0 / np.pi
 #: Parameters whose decrease saves time; all other numbers of a control save it by growing.
 _LESS = ("stop_time", "block_time", "tool_change", "start_time", "spindle.start", "spindle.stop")
 #: Numbers of a control that are no performance.
-_NEITHER = ("arc_growth", "look_ahead", "spindle.top_speed")
+_NEITHER = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed")
 
 
 @dataclass(frozen=True, eq=False)
