@@ -42,7 +42,7 @@ def test_time_as_json_with_a_figure(splinefeed, folder):
         (("time", "none.nc", "--machine", "hurco-02"), "none.nc: there is no such file"),
         (("time", BOX, "--machine", "mill"), "mill: no machine of this name"),
         (("time", BOX, "--machine", "hurco-02", "--figure", "time.doc"), "time.doc: figures are written as"),
-        (("time", BOX, "--machine", "bad.toml"), "control.spindle.start: '-1s'; must not be negative"),
+        (("time", BOX, "--machine", "bad.toml"), "control.spindle.start: -1s; must not be negative"),
         (("calibrate", "none.csv", "--machine", "hurco-02"), "none.csv: no program beside it"),
         (("calibrate", f"{BOX}=none.csv", "--machine", "hurco-02"), "none.csv: there is no such file"),
         (("calibrate", "x.csv", "--machine", "hurco-02", "--keep", "colour"), "--keep: 'colour' is not fitted"),

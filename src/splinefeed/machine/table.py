@@ -219,7 +219,7 @@ def _control(content: Any, problems: list[str]) -> Control | None:
         for name, each in axes.items()
     }
     plain = {key: value for key, value in content.items() if key not in PARTS and key != "axis"}
-    values = _section(plain, Control, "control.", False, True, problems, leave=(*PARTS, "axes"))
+    values = _section(plain, Control, "control.", False, True, problems, sections=(*PARTS, "axis"))
     return None if values is None or problems else Control(**values, **made)
 
 
@@ -278,15 +278,15 @@ def _section(
     rotary: bool,
     motor_rotary: bool,
     problems: list[str],
-    leave: Iterable[str] = (),
+    sections: Iterable[str] = (),
 ) -> dict[str, Any] | None:
     """The values of one section in base units, or None after adding what is wrong to `problems`.
 
-    leave  fields of the record that are sections of their own
+    sections  known besides, for they stand within this one
     """
     before = len(problems)
-    described = {f.name: f for f in fields(part) if f.name not in tuple(leave)}
-    _unknown_keys(content, described, place, problems)
+    described = {f.name: f for f in fields(part) if f.metadata}
+    _unknown_keys(content, (*described, *sections), place, problems)
     values: dict[str, Any] = {}
     for key, one in described.items():
         if key not in content:

@@ -199,7 +199,7 @@ def calibrate(
     numbers = []
     for name in names:
         x, width = solved.get(name, middle[name]), WIDTH * (deviation[name] if name in seen else PRIORS[name][1])
-        value, low, high = (_outer(name, each) for each in (x, x - width, x + width))
+        value, low, high = (_rounded(_outer(name, each)) for each in (x, x - width, x + width))
         numbers.append(Fitted(name, value, low, high, _unit(start, name), name in seen))
     best = changed(start, {each.name: each.value for each in numbers} | {"source": _source(runs, numbers)})
     table = replace(machine, control=best)
@@ -258,6 +258,11 @@ def _inner(name: str, value: float) -> float:
 
 def _outer(name: str, x: float) -> float:
     return x if name in PLAIN else math.exp(x)
+
+
+def _rounded(value: float) -> float:
+    """`value` in four digits: far within every interval, and fit to be read in a file."""
+    return float(f"{value:.4g}")
 
 
 @dataclass
