@@ -102,6 +102,17 @@ def test_block_time_and_look_ahead(timed):
     assert timed(*rows).times.end_speed.max() == pytest.approx(math.sqrt(2 * 500 * 5), rel=1e-2)
 
 
+def test_a_full_circle_moves_both_of_its_axes(timed):
+    axes = {
+        "x": AxisControl(rapid=40.0, acceleration=100.0),
+        "y": AxisControl(rapid=200.0),
+        "z": AxisControl(rapid=200.0),
+    }
+    for start in ("G3 X0 Y0 I50 J0", "G3 X0 Y0 I0 J50"):
+        speed = min(40.0, math.sqrt(100.0 * 50.0))
+        assert timed(f"{start} F6000", axes=axes).total == pytest.approx(100 * math.pi / speed + speed / 100, rel=1e-9)
+
+
 def test_rapid_moves_go_as_fast_as_their_slowest_axis(timed):
     axes = {
         "x": AxisControl(rapid=200.0, acceleration=400.0),

@@ -28,7 +28,8 @@ class Blocks:
     """What a program moves, (n,) each, without blocks that have no length.
 
     line        of the file; rapid  whether it is G0; length  mm, of rotary moves alone deg; feed  mm/s, inf where none
-    step        (n, 9) mm and rad; first, last  (n, 6) direction at start and end over the linear axes
+    step        (n, 9) mm and rad; moved  (n, 9) whether an axis moves, as on a full circle, whose step is 0
+    first, last (n, 6) direction at start and end over the linear axes
     radius      mm, inf on lines, the smallest of a spline; tolerance  of G64 P, mm, NaN where nothing is said
     kink        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0
     stops       whether the tool rests at its end (G61.1)
@@ -40,6 +41,7 @@ class Blocks:
     length: Array
     feed: Array
     step: Array
+    moved: BoolArray
     first: Array
     last: Array
     radius: Array
@@ -54,7 +56,7 @@ class Blocks:
 
 
 #: Fields of `Blocks` that have one row a block.
-_ARRAYS = ("line", "rapid", "length", "feed", "step", "first", "last", "radius", "kink", "tolerance", "stops")
+_ARRAYS = ("line", "rapid", "length", "feed", "step", "moved", "first", "last", "radius", "kink", "tolerance", "stops")
 
 
 def read_blocks(
@@ -87,13 +89,16 @@ def read_blocks(
     feed = piece.programmed_feeds
     if missing := moves.line[(feed <= 0.0) & ~rapid & (length > NO_LENGTH)].tolist():
         reading.findings.say(f"line {missing[0]}: no feed before it (F): timed as rapid")
-    kink, arcs = np.zeros(len(moves)), piece.arcs
+    kink, arcs, moved = np.zeros(len(moves)), piece.arcs, step != 0.0
+    moved[arcs.move[:, None], arcs.axes] = True
+    for i, spline in moves.spline_moves():
+        moved[i] = np.ptp(spline.points, axis=0) > 0.0
     kink[arcs.move] = np.sqrt(4.0 * np.abs(arcs.first - arcs.last) / (arcs.first + arcs.last))
     first, last, radius = _directions(moves, arcs, step)
     tolerance = moves.values[:, layout.ROW_TOLERANCE]
     made = Blocks(
-        moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, first, last, radius, kink,
-        np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, tuple(moves.marks), (),
+        moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, moved, first, last, radius,
+        kink, np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, tuple(moves.marks), (),
     )  # fmt: skip
     made = _with_length(_with_ways(made, ways))
     if not len(made):
@@ -119,8 +124,8 @@ def _with_ways(blocks: Blocks, ways: Mapping[int, Array]) -> Blocks:
     straight = steps[:, LINEAR] / np.maximum(size, NO_LENGTH)[:, None]
     more: dict[str, Any] = {
         "line": [blocks.marks[number].line for number in ways], "rapid": True, "length": size, "feed": np.inf,
-        "step": steps, "first": straight, "last": straight, "radius": np.inf, "kink": 0.0, "tolerance": np.nan,
-        "stops": False,
+        "step": steps, "moved": steps != 0.0, "first": straight, "last": straight, "radius": np.inf, "kink": 0.0,
+        "tolerance": np.nan, "stops": False,
     }  # fmt: skip
     arrays = {name: np.insert(getattr(blocks, name), at, more[name], axis=0) for name in _ARRAYS}
     before = np.searchsorted(list(ways), np.arange(len(blocks.marks)), "left").tolist()

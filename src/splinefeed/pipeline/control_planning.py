@@ -102,7 +102,7 @@ def _along(blocks: Blocks, bound: Array) -> tuple[Array, IntArray]:
     with np.errstate(divide="ignore", invalid="ignore"):
         allowed = np.where(blocks.step != 0.0, bound * blocks.length[:, None] / np.abs(blocks.step), np.inf)
     turning = np.isfinite(blocks.radius)
-    allowed[turning] = np.where(blocks.step[turning] != 0.0, bound, np.inf)
+    allowed[turning] = np.where(blocks.moved[turning], bound, np.inf)
     by = np.argmin(allowed, axis=1)
     return allowed[np.arange(len(blocks)), by], by
 
