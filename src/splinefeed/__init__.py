@@ -11,6 +11,7 @@ __version__ = "0.1.0"
 #: Where each public name lives; the rooms among them have public names of their own.
 _HOMES = {
     "Combination": "records.drives",
+    "CycleTime": "pipeline.cycle_time",
     "Interpolator": "interpolation.interpolator",
     "JointPath": "kinematics.joint_path",
     "Kinematics": "kinematics.chains",
@@ -34,6 +35,7 @@ _HOMES = {
     "analysis": "analysis",
     "check": "analysis.check",
     "compare": "pipeline.compare",
+    "cycle_time": "pipeline.cycle_time",
     "errors": "errors",
     "fit": "geometry.fitting",
     "follow": "pipeline.follow",
@@ -105,6 +107,8 @@ if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodResult as MethodResult
     from splinefeed.pipeline.compare import MethodTrace as MethodTrace
     from splinefeed.pipeline.compare import compare as compare
+    from splinefeed.pipeline.cycle_time import CycleTime as CycleTime
+    from splinefeed.pipeline.cycle_time import cycle_time as cycle_time
     from splinefeed.pipeline.follow import follow as follow
     from splinefeed.pipeline.run import Run as Run
     from splinefeed.pipeline.run import run as run

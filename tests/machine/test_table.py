@@ -60,8 +60,8 @@ def problems(*changes: tuple[str, str]) -> tuple[str, ...]:
     return caught.value.problems
 
 
-def test_the_package_has_its_three_machines() -> None:
-    assert Machine.names() == ("lintable", "router", "trunnion", "xytheta")
+def test_the_package_has_its_machines() -> None:
+    assert Machine.names() == ("hurco-02", "hurco-04", "lintable", "router", "trunnion", "xytheta")
     for name in Machine.names():
         table = Machine.load(name)
         assert table.name == name
@@ -302,7 +302,7 @@ def test_files_that_are_no_machines_are_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
         Machine.load("xyteta")
     assert str(caught.value) == (
-        "xyteta: no machine of this name; there are lintable, router, trunnion, xytheta; did you mean xytheta?"
+        f"xyteta: no machine of this name; there are {', '.join(Machine.names())}; did you mean xytheta?"
     )
 
 
@@ -405,6 +405,59 @@ def test_kinematics_that_cannot_be_are_refused(section: str, said: str) -> None:
     with pytest.raises(MachineError) as caught:
         Machine.parse(f"[kinematics]\n{section}\n{GOOD[GOOD.index('[axis') :]}", "test")
     assert caught.value.problems[0].startswith(said)
+
+
+CONTROL = """[control]
+mode = "exact stop"
+acceleration = "200mm/s^2"
+look_ahead = 50
+[control.spindle]
+top_speed = "12000rpm"
+start = "7s"
+[control.home]
+z = "330mm"
+[control.axis.x]
+rapid = "30m/min"
+[control.axis.c]
+rapid = "90deg/s"
+"""
+
+
+def test_a_control_needs_no_axes_and_is_read_written_and_shown() -> None:
+    table = Machine.parse(CONTROL, "mill")
+    assert table.control is not None
+    assert table.control.spindle is not None
+    assert table.axes == {}
+    assert (table.control.mode, table.control.look_ahead, table.control.home.z) == ("exact stop", 50, 330.0)
+    assert table.control.axes["x"].rapid == pytest.approx(500.0)
+    assert table.control.axes["c"].rapid == pytest.approx(math.pi / 2)
+    assert table.control.spindle.wait(7.0, 0.0, table.control.spindle.top_speed / 2) == pytest.approx(7.0 / 4)
+    assert Machine.parse(to_text(table), "mill") == table
+    assert Machine.parse(f"{CONTROL}{GOOD}", "mill").control == table.control
+    assert "spindle.start:       7000 ms" in table.describe()
+    assert table.as_dict()["control"]["axis.c.rapid"] == {"value": pytest.approx(90.0), "unit": "deg/s"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"200mm/s^2"', '"-1mm/s^2"', "control.acceleration: -1mm/s^2; must be greater than 0"),
+        ('"200mm/s^2"', "200", "control.acceleration: 200 has no unit"),
+        ("look_ahead = 50", "look_ahead = -1", "control.look_ahead: -1; must lie between 0 and 1000000"),
+        ("look_ahead", "lookahead", "control.lookahead: unknown key; did you mean look_ahead?"),
+        ('top_speed = "12000rpm"', "", "control.spindle.top_speed: missing"),
+        ('"330mm"', '"nanmm"', "control.home.z: 'nanmm' cannot be read"),
+        ('"30m/min"', '"0mm/s"', "control.axis.x.rapid: 0mm/s; must be greater than 0"),
+        ("[control.spindle]", "[control.spindles]", "control.spindles: unknown key; did you mean spindle?"),
+        (CONTROL, "control = 3", "control: must be a table"),
+        ("[control.axis.x]\nrapid", "[control.axis]\nx", "control.axis.x: must be a table"),
+    ],
+)
+def test_a_control_that_cannot_be_is_refused(old: str, new: str, said: str) -> None:
+    assert old in CONTROL
+    with pytest.raises(MachineError) as caught:
+        Machine.parse(CONTROL.replace(old, new), "mill")
+    assert any(problem.startswith(said) for problem in caught.value.problems), caught.value.problems
 
 
 def test_the_old_name_of_a_machine_warns() -> None:

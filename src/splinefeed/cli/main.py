@@ -26,6 +26,8 @@ COMMANDS = {
     "stream": "Setpoints to a running controller, with override and hold that keep the limits.",
     "linuxcnc": "The HAL file of a machine that LinuxCNC moves along a stream.",
     "pulses": "Setpoints as the pulse words of a motion card's bit-pattern mode, and back.",
+    "time": "How long a program takes on a machine: per tool, where, and what would save most.",
+    "calibrate": "How a machine's control plans, fitted to recorded runs of programs.",
     "tune": "Gains of a machine's axes: margins before and after, by a rule or for a path.",
     "tune-feed": "The highest feed at which a machine keeps to a contour tolerance.",
     "studio": "The local web page: sliders, plots, playback, tuning, history.",

@@ -157,6 +157,15 @@ def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
     return () if given["no_figures"] else tuple(given["figures"] or ("svg",))
 
 
+#: How a G-code program is read.
+reading_program = _all(
+    click.option("--dialect", metavar="NAME", help="G-code: the control, if the program does not show it."),
+    click.option("--start", metavar="X,Y,Z,...", help="G-code: tool position before the first line, mm and deg."),
+    click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: work offsets.  [default: at 0]"),
+    click.option("--tools", metavar="FILE", help="G-code: tool table (.tbl, .toml); G43 takes tool lengths from it."),
+    click.option("--repair", is_flag=True, help="Repair what is safe to repair in a faulty file, and list it."),
+)
+
 #: How a SOURCE is read, but for the tolerance.
 reading_alone = _all(
     click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
@@ -164,11 +173,7 @@ reading_alone = _all(
     click.option("--units", "file_units", metavar="UNIT", help="DXF: mm, in, ...; overrides the file."),
     quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
     click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: edges of faces as well as free curves."),
-    click.option("--dialect", metavar="NAME", help="G-code: the control, if the program does not show it."),
-    click.option("--start", metavar="X,Y,Z,...", help="G-code: tool position before the first line, mm and deg."),
-    click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: work offsets.  [default: at 0]"),
-    click.option("--tools", metavar="FILE", help="G-code: tool table (.tbl, .toml); G43 takes tool lengths from it."),
-    click.option("--repair", is_flag=True, help="Repair what is safe to repair in a faulty file, and list it."),
+    reading_program,
 )
 
 #: How a SOURCE is read.

@@ -16,7 +16,7 @@ PANELS = {
         "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "repair", "tolerance",
     ),
     "Smoothing": ("corners", "corner_angle", "angle_tolerance"),
-    "Output": ("formats", "tip", "figures", "no_figures", "no_compare", "by_windows", "as_json"),
+    "Output": ("formats", "tip", "figures", "no_figures", "figure", "no_compare", "by_windows", "as_json"),
 }  # fmt: skip
 
 

@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from splinefeed.kinematics import Kinematics
+from splinefeed.machine.control import Control, values
 from splinefeed.machine.parts import Axis
 from splinefeed.machine.quantities import KINDS, show, shown, unit_shown
 
@@ -15,19 +16,35 @@ _ORDER = ("controller", "drive", "motor", "transmission", "load", "friction", "e
 
 
 def describe_table(
-    name: str, title: str, axes: Iterable[Axis], notes: Iterable[str], kinematics: Kinematics | None = None
+    name: str,
+    title: str,
+    axes: Iterable[Axis],
+    notes: Iterable[str],
+    kinematics: Kinematics | None = None,
+    control: Control | None = None,
 ) -> str:
-    """Name, kinematics, axes and notes of a machine, one line a part, with units."""
+    """Name, kinematics, control, axes and notes of a machine, one line a part, with units."""
     lines = [f"{name}: {title}" if title else name]
     if kinematics is not None:
         words = [f"{key} {show(value, 'position', False)}" for key, value in kinematics.parameters.items()]
         lines += ["", ", ".join([f"Kinematics {kinematics.kind}, joints {' '.join(kinematics.joints)}", *words])]
+    if control is not None:
+        lines += ["", *_describe_control(control)]
     for axis in axes:
         lines += ["", *_describe_axis(axis)]
     remarks = [f"- {note}" for note in notes]
     if remarks:
         lines += ["", "Notes", *remarks]
     return "\n".join(lines)
+
+
+def _describe_control(control: Control) -> list[str]:
+    lines = [f"Control, {control.mode}"]
+    for name, one, value, rotary in values(control):
+        if name not in ("mode", "source") and value != 0.0:
+            kind = one.metadata.get("kind")
+            lines.append(f"  {name + ':':<20} {show(value, kind, rotary) if kind in KINDS else value}")
+    return lines + ([f"  ({control.source})"] if control.source else [])
 
 
 def _describe_axis(axis: Axis) -> list[str]:
@@ -76,16 +93,32 @@ def _describe_part(part: Any, axis: Axis) -> str:
 
 
 def table_numbers(
-    name: str, title: str, axes: Iterable[Axis], notes: Iterable[str], kinematics: Kinematics | None = None
+    name: str,
+    title: str,
+    axes: Iterable[Axis],
+    notes: Iterable[str],
+    kinematics: Kinematics | None = None,
+    control: Control | None = None,
 ) -> dict[str, Any]:
     """A machine for programs: sections as in the file, each quantity as its value and unit."""
     return {
         "name": name,
         "title": title,
         **({} if kinematics is None else {"kinematics": _kinematics_numbers(kinematics)}),
+        **({} if control is None else {"control": control_numbers(control)}),
         "axes": {axis.name: _axis_numbers(axis) for axis in axes},
         "notes": list(notes),
     }
+
+
+def control_numbers(control: Control) -> dict[str, Any]:
+    """A control for programs: by the names of the file, each quantity as its value and unit."""
+    found: dict[str, Any] = {}
+    for name, one, value, rotary in values(control):
+        kind = one.metadata.get("kind")
+        told = {"value": shown(value, kind, rotary), "unit": unit_shown(kind, rotary)} if kind in KINDS else value
+        found[name] = told
+    return found
 
 
 def _kinematics_numbers(kinematics: Kinematics) -> dict[str, Any]:

@@ -32,6 +32,11 @@ def quantity(kind: str, rule: str = "positive", default: Any = MISSING, *, motor
     return field(default=default, metadata={"kind": kind, "rule": rule, "motor": motor})
 
 
+def number(rule: str, default: Any) -> Any:
+    """A field that holds a number without a unit."""
+    return field(default=default, metadata={"kind": "number", "rule": rule, "motor": False})
+
+
 def count(lowest: int, highest: int, default: Any = MISSING) -> Any:
     """A field that holds a whole number within bounds."""
     return field(default=default, metadata={"lowest": lowest, "highest": highest})
@@ -128,7 +133,7 @@ class Transmission(_Part):
 
     kind: str = choice("screw", "belt", "gear", "direct")
     lead: float | None = quantity("lead", default=None)
-    ratio: float | None = field(default=None, metadata={"kind": "number", "rule": "positive", "motor": False})
+    ratio: float | None = number("positive", None)
     inertia: float = quantity("rotary inertia", "not negative", 0.0)
     backlash: float = quantity("position", "not negative", 0.0)
     stiffness: float | None = quantity("stiffness", default=None)

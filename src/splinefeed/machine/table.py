@@ -14,6 +14,7 @@ from typing import Any
 from splinefeed.errors import FormatError, InputError, UnitError
 from splinefeed.kinematics import Kinematics, kinds, kinematics
 from splinefeed.machine import parts, quantities
+from splinefeed.machine.control import PARTS, AxisControl, Control
 from splinefeed.machine.describe import describe_table, table_numbers
 from splinefeed.records import ROTARY_AXES
 
@@ -32,7 +33,7 @@ SECTIONS: dict[str, type[Any]] = {
 #: Sections that an axis may do without.
 OPTIONAL = ("friction", "encoder", "scale", "limits")
 #: Keys beside the axes at the top of a file.
-_TOP = ("title", "notes", "kinematics", "axis")
+_TOP = ("title", "notes", "kinematics", "control", "axis")
 #: A machine file beyond this many bytes is none.
 _LARGEST_FILE = 1_000_000
 
@@ -52,6 +53,7 @@ class Machine:
     """A machine: its axes by name, in order, what its makers say of it, and how its joints move tool and workpiece.
 
     kinematics  of a machine for tool paths, whose joints are among its axes; else None
+    control     how its control plans a program, for cycle times; a machine that has it may do without axes
     Quantities in mm, s, kg, V, N; with a rotary axis rad and N*m. `load` and `parse` raise MachineError, one line
     per problem. Source: docs/machines.md. Example: `sf.Machine.load("router").axes["x"].controller.kp`
     """
@@ -61,6 +63,7 @@ class Machine:
     title: str = ""
     notes: tuple[str, ...] = field(default=())
     kinematics: Kinematics | None = None
+    control: Control | None = None
 
     @staticmethod
     def names() -> tuple[str, ...]:
@@ -106,15 +109,16 @@ class Machine:
         if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
             problems.append("notes: must be a list of texts")
         given = content.get("axis", {})
-        if not isinstance(given, dict) or not given:
+        if not isinstance(given, dict) or not (given or "control" in content):
             problems.append("axis: missing; a machine needs at least one [axis.NAME]")
             given = {}
         axes = {axis: _axis(axis, section, problems) for axis, section in given.items()}
         moves = _kinematics(content["kinematics"], given, problems) if "kinematics" in content else None
+        plans = _control(content["control"], problems) if "control" in content else None
         if problems:
             raise MachineError(source, problems)
         made = {key: axis for key, axis in axes.items() if axis is not None}
-        return Machine(name=name, axes=made, title=title, notes=tuple(notes), kinematics=moves)
+        return Machine(name=name, axes=made, title=title, notes=tuple(notes), kinematics=moves, control=plans)
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
         """Limits of those of `axes` that the machine has, as `Limits(feed=..., **table.limits(path.axes))` takes them.
@@ -133,7 +137,7 @@ class Machine:
 
     def as_dict(self) -> dict[str, Any]:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
-        return table_numbers(self.name, self.title, self.axes.values(), self.notes, self.kinematics)
+        return table_numbers(self.name, self.title, self.axes.values(), self.notes, self.kinematics, self.control)
 
     def save(self, path: str | Path) -> None:
         """Write a machine file that loads again as the same machine; see `machine.writing`."""
@@ -143,7 +147,7 @@ class Machine:
 
     def describe(self) -> str:
         """The machine in words, a paragraph an axis."""
-        return describe_table(self.name, self.title, self.axes.values(), self.notes, self.kinematics)
+        return describe_table(self.name, self.title, self.axes.values(), self.notes, self.kinematics, self.control)
 
 
 @cache
@@ -197,6 +201,37 @@ def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> K
     return found
 
 
+def _control(content: Any, problems: list[str]) -> Control | None:
+    """The section [control], or None after adding what is wrong with it to `problems`."""
+    if not isinstance(content, dict):
+        problems.append("control: must be a table")
+        return None
+    made: dict[str, Any] = {}
+    axes = content.get("axis", {})
+    for section, part in PARTS.items():
+        if section in content:
+            made[section] = _part(content[section], part, f"control.{section}", False, problems)
+    if not isinstance(axes, dict):
+        problems.append("control.axis: must be a table")
+        axes = {}
+    made["axes"] = {
+        name: _part(each, AxisControl, f"control.axis.{name}", name in ROTARY_AXES, problems)
+        for name, each in axes.items()
+    }
+    plain = {key: value for key, value in content.items() if key not in PARTS and key != "axis"}
+    values = _section(plain, Control, "control.", False, True, problems, sections=(*PARTS, "axis"))
+    return None if values is None or problems else Control(**values, **made)
+
+
+def _part(content: Any, part: type[Any], place: str, rotary: bool, problems: list[str]) -> Any:
+    """One table as its record, or None after adding what is wrong with it to `problems`."""
+    if not isinstance(content, dict):
+        problems.append(f"{place}: must be a table")
+        return None
+    values = _section(content, part, f"{place}.", rotary, True, problems)
+    return None if values is None else part(**values)
+
+
 def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:
     """One axis of the file, or None after adding what is wrong with it to `problems`."""
     place = f"axis.{name}."
@@ -245,11 +280,15 @@ def _section(
     rotary: bool,
     motor_rotary: bool,
     problems: list[str],
+    sections: Iterable[str] = (),
 ) -> dict[str, Any] | None:
-    """The values of one section in base units, or None after adding what is wrong to `problems`."""
+    """The values of one section in base units, or None after adding what is wrong to `problems`.
+
+    sections  known besides, for they stand within this one
+    """
     before = len(problems)
-    described = {f.name: f for f in fields(part)}
-    _unknown_keys(content, described, place, problems)
+    described = {f.name: f for f in fields(part) if f.metadata}
+    _unknown_keys(content, (*described, *sections), place, problems)
     values: dict[str, Any] = {}
     for key, one in described.items():
         if key not in content:

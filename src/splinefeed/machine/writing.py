@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from splinefeed.errors import FormatError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.machine import quantities
+from splinefeed.machine.control import Control, values
 
 if TYPE_CHECKING:
     from splinefeed.machine.parts import Axis
@@ -46,8 +47,26 @@ def to_text(machine: Machine) -> str:
         parameters = machine.kinematics.parameters.items()
         lengths = {name: quantities.write(value, "position", False) for name, value in parameters}
         content["kinematics"] = {"type": machine.kinematics.kind, **lengths}
-    content["axis"] = {name: _sections(axis) for name, axis in machine.axes.items()}
+    if machine.control is not None:
+        content["control"] = _control(machine.control)
+    if machine.axes:
+        content["axis"] = {name: _sections(axis) for name, axis in machine.axes.items()}
     return tomlkit.dumps(content)
+
+
+def _control(control: Control) -> dict[str, Any]:
+    """The section [control]: what differs from the default, the tables last."""
+    content: dict[str, Any] = {}
+    for name, one, value, rotary in sorted(values(control), key=lambda each: "." in each[0]):
+        if one.default is not MISSING and value == one.default:
+            continue
+        table = content
+        *sections, key = name.split(".")
+        for section in sections:
+            table = table.setdefault(section, {})
+        kind = one.metadata.get("kind")
+        table[key] = quantities.write(value, kind, rotary) if kind in quantities.KINDS else value
+    return content
 
 
 def _sections(axis: Axis) -> dict[str, dict[str, Any]]:

@@ -29,7 +29,10 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one."""
+    """A curve through x, y (n,); a NaN breaks it. `named`: its name stands in the legend, or that shorter one.
+
+    fill  the area within it, on paper
+    """
 
     x: Array
     y: Array
@@ -38,6 +41,7 @@ class Line:
     width: float = 1.4
     dash: bool = False
     named: bool | str = False
+    fill: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -194,9 +194,9 @@ def _panel(
         _axes(sheet, panel, box, x, None if heat is not None else y, footed)
     for mark in panel.marks:
         if isinstance(mark, Line):
-            kept = _thinned(mark)
+            kept = np.arange(len(mark.x)) if mark.fill else _thinned(mark)
             points = np.column_stack([x(mark.x[kept]), y(mark.y[kept])])
-            sheet.stroke(points, mark.colour, mark.width, dash=mark.dash, clip=box)
+            sheet.stroke(points, mark.colour, mark.width, dash=mark.dash, clip=box, fill=mark.fill)
         elif isinstance(mark, Coloured):
             points = np.column_stack([x(mark.place[:, 0]), y(mark.place[:, 1])])
             thread = np.column_stack([x(mark.thread[:, 0]), y(mark.thread[:, 1])])

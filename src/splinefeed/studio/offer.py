@@ -20,7 +20,9 @@ def offer() -> dict[str, Any]:
         "shapes": [{"name": name, "what": what, "example": example} for name, what, example in shapes.describe()],
         "strategies": list(STRATEGIES),
         "methods": [{"name": name, "title": registry.method(name).title} for name in registry.methods()],
-        "machines": [{"name": name, "title": Machine.load(name).title} for name in Machine.names()],
+        "machines": [
+            {"name": each.name, "title": each.title} for each in map(Machine.load, Machine.names()) if each.axes
+        ],
         "setpoints": list(SETPOINTS),
         "paths": list(PATHS),
         "usual": USUAL,

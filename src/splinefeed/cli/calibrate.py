@@ -1,0 +1,100 @@
+"""`splinefeed calibrate`: how a machine's control plans, fitted to recorded runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from splinefeed.cli import options
+
+EXAMPLES = """\b
+Examples:
+  splinefeed calibrate runs/part-1.csv runs/part-2.csv --machine my-mill.toml
+  splinefeed calibrate part.nc=monday.csv part.nc=friday.csv --machine my-mill.toml -o calibrated.toml
+  splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
+
+A run is a CSV with the columns seconds,what,value: Block_Number is the line that runs, Program_Status ACTIVE and
+PROGRAM_COMPLETED its start and end. Its program is named before =, or lies beside it with a name that it begins with.
+"""
+
+
+@click.command(epilog=EXAMPLES)
+@click.argument("runs", nargs=-1, required=True, metavar="[PROGRAM=]RUN...")
+@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; its [control] is the prior.")
+@click.option("--keep", multiple=True, metavar="NAME", help="A number that stays as the file has it; may be repeated.")
+@options.reading_program
+@click.option("-o", "--output", metavar="FILE", help="Machine file to write.  [default: MACHINE-calibrated.toml]")
+@options.as_json
+def command(runs: tuple[str, ...], as_json: bool, **given: Any) -> None:
+    """Fit the section [control] of a machine file to recorded RUNS, and say how well each number is known.
+
+    Numbers that the runs do not show stay as the machine file has them, or at a usual value, and are named. The machine
+    is written to a new file.
+    """
+    from splinefeed.cli import output
+    from splinefeed.cli.progress import busy
+
+    with busy() as say:
+        page = _calibrate(runs, given, say)
+    if as_json:
+        output.print_json(page)
+    else:
+        _print(page)
+
+
+def _calibrate(runs: tuple[str, ...], given: Mapping[str, Any], say: Any) -> dict[str, Any]:
+    from splinefeed.errors import InputError
+    from splinefeed.machine.table import Machine
+    from splinefeed.pipeline.calibration import PRIORS, calibrate, record
+
+    table = Machine.load(given["machine"])
+    for name in given["keep"]:
+        if name not in PRIORS:
+            raise InputError(f"--keep: {name!r} is not fitted; there are {', '.join(PRIORS)}")
+    file = given["output"] if given["output"] is not None else f"{table.name}-calibrated.toml"
+    reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair")}
+    say("reading runs")
+    recorded = [record(*_pair(run), table, **reading) for run in runs]
+    found = calibrate(recorded, table, keep=given["keep"], say=say)
+    found.machine.save(file)
+    return {**found.as_dict(), "files": [file]}
+
+
+def _pair(run: str) -> tuple[str, str]:
+    """Program and log that an argument names; InputError where no program lies beside the log."""
+    from splinefeed.errors import InputError
+
+    program, equals, log = run.rpartition("=")
+    if equals:
+        return program, log
+    folder, stem = Path(run).parent, Path(run).stem
+    beside = [each for each in folder.glob("*") if each.suffix.lower() in _PROGRAMS and stem.startswith(each.stem)]
+    if not beside:
+        raise InputError(f"{run}: no program beside it whose name it begins with; write PROGRAM={run}")
+    return str(max(beside, key=lambda each: len(each.stem))), run
+
+
+#: Suffixes of programs that are looked for beside a run.
+_PROGRAMS = (".nc", ".ngc", ".tap", ".cnc", ".mpf", ".eia", ".txt")
+
+
+def _print(page: Mapping[str, Any]) -> None:
+    from splinefeed.cli.output import number, print_table, print_text
+
+    rows = []
+    for each in page["numbers"]:
+        known = f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs"
+        rows.append([each["name"], number(each["value"]), each["unit"], known])
+    print_table(["number", "value", "unit", "95 % interval"], rows)
+    print_text()
+    runs = []
+    for run in page["runs"]:
+        for each in (run, *run["tools"]):
+            name = run["run"] if each is run else f"  {each['tool']}"
+            runs.append([name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"])
+    print_table(["run", "recorded, s", "estimated, s", "error"], runs)
+    for name in page["files"]:
+        print_text(f"wrote {name}")

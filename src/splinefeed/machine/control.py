@@ -1,0 +1,115 @@
+"""How a machine's control plans a program: speeds, accelerations, corners, stops, tool changes and spindle waits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import Field, dataclass, field, fields, replace
+from typing import Any
+
+from splinefeed.machine.parts import _Part, choice, count, number, quantity, words
+from splinefeed.records import ROTARY_AXES
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisControl(_Part):
+    """What the control lets one axis do: rapid velocity mm/s, acceleration mm/s^2, jerk mm/s^3 (rad on rotary axes)."""
+
+    rapid: float | None = quantity("velocity", default=None)
+    acceleration: float | None = quantity("acceleration", default=None)
+    jerk: float | None = quantity("jerk", default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpindleControl(_Part):
+    """How long a program waits for the spindle.
+
+    start, stop  s from 0 to `top_speed` and back; growth "square": with the square of the speed, "ramp": with the speed
+    """
+
+    top_speed: float = quantity("speed", motor=True)
+    start: float = quantity("time", "not negative", 0.0)
+    stop: float = quantity("time", "not negative", 0.0)
+    growth: str = choice("square", "ramp", default="square")
+
+    def wait(self, full: float, before: float, after: float) -> float:
+        """Seconds from one speed to another, rad/s, where `full` is what 0 to `top_speed` takes."""
+        power = 2 if self.growth == "square" else 1
+        return full * abs((after / self.top_speed) ** power - (before / self.top_speed) ** power)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place(_Part):
+    """Places of axes in the coordinates of the program, mm; None where an axis does not go there."""
+
+    x: float | None = quantity("position", "any", None)
+    y: float | None = quantity("position", "any", None)
+    z: float | None = quantity("position", "any", None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Control(_Part):
+    """How a control plans blocks; what is None does not limit. mm, s.
+
+    mode                  "exact stop" rests at the end of each block, "blending" passes corners
+    acceleration, jerk    along the path at feed; rapid_acceleration, rapid_jerk at rapid, those at feed if None
+    velocity_step         largest step of an axis's velocity at a corner that is passed
+    tolerance             how far from a corner the path may pass, unless G64 P says it
+    arc_acceleration      centripetal acceleration on a radius of 1 mm; it grows with radius^arc_growth
+    arc_kink              an arc whose radii differ by d begins and ends with a turn of arc_kink sqrt(2 d / r)
+    stop_time             at each exact stop: between rapid and feed, and at markers
+    block_time            least time of a block at feed; look_ahead  blocks in which it must be able to stop (0: all)
+    tool_change           time of M6 without the ways; start_time  from the start button to the first block
+    home, change_place    where G28 leads, and where tools are changed
+    """
+
+    mode: str = choice("exact stop", "blending", default="blending")
+    acceleration: float | None = quantity("acceleration", default=None)
+    jerk: float | None = quantity("jerk", default=None)
+    rapid_acceleration: float | None = quantity("acceleration", default=None)
+    rapid_jerk: float | None = quantity("jerk", default=None)
+    velocity_step: float | None = quantity("velocity", default=None)
+    tolerance: float | None = quantity("position", "not negative", None)
+    arc_acceleration: float | None = quantity("acceleration", default=None)
+    arc_growth: float = number("any", 0.0)
+    arc_kink: float = number("not negative", 0.0)
+    stop_time: float = quantity("time", "not negative", 0.0)
+    block_time: float = quantity("time", "not negative", 0.0)
+    look_ahead: int = count(0, 1_000_000, 0)
+    tool_change: float = quantity("time", "not negative", 0.0)
+    start_time: float = quantity("time", "not negative", 0.0)
+    source: str = words()
+    spindle: SpindleControl | None = None
+    home: Place = field(default_factory=Place)
+    change_place: Place = field(default_factory=Place)
+    axes: Mapping[str, AxisControl] = field(default_factory=dict)
+
+
+#: Sections within [control], and the record that each becomes; [control.axis.NAME] stands beside them.
+PARTS: dict[str, type[_Part]] = {"spindle": SpindleControl, "home": Place, "change_place": Place}
+
+
+def values(control: Control) -> Iterator[tuple[str, Field[Any], Any, bool]]:
+    """Name in the file (`spindle.start`, `axis.x.jerk`), field, value and whether it is rotary, of all that is said."""
+    parts: list[tuple[str, Any, bool]] = [("", control, False)]
+    parts += [(f"{name}.", part, False) for name in PARTS if (part := getattr(control, name)) is not None]
+    parts += [(f"axis.{name}.", part, name in ROTARY_AXES) for name, part in control.axes.items()]
+    for prefix, part, rotary in parts:
+        for one in fields(part):
+            value = getattr(part, one.name)
+            if one.metadata and value is not None and value != "":
+                yield prefix + one.name, one, value, rotary or bool(one.metadata.get("motor"))
+
+
+def changed(control: Control, new: Mapping[str, Any]) -> Control:
+    """`control` with other values, by their names in the file."""
+    for name, value in new.items():
+        *section, key = name.split(".")
+        if not section:
+            control = replace(control, **{key: value})
+        elif section[0] == "axis":
+            part = replace(control.axes.get(section[1], AxisControl()), **{key: value})
+            control = replace(control, axes={**control.axes, section[1]: part})
+        else:
+            part = getattr(control, section[0])
+            control = replace(control, **{section[0]: replace(part, **{key: value})})
+    return control

@@ -1,0 +1,199 @@
+"""The blocks of a program as arrays: what a control must know of each to plan how fast it goes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import FormatError
+from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.arcs import Arcs
+from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, RAPID, Mark, Moves
+from splinefeed.formats.gcode.offsets import REFERENCES
+from splinefeed.formats.gcode.to_path import NO_LENGTH, Program, parse_offsets
+from splinefeed.formats.gcode.tools import Tools
+from splinefeed.machine.control import Control, Place
+from splinefeed.records import Array, BoolArray, IntArray
+
+#: Places along a spline at which its radius is measured.
+_PLACES = 65
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """What a program moves, (n,) each, without blocks that have no length.
+
+    line        of the file; rapid  whether it is G0; length  mm, of rotary moves alone deg; feed  mm/s, inf where none
+    step        (n, 9) mm and rad; moved  (n, 9) whether an axis moves, as on a full circle, whose step is 0
+    first, last (n, 6) direction at start and end over the linear axes
+    radius      mm, inf on lines, the smallest of a spline; tolerance  of G64 P, mm, NaN where nothing is said
+    kink        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0
+    stops       whether the tool rests at its end (G61.1)
+    marks       what is no motion, each before the block of its number; findings  of the reader
+    """
+
+    line: IntArray
+    rapid: BoolArray
+    length: Array
+    feed: Array
+    step: Array
+    moved: BoolArray
+    first: Array
+    last: Array
+    radius: Array
+    kink: Array
+    tolerance: Array
+    stops: BoolArray
+    marks: tuple[Mark, ...]
+    findings: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+
+#: Fields of `Blocks` that have one row a block.
+_ARRAYS = ("line", "rapid", "length", "feed", "step", "moved", "first", "last", "radius", "kink", "tolerance", "stops")
+
+
+def read_blocks(
+    file: str | os.PathLike[str],
+    control: Control,
+    *,
+    dialect: str | None = None,
+    start: str | Sequence[float] | None = None,
+    offsets: str | Mapping[str, Sequence[float]] | None = None,
+    tools: str | os.PathLike[str] | Tools | None = None,
+    repair: bool = False,
+) -> Blocks:
+    """Read the program in `file` as `splinefeed.read` does; `control` says where G28 and tool changes lead.
+
+    Raises FormatError with the line that is wrong, or where nothing moves.
+    """
+    home = [control.home.x or 0.0, control.home.y or 0.0, control.home.z or 0.0, *[0.0] * (AXES - 3)]
+    program = Program(file, dialect, home if start is None else start, offsets, tools, repair)
+    reading = program.reading()
+    if control.home != Place():
+        references = {number: np.array(home) for number in REFERENCES.values()}
+        reading = replace(reading, offsets={**references, **parse_offsets(offsets)})
+    moves = program.all_moves(reading)
+    if not len(moves):
+        raise FormatError(f"{file}: no line of it moves an axis")
+    (piece,) = program.pieces([moves], reading, np.arange(AXES), len(moves))
+    step, rapid = moves.ends - moves.starts, moves.kind == RAPID
+    ways = _by_way_of_changes(step, moves, control.change_place)
+    length = np.where(rapid, _straight(step), piece.lengths)
+    feed = piece.programmed_feeds
+    if missing := moves.line[(feed <= 0.0) & ~rapid & (length > NO_LENGTH)].tolist():
+        reading.findings.say(f"line {missing[0]}: no feed before it (F): timed as rapid")
+    kink, arcs, moved = np.zeros(len(moves)), piece.arcs, step != 0.0
+    moved[arcs.move[:, None], arcs.axes] = True
+    for i, spline in moves.spline_moves():
+        moved[i] = np.ptp(spline.points, axis=0) > 0.0
+    kink[arcs.move] = np.sqrt(4.0 * np.abs(arcs.first - arcs.last) / (arcs.first + arcs.last))
+    first, last, radius = _directions(moves, arcs, step)
+    tolerance = moves.values[:, layout.ROW_TOLERANCE]
+    made = Blocks(
+        moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, moved, first, last, radius,
+        kink, np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, tuple(moves.marks), (),
+    )  # fmt: skip
+    made = _with_length(_with_ways(made, ways))
+    if not len(made):
+        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+    return replace(made, findings=tuple(reading.findings.all()))
+
+
+def _with_length(blocks: Blocks) -> Blocks:
+    """Without blocks that have no length."""
+    kept = np.flatnonzero(blocks.length > NO_LENGTH)
+    numbers = np.searchsorted(kept, [mark.move for mark in blocks.marks])
+    marks = tuple(replace(mark, move=int(k)) for mark, k in zip(blocks.marks, numbers, strict=True))
+    return replace(blocks, **{name: getattr(blocks, name)[kept] for name in _ARRAYS}, marks=marks)
+
+
+def _with_ways(blocks: Blocks, ways: Mapping[int, Array]) -> Blocks:
+    """With a rapid block behind each mark of that number: the way (9,) to where tools are changed."""
+    if not ways:
+        return blocks
+    at = [blocks.marks[number].move for number in ways]
+    steps = np.array(list(ways.values()))
+    size = np.linalg.norm(steps[:, LINEAR], axis=1)
+    straight = steps[:, LINEAR] / np.maximum(size, NO_LENGTH)[:, None]
+    more: dict[str, Any] = {
+        "line": [blocks.marks[number].line for number in ways], "rapid": True, "length": size, "feed": np.inf,
+        "step": steps, "moved": steps != 0.0, "first": straight, "last": straight, "radius": np.inf, "kink": 0.0,
+        "tolerance": np.nan, "stops": False,
+    }  # fmt: skip
+    arrays = {name: np.insert(getattr(blocks, name), at, more[name], axis=0) for name in _ARRAYS}
+    before = np.searchsorted(list(ways), np.arange(len(blocks.marks)), "left").tolist()
+    marks = tuple(replace(mark, move=mark.move + k) for mark, k in zip(blocks.marks, before, strict=True))
+    return replace(blocks, **arrays, marks=marks)
+
+
+def _straight(step: Array) -> Array:
+    """Lengths (n,) of straight moves (n, 9): mm, of rotary moves alone deg."""
+    length = np.linalg.norm(step[:, LINEAR], axis=1)
+    out: Array = np.where(length > 0.0, length, np.rad2deg(np.linalg.norm(step[:, 3:6], axis=1)))
+    return out
+
+
+def _by_way_of_changes(step: Array, moves: Moves, place: Place) -> dict[int, Array]:
+    """The way (9,) to where tools change, by number of each M6 mark; rapid moves in `step` behind it begin there."""
+    there = {axis: value for axis, value in enumerate((place.x, place.y, place.z)) if value is not None}
+    ways = {}
+    for number, mark in enumerate(moves.marks if there else ()):
+        if "M6" not in mark.text.split():
+            continue
+        at = moves.starts[mark.move] if mark.move < len(moves) else moves.ends[-1]
+        away = {axis: value - at[axis] for axis, value in there.items()}
+        ways[number] = np.array([away.get(axis, 0.0) for axis in range(AXES)])
+        for move in range(mark.move, len(moves)):
+            if not away or moves.kind[move] != RAPID:
+                break
+            stated = int(moves.codes[move, layout.AXES]) >> layout.STATED
+            for axis in [axis for axis in away if stated >> axis & 1]:
+                step[move, axis] -= away.pop(axis)
+    return ways
+
+
+def _directions(moves: Moves, arcs: Arcs, step: Array) -> tuple[Array, Array, Array]:
+    """Directions (n, 6) of each block at its start and its end, and its radius (n,)."""
+    straight = step[:, LINEAR]
+    size = np.linalg.norm(straight, axis=1, keepdims=True)
+    first = np.divide(straight, size, out=np.zeros_like(straight), where=size > 0.0)
+    last, radius = first.copy(), np.full(len(moves), np.inf)
+    if len(arcs):
+        rows, plane = np.arange(len(arcs))[:, None], arcs.axes
+        rise = straight[arcs.move].copy()
+        rise[rows, plane] = 0.0
+        mean = 0.5 * (arcs.first + arcs.last)
+        along = mean * np.abs(arcs.sweep)
+        total = np.hypot(along, np.linalg.norm(rise, axis=1))
+        for angle, out in ((arcs.angle, first), (arcs.angle + arcs.sweep, last)):
+            tangent = rise / total[:, None]
+            turn = np.sign(arcs.sweep) * along / total
+            tangent[rows, plane] = np.column_stack([-np.sin(angle) * turn, np.cos(angle) * turn])
+            out[arcs.move] = tangent
+        radius[arcs.move] = mean * (total / along) ** 2  # of a helix
+    for i, spline in moves.spline_moves():
+        if spline.path is None:
+            continue
+        at = spline.path(np.linspace(0.0, spline.path.length, _PLACES))
+        columns = ["xyzuvw".index(axis) for axis in spline.path.axes]
+        legs = np.diff(at, axis=0)
+        for leg, out in ((legs[0], first), (legs[-1], last)):
+            out[i] = 0.0
+            out[i, columns] = leg / max(float(np.linalg.norm(leg)), 1e-300)
+        sizes = np.linalg.norm(legs, axis=1)
+        units = legs / np.maximum(sizes, 1e-300)[:, None]
+        turns = np.linalg.norm(np.diff(units, axis=0), axis=1)
+        radius[i] = float(np.min(0.5 * (sizes[:-1] + sizes[1:]) / np.maximum(turns, 1e-12)))
+    return first, last, radius
+
+
+def letter(axis: int) -> str:
+    """Name of the axis of a column, as machine files have it."""
+    return LETTERS[axis].lower()

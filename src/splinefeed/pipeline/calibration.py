@@ -1,0 +1,314 @@
+"""The numbers of a control fitted to recorded runs: least squares with priors, and how well each number is known.
+
+A run is cut where tools change, where cutting begins and ends, and every few seconds between. Each piece gives one
+residual, estimated minus recorded seconds, over the scatter that the log's sampling and the model leave. Numbers are
+fitted as logarithms (places and exponents as they are), each with a Gaussian prior about the value of the machine file.
+A number whose interval the runs do not narrow stays at its prior.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from splinefeed.errors import InputError
+from splinefeed.formats.run_log import RunLog, read_run
+from splinefeed.machine.control import Control, Place, changed, values
+from splinefeed.machine.quantities import KINDS
+from splinefeed.machine.table import Machine
+from splinefeed.pipeline.blocks import Blocks, read_blocks
+from splinefeed.pipeline.cycle_time import CycleTime, timed
+from splinefeed.records import Array, IntArray
+
+#: Prior of each number: what it is where the machine file says nothing, and the standard deviation of its logarithm,
+#: or of itself for those in PLAIN: round values of machining centres, wide enough to let the runs speak.
+PRIORS: dict[str, tuple[float, float]] = {
+    "acceleration": (500.0, 1.0),
+    "jerk": (5000.0, 1.0),
+    "rapid_acceleration": (2000.0, 1.0),
+    "rapid_jerk": (50000.0, 1.0),
+    "velocity_step": (3.0, 1.0),
+    "arc_acceleration": (300.0, 1.0),
+    "arc_growth": (0.0, 0.1),
+    "arc_kink": (1.0, 0.5),
+    "stop_time": (0.02, 1.0),
+    "block_time": (0.002, 1.0),
+    "tool_change": (4.0, 0.5),
+    "start_time": (1.0, 1.0),
+    "spindle.start": (5.0, 0.7),
+    "spindle.stop": (5.0, 0.7),
+    "home.z": (300.0, 60.0),
+    "change_place.x": (0.0, 200.0),
+    "change_place.y": (0.0, 200.0),
+}
+#: Numbers that may be 0 or negative: fitted as they are.
+PLAIN = ("arc_growth", "home.z", "change_place.x", "change_place.y")
+#: A number is shown by the runs where they narrow its standard deviation to less than the first share of the prior's;
+#: above the second they say nothing of it.
+SHOWN, HIDDEN = 0.7, 0.95
+#: Least seconds of a piece of a run, and the scatter of its ends by sampling, s.
+PIECE, SAMPLING = 4.0, 0.07
+#: What the model leaves out: share of a piece; s of a way whose length depends on tools and work offsets, and of the
+#: first one, which begins where the last program ended.
+MODEL, CHANGING, FIRST = 0.004, 0.15, 0.5
+#: Where tools may be changed, mm: the fit begins at the best of these, for times have several best places.
+TRIED = (-300.0, -150.0, 0.0, 150.0, 300.0)
+#: Relative change of cost or numbers at which the fit ends: far within their intervals.
+CLOSE = 1e-4
+#: Half the width of a 95 % interval in standard deviations.
+WIDTH = 1.96
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """One run of a program, cut into pieces: lines (k,) that begin and end each, seconds, tool, and scatter, s.
+
+    end  past the last line of the program
+    """
+
+    program: str
+    log: RunLog
+    first: IntArray
+    last: IntArray
+    seconds: Array
+    tool: IntArray
+    scatter: Array
+    names: tuple[str, ...]
+    options: Mapping[str, Any]
+
+    def estimated(self, time: CycleTime) -> Array:
+        """Seconds (k,) of each piece by an estimate."""
+        line, seconds, _, _ = time.rows
+        reached = np.maximum.accumulate(line)
+        clock = np.concatenate([[0.0], np.cumsum(seconds)])
+        out: Array = clock[np.searchsorted(reached, self.last)] - clock[np.searchsorted(reached, self.first)]
+        return out
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """One number of a control: value with its 95 % interval, in `unit`; shown: whether the runs narrow the prior's."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    shown: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A machine with fitted numbers, what is known of each, and how each run is met."""
+
+    machine: Machine
+    numbers: tuple[Fitted, ...]
+    runs: tuple[dict[str, Any], ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The keys of `splinefeed calibrate --json`."""
+        return {
+            "machine": self.machine.name,
+            "numbers": [vars(each) for each in self.numbers],
+            "runs": list(self.runs),
+        }
+
+
+def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine: Machine, **options: Any) -> Recorded:
+    """A run of a program cut into pieces; `options` are those of reading the program.
+
+    Raises FormatError for files that cannot be read, InputError for a run of another program, or one with loops.
+    """
+    run = read_run(log)
+    control = machine.control or Control()
+    blocks = read_blocks(program, control, **options)
+    end = int(max(blocks.line.max(), max((mark.line for mark in blocks.marks), default=0))) + 1
+    if run.line.max() > end:
+        raise InputError(
+            f"{log}: line {run.line.max()} runs, and {program} has {end - 1}; is it the run of another one?"
+        )
+    if np.any(np.diff(blocks.line) < 0):
+        raise InputError(f"{program}: its lines do not run in order (loops, subprograms); fit runs of others")
+    changes = [mark for mark in blocks.marks if "M6" in mark.text.split()]
+    starts = [mark.line for mark in changes] or [0]
+    # line, when, tool, scatter of what follows: the way to the first change may come before its line is told
+    cuts: list[tuple[int, float, int, float]] = [(0, run.start, 0, FIRST)]
+    for tool, (low, high) in enumerate(zip(starts, [*starts[1:], end], strict=True)):
+        _cut(cuts, run, blocks, tool, low, high)
+    cuts.append((end, run.end, -1, 0.0))
+    seconds = np.diff([each[1] for each in cuts])
+    scatter = np.sqrt(SAMPLING**2 + (MODEL * seconds) ** 2 + np.array([each[3] for each in cuts[:-1]]) ** 2)
+    line, tools = np.array([each[0] for each in cuts]), np.array([each[2] for each in cuts[:-1]])
+    names = tuple(next((w for w in mark.text.split() if w[0] == "T"), "") for mark in changes)
+    return Recorded(os.fspath(program), run, line[:-1], line[1:], seconds, tools, scatter, names or ("",), options)
+
+
+def _cut(
+    cuts: list[tuple[int, float, int, float]], run: RunLog, blocks: Blocks, tool: int, low: int, high: int
+) -> None:
+    """Add where a tool begins, each line that was seen before and behind its cutting, and pieces of that."""
+    cutting = blocks.line[(blocks.line >= low) & (blocks.line < high) & ~blocks.rapid]
+    first, last = (int(cutting[0]), int(cutting[-1])) if len(cutting) else (high, high)
+    for line, when in zip(run.line.tolist(), run.seconds.tolist(), strict=True):
+        if not low <= line < high or line <= cuts[-1][0] or when <= cuts[-1][1] or (tool == 0 and line <= low):
+            continue
+        inside = first < line <= last
+        if not inside or when - cuts[-1][1] >= PIECE:
+            loose = 0.0 if inside or line == first else CHANGING
+            cuts.append((line, when, tool, loose))
+
+
+def calibrate(
+    runs: Sequence[Recorded], machine: Machine, *, keep: Sequence[str] = (), say: Callable[[str], None] = lambda _: None
+) -> Calibration:
+    """Fit the control of `machine` to recorded runs; what its file says is the middle of each prior.
+
+    keep  numbers that stay as the file has them, by their names there (`home.z`)
+
+    Minimises sum r^2 + sum ((x - x0) / s)^2 over the logarithms x of the numbers, r the residuals of the pieces under a
+    soft L1 loss (scipy.optimize.least_squares, trust region); the covariance is that of the linearised problem, times
+    the residuals' mean square where that is more than 1. Numbers that the runs do not show go back to their prior, and
+    the rest is fitted again.
+
+    Raises InputError without runs.
+    """
+    if not runs:
+        raise InputError("no runs: give at least one recorded run")
+    start = _started(machine, keep)
+    names = [name for name in _names(start) if name not in keep]
+    middle = {name: _inner(name, _value(start, name)) for name in names}
+    fit = _Fit(runs, machine, start, middle)
+    say(f"fitting {len(names)} numbers to {sum(len(run.seconds) for run in runs)} pieces")
+    solved, deviation = fit.solve(names, fit.place(names))
+    seen = names
+    while hidden := [name for name in seen if deviation[name] > SHOWN * PRIORS[name][1]]:
+        # what no run shows at all goes at once; of those that stand in for each other the least known one
+        worst = max(hidden, key=lambda name: deviation[name] / PRIORS[name][1])
+        gone = {worst, *(name for name in hidden if deviation[name] > HIDDEN * PRIORS[name][1])}
+        seen = [name for name in seen if name not in gone]
+        say(f"fitting {len(seen)} numbers again")
+        solved, known = fit.solve(seen, solved)
+        deviation |= known
+    numbers = []
+    for name in names:
+        x, width = solved.get(name, middle[name]), WIDTH * (deviation[name] if name in seen else PRIORS[name][1])
+        value, low, high = (_rounded(_outer(name, each)) for each in (x, x - width, x + width))
+        numbers.append(Fitted(name, value, low, high, _unit(start, name), name in seen))
+    best = changed(start, {each.name: each.value for each in numbers} | {"source": _source(runs, numbers)})
+    table = replace(machine, control=best)
+    return Calibration(table, tuple(numbers), tuple(compared(run, table) for run in runs))
+
+
+def compared(run: Recorded, machine: Machine) -> dict[str, Any]:
+    """Recorded and estimated seconds of a run, in all and per tool."""
+    assert machine.control is not None
+    time = timed(read_blocks(run.program, machine.control, **run.options), machine, run.program)
+    estimated = run.estimated(time)
+    tools = []
+    for number, name in enumerate(run.names):
+        of = run.tool == number
+        tools.append(_pair(float(run.seconds[of].sum()), float(estimated[of].sum())) | {"tool": name})
+    return {"run": run.log.name, **_pair(run.log.duration, float(estimated.sum())), "tools": tools}
+
+
+def _pair(recorded: float, estimated: float) -> dict[str, float]:
+    return {"recorded_s": recorded, "estimated_s": estimated, "error": estimated / recorded - 1.0 if recorded else 0.0}
+
+
+def _started(machine: Machine, keep: Sequence[str]) -> Control:
+    """The control of the file, with the prior's middle for what it leaves out and is not kept so."""
+    control = machine.control or Control()
+    said = {name for name, one, value, _ in values(control) if value != one.default}
+    new = {name: middle for name, (middle, _) in PRIORS.items() if name not in said and name not in keep}
+    if control.spindle is None:
+        new = {name: value for name, value in new.items() if not name.startswith("spindle.")}
+    return changed(control, new)
+
+
+def _names(control: Control) -> list[str]:
+    there = {name for name, _, _, _ in values(control)}
+    return [name for name in PRIORS if name in there]
+
+
+def _value(control: Control, name: str) -> float:
+    return next(float(value) for key, _, value, _ in values(control) if key == name)
+
+
+def _unit(control: Control, name: str) -> str:
+    kind = next(one.metadata["kind"] for key, one, _, _ in values(control) if key == name)
+    return KINDS[kind][False].base if kind in KINDS else ""
+
+
+def _source(runs: Sequence[Recorded], numbers: Sequence[Fitted]) -> str:
+    prior = [each.name for each in numbers if not each.shown]
+    kept = f"; not shown by them, at the prior: {', '.join(prior)}" if prior else ""
+    return f"fitted by splinefeed calibrate to {', '.join(run.log.name for run in runs)}{kept}"
+
+
+def _inner(name: str, value: float) -> float:
+    return value if name in PLAIN else math.log(value)
+
+
+def _outer(name: str, x: float) -> float:
+    return x if name in PLAIN else math.exp(x)
+
+
+def _rounded(value: float) -> float:
+    """`value` in four digits: far within every interval, and fit to be read in a file."""
+    return float(f"{value:.4g}")
+
+
+@dataclass
+class _Fit:
+    """The least squares of one calibration; programs are read once for each set of places."""
+
+    runs: Sequence[Recorded]
+    machine: Machine
+    start: Control
+    middle: Mapping[str, float]
+    _read: dict[tuple[str, Place, Place], Blocks] = field(default_factory=dict)
+
+    def residuals(self, best: Mapping[str, float]) -> Array:
+        """Those of all pieces for numbers as they are fitted."""
+        control = changed(self.start, {name: _outer(name, x) for name, x in best.items()})
+        machine = replace(self.machine, control=control)
+        times: dict[str, CycleTime] = {}
+        found = []
+        for run in self.runs:
+            if run.program not in times:
+                key = (run.program, control.home, control.change_place)
+                if key not in self._read:
+                    self._read[key] = read_blocks(run.program, control, **run.options)
+                times[run.program] = timed(self._read[key], machine)
+            found.append((run.estimated(times[run.program]) - run.seconds) / run.scatter)
+        return np.concatenate(found)
+
+    def place(self, names: Sequence[str]) -> dict[str, float]:
+        """The prior's middle, with tools changed at the best place of those tried."""
+        pair = [name for name in ("change_place.x", "change_place.y") if name in names]
+        tried = [dict(self.middle, **dict(zip(pair, at, strict=True))) for at in product(TRIED, repeat=len(pair))]
+        return min(tried, key=lambda each: float(np.sum(np.sqrt(1.0 + self.residuals(each) ** 2))))
+
+    def solve(self, names: Sequence[str], begin: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+        """The best value of each number, and its standard deviation, both as they are fitted."""
+        if not names:
+            return {}, {}
+        middle = np.array([self.middle[name] for name in names])
+        scale = np.array([PRIORS[name][1] for name in names])
+
+        def priors_too(x: Array) -> Array:
+            return np.concatenate([self.residuals(dict(zip(names, middle + scale * x, strict=True))), x])
+
+        near = (np.array([begin[name] for name in names]) - middle) / scale
+        found = least_squares(priors_too, near, bounds=(-4.0, 4.0), loss="soft_l1", ftol=CLOSE, xtol=CLOSE)
+        spread = max(1.0, float(np.mean(priors_too(found.x)[: -len(names)] ** 2)))
+        deviation = scale * np.sqrt(spread * np.diag(np.linalg.inv(found.jac.T @ found.jac)))
+        best = (middle + scale * found.x).tolist()
+        return dict(zip(names, best, strict=True)), dict(zip(names, deviation.tolist(), strict=True))

@@ -1,0 +1,298 @@
+"""How long a program takes on a machine whose file says how its control plans: in all, per tool, and where."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from splinefeed.errors import InputError
+from splinefeed.formats.gcode.moves import Mark
+from splinefeed.formats.gcode.tools import Tools
+from splinefeed.machine.control import AxisControl, Control, changed, values
+from splinefeed.machine.table import Machine
+from splinefeed.pipeline.blocks import Blocks, read_blocks
+from splinefeed.pipeline.control_planning import BlockTimes, block_times
+from splinefeed.records import Array, IntArray
+
+#: Kinds of time, in the order of the keys of `as_dict`.
+KINDS = ("cutting", "rapid", "tool_change", "spindle", "dwell", "start")
+CUTTING, RAPID, CHANGE, SPINDLE, DWELL, START = range(len(KINDS))
+#: Most places that are listed, and by how much each parameter is changed in `saves`.
+PLACES, BETTER = 10, 0.2
+#: Revolutions a minute of 1 rad/s.
+RPM = 30.0 / np.pi
+#: Parameters whose decrease saves time; all other numbers of a control save it by growing.
+_LESS = ("stop_time", "block_time", "tool_change", "start_time", "spindle.start", "spindle.stop")
+#: Numbers of a control that are no performance.
+_NEITHER = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed")
+
+
+@dataclass(frozen=True, eq=False)
+class Waits:
+    """Seconds that pass between blocks, (k,) each, in order: before which block, of which line, kind and tool."""
+
+    block: IntArray
+    line: IntArray
+    seconds: Array
+    kind: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class CycleTime:
+    """Times of a program. Made by `cycle_time`.
+
+    blocks, times  what moves, and how long; waits  what is between; tools  (block from which it cuts, line, its name)
+    """
+
+    name: str
+    machine: Machine
+    blocks: Blocks
+    times: BlockTimes
+    waits: Waits
+    changes: tuple[tuple[int, int, str], ...]
+
+    @cached_property
+    def rows(self) -> tuple[IntArray, Array, IntArray, IntArray]:
+        """All blocks and waits in the order of time: line, seconds, kind, and number of the block or -1, (m,) each."""
+        blocks, waits = self.blocks, self.waits
+        order = np.argsort(np.concatenate([waits.block - 0.5, np.arange(len(blocks))]), kind="stable")
+        to_change = np.isin(blocks.line, [line for _, line, _ in self.changes])
+        moving = np.where(blocks.rapid, np.where(to_change, CHANGE, RAPID), CUTTING)
+        kind = np.concatenate([waits.kind, moving])
+        number = np.concatenate([np.full(len(waits.line), -1), np.arange(len(blocks))])
+        line = np.concatenate([waits.line, blocks.line])
+        seconds = np.concatenate([waits.seconds, self.times.seconds])
+        return line[order], seconds[order], kind[order], number[order]
+
+    def by_kind(self, chosen: Any = slice(None)) -> dict[str, float]:
+        """Seconds of each kind, and in all, of the rows that are chosen."""
+        _, seconds, kind, _ = self.rows
+        sums = np.bincount(kind[chosen], seconds[chosen], len(KINDS)).tolist()
+        return {"total_s": sum(sums), **{f"{name}_s": value for name, value in zip(KINDS, sums, strict=True)}}
+
+    @property
+    def total(self) -> float:
+        """Seconds from the start button to the end."""
+        return self.by_kind()["total_s"]
+
+    @cached_property
+    def operations(self) -> list[dict[str, Any]]:
+        """Times from each M6 to the next: its line, tool, and seconds by kind."""
+        line, _, kind, number = self.rows
+        starts = [0, *np.flatnonzero((kind == CHANGE) & (number < 0)).tolist(), len(line)]
+        names = [("", 1), *[(name, at) for _, at, name in self.changes]]
+        found = []
+        for (name, at), low, high in zip(names, starts[:-1], starts[1:], strict=True):
+            if high > low:
+                found.append({"tool": name, "line": at, **self.by_kind(slice(low, high))})
+        return found
+
+    @property
+    def tools(self) -> list[dict[str, Any]]:
+        """Times of each tool, in the order of their first use; what is before the first change is of tool ""."""
+        found: dict[str, dict[str, Any]] = {}
+        for each in self.operations:
+            tool = found.setdefault(each["tool"], {"tool": each["tool"]})
+            for key, value in each.items():
+                if key.endswith("_s"):
+                    tool[key] = tool.get(key, 0.0) + value
+        return list(found.values())
+
+    def places(self, most: int = PLACES) -> list[dict[str, Any]]:
+        """The lines that take longest: seconds, those beyond length over programmed feed, and which limit binds."""
+        line, seconds, kind, number = self.rows
+        top = int(line.max(initial=0)) + 1
+        sums = np.bincount(line, seconds, top)
+        found = []
+        for at in np.argsort(-sums, kind="stable")[:most].tolist():
+            of = np.flatnonzero(line == at)
+            if not len(of) or sums[at] <= 0.0:
+                break
+            longest = of[int(np.argmax(seconds[of]))]
+            block = int(number[longest])
+            moving = number[of][number[of] >= 0]
+            ideal = float(np.sum(self.blocks.length[moving] / self.blocks.feed[moving]))
+            limit = KINDS[int(kind[longest])].replace("_", " ")
+            limit = limit if block < 0 else self.times.limits[int(self.times.limit[block])]
+            spent = float(sums[at])
+            found.append({"line": at, "seconds": spent, "beyond_feed_s": spent - ideal, "limit": limit})
+        return found
+
+    def bound_by(self) -> dict[str, float]:
+        """Seconds of the blocks in which each limit binds, the longest first."""
+        sums = np.bincount(self.times.limit, self.times.seconds, len(self.times.limits))
+        return {self.times.limits[k]: float(sums[k]) for k in np.argsort(-sums) if sums[k] > 0.0}
+
+    def saves(self, better: float = BETTER) -> list[dict[str, Any]]:
+        """What each parameter of the control saves if it were better by this share, s: planned anew, most first."""
+        control = self.machine.control
+        assert control is not None
+        found = [{"what": "programmed feeds", "saves_s": self.total - self._again(control, 1.0 + better)}]
+        for name, one, value, _ in values(control):
+            kind = one.metadata.get("kind")
+            if kind is None or name in _NEITHER or not value or "place" in name or name.startswith("home"):
+                continue
+            factor = 1.0 - better if name in _LESS else 1.0 + better
+            found.append({"what": name, "saves_s": self.total - self._again(changed(control, {name: factor * value}))})
+        return sorted(found, key=lambda each: -float(each["saves_s"]))
+
+    def _again(self, control: Control, feeds: float = 1.0) -> float:
+        machine = replace(self.machine, control=control)
+        blocks = self.blocks if feeds == 1.0 else replace(self.blocks, feed=feeds * self.blocks.feed)
+        return timed(blocks, machine, self.name).total
+
+    def as_dict(self) -> dict[str, Any]:
+        """The keys of `splinefeed time --json`."""
+        return {
+            "name": self.name,
+            "machine": self.machine.name,
+            **self.by_kind(),
+            "tools": self.tools,
+            "operations": self.operations,
+            "places": self.places(),
+            "limits": self.bound_by(),
+            "blocks": len(self.blocks),
+            "notes": list(self.blocks.findings),
+        }
+
+
+def cycle_time(
+    program: str | os.PathLike[str],
+    machine: Machine | str,
+    *,
+    dialect: str | None = None,
+    start: str | Sequence[float] | None = None,
+    offsets: str | Mapping[str, Sequence[float]] | None = None,
+    tools: str | os.PathLike[str] | Tools | None = None,
+    repair: bool = False,
+) -> CycleTime:
+    """Time a program on a machine as its control plans it, s; the options are those of `read` for G-code.
+
+    Each block's time is that of a control that looks ahead: junction speeds v by v_next^2 <= v^2 + 2 a L forward and
+    backward, then a trapezoid or S-curve between them (`pipeline.control_planning`); docs/cycle-time.md says what is
+    modelled. A machine without [control] is taken to blend within the limits of its axes, with exact stops at corners.
+
+    Raises FormatError for a program that cannot be read, InputError where the machine says too little.
+
+    Example:
+        >>> import splinefeed as sf
+        >>> time = sf.cycle_time("part.nc", "hurco-04")  # doctest: +SKIP
+        >>> time.total, time.tools[0]["cutting_s"]  # doctest: +SKIP
+    """
+    table = Machine.load(machine) if isinstance(machine, str) else machine
+    table = table if table.control is not None else replace(table, control=Control(axes=_limits(table)))
+    assert table.control is not None
+    blocks = read_blocks(
+        program, table.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair
+    )
+    return timed(blocks, table, Path(program).stem)
+
+
+def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
+    """The times of blocks that are read; `machine` has a control."""
+    assert machine.control is not None
+    times = block_times(blocks, machine)
+    waits, changes = _waits(blocks, times.seconds, machine.control)
+    return CycleTime(name, machine, blocks, times, waits, changes)
+
+
+def _limits(table: Machine) -> dict[str, AxisControl]:
+    """The axes of a machine that says nothing of its control; InputError where they have no limits."""
+    found = {}
+    for name, axis in table.axes.items():
+        one = axis.limits
+        if one.velocity is not None and one.acceleration is not None:
+            found[name] = AxisControl(rapid=one.velocity, acceleration=one.acceleration, jerk=one.jerk)
+    if not found:
+        raise InputError(f"{table.name}: control: missing, and its axes have no limits; give a section [control]")
+    return found
+
+
+@dataclass
+class _Spindle:
+    """The spindle while a program runs: speed that is asked for, rad/s, and when it is reached."""
+
+    control: Control
+    turning: bool = False
+    asked: float = 0.0
+    speed: float = 0.0
+    ready: float = 0.0
+
+    def to(self, speed: float, now: float) -> None:
+        """Begin to change to `speed`."""
+        spindle = self.control.spindle
+        if spindle is None or speed == self.speed:
+            return
+        full = spindle.start if speed > self.speed else spindle.stop
+        self.ready = now + spindle.wait(full, self.speed, speed)
+        self.speed = speed
+
+
+def _waits(blocks: Blocks, seconds: Array, control: Control) -> tuple[Waits, tuple[tuple[int, int, str], ...]]:
+    """What passes between blocks, and where tools change: (block, line, tool)."""
+    clock = np.concatenate([[0.0], np.cumsum(seconds)])
+    found: list[tuple[int, int, float, int]] = [(0, 0, control.start_time, START)]
+    changes: list[tuple[int, int, str]] = []
+    spindle, tool, passed = _Spindle(control), "", control.start_time
+
+    def wait(block: int, line: int, time: float, kind: int) -> None:
+        nonlocal passed
+        if time > 0.0 or kind == CHANGE:  # each change begins an operation
+            found.append((block, line, time, kind))
+            passed += time
+
+    def settle(block: int, line: int) -> None:
+        """Wait until the spindle turns as it was told to, or rests."""
+        wait(block, line, spindle.ready - (clock[block] + passed), SPINDLE)
+
+    due: tuple[int, int] | None = None  # the block before which a start of the spindle is waited for
+    for mark in (*blocks.marks, Mark(len(blocks), _last_line(blocks), "M2")):
+        if due is not None and (due[0] < mark.move or mark.line > due[1]):
+            block = min(due[0], mark.move)
+            settle(block, int(blocks.line[block]) if block < mark.move else mark.line)
+            due = None
+        codes = mark.text.split()
+        tool = next((each for each in codes if each[0] == "T"), tool)
+        for code in codes:
+            if code[0] == "S":
+                spindle.asked = float(code[1:]) / RPM
+                if not spindle.turning:
+                    continue
+            if code[0] == "S" or code in ("M3", "M4"):
+                if code[0] == "M" and spindle.ready > clock[mark.move] + passed and spindle.speed == 0.0:
+                    settle(mark.move, mark.line)  # it comes to rest before it turns again
+                spindle.turning = True
+                spindle.to(spindle.asked, clock[mark.move] + passed)
+                due = (_behind(blocks, mark), mark.line)
+            elif code in ("M5", "M6", "M0", "M1", "M2", "M30", "M60"):
+                if code != "M1" and code != "M0":
+                    spindle.turning = False
+                    spindle.to(0.0, clock[mark.move] + passed)
+                if code != "M5":
+                    settle(mark.move, mark.line)
+                if code == "M6":
+                    changes.append((mark.move, mark.line, tool))
+                    wait(mark.move, mark.line, mark.dwell or control.tool_change, CHANGE)
+        if mark.dwell and "M6" not in codes:
+            wait(mark.move, mark.line, mark.dwell, DWELL)
+    columns = [np.array(each) for each in zip(*found, strict=True)]
+    return Waits(*columns), tuple(changes)
+
+
+def _last_line(blocks: Blocks) -> int:
+    """The line of the end of the program."""
+    return max([int(blocks.line[-1]), *[mark.line for mark in blocks.marks[-1:]]])
+
+
+def _behind(blocks: Blocks, mark: Mark) -> int:
+    """Number of the first block behind a mark that is not of its line."""
+    at = mark.move
+    while at < len(blocks) and blocks.line[at] == mark.line:
+        at += 1
+    return at

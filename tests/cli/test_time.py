@@ -1,0 +1,75 @@
+"""`splinefeed time` and `calibrate`: the table, the JSON, the figure, and one line for what is wrong."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+
+import pytest
+
+import splinefeed as sf
+
+DATA = pathlib.Path(__file__).parents[1] / "data" / "cycle-time"
+BOX = str(DATA / "box-op2.nc")
+
+
+def test_time_in_words(splinefeed):
+    result = splinefeed("time", BOX, "--machine", "hurco-02")
+    assert result.exit_code == 0, result.stderr
+    total = sf.cycle_time(BOX, "hurco-02").total
+    lines = result.stdout.splitlines()
+    assert lines[0].startswith(f"box-op2 on hurco-02: 1 min {total - 60:.0f} s ({total:.2f} s), 1175 blocks")
+    assert [line.split()[0] for line in lines if line[:1] == "T"] == ["T3", "T21"]
+    assert sum(line.startswith("line ") for line in lines) == 10
+    assert any(line.startswith("tool_change ") for line in lines)
+
+
+def test_time_as_json_with_a_figure(splinefeed, folder):
+    result = splinefeed("time", BOX, "--machine", "hurco-02", "--json", "--figure", "time.svg")
+    page = json.loads(result.stdout)
+    kinds = ("cutting_s", "rapid_s", "tool_change_s", "spindle_s", "dwell_s", "start_s")
+    assert page["total_s"] == pytest.approx(sum(page[kind] for kind in kinds))
+    assert sum(tool["total_s"] for tool in page["tools"]) == pytest.approx(page["total_s"])
+    assert page["places"][0].keys() == {"line", "seconds", "beyond_feed_s", "limit"}
+    assert page["saves"][0]["what"] == "programmed feeds"
+    assert page["files"] == ["time.svg"]
+    assert "cutting" in (folder / "time.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("time", "none.nc", "--machine", "hurco-02"), "none.nc: there is no such file"),
+        (("time", BOX, "--machine", "mill"), "mill: no machine of this name"),
+        (("time", BOX, "--machine", "hurco-02", "--figure", "time.doc"), "time.doc: figures are written as"),
+        (("time", BOX, "--machine", "bad.toml"), "control.spindle.start: -1s; must not be negative"),
+        (("calibrate", "none.csv", "--machine", "hurco-02"), "none.csv: no program beside it"),
+        (("calibrate", f"{BOX}=none.csv", "--machine", "hurco-02"), "none.csv: there is no such file"),
+        (("calibrate", "x.csv", "--machine", "hurco-02", "--keep", "colour"), "--keep: 'colour' is not fitted"),
+    ],
+)
+def test_bad_input_is_one_line(splinefeed, folder, words, said):
+    (folder / "bad.toml").write_text('[control]\n[control.spindle]\ntop_speed = "9000rpm"\nstart = "-1s"\n')
+    result = splinefeed(*words)
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not list(folder.glob("*.svg"))
+
+
+def test_calibrate_writes_a_machine_file(splinefeed, folder):
+    """From the mill itself with all but three numbers kept: the run moves them little."""
+    from splinefeed.pipeline.calibration import PRIORS
+
+    fitted = ("tool_change", "spindle.start", "velocity_step")
+    keep = [word for name in PRIORS if name not in fitted for word in ("--keep", name)]
+    log = str(DATA / "box-op2-hurco02-part11.csv")
+    result = splinefeed("calibrate", log, "--machine", "hurco-02", *keep, "-o", "new.toml", "--json")
+    assert result.exit_code == 0, result.stderr
+    page = json.loads(result.stdout)
+    assert {each["name"] for each in page["numbers"]} == set(fitted)
+    assert page["files"] == ["new.toml"]
+    assert abs(page["runs"][0]["error"]) < 0.02
+    new = sf.Machine.load(folder / "new.toml")
+    assert new.control.tool_change == pytest.approx(sf.Machine.load("hurco-02").control.tool_change, rel=0.1)
+    assert "box-op2-hurco02-part11.csv" in new.control.source
