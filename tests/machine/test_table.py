@@ -433,7 +433,7 @@ def test_a_control_needs_no_axes_and_is_read_written_and_shown() -> None:
     assert table.control.axes["c"].rapid == pytest.approx(math.pi / 2)
     assert table.control.spindle.wait(7.0, 0.0, table.control.spindle.top_speed / 2) == pytest.approx(7.0 / 4)
     assert Machine.parse(to_text(table), "mill") == table
-    assert Machine.parse(f"{CONTROL}{GOOD}", "mill").control == table.control
+    assert Machine.parse(f"{GOOD}{CONTROL}", "mill").control == table.control
     assert "spindle.start:       7000 ms" in table.describe()
     assert table.as_dict()["control"]["axis.c.rapid"] == {"value": pytest.approx(90.0), "unit": "deg/s"}
 
