@@ -18,10 +18,10 @@ import splinefeed as sf
 #: What users may import; a change here is a change of the API and needs a line in CHANGELOG.md.
 PUBLIC = {
     "splinefeed": """
-        Combination Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodResult MethodTrace
-        NurbsCurve Path Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict __version__
-        analysis check compare errors fit follow formats geometry interpolate live load machine methods plan plot read
-        register run save shapes simulation sweep tangential tune write
+        Combination CycleTime Interpolator JointPath Kinematics LimitResult Limits Machine Marker MethodResult
+        MethodTrace NurbsCurve Path Response Run Setpoints SplinefeedError State TimeLaw ToolPath Torque Verdict
+        __version__ analysis check compare cycle_time errors fit follow formats geometry interpolate live load machine
+        methods plan plot read register run save shapes simulation sweep tangential tune write
     """,
     "splinefeed.analysis": "AxisMotion Contour LimitUse Ripple feed_ripple",
     "splinefeed.formats": "BitPattern PathParts read_parts",
@@ -165,7 +165,7 @@ SAID = {
 }
 #: What has no numbers of its own has no shapes; names, files, and settings; a record of single numbers.
 NO_SHAPES = re.compile(
-    r"Combination|LimitResult|Limits|Machine|Marker|MethodResult|UltimatePoint|State|Verdict|compare|load|save|methods|register|write|read|read_parts|sweep"
+    r"Combination|LimitResult|Limits|Machine|Marker|MethodResult|UltimatePoint|State|Verdict|compare|load|save|methods|register|write|read|read_parts|sweep|cycle_time"
     r"|PathParts|Smoother|smooth_stream|Block|LookAhead|Override|LawCourse|with_reserve|tune"
     r"|tune_on_path|AxisTuning|Bound|Margins|margins|PathTuning|Tuning"
 )
