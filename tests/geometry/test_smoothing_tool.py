@@ -65,7 +65,7 @@ def worst(original: sf.ToolPath, result: sf.ToolPath) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("kind", ["angles", "vectors", "points"])
-@pytest.mark.parametrize("noise", [0.0, 0.002])
+@pytest.mark.parametrize("noise", [0.0, pytest.param(0.002, marks=pytest.mark.slow)])
 def test_both_tolerances_hold_and_nothing_kinks(kind: str, noise: float) -> None:
     path = of_kind(kind, noise=noise)
     result, proof = proven_tool(path, TOLERANCE, angular_tolerance=ANGLE)

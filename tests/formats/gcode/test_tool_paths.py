@@ -84,6 +84,7 @@ def test_joints_lead_back_to_what_is_programmed(data_dir: File, name: str) -> No
     assert np.max(np.abs(axis - axes)) <= SAME
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_setpoints_at_block_ends_are_what_is_programmed(data_dir: File, name: str) -> None:
     _, begin, end, meant = PROGRAMS[name]
