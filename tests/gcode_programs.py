@@ -29,3 +29,14 @@ def refusal(folder: Path, *lines: str, **options: Any) -> str:
         assert "\n" not in message
         return message.removeprefix(f"{folder / 'part.ngc'}: ")
     raise AssertionError(f"{lines} was read")
+
+
+def said(path: sf.Path) -> list[str]:
+    """Moves as T (rapid) or F with their end, and markers, in their order."""
+    out = []
+    feeds = path.feeds
+    assert feeds is not None
+    for i, curve in enumerate(path.curves):
+        out += [each.text or f"P{each.dwell:g}" for each in path.markers if each.before == i]
+        out.append(("T" if feeds[i] == float("inf") else "F") + " ".join(f"{v:g}" for v in curve.control_points[-1]))
+    return out + [each.text or f"P{each.dwell:g}" for each in path.markers if each.before == len(path.curves)]

@@ -19,18 +19,20 @@ from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.to_path import find_arcs
 from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
+from splinefeed.geometry.curve import NurbsCurve
 
 #: A tool table in inches, as rs274 takes it without an INI file; ours is the same in mm.
 TOOLS = "T1 P1 Z2 D.25 ; a drill\nT2 P2 X.5 Z-.25 D1\nT7 P4 Z3\n"
 PLACES = {1: np.zeros(9), 280: np.zeros(9), 300: np.zeros(9)}
 
 
-def tool_table(folder: Path) -> tuple[Path, Tools]:
+def tool_table(folder: Path, text: str = TOOLS) -> tuple[Path, Tools]:
     """The file, and what it says, in mm."""
     file = folder / "tool.tbl"
-    file.write_text(TOOLS)
+    file.write_text(text)
     table = read_tools(file)
-    return file, replace(table, by_number={n: Tool(25.4 * t.offset) for n, t in table.by_number.items()})
+    in_mm = {n: Tool(25.4 * t.offset, 25.4 * t.diameter) for n, t in table.by_number.items()}
+    return file, replace(table, by_number=in_mm)
 
 
 def ours(file: Path, tools: Tools | None = None) -> tuple[Moves, str]:
@@ -68,7 +70,8 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
     number = {int(move): i for i, move in enumerate(arcs.move)}
     columns = np.arange(3)
     # LinuxCNC leaves out moves that lead nowhere in some places and not in others
-    kept = [i for i in range(len(moves)) if i in number or moves.kind[i] == SPLINE or step[i] > 0.0]
+    shown = ROUNDED * np.where(moves.flags & layout.INCH != 0, 25.4, 1.0)  # the least move that it prints
+    kept = [i for i in range(len(moves)) if i in number or moves.kind[i] == SPLINE or step[i] > shown[i]]
     place, theirs = np.zeros(6), []
     for canon in twin.moves:
         if canon.middle is not None or canon.kind == "NURBS" or np.any(np.abs(canon.end - place) > limits(canon)):
@@ -79,14 +82,19 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
     assert len(kept) == len(theirs)
     for i, canon in zip(kept, theirs, strict=True):
         said = f"line {moves.line[i]}"
-        kind = "ARC" if i in number else "NURBS" if moves.kind[i] == SPLINE else "TRAVERSE"
+        spline = moves.kind[i] == SPLINE and canon.middle is not None  # an arc across the plane of a turn
+        kind = "ARC" if i in number or spline else "NURBS" if moves.kind[i] == SPLINE else "TRAVERSE"
         kind = "FEED" if kind == "TRAVERSE" and moves.kind[i] != RAPID else kind
         assert kind == canon.kind, said
         if kind != "NURBS":
             # the place, the offset of its system and that of G92 are rounded each
             assert np.all(np.abs(moves.ends[i, :6] - canon.end) <= 3.0 * limits(canon)), said
         if canon.middle is not None:
-            curve = arc_curve(moves.starts[i], moves.ends[i], arcs, number[i], columns)
+            if spline:
+                made = moves.splines[int(moves.codes[i, layout.SPLINE])]
+                curve = NurbsCurve(made.degree, made.knots, made.points[:, :3], made.weights)
+            else:
+                curve = arc_curve(moves.starts[i], moves.ends[i], arcs, number[i], columns)
             middle = curve(0.5 * sum(curve.domain))
             # the centre is rounded too, and on a flat arc that moves its middle as far
             assert np.abs(middle - canon.middle).max() <= 6.0 * canon.rounded, said

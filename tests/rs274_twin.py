@@ -17,7 +17,7 @@ PROGRAM = shutil.which("rs274")
 LOCK = Path(tempfile.gettempdir()) / "splinefeed-tests-rs274.lock"
 #: It prints four decimals, in the units of the program.
 ROUNDED = 6e-5
-_CALL = re.compile(r"^\s*\d+\s+N\S*\s+(\w+)\((.*)\)\s*$")
+_CALL = re.compile(r"^\s*\d+\s+N[.\d]*\s*([A-Z]\w*)\((.*)\)\s*$")
 _SWITCHES = {
     "START_SPINDLE_CLOCKWISE": "M3", "START_SPINDLE_COUNTERCLOCKWISE": "M4", "STOP_SPINDLE_TURNING": "M5",
     "CHANGE_TOOL": "M6", "MIST_ON": "M7", "FLOOD_ON": "M8", "PROGRAM_STOP": "M0", "OPTIONAL_PROGRAM_STOP": "M1",
@@ -66,9 +66,15 @@ def run(file: Path, tools: Path | None = None) -> Run:
     said = [line for line in done.stderr.splitlines() if line.strip() and line.strip() != "executing"]
     found.error = said[0] if said else ""
     rounded = ROUNDED
-    unit, feed, tolerance, plane = 1.0, 0.0, math.inf, (0, 1)
-    system, shift, tool = np.zeros(6), np.zeros(6), np.zeros(6)
+    unit, tolerance, plane = 1.0, math.inf, (0, 1)
+    feed, per_turn, lead, speed, turning = 0.0, False, 0.0, 0.0, ""
+    system, shift, tool, turned = np.zeros(6), np.zeros(6), np.zeros(6), np.eye(6)
     place = np.zeros(6)
+
+    def machine(end: np.ndarray) -> np.ndarray:
+        """A place (6,) of the program in machine coordinates."""
+        return np.asarray(turned @ (end + shift) + system + tool)
+
     for line in done.stdout.splitlines():
         match = _CALL.match(line)
         if match is None:
@@ -86,37 +92,57 @@ def run(file: Path, tools: Path | None = None) -> Run:
             tool = np.array([float(word) for word in " ".join(words).split()[:6]]) * scale
         elif name == "SELECT_PLANE":
             plane = _PLANES[words[0].rpartition("_")[2]]
+        elif name == "SET_XY_ROTATION":
+            angle = math.radians(float(words[0]))
+            turned[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+        elif name == "SET_FEED_MODE":
+            per_turn = words[1] == "1"
         elif name == "SET_FEED_RATE":
             feed = float(words[0]) * unit
+        elif name == "SET_SPINDLE_SPEED":
+            speed = float(words[1])
+        elif name == "START_SPEED_FEED_SYNC":
+            lead = abs(float(words[0])) * unit
+        elif name == "STOP_SPEED_FEED_SYNCH":
+            lead = 0.0
         elif name == "SET_MOTION_CONTROL_MODE":
             tolerance = (float(words[1]) * unit or math.inf) if "CONTINUOUS" in words[0] else 0.0
         elif name == "DWELL":
             found.waits.append(float(words[0]))
         elif name in _SWITCHES:
             found.switches.append(_SWITCHES[name])
+            turning = _SWITCHES[name] if "SPINDLE" in name else turning
+        rate = lead * speed or (feed * speed if per_turn else feed)
+        if name == "RIGID_TAP":  # to the end and back, with the spindle turning the other way
+            end = machine(np.append([float(word) for word in words[:3]], 0.0 * place[3:]) * scale)
+            end[3:] = place[3:]
+            found.moves += [Canon("FEED", each, rounded, rate, tolerance) for each in (end, place)]
+            found.switches += [{"M3": "M4", "M4": "M3"}[turning], turning]
         elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
-            end = np.array([float(word) for word in words[:6]]) * scale + system + shift + tool
-            found.moves.append(Canon(name[9:], end, rounded, feed, tolerance))
+            end = machine(np.array([float(word) for word in words[:6]]) * scale)
+            found.moves.append(Canon(name[9:], end, rounded, rate, tolerance))
             place = end
         elif name == "ARC_FEED":
             end = np.array([0.0, 0.0, 0.0, *(float(word) for word in words[6:9])])
             across = 3 - sum(plane)
             end[[*plane, across]] = float(words[0]), float(words[1]), float(words[5])
-            end = end * scale + system + shift + tool
-            centre = np.array([float(words[2]), float(words[3])]) * unit + (system + shift + tool)[list(plane)]
-            middle = _middle(place, end, centre, plane, int(words[4]))
-            found.moves.append(Canon("ARC", end, rounded, feed, tolerance, middle))
+            end = end * scale
+            centre = np.array([float(words[2]), float(words[3])]) * unit
+            start = turned.T @ (place - system - tool) - shift
+            middle = np.append(_middle(start, end, centre, plane, int(words[4])), np.zeros(3))
+            end, middle = machine(end), machine(middle)[:3]
+            found.moves.append(Canon("ARC", end, rounded, rate, tolerance, middle))
             place = end
         elif name == "NURBS_FEED":
-            found.moves.append(Canon("NURBS", np.full(6, np.nan), rounded, feed, tolerance))
+            found.moves.append(Canon("NURBS", np.full(6, np.nan), rounded, rate, tolerance))
     return found
 
 
 def _run(file: Path, memory: Path, tools: Path | None) -> subprocess.CompletedProcess[str]:
     assert PROGRAM is not None
     return subprocess.run(
-        [PROGRAM, "-g", "-v", str(memory), *(["-t", str(tools)] if tools else []), file.name],
-        cwd=file.parent, capture_output=True, text=True, timeout=60, check=False,
+        [PROGRAM, "-g", "-v", memory.name, *(["-t", str(tools)] if tools else []), file.name],
+        cwd=file.parent, capture_output=True, text=True, timeout=20, check=False,
     )  # fmt: skip
 
 

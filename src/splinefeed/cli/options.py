@@ -174,6 +174,7 @@ reading_alone = _all(
     quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
     click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: edges of faces as well as free curves."),
     reading_program,
+    click.option("--from-line", metavar="N", help="G-code: resume the program at this line, as it is there."),
 )
 
 #: How a SOURCE is read.
@@ -377,6 +378,7 @@ _READING = {
     "start": "start",
     "offsets": "offsets",
     "tools": "tools",
+    "from_line": "from_line",
 }
 
 

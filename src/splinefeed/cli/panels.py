@@ -13,7 +13,8 @@ PANELS = {
     ),
     "Planning": ("strategy", "period", "method", "corrections", "contour_tolerance", "tangential"),
     "Source and units": (
-        "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "repair", "tolerance",
+        "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "from_line", "repair",
+        "tolerance",
     ),
     "Smoothing": ("corners", "corner_angle", "angle_tolerance"),
     "Output": ("formats", "tip", "figures", "no_figures", "figure", "no_compare", "by_windows", "as_json"),

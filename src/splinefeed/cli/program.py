@@ -25,7 +25,7 @@ def program_page(
         return None, None
     from splinefeed.formats.gcode.overview import summary
 
-    known = {"dialect", "start", "offsets", "tools", "repair"}
+    known = {"dialect", "start", "offsets", "tools", "from_line", "repair"}
     if set(reading) - known:
         return None, None  # the registry says which option is none of a program's
     counted = summary(source, **reading, most_listed=sys.maxsize if every else FEW)

@@ -54,7 +54,7 @@ def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
     module = import_module(f"splinefeed.formats.{_PARTED[found.title]}") if found.title in _PARTED else None
     if module is None:
         raise FormatError(f"{source}: {found.title} is read as a whole; G-code and tables of points go by parts")
-    registry.check_options(found, registry.options_of(module.in_parts), options)
+    registry.check_options(found, registry.options_of(getattr(module, "from_file", module.in_parts)), options)
     parts: PathParts = module.in_parts(pathlib.Path(source), **options)
     return parts
 

@@ -6,22 +6,10 @@ from pathlib import Path
 
 import pytest
 
-import splinefeed as sf
-from gcode_programs import path_of, program, refusal
+from gcode_programs import path_of, program, refusal, said
 from splinefeed.formats.gcode.overview import summary
 
 BEGIN = ("G21 G90 F600 S500 M3", "G0 X0 Y0 Z5")
-
-
-def said(path: sf.Path) -> list[str]:
-    """Moves as T (rapid) or F with their end, and markers, in their order."""
-    out = []
-    feeds = path.feeds
-    assert feeds is not None
-    for i, curve in enumerate(path.curves):
-        out += [each.text or f"P{each.dwell:g}" for each in path.markers if each.before == i]
-        out.append(("T" if feeds[i] == float("inf") else "F") + " ".join(f"{v:g}" for v in curve.control_points[-1]))
-    return out + [each.text or f"P{each.dwell:g}" for each in path.markers if each.before == len(path.curves)]
 
 
 def holes(folder: Path, *lines: str, **options: object) -> list[str]:
@@ -50,6 +38,37 @@ def holes(folder: Path, *lines: str, **options: object) -> list[str]:
 )  # fmt: skip
 def test_what_a_cycle_stands_for(tmp_path: Path, lines: list[str], wanted: str) -> None:
     assert holes(tmp_path, *lines) == wanted.split(";")
+
+
+@pytest.mark.parametrize(
+    ("lines", "wanted"),
+    [
+        (["G76 X1. Z-3. R1. Q.2 P500"], "T1 0 5;T1 0 1;F1 0 -3;P0.5;M19;T1.2 0 -3;T1.2 0 5;T1 0 5;M3"),
+        (["G99 G18 G76 X1. Y-3. R0. Q.2"], "T1 0 5;F1 -3 5;M19;T1 -3 5.2;T1 0 5.2;T1 0 5;M3"),
+        (["G99 G87 X1. Z-3. R-9. Q.2 P500"],
+         "T1 0 5;M19;T1.2 0 5;T1.2 0 -9;T1 0 -9;M3;F1 0 -3;P0.5;M19;T1.2 0 -3;T1.2 0 5;T1 0 5;M3"),
+        (["G88 X1. Z-3. R1. P500"], "T1 0 5;T1 0 1;F1 0 -3;P0.5;M5;M0;T1 0 5;M3"),
+        (["G84 X1. Z-3. R1. Q1.5 P500"],
+         "T1 0 5;T1 0 1;F1 0 -0.5;M5;M4;P0.5;F1 0 1;M5;M3;F1 0 -2;M5;M4;P0.5;F1 0 1;M5;M3;F1 0 -3;M5;M4;P0.5;F1 0 5;"
+         "M5;M3"),
+        (["G84 X1. Z-3. R1."], "T1 0 5;T1 0 1;F1 0 -3;M5;M4;F1 0 5;M5;M3"),
+    ],
+)  # fmt: skip
+def test_cycles_that_fanuc_has(tmp_path: Path, lines: list[str], wanted: str) -> None:
+    assert holes(tmp_path, *lines, dialect="fanuc") == wanted.split(";")
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("G76 X1. Z-3. R1.", "G76 needs Q"),
+        ("M5 G76 X1. Z-3. R1. Q1.", "G76 needs the spindle to turn; write M3 or M4 before it"),
+        ("G87 X1. Z-9. R-3. Q.2", "G87: R lies 6 mm above Z, to which it cuts"),
+        ("G84 X1. Z-3. R1. Q0", "G84 Q0: the depth of a peck is greater than 0"),
+    ],
+)
+def test_cycles_of_fanuc_that_cannot_be(tmp_path: Path, line: str, reason: str) -> None:
+    assert refusal(tmp_path, *BEGIN, line, dialect="fanuc") == f"line 3: {reason}"
 
 
 def test_cycles_of_fanuc_keep_their_words_and_return_to_the_initial_plane(tmp_path: Path) -> None:

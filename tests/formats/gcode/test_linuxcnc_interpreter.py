@@ -44,6 +44,20 @@ PROGRAMS = {
     "splines": "F100\nG5 X10 Y10 I1 J1 P-1 Q-1\nG5 X20 Y0 P-1 Q1\nG5.1 X25 Y5 I2 J3\nG1 Z1",
     "nurbs": "F100 G17\nG5.2 X3 Y5 P1 L3\nX5 Y5 P2\nX8 Y1 P1\nX9 Y9 P1\nG5.3\nG1 Z1",
     "inverse time": "G93 G1 X1 F2\nX3 F4\nG2 X5 I1 F1\nG0 X0\nG94 G1 X1 F60",
+    "turned systems": "F100\nG1 X3 Y4\nG10 L2 P1 X10 Y20 R30\nG1 X5\nG2 X7 I1 Z2\nG3 X5 R3\nG91 X1 Y1 R9\nG90\n"
+    "G53 G0 X1\n"
+    "G1 Y1\nG18 G2 X[#5420+2] Z#5422 I1 K0\nG17 G90.1 G1 X5 Y1\nG3 X7 I6 J1\nG1\nG91.1\nG10 L2 P2 X1 R-45\nG55 X2 Y3\n"
+    "G10 L20 P0 X1\nX5 A10\n"
+    "G10 L20 P1 Y7\nG54 X0 Y0\nG28.1 X4 Y5\nG28 X1\nX2\nG30\nX1 Z#5230\nG81 X1 Y2 Z-1 R1\nX5\nG80\nG92 X1 Y2\n"
+    "G1 X4\nG41.1 D2\nX9\nY9\nX2\nG40\nG0 X1 Y1\nG92.1\nG10 L2 P1 R0\nX1\nY0",
+    "threads": "M3 S600\nG0 X20 Z5\nG33 Z-5 K1.5\nG0 X22 Z5\nG33 X20 Z-5 K2\nG20 G33 Z-.3 K.05\nG21 G91 G33.1 Z-8 K.5\n"
+    "S300 Z-3 K-1\nG90 G19 G33 Y3 Z0 K2\nG17 G0 X20 Z1\nG76 P1.5 Z-10 I-1 J.2 R1.5 K1 Q29.5 H2 E1 L2\n"
+    "G0 Z1\nG76 P2 Z-10 I3 J.5 K1.2 R2\nG0 Z1 M4\nG91 G76 P2 Z-5 I3 J.7 K1 Q20 E1 L3 H1\nG90\n"
+    "G76 P1 Z5 I-1 J.6 K1 Q10 E.5 L1\nG76 P1 Z-5 I-1 J.1 K.5 R.5",
+    "a revolution": "S500 G95 F.1 M3\nG1 X1\nS800 X2\nX3\nX4 F.2\nG2 X6 I1\nG20\nF.01\nG1 X1\nG21\nF.1\nG81 X1 Z-3 R1\n"
+    "G80 M5\nG94 F100 G1 X3\nG95 F.5\nX5\nG93 X6 F2",
+    "polar": "F50\nG0 @5 ^30\nX1\n^90\n@3\nG91 @1\n^10\n@-1 ^-5\nG90 G1 X1 Y1\nG2 @3 ^90 R9\nG81 @5 ^20 Z-1 R1\n^40\n"
+    "G80 G0 X9 Y0\nG91 G81 R.1 Z-.5 ^60 L6\nG80 G90 G54 X5 Y0\nG92 X1\nG0 @5 ^30\nG91 ^30",
     "existence": "#<a>=999\nG0 X[exists[#1]] Y[exists[#99999]] Z[exists[#<a>]] A[exists[#<b>]]\nX[exists[#5601]*5]",
     "ends": "G1 X1 F1\nM2\nG1 X2\n",
     "percent": "%\nG1 X1 F1\nX2\n%\nX3\n",
@@ -58,7 +72,8 @@ REFUSED = [
     "G2 X5 I1 F1", "G2 X1 Y1 R.1 F1", "G21 G20", "M3 M4", "G17 G18", "X1",
     "G1 F1 X1 (open", "G93 G1 X1", "G2 X1 I1 R1 F1", "G17 G2 X1 K1 F1", "G5 X1 Y1 F1", "G5.1 X1 Y1 F1", "G4",
     "G1 X[1/0] F1", "G1 X[sqrt[-1]] F1", "G92", "F-1", "G1 X F1", "Q1", "G1 X1 F1 I2", "G18 F1 G5 X1 Y1 I1 J1 P1 Q1",
-    "G5.3", "G2 X2 I1 P-1 F1", "G53 G2 X1 I1 F1", "M1000", "G123.4", "#1=", "G1 X[1 + F1", "G3 R5 F1",
+    "G5.3", "G0 @5", "G91 G0 @5 ^3", "G0 X1 @5", "G53 G0 @5 ^3",
+    "G28 @5 ^3", "G2 X2 I1 P-1 F1", "G53 G2 X1 I1 F1", "M1000", "G123.4", "#1=", "G1 X[1 + F1", "G3 R5 F1",
 ]  # fmt: skip
 
 

@@ -35,11 +35,11 @@ M_GROUPS: dict[str, tuple[int, ...]] = {
 }
 M_GROUP_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
+#: Canned cycles that some dialects have: threading and fine boring, back boring, boring with a retract by hand.
+CYCLES_OF_SOME = (760, 870, 880)
 #: What cannot be a path, or not without the machine: what it is, and what to do.
 REFUSED: dict[int, str] = {
     310: "a probe move: where it ends is known on the machine only; leave it out",
-    330: "motion with the spindle, whose feed is not known here; write G1 with F",
-    331: "rigid tapping, which goes with the spindle; leave it out",
     382: "a probe move: where it ends is known on the machine only; leave it out",
     383: "a probe move: where it ends is known on the machine only; leave it out",
     384: "a probe move: where it ends is known on the machine only; leave it out",
@@ -57,11 +57,10 @@ REFUSED: dict[int, str] = {
     171: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
     181: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
     191: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
-    950: "feed a revolution, which needs the spindle's speed; write G94 and feed a minute",
-    **{code: "a canned cycle that is not read; let the CAM system write its moves" for code in (760, 870, 880)},
+    **{code: "a canned cycle that is not read; let the CAM system write its moves" for code in CYCLES_OF_SOME},
 }
 
-#: Cutter compensation and feed a revolution can be read as they stand, if the user says so with `repair`.
+#: Cutter compensation can be read as it stands, if the user says so with `repair`.
 READ_AS_THEY_STAND = frozenset((410, 411, 420, 421))
 
 #: Codes that change nothing that a path knows.

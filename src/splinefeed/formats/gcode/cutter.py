@@ -19,8 +19,8 @@ from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, RAPID, M
 from splinefeed.formats.gcode.state import State
 from splinefeed.records import Array
 
-#: A turn below this, rad, is no corner, and one this near to half a turn goes around it, as LinuxCNC 2.9 does by what
-#: a few programs show on its interpreter. Places this near each other, mm, are one.
+#: A turn below this, rad, is no corner, and one this near to half a turn leads back: what LinuxCNC 2.9 does there, its
+#: interpreter shows with pairs of lines and arcs. Places this near each other, mm, are one.
 NO_CORNER, SAME_PLACE = 0.05, 1e-7
 GOUGE = "the tool of radius {:.6g} mm cannot reach this corner without a gouge; take a smaller one or a larger radius"
 
@@ -66,23 +66,35 @@ class Cutter:
 
     def __init__(self, state: State) -> None:
         self.state = state
-        self.on, self._radius = False, 0.0
+        self.on, self._radius, self.first_line = False, 0.0, 0
+        self._ended = False  # G40 was the last word about it
         self._last: _Side | None = None
         self._here = self._begins = np.zeros(2)
         self._axes = [0, 1]
 
-    def begin(self, radius: float) -> None:
+    def begin(self, radius: float, line: int) -> None:
         """G41 (radius above 0) and G42."""
+        self.first_line = line
         self.on = self.state.held = True
         self._radius, self._last = radius, None
         self._axes = list(PLANES[int(self.state.modes[layout.PLANE])])
         self._here = self.state.position[self._axes].copy()
 
     def end(self) -> None:
-        """G40: the tool is where it is."""
-        if self.on:
-            self.state.position[self._axes] = self._here
+        """G40: the tool is where it is; axes that the next line leaves out go to the contour, as in LinuxCNC."""
+        self._ended |= self.on
         self.on = self.state.held = False
+
+    @property
+    def busy(self) -> bool:
+        """Whether the next move matters to it."""
+        return self.on or self._ended
+
+    def check_exit(self, kind: int) -> None:
+        """LineError for an arc as the first move behind G40, as in LinuxCNC."""
+        if self._ended and kind in (CLOCKWISE, COUNTERCLOCKWISE):
+            raise LineError("the first move behind G40 is a line, G0 or G1, not an arc")
+        self._ended = False
 
     def moved(self, start: Array) -> None:
         """The last row of the state leads from `start` (9,) on the contour: put it to the side."""
@@ -98,8 +110,8 @@ class Cutter:
         last, self._last = self._last, side
         if last is None:
             if side.sense:
-                raise LineError("cutter compensation begins with a line, G0 or G1, not with an arc")
-            if np.linalg.norm(row[axes] - self._here) <= abs(radius) + SAME_PLACE:
+                self._enter(side)
+            elif np.linalg.norm(row[axes] - self._here) <= abs(radius) + SAME_PLACE:
                 raise LineError(
                     f"the line on which cutter compensation begins must be longer than the tool's radius, "
                     f"{abs(radius):.6g} mm"
@@ -111,6 +123,17 @@ class Cutter:
             self._corner(last, side, start[axes], before)
         state.count = side.row + 1
         state.rows[side.row, axes] = self._here = side.end
+
+    def _enter(self, side: _Side) -> None:
+        """An arc as first move: from where the tool is, tangent at its end to the arc beside the contour."""
+        assert side.centre is not None
+        out, way = (side.end - side.centre) / side.radius, side.end - self._here
+        radius = float(way @ way) / (2.0 * float(way @ out)) if way @ out > SAME_PLACE else 0.0
+        if not 0.0 < radius <= layout.LARGEST:
+            raise LineError("the arc on which cutter compensation begins does not lead beside its contour; take a line")
+        centre = side.end - radius * out
+        self.state.rows[side.row, [layout.CENTER + axis for axis in self._axes]] = centre
+        side.centre, side.radius, side.begin = centre, radius, self._here
 
     def _beside(self, i: int, start: Array) -> _Side:
         """Row i, which begins at `start`, beside its contour."""
@@ -142,7 +165,9 @@ class Cutter:
         turn = math.copysign(1.0, radius) * math.atan2(sine, float(last.last @ side.first))
         if abs(turn) < NO_CORNER:
             return
-        if turn < 0.0 or turn > math.pi - NO_CORNER:
+        # what leads back beside it meets an arc that bends away from the tool, and passes by everything else
+        back, bend = abs(turn) > math.pi - NO_CORNER, side.sense or last.sense
+        if bend * radius >= 0.0 if back else turn < 0.0:
             self._around(side, corner)
             return
         meet = _meet(last, side, corner, radius)

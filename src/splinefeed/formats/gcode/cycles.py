@@ -1,9 +1,10 @@
-"""Canned cycles: G73, G74, G81 to G86 and G89 as the moves and switches that they stand for.
+"""Canned cycles: G73, G74, G81 to G86, G89, and Fanuc's G76, G87 and G88, as the moves that they stand for.
 
 Source: LinuxCNC documentation, "G-Codes", G73, G74, "G80-G89 Canned Cycles", G98 and G99; where it leaves a choice,
 what its interpreter does: with G91 R counts from the plane in which the row of cycles began, and Z from R. Fanuc
 (Series 30i-MODEL B, User's Manual B-64484EN, "Canned cycle for drilling") keeps R, Z, P and Q from one cycle to the
-next, repeats by K, and returns to the initial plane, or with G99 to R.
+next, repeats by K, returns to the initial plane, or with G99 to R, and taps by pecks where G74 and G84 have Q; for
+G76, G87 and G88 also Series 15i/150i-MA, Operator's Manual (Programming), "Canned cycle".
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID
+from splinefeed.formats.gcode.moves import LETTERS, LINE, POLAR, RAPID, Findings
 from splinefeed.formats.gcode.state import State, check_size
 
 #: Most moves that one line may stand for, and most repeats.
@@ -25,7 +26,7 @@ PECK_CLEARANCE = 0.254
 #: Levels this near each other, mm, are one: a peck that ends at the bottom is the last.
 SAME_LEVEL = 1e-9
 #: The axis across each plane, which is drilled along.
-_ACROSS = {17: 2, 18: 1, 19: 0}
+ACROSS = {17: 2, 18: 1, 19: 0}
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Cycle:
     peck     "chip" lifts off the bottom after each Q, "full" returns to R; dwell  whether P is needed
     out      how the tool leaves; to_r  as far as R only, and rapidly from there
     spindle  M code of the direction in which it must turn; it is reversed at the bottom. stops  whether it stops there
+    shift    whether the spindle is oriented and the tool leaves the wall by Q before it goes out; back  whether it cuts
+             upwards, from R to Z; by_hand  whether the machine waits for a retract by hand
     """
 
     peck: str = ""
@@ -43,6 +46,9 @@ class Cycle:
     to_r: bool = False
     spindle: int = 0
     stops: bool = False
+    shift: bool = False
+    back: bool = False
+    by_hand: bool = False
 
 
 CYCLES = {
@@ -56,45 +62,55 @@ CYCLES = {
     860: Cycle(dwell=True, stops=True),
     890: Cycle(dwell=True, out=LINE),
 }
+FANUC = CYCLES | {
+    740: Cycle(peck="tap", out=LINE, spindle=4),
+    760: Cycle(dwell=True, shift=True),
+    840: Cycle(peck="tap", out=LINE, spindle=3),
+    870: Cycle(dwell=True, shift=True, back=True),
+    880: Cycle(dwell=True, stops=True, by_hand=True),
+}
 
 
 class Cycles:
     """Runs one cycle after the other on a `State`; R, Z, P and Q stay in force as long as the cycle does."""
 
-    def __init__(self, state: State, dialect: Dialect) -> None:
-        self.state, self.dialect = state, dialect
+    def __init__(self, state: State, dialect: Dialect, findings: Findings) -> None:
+        self.state, self.dialect, self.findings = state, dialect, findings
         self.returns = dialect.returns
+        self.known = FANUC if dialect.keeps_cycles else CYCLES
+        self.first_line = 0  # where the row of cycles began; 0 where there is none
         self._code = 0
         self._kept: dict[str, float] = {}
         self._initial = 0.0
 
     def forget(self) -> None:
         """Another kind of motion, or G80, ends the row of cycles."""
-        self._code, self._kept = 0, {}
+        self._code, self._kept, self.first_line = 0, {}, 0
 
     def line(self, code: int, words: dict[str, float], line: int) -> None:
         """One line of the cycle `code`; the words that it uses are taken from `words`."""
-        state, cycle = self.state, CYCLES[code]
-        if state.modes[layout.INVERSE]:
+        state, cycle = self.state, self.known[code]
+        if state.modes[layout.FEED_MODE] == layout.INVERSE:
             raise LineError(f"{g_name(code)} cannot have feeds by inverse time; write G94")
-        across = _ACROSS[int(state.modes[layout.PLANE])]
-        axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
-        if wrong := next((letter for letter in axes if letter not in "XYZ"), ""):
+        across = ACROSS[int(state.modes[layout.PLANE])]
+        axes = {letter: words.pop(letter) for letter in LETTERS + POLAR if letter in words}
+        if wrong := next((letter for letter in axes if letter not in "XYZ" + POLAR), ""):
             raise LineError(f"{wrong}: {g_name(code)} moves X, Y and Z only")
         if not axes:
             raise LineError(f"{g_name(code)} needs the place of its hole, X, Y or Z")
         if not self._code:
             self._initial = float(state.position[across] - state.values[layout.OFFSET + across])
+            self.first_line = line
         if code != self._code and not self.dialect.keeps_cycles:
             self._kept = {}
         self._code = code
         depth = LETTERS[across]
-        own = "RQ" if cycle.peck else "RP" if cycle.dwell or cycle.spindle else "R"
+        own = "R" + "Q" * bool(cycle.peck or cycle.shift) + "P" * bool(cycle.dwell or cycle.spindle)
         self._kept |= {letter: words.pop(letter) for letter in own if letter in words}
         if depth in axes:
             self._kept["depth"] = axes.pop(depth)
-        optional = cycle.spindle or self.dialect.keeps_cycles
-        for letter in ("depth", *(own.strip("P") if optional else own)):
+        optional = "P" * bool(cycle.spindle or self.dialect.keeps_cycles) + "Q" * (cycle.peck == "tap")
+        for letter in ("depth", *(each for each in own if each not in optional)):
             if letter not in self._kept:
                 raise LineError(f"{g_name(code)} needs {depth if letter == 'depth' else letter}")
         clearance = state.scaled(across, words.pop("D")) if cycle.peck and "D" in words else PECK_CLEARANCE
@@ -107,12 +123,15 @@ class Cycles:
         bottom = (retract if relative else base) + state.scaled(across, self._kept["depth"])
         for letter, level in (("R", retract), (depth, bottom)):
             check_size(letter, level)
+        if cycle.back:
+            retract, bottom = bottom, retract
         if retract < bottom:
-            raise LineError(f"{g_name(code)}: R lies {bottom - retract:.6g} mm below {depth}, the bottom of the hole")
-        clear = max(initial, retract) if self.returns == 98 else retract
-        hole = _Hole(self, code, cycle, across, line, retract, bottom, clear, clearance)
+            below = f"above {depth}, to which it cuts" if cycle.back else f"below {depth}, the bottom of the hole"
+            raise LineError(f"{g_name(code)}: R lies {bottom - retract:.6g} mm {below}")
+        clear = max(initial, retract) if self.returns == 98 or cycle.back else retract
+        hole = _Hole(state, across, line, self, code, cycle, retract, bottom, clear, clearance)
         hole.check(times)
-        if times and initial < retract:
+        if times and initial < retract and not cycle.back:
             hole.move(RAPID, retract)
         for _ in range(times):
             there, said, stated = state.target(axes)
@@ -132,14 +151,48 @@ class Cycles:
 
 
 @dataclass
-class _Hole:
-    """One line's cycle along its axis; levels in mm."""
+class Along:
+    """Moves of the tool along one axis, in one line; levels in mm."""
+
+    state: State
+    across: int
+    line: int
+
+    def move(self, kind: int, level: float, feed: float | None = None) -> None:
+        """Along the axis of the hole, unless the tool is there."""
+        self.go(kind, self.across, level, feed)
+
+    def go(self, kind: int, axis: int, level: float, feed: float | None = None) -> None:
+        """Along an axis, unless the tool is there."""
+        state = self.state
+        if state.position[axis] == level:
+            return
+        there = state.position.copy()
+        there[axis] = level
+        stated = 0 if state.modes[layout.RELATIVE] else 1 << axis
+        state.add(kind, there, 1 << axis, stated, self.line, **({} if feed is None else {"feed": feed}))
+
+    def switch(self, *codes: int) -> None:
+        """M codes, one marker each; 0 is none."""
+        for code in codes:
+            if code:
+                self.state.say(self.line, f"M{code}")
+
+    def wait(self, seconds: float, name: str) -> None:
+        """A dwell, unless it is 0; LineError for one that cannot be."""
+        if not 0.0 <= seconds <= layout.LARGEST:
+            raise LineError(f"{name}: a wait of {seconds:g} s is not possible")
+        if seconds:
+            self.state.say(self.line, dwell=seconds)
+
+
+@dataclass
+class _Hole(Along):
+    """One line's cycle along its axis."""
 
     cycles: Cycles
     code: int
     cycle: Cycle
-    across: int
-    line: int
     retract: float
     bottom: float
     clear: float  # where the tool ends: G98 the plane in which the row began, if that is higher, G99 R
@@ -147,12 +200,12 @@ class _Hole:
 
     def check(self, times: int) -> None:
         """LineError for a spindle that turns the wrong way, for no peck, and for too many."""
-        state, cycle = self.cycles.state, self.cycle
+        state, cycle = self.state, self.cycle
         if cycle.spindle and state.spindle != cycle.spindle and not self.cycles.dialect.keeps_cycles:
             raise LineError(f"{g_name(self.code)} needs the spindle to turn by M{cycle.spindle}")
-        if cycle.stops and not state.spindle:
+        if (cycle.stops or cycle.shift) and not state.spindle:
             raise LineError(f"{g_name(self.code)} needs the spindle to turn; write M3 or M4 before it")
-        if not cycle.peck:
+        if not (cycle.peck and "Q" in self.cycles._kept):
             return
         if not self.peck > 0.0:
             raise LineError(f"{g_name(self.code)} Q{self.cycles._kept['Q']:g}: the depth of a peck is greater than 0")
@@ -161,49 +214,89 @@ class _Hole:
 
     @property
     def peck(self) -> float:
-        """Depth of one peck, mm."""
-        return self.cycles.state.scaled(self.across, self.cycles._kept.get("Q", 0.0))
+        """Depth of one peck, mm; without Q that of the hole."""
+        deep = self.retract - self.bottom
+        kept = self.cycles._kept
+        return self.state.scaled(self.across, kept["Q"]) if "Q" in kept else deep
 
-    def move(self, kind: int, level: float) -> None:
-        """Along the axis of the hole, unless the tool is there."""
-        state = self.cycles.state
-        if state.position[self.across] == level:
-            return
-        there = state.position.copy()
-        there[self.across] = level
-        state.add(kind, there, 1 << self.across, 0 if state.modes[layout.RELATIVE] else 1 << self.across, self.line)
+    @property
+    def dwell(self) -> float:
+        """Seconds of P."""
+        cycle = self.cycle
+        return self.cycles._kept.get("P", 0.0) * self.cycles.dialect.dwell if cycle.dwell or cycle.spindle else 0.0
 
     def drill(self) -> None:
         """From above the hole to its bottom and out again."""
-        state, cycle = self.cycles.state, self.cycle
+        if self.cycle.back:
+            self._bore_upwards()
+            return
+        cycle, name, turning = self.cycle, g_name(self.code), self.state.spindle
         self.move(RAPID, self.retract)
         level = self.retract - self.peck
         while cycle.peck and level > self.bottom + SAME_LEVEL:
             self.move(LINE, level)
-            if cycle.peck == "full":
+            if cycle.peck == "tap":
+                self._reverse(turning)
+                self.move(LINE, self.retract)
+                self.switch(5, turning)
+            elif cycle.peck == "full":
                 self.move(RAPID, self.retract)
-            # a peck less than the clearance begins above the retract plane, as in LinuxCNC
-            self.move(RAPID, level + self.clearance)
+            if cycle.peck != "tap":
+                # a peck less than the clearance begins above the retract plane, as in LinuxCNC
+                self.move(RAPID, level + self.clearance)
             level -= self.peck
         self.move(LINE, self.bottom)
-        turning = state.spindle
         if cycle.spindle:
-            self._switch(5, 7 - turning if turning else 0)
-        if wait := self.cycles._kept.get("P", 0.0) * self.cycles.dialect.dwell if cycle.dwell or cycle.spindle else 0.0:
-            if not 0.0 <= wait <= layout.LARGEST:
-                raise LineError(f"{g_name(self.code)}: a wait of {wait:g} s is not possible")
-            state.say(self.line, dwell=wait)
+            self._reverse(turning)
+        else:
+            self.wait(self.dwell, name)
         if cycle.stops:
-            self._switch(5)
+            self.switch(5)
+        if cycle.by_hand:
+            self.cycles.findings.count(f"{name} waits for a retract by hand to R, which is taken as rapid", self.line)
+            self.state.say(self.line, "M0")
+        away = self._shifted() if cycle.shift else None
         self.move(cycle.out, self.retract if cycle.to_r else self.clear)
         self.move(RAPID, self.clear)
+        if away is not None:
+            self.go(RAPID, self.aside, away)
         if cycle.spindle:
-            self._switch(5, turning)
-        elif cycle.stops:
-            self._switch(turning)
+            self.switch(5, turning)
+        elif cycle.stops or cycle.shift:
+            self.switch(turning)
 
-    def _switch(self, *codes: int) -> None:
-        """M codes of the spindle, one marker each."""
-        for code in codes:
-            if code:
-                self.cycles.state.say(self.line, f"M{code}")
+    def _reverse(self, turning: int) -> None:
+        """At the bottom of a tapped hole: the other direction, then P."""
+        self.switch(5, 7 - turning if turning else 0)
+        self.wait(self.dwell, g_name(self.code))
+
+    @property
+    def aside(self) -> int:
+        """The first axis of the plane, along which the tool leaves the wall."""
+        return (self.across + 1) % 3
+
+    def _shifted(self) -> float:
+        """Orient the spindle and leave the wall by Q, rapidly: where the tool was before."""
+        self.switch(19)
+        here = float(self.state.position[self.aside])
+        self.cycles.findings.count(
+            f"{g_name(self.code)} leaves the wall by Q in the direction +{LETTERS[self.aside]}; which one it is "
+            "the control has in a parameter",
+            self.line,
+        )
+        self.go(RAPID, self.aside, here + abs(self.state.scaled(self.aside, self.cycles._kept["Q"])))
+        return here
+
+    def _bore_upwards(self) -> None:
+        """G87: beside the hole to R, back to its axis, up to Z, beside it again and out."""
+        turning, name = self.state.spindle, g_name(self.code)
+        here = self._shifted()
+        self.move(RAPID, self.bottom)
+        self.go(RAPID, self.aside, here)
+        self.switch(turning)
+        self.move(LINE, self.retract)
+        self.wait(self.dwell, name)
+        self._shifted()
+        self.move(RAPID, self.clear)
+        self.go(RAPID, self.aside, here)
+        self.switch(turning)

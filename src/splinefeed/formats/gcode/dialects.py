@@ -22,6 +22,8 @@ class Dialect:
     repeats       letters of a canned cycle's repeats
     jumps         whether O-words, M98 and M99 are read
     keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
+    threads       whether G76 cuts a thread, with LinuxCNC's words
+    lead          letter of the way a revolution of G33
     """
 
     name: str
@@ -36,12 +38,14 @@ class Dialect:
     repeats: str = "L"
     keeps_cycles: bool = False
     jumps: bool = False
+    threads: bool = False
+    lead: str = "K"
 
 
 DIALECTS = {
     each.name: each
     for each in (
-        Dialect("linuxcnc", "LinuxCNC", returns=99, jumps=True),
+        Dialect("linuxcnc", "LinuxCNC", returns=99, jumps=True, threads=True),
         Dialect(
             "fanuc",
             "Fanuc",
@@ -55,6 +59,7 @@ DIALECTS = {
             repeats="KL",
             keeps_cycles=True,
             jumps=True,
+            lead="F",
         ),
         Dialect("mach3", "Mach3", modes=frozenset((150, 501, 690)), jumps=True),
         Dialect(

@@ -47,7 +47,7 @@ class Parameters:
     def __init__(self, known: Callable[[int | str], float | None] | None = None) -> None:
         self.numbers: dict[int, float] = {}
         self.names: dict[str, float] = {}
-        self.globals: dict[str, float] = {}
+        self.globals: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
         self.known = known
         self._callers: list[tuple[dict[str, float], dict[int, float] | None]] = []
 

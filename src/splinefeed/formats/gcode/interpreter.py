@@ -8,24 +8,20 @@ G20 and G21 of its own line, and a finding says so.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import replace
-
-import numpy as np
 
 from splinefeed.formats.gcode import codes, layout
 from splinefeed.formats.gcode.codes import g_name
-from splinefeed.formats.gcode.cutter import Cutter
-from splinefeed.formats.gcode.cycles import CYCLES, Cycles
+from splinefeed.formats.gcode.cycles import Cycles
 from splinefeed.formats.gcode.dialects import Dialect
-from splinefeed.formats.gcode.expressions import LineError, Parameters
-from splinefeed.formats.gcode.line_words import LineWords
-from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, RAPID, Findings
-from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
+from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, POLAR, RAPID, Findings
+from splinefeed.formats.gcode.offset_words import OffsetWords
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, State, number
-from splinefeed.formats.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS, TOOL_TIP, ToolTip
-from splinefeed.formats.gcode.tools import Tool
+from splinefeed.formats.gcode.threads import thread, tied
+from splinefeed.formats.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS
 from splinefeed.formats.gcode.words import Block, parse, without_comments, without_nested
 
 _RATE = {0: RAPID, 10: LINE, 20: CLOCKWISE, 30: COUNTERCLOCKWISE}
@@ -34,26 +30,17 @@ _SPLINES = (50, 51, 52, 53, 62, 63)
 _M_WORDS = "PLQEDIJKRU"
 
 
-class Interpreter(LineWords):
+class Interpreter(OffsetWords):
     """Runs lines one after the other on a `State`; `ended` is set by M2, M30 and the like."""
 
     def __init__(self, state: State, dialect: Dialect, findings: Findings, *, repair: bool = False) -> None:
-        super().__init__(state)
-        self.dialect = dialect
-        self.findings = findings
-        self.repair = repair
-        self.parameters = Parameters(state.parameter)
+        super().__init__(state, dialect, findings, repair)
         self.ended = False
         self.call: tuple[int, int] | None = None  # what M98 calls, and how often
         self.returns = False  # whether there was an M99
-        self.line = 0
         self.splines = SplineWords(state, findings)
-        self.cycles = Cycles(state, dialect)
-        self.cutter = Cutter(state)
-        self.tool_tip = ToolTip(state, findings)
-        self._modal: int | None = None
+        self.cycles = Cycles(state, dialect, findings)
         self._percents = False
-        self._machine_known = bool(state.offsets.known or state.offsets.references)
 
     def run(self, text: str, line: int) -> None:
         """Do what the line `text` says; LineError, without the line's number, for what cannot be done."""
@@ -72,6 +59,15 @@ class Interpreter(LineWords):
             self._do(block)
         for key, value in block.settings:
             self.parameters.set(key, value)
+
+    @property
+    def unfinished(self) -> tuple[int, str]:
+        """Where what goes over several lines began, and what it is; line 0 where there is nothing of the kind."""
+        if self.cutter.on:
+            return self.cutter.first_line, "cutter compensation (G41, G42)"
+        if self.splines.open:
+            return self.splines.first_line, "a spline"
+        return self.cycles.first_line, "a row of canned cycles (G80)"
 
     def end(self) -> None:
         """The file is at its end; LineError if a spline is still open."""
@@ -124,18 +120,19 @@ class Interpreter(LineWords):
             self.state.modes[layout.EXTRUDED] = 1
         for code in sorted(known):
             self._refuse(code, known)
-        if not known & {100, 730, 830, 410, 411, 420, 421}:
+        if not known & {100, 730, 830, 410, 411, 420, 421, 960}:
             self._take("D")
         if self.cutter.on:
             self._beside_contour(block, known)
         said = {codes.GROUP_OF[code]: code for code in sorted(known, reverse=True) if code in codes.GROUP_OF}
         for group, do in _ACTS.items():
             if group is None:
-                self._feed_word()
+                self._feed_word(said.get("motion", self._modal))
+                self._spindle_mode(said.get("spindle mode"), known)
                 self._outputs(block)
             elif group in said:
                 do(self, said[group])
-        if not known & {100}:
+        if not known & {100, 760}:
             self._take("H")
         self._motion(said.get("motion"), known)
         self._stops(block)
@@ -146,7 +143,7 @@ class Interpreter(LineWords):
 
     def _refuse(self, code: int, known: set[int]) -> None:
         reason = codes.REFUSED.get(code)
-        if self._compensates(code):
+        if self._compensates(code) or code in self.cycles.known or (code == 760 and self.dialect.threads):
             return
         if reason is None:
             if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
@@ -166,7 +163,36 @@ class Interpreter(LineWords):
         raise LineError(f"{g_name(code)} is {reason}")
 
     def _feed_mode(self, code: int) -> None:
-        self.state.modes[layout.INVERSE] = code == 930
+        state = self.state
+        before, mode = state.modes[layout.FEED_MODE], {930: layout.INVERSE, 950: layout.PER_TURN}.get(code, 0)
+        if mode == layout.PER_TURN:
+            mode = layout.SURFACE if state.surface else layout.PER_TURN
+            self.findings.say(
+                f"line {self.line}: G95: feeds are F times the speed S of the spindle, which is taken as constant"
+            )
+        if before != mode and max(before, mode) >= layout.PER_TURN:  # as in LinuxCNC F is said anew
+            state.values[layout.FEED] = state.feed_per_turn = 0.0
+        state.modes[layout.FEED_MODE] = mode
+
+    def _spindle_mode(self, code: int | None, known: set[int]) -> None:
+        """G96, S at the surface with D as the highest speed, and G97; G92 S and G50 S of lathes are that speed too."""
+        state = self.state
+        if self.dialect.lead == "F" and known & {920, 500} and not self._words.keys() & set(LETTERS):
+            state.top_speed = self._take("S", state.top_speed) or math.inf
+        if code is None:
+            return
+        if code == 960 and "S" not in self._words:
+            raise LineError("G96 needs S, the speed at the surface")
+        state.surface = code == 960
+        if state.surface:
+            state.top_speed = self._take("D", state.top_speed) or math.inf
+            self.findings.say(
+                f"line {self.line}: G96: with G95 a move has the feed at its mean distance from X0; speeds of the "
+                "spindle are taken as reached at once"
+            )
+        if state.modes[layout.FEED_MODE] >= layout.PER_TURN:
+            state.modes[layout.FEED_MODE] = layout.SURFACE if state.surface else layout.PER_TURN
+            state.set_feed(None)
 
     def _units(self, code: int) -> None:
         inch = code in (200, 700)
@@ -176,12 +202,16 @@ class Interpreter(LineWords):
                 self.findings.count(f"F stands with a change of units and is taken in {unit} a minute", self.line)
             self.state.set_units(inch=inch)
 
-    def _feed_word(self) -> None:
+    def _feed_word(self, motion: int | None) -> None:
         feed, state = self._words.get("F"), self.state
+        if motion in (330, 331) and feed is not None:
+            if self.dialect.lead != "F":
+                raise LineError(f"F cannot stand with {g_name(motion)}, whose feed is K times the spindle's speed")
+            return
         if feed is not None and not 0.0 <= feed <= layout.LARGEST:
             raise LineError(f"F{feed:g} is no feed")
-        if feed is not None and not state.modes[layout.INVERSE]:
-            state.values[layout.FEED] = feed * state.values[layout.SCALE]
+        if feed is not None and state.modes[layout.FEED_MODE] != layout.INVERSE:
+            state.set_feed(feed)
             self._take("F")
 
     def _outputs(self, block: Block) -> None:
@@ -191,7 +221,8 @@ class Interpreter(LineWords):
         if "T" in self._words:
             self.state.select(self._words["T"], self.line)
         stop = "T" in self._words or ("S" in self._words and self.state.new_speed(self._words["S"]))
-        said = [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
+        said = [f"G{code // 10}" for code in (960, 970) if code in block.g]
+        said += [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
         before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
         for code in before:
             wait_tool += self.state.switch(code)
@@ -243,11 +274,6 @@ class Interpreter(LineWords):
     def _plane(self, code: int) -> None:
         self.state.modes[layout.PLANE] = code // 10
 
-    def _system(self, code: int) -> None:
-        if not self.state.offsets.select(SYSTEMS[code]):
-            self.findings.say(f"line {self.line}: the offset of {g_name(code)} is not known: taken as 0 (offsets=)")
-        self.state.set_offsets()
-
     def _path_control(self, code: int) -> None:
         state, bound = self.state, 0.0
         state.modes[layout.EXACT_STOP] = code == 611
@@ -256,50 +282,9 @@ class Interpreter(LineWords):
             self._take("Q")
             if not bound >= 0.0:
                 raise LineError("G64: P, the tolerance, must be 0 or more")
+            if bound == 0.0 and self.dialect.threads:  # LinuxCNC's interpreter makes no difference
+                bound = UNBOUNDED
         state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
-
-    def _compensates(self, code: int) -> bool:
-        """Whether the code begins cutter compensation, and the radius is known."""
-        known = code in (411, 421) or (code in (410, 420) and self.state.tools is not None)
-        return known and self.dialect.jumps and not self.repair
-
-    def _cutter(self, code: int) -> None:
-        """G40 to G42.1: D is a tool's number, or with G41.1 and G42.1 its diameter."""
-        if code == 400:
-            self.cutter.end()
-            return
-        if not self._compensates(code):
-            self._take("D")
-            return
-        if self.cutter.on or self.state.tip:
-            what = "cutter compensation is on; write G40" if self.cutter.on else "X, Y, Z are the tool's tip; end that"
-            raise LineError(f"{g_name(code)}: {what} before it")
-        if self.state.modes[layout.PLANE] == 19:
-            raise LineError(f"{g_name(code)}: there is no cutter compensation in G19; choose G17 or G18")
-        if code % 10:
-            if self._take("L", 0.0):
-                raise LineError(f"{g_name(code)} L: tools of a lathe are not read")
-            diameter = self.state.scaled(0, self._need("D", code))
-        else:
-            tools, number = self.state.tools, self._take("D", self.state.loaded)
-            diameter = 0.0 if tools is None else tools.tool(number or 0.0).diameter
-        if abs(diameter) > layout.LARGEST or diameter == 0.0:
-            raise LineError(f"{g_name(code)}: a tool of diameter {diameter:.6g} mm does not compensate")
-        self.findings.count(
-            "cutter compensation is on; not every gouge is found: look at the path before you cut", self.line
-        )
-        self.cutter.begin(0.5 * diameter * (1.0 if code < 420 else -1.0))
-
-    def _beside_contour(self, block: Block, known: set[int]) -> None:
-        """LineError for what cannot stand between G41 and G40."""
-        allowed = {0, 10, 20, 30, 40, 400, 800}
-        groups = ("motion", "one line", "plane", "coordinate system", "tool length", "units", "feed mode")
-        same = {10 * int(self.state.modes[layout.PLANE]), 940, 200 if self.state.inch else 210}
-        for code in sorted(known - allowed - same):
-            if 400 not in known and codes.GROUP_OF.get(code) in groups:
-                raise LineError(f"{g_name(code)} cannot stand between G41 or G42 and G40")
-        if 6 in block.m or self.state.modes[layout.INVERSE]:
-            raise LineError("a change of tool and G93 cannot stand between G41 or G42 and G40")
 
     def _retract(self, code: int) -> None:
         self.cycles.returns = code // 10
@@ -309,107 +294,6 @@ class Interpreter(LineWords):
 
     def _arc_distance(self, code: int) -> None:
         self.state.modes[layout.CENTRES] = code == 901
-
-    def _tool_length(self, code: int) -> None:
-        """G43 and its kin: the programmed point is the tool tip: the axes move by the tool offset."""
-        state = self.state
-        axes = self._axes() if code in (431, 432) else {}
-        number = self._take("H", state.loaded if code == 430 else None)
-        if code in TOOL_TIP:
-            self.tool_tip.begin(TOOL_TIP[code], self.line, number, vectors=code == 435)
-            return
-        if state.tools is None:
-            if state.tip:
-                self.tool_tip.length(code, self.line)
-            elif code != 490:
-                self.findings.say(
-                    f"line {self.line}: {g_name(code)}: the path is that of the tool's tip, as programmed (tools=)"
-                )
-            return
-        offset = state.offsets.tool
-        if code == 432 and (number is None) == (not axes):
-            raise LineError("G43.2 needs H, or axes, and not both")
-        if code in (430, 490):
-            offset[:] = 0.0
-        if number is not None:
-            offset += state.tools.tool(number or state.loaded).offset
-        for axis, value in axes.items():
-            offset[axis] = value + (offset[axis] if code == 432 else 0.0)
-        if state.tip:
-            self.tool_tip.length(code, self.line)
-        elif offset.any():
-            self.findings.say(
-                f"line {self.line}: {g_name(code)}: from here on places are those of the axes, not the tip"
-            )
-        state.set_offsets()
-
-    def _places(self, code: int) -> None:
-        """G10, G52, G92 and the reference points of G28 and G30."""
-        offsets, position = self.state.offsets, self.state.position
-        if code == 100:
-            self._set_system()
-        elif code == 520:
-            offsets.set_local(self._axes())
-        elif code == 920:
-            axes = self._axes()
-            if not axes and self._bare_g92:
-                raise LineError("G92 needs the axes whose places it gives")
-            offsets.set_g92(axes, position)
-        elif code in (921, 922, 923):
-            offsets.clear(code)
-        elif code in (281, 301):
-            offsets.references[code - 1] = position.copy()
-        self.state.set_offsets()
-        if code in (280, 300):
-            self._go_to_reference(code)
-
-    def _set_system(self) -> None:
-        kind, state = self._whole("L", 100), self.state
-        if kind in (1, 10) and state.tools is not None:
-            number, radius, axes = self._whole("P", 100), self._take("R"), self._axes()
-            tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
-            offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
-            bare = state.position - state.offsets.total + state.offsets.length
-            for axis, value in axes.items():
-                offset[axis] = value if kind == 1 else bare[axis] - value
-            by_number = {**state.tools.by_number, number: Tool(offset, diameter)}
-            state.tools = replace(state.tools, by_number=by_number)
-            return
-        if kind not in (2, 20):
-            self.findings.count(f"G10 L{kind} changes the tool table, which no path knows", self.line)
-            self._words = {each: value for each, value in self._words.items() if each in "FST"}
-            return
-        system = self._whole("P", 100)
-        if not 0 <= system <= 9:
-            raise LineError(f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
-        if self._take("R", 0.0):
-            raise LineError("G10 R: turned coordinate systems are not read; write the turned coordinates")
-        if kind == 2:
-            state.offsets.set_system(system, self._axes())
-        else:
-            state.offsets.set_here(system, self._axes(), state.position)
-        self._machine_known = True
-
-    def _go_to_reference(self, code: int) -> None:
-        state = self.state
-        there, said, stated = state.target({x: v for x in LETTERS if (v := self._take(x)) is not None})
-        point = state.offsets.references.get(code)
-        first = REFERENCE_PARAMETERS[code]
-        if point is None and any(first + axis in self.parameters.numbers for axis in range(AXES)):
-            values = [self.parameters.numbers.get(first + axis, 0.0) for axis in range(AXES)]
-            point = np.array([state.scaled(axis, value) for axis, value in enumerate(values)])
-        if point is None:
-            self.findings.count(
-                f"{g_name(code)} is left out: where the machine's reference point lies is not known here", self.line
-            )
-            if said and stated:
-                state.add(RAPID, there, said, stated, self.line)
-            return
-        if said:
-            state.add(RAPID, there, said, stated, self.line)
-        end = np.where([said >> axis & 1 or not said for axis in range(AXES)], point, state.position)
-        moved = sum(1 << axis for axis in range(AXES) if said >> axis & 1 or end[axis] != state.position[axis])
-        state.add(RAPID, end, moved, moved, self.line)
 
     # --- motion -----------------------------------------------------------------------------------------------------
 
@@ -423,14 +307,17 @@ class Interpreter(LineWords):
         if code is not None:
             self._set_modal(code)
         if code in _SPLINES or (self._modal in _SPLINES and self._spline_words()):
-            inverse = self._words.get("F") if state.modes[layout.INVERSE] else None
+            inverse = self._words.get("F") if state.modes[layout.FEED_MODE] == layout.INVERSE else None
             self.splines.line(code, self._modal, self._words, self.line, inverse)
             if code == 53:
                 self.splines.end()
                 self._set_modal(None)
             return
-        axes = {letter: self._words[letter] for letter in LETTERS if letter in self._words}
-        if self._modal in CYCLES and 530 not in known and (axes or code is not None):
+        axes = {letter: self._words[letter] for letter in LETTERS + POLAR if letter in self._words}
+        if self._modal == 760 and self.dialect.threads and 530 not in known and (axes or code is not None):
+            thread(state, self._words, self.line, self.findings)
+            return
+        if self._modal in self.cycles.known and 530 not in known and (axes or code is not None):
             self.cycles.line(self._modal, self._words, self.line)
             return
         centre = {letter: self._words[letter] for letter in "IJK" if letter in self._words}
@@ -440,13 +327,20 @@ class Interpreter(LineWords):
         tool_axis = self.tool_tip.taken(self._words, self._modal)
         if not axes and not tool_axis and not (self._modal in (20, 30) and centre):
             return
+        if self._modal in (330, 331):
+            there, said, stated = state.target(axes)
+            for letter in axes:
+                self._take(letter)
+            lead = self._take(self.dialect.lead)
+            tied(state, self._modal, (there, said, stated), lead, self.line, self.findings)
+            return
         if self._modal not in _RATE:
             raise LineError("axis words without G0, G1, G2 or G3 before them")
         kind = _RATE[self._modal]
         there, said, stated = state.target(axes)
         for letter in axes:
             self._take(letter)
-        more = self._feed(kind)
+        more = self._feed(kind, there)
         if tool_axis:
             said, stated = said | TOOL_AXIS, stated | TOOL_AXIS
             more = {**more, **tool_axis, "flags": int(more.get("flags", 0)) | int(tool_axis["flags"])}
@@ -455,6 +349,7 @@ class Interpreter(LineWords):
             arc = self._arc()
             more = {**more, **arc, "flags": int(more.get("flags", 0)) | int(arc["flags"])}
         before = state.position.copy()
+        self.cutter.check_exit(kind)
         state.add(kind, there, said, stated, self.line, **more)
         if self.cutter.on:
             self.cutter.moved(before)
@@ -462,35 +357,12 @@ class Interpreter(LineWords):
 
     def _set_modal(self, code: int | None) -> None:
         self._modal = None if code == 53 else code
-        if code not in CYCLES:
+        if code not in self.cycles.known:
             self.cycles.forget()
         self.state.modes[layout.MOTION] = -1 if code not in _RATE else code // 10
 
     def _spline_words(self) -> bool:
         return any(letter in self._words for letter in "XYZABCUVWIJKPQR")
-
-    def _machine_move(self, axes: dict[str, float]) -> None:
-        """G53: the words are places of the machine, which are known only where its offsets are."""
-        if not axes:
-            return
-        if self._modal not in (0, 10):
-            raise LineError("G53 needs G0 or G1")
-        for letter in axes:
-            self._take(letter)
-        if not self._machine_known:
-            self.findings.count(
-                "G53 is left out: where the machine's zero lies is not known here (offsets=)", self.line
-            )
-            return
-        end = self.state.position.copy()
-        said = 0
-        for axis, letter in enumerate(LETTERS):
-            if letter in axes:
-                end[axis] = self.state.scaled(axis, axes[letter])
-                self._checked(float(end[axis]))
-                said |= 1 << axis
-        kind = _RATE[self._modal]
-        self.state.add(kind, end, said, said, self.line, **self._feed(kind))
 
     def _stops(self, block: Block) -> None:
         """M0, M1, M2, M30, M60 and M99, behind the motion of their line."""

@@ -8,7 +8,9 @@ DONE, UNKNOWN, FULL = 0, 1, 2
 # columns of the state of floats: position and offset of 9 axes, what one unit of each is, feed, tolerance
 POSITION, OFFSET, SCALE, FEED, TOLERANCE, STATE = 0, 9, 18, 27, 28, 29
 # entries of the state of integers
-MOTION, RELATIVE, PLANE, INVERSE, EXTRUDER, LINE, EXACT_STOP, EXTRUDED, CENTRES, MODES = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+MOTION, RELATIVE, PLANE, FEED_MODE, EXTRUDER, LINE, EXACT_STOP, EXTRUDED, CENTRES, MODES = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+# values of FEED_MODE: G94, G93, G95, and G95 with G96
+PER_MINUTE, INVERSE, PER_TURN, SURFACE = 0, 1, 2, 3
 # columns of the rows of floats: end of 9 axes, centre, radius, turns, feed, tolerance
 END, CENTER, RADIUS, TURNS, ROW_FEED, ROW_TOLERANCE, FLOATS = 0, 9, 12, 13, 14, 15, 16
 # columns of what is said between moves, integers: before which move, line, M codes as decimal digits, bits of S and T;

@@ -9,6 +9,7 @@ from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LETTERS, RAPID
 from splinefeed.formats.gcode.state import State
+from splinefeed.records import Array
 
 #: Most turns of one arc.
 MAX_TURNS = 1_000
@@ -42,9 +43,13 @@ class LineWords:
         found = {axis: self._take(letter) for axis, letter in enumerate(LETTERS) if letter in self._words}
         return {axis: self.state.scaled(axis, value) for axis, value in found.items() if value is not None}
 
-    def _feed(self, kind: int) -> dict[str, float]:
-        """The feed of a move by inverse time, which must stand on its own line."""
-        if not self.state.modes[layout.INVERSE]:
+    def _feed(self, kind: int, there: Array) -> dict[str, float]:
+        """The feed of a move to `there` (9,) by inverse time, on its own line, or by G96 at its mean X."""
+        state = self.state
+        if state.modes[layout.FEED_MODE] == layout.SURFACE and kind != RAPID:
+            middle = 0.5 * (there[0] + state.position[0]) - state.values[layout.OFFSET]
+            return {"feed": state.feed_per_turn * state.turns(float(middle))}
+        if state.modes[layout.FEED_MODE] != layout.INVERSE:
             return {}
         feed = self._take("F")
         if kind == RAPID:

@@ -19,6 +19,7 @@ from splinefeed.formats.gcode.layout import (
     EXACT_STOP,
     EXTRUDED,
     EXTRUDER,
+    FEED_MODE,
     FULL,
     INVERSE,
     LARGEST,
@@ -26,10 +27,12 @@ from splinefeed.formats.gcode.layout import (
     MAX_LINE,
     MOTION,
     OFFSET,
+    PER_TURN,
     PLANE,
     POSITION,
     RELATIVE,
     SCALE,
+    SURFACE,
     UNKNOWN,
 )
 from splinefeed.records import Array, BoolArray, IntArray
@@ -232,7 +235,7 @@ class Lines:
         for value in (
             float(modes[PLANE]),
             91.0 if modes[RELATIVE] else 90.0,
-            93.0 if modes[INVERSE] else 94.0,
+            (94.0, 93.0, 95.0, 95.0)[modes[FEED_MODE]],
             21.0 if state[SCALE] == 1.0 else 20.0,
         ):
             same = values == value
@@ -344,8 +347,12 @@ class _Part:
         number = self._value("P")
         wrong |= turns & ~((number >= 1.0) & (number == np.floor(number)) & (number <= 1e3))
         known &= ~(self.moves & turning & wrong)
-        if modes[INVERSE]:
+        if modes[FEED_MODE] == INVERSE:
             known &= ~(self.moves & (self.mode > 0) & ~feed)
+        if modes[FEED_MODE] >= PER_TURN:  # the feed goes with the spindle's speed, and with G96 with the place
+            known &= ~(feed | self._has("S"))
+            if modes[FEED_MODE] == SURFACE or not state[layout.FEED]:
+                known &= ~self.moves
         self.ends: dict[int, Array] = {}
         for letter, axis in self.axes.items():
             has, there = self._has(letter), self._value(letter) * state[SCALE + axis]
@@ -414,7 +421,7 @@ class _Part:
     def _feed(self, state: Array) -> Array:
         """The feed that holds behind each line, (n,), mm/min."""
         feed = float(state[layout.FEED])
-        if self._modes[INVERSE] or not self._has("F").any():
+        if self._modes[FEED_MODE] == INVERSE or not self._has("F").any():
             return np.full(self.size, feed)
         return _last(self._has("F"), self._value("F") * state[SCALE], feed)
 
@@ -436,7 +443,7 @@ class _Part:
         flags |= layout.INCH if state[SCALE] != 1.0 else 0
         if modes[CENTRES]:
             flags |= np.where(centre != 0, layout.ABSOLUTE, 0)
-        if modes[INVERSE]:
+        if modes[FEED_MODE] == INVERSE:
             inverse = mode > 0
             rows[inverse, layout.ROW_FEED] = self._value("F")[at][inverse]
             flags |= np.where(inverse, layout.INVERSE_FEED, 0)

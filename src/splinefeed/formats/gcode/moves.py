@@ -16,6 +16,8 @@ from splinefeed.records import Array, IntArray
 #: Letters of the axes in the order of the columns.
 LETTERS = "XYZABCUVW"
 AXES = len(LETTERS)
+#: Distance and angle of polar coordinates in X and Y.
+POLAR = "@^"
 ROTARY = (3, 4, 5)
 LINEAR = [0, 1, 2, 6, 7, 8]
 #: Order of the axes in a path: linear ones first.

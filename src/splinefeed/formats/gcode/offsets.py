@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from splinefeed.formats.gcode.moves import AXES
+from splinefeed.formats.gcode.turned import Frame
 from splinefeed.records import Array
 
 #: Coordinate systems by their code, as G10's P numbers them.
@@ -31,6 +33,7 @@ class Offsets:
         self.systems = {number: np.array(given.get(number, np.zeros(AXES))) for number in range(1, 10)}
         self.known = {number for number in given if number < 10}
         self.references = {code: given[code] for code in REFERENCES.values() if code in given}
+        self.angles: dict[int, float] = {}  # how far systems are turned, rad, by number
         self.active = 1
         self.used: set[int] = set()
         self.g92 = np.zeros(AXES)
@@ -49,23 +52,38 @@ class Offsets:
         """What the tool adds, (9,): nothing where positions are those of its tip."""
         return np.zeros(AXES) if self.tip else self.tool
 
+    @property
+    def frame(self) -> Frame:
+        """How the system in force is turned about its zero, in the coordinates of the axes."""
+        return Frame(self.angles.get(self.active, 0.0), (self.systems[self.active] + self.length)[:2])
+
     def select(self, number: int) -> bool:
         """Put a system in force; False where its offset from the one before is not known."""
         self.active = number
         self.used.add(number)
         return len(self.used) < 2 or number in self.known
 
-    def set_system(self, number: int, values: Mapping[int, float]) -> None:
-        """G10 L2: offsets by axis."""
+    def set_system(self, number: int, values: Mapping[int, float], angle: float | None = None) -> None:
+        """G10 L2: offsets by axis, and how far the system is turned, rad."""
         system = self.systems[number or self.active]
+        if angle is not None:
+            self.angles[number or self.active] = angle
         for axis, value in values.items():
             system[axis] = value
         self.known.add(number or self.active)
 
-    def set_here(self, number: int, values: Mapping[int, float], position: Array) -> None:
-        """G10 L20: the system in which `position` (9,) has the given values."""
-        bare = position - self.g92 - self.length
-        self.set_system(number, {axis: float(bare[axis]) - value for axis, value in values.items()})
+    def set_here(self, number: int, values: Mapping[int, float], place: Array) -> None:
+        """G10 L20: the system in which `place` (9,) of the machine has the given values."""
+        number = number or self.active
+        zero = self.systems[number] + self.length
+        turned = Frame(self.angles.get(number, 0.0), zero[:2])
+        said = turned.from_machine(place) - zero - self.g92
+        for axis, value in values.items():
+            said[axis] = value
+        turned = replace(turned, centre=np.zeros(2))
+        system = place - self.length - turned.to_machine(said + self.g92)
+        moved = values.keys() | ({0, 1} if turned.angle and values.keys() & {0, 1} else set())
+        self.set_system(number, {axis: float(system[axis]) for axis in moved})
 
     def set_g92(self, values: Mapping[int, float], position: Array) -> None:
         """G92: the offset by which `position` (9,) gets the given values."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import os
 import pathlib
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,7 +32,6 @@ from splinefeed.formats.gcode.moves import (
 from splinefeed.formats.gcode.reader import Reading
 from splinefeed.formats.gcode.state import CAPACITY
 from splinefeed.formats.gcode.to_path import Piece, Program, axis_names, path_columns
-from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.metadata import axis_units, to_degrees
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
 from splinefeed.geometry.curve import NurbsCurve
@@ -137,19 +135,15 @@ class Summary:
 def summary(
     file: str | os.PathLike[str],
     *,
-    dialect: str | None = None,
-    start: str | Sequence[float] | None = None,
-    offsets: str | Mapping[str, Sequence[float]] | None = None,
-    tools: str | os.PathLike[str] | Tools | None = None,
-    repair: bool = False,
     most_listed: int = 0,
     reading: Reading | None = None,
+    **options: Any,
 ) -> Summary:
     """Measure the program in `file`, with the options of `to_path.from_file`.
 
     Raises FormatError for a line that is wrong, or where nothing moves.
     """
-    program = Program(file, dialect, start, offsets, tools, repair)
+    program = Program(file, **options)
     reading = reading or program.reading()
     found = Summary(pathlib.Path(file).stem, most_listed=most_listed)
     joint = _Joint()

@@ -46,6 +46,8 @@ class Reading:
 
     dialect  one of `dialects.DIALECTS`, detected if None; offsets  (9,) by number of the coordinate system
     tools    whose lengths G43 puts in force; None where the path is that of the tool's tip
+    from_line  number of the line at which the program is resumed; 0 for its beginning. stated  bits of the axes whose
+             place the lines before state
     repair   make findings of what can be mended; fast  let `Lines` take what it knows
     """
 
@@ -53,12 +55,15 @@ class Reading:
     offsets: Mapping[int, Array] = field(default_factory=dict)
     start: Array = field(default_factory=lambda: np.zeros(AXES))
     tools: Tools | None = None
+    from_line: int = 0
     repair: bool = False
     fast: bool = True
     findings: Findings = field(default_factory=Findings)
     lines: int = 0
     ended: bool = False
     inch: bool = False
+    stated: int = 0
+    _resumed: bool = False
     _short: int = 0  # runs of few lines, one behind the other
     _left: int = 0  # lines that the interpreter takes, whatever they are
 
@@ -67,7 +72,38 @@ class Reading:
         check_size(check_file(file), MAX_BYTES)
         head = read_head(file, _HEAD)
         self.dialect = self.dialect or detect(head)
-        yield from self._run(file, self.dialect)
+        for moves in self._run(file, self.dialect):
+            if not self.from_line or self._resumed:
+                yield moves
+            else:
+                self._leave_out(moves)
+        if self.from_line and not self._resumed:
+            raise FormatError(
+                f"{file}: line {self.from_line}: is not carried out, as the program ends before it or leads around it; "
+                "resume at another line (from_line)"
+            )
+
+    def _leave_out(self, moves: Moves) -> None:
+        """Moves before the line at which the program is resumed: only which places they state counts."""
+        if len(moves):
+            self.stated |= int(np.bitwise_or.reduce(moves.codes[:, layout.AXES])) >> layout.STATED
+
+    def _resume(self, state: State, run: Interpreter) -> None:
+        """Before the line at which the program is resumed: forget the moves, keep how things are."""
+        first, what = run.unfinished
+        if first:
+            fault = LineError(f"lies within {what}; resume at line {first}, where that begins, or behind its end")
+            fault.line = self.from_line
+            raise fault
+        self._leave_out(state.take())
+        self._resumed = True
+        if said := state.summary():
+            state.say(self.from_line, said)
+        where = " ".join(f"{letter}{v:g}" for letter, v in zip("XYZ", state.place[:3].round(6), strict=True))
+        self.findings.say(
+            f"line {self.from_line}: the program is resumed with the tool at {where} (mm, coordinates of the path): "
+            "bring it there first"
+        )
 
     def _run(self, file: str | os.PathLike[str], dialect: Dialect) -> Iterator[Moves]:
         lines = pathlib.Path(file).stat().st_size // 2 + 1  # a letter and an end of line at least
@@ -84,8 +120,13 @@ class Reading:
                 if run.ended:
                     break
             run.end()
-        except LineError as fault:
-            if len(made := state.take()):
+        except LineError as error:
+            fault = error
+            try:
+                made = state.take()
+            except LineError as before:
+                fault = before
+            else:
                 yield made  # what is wrong in a line before is said first
             raise FormatError(f"{fault.file or file}: line {fault.line or self.lines}: {fault}") from None
         self.ended, self.inch = run.ended, state.inch
@@ -114,6 +155,8 @@ class Reading:
                     flow.finish()
                     break
                 self.lines = flow.line
+                if self.lines == self.from_line and not (self._resumed or text.other):
+                    self._resume(state, run)
                 flow.jump()
                 if state.full:
                     yield state.take()
@@ -131,12 +174,28 @@ class Reading:
         jumps  stop at the first line that leads elsewhere, and return the lines from there on
         shown  line that the moves are said to be of, if not their own
         """
+        before = self.from_line - 1 - self.lines
+        if before >= 0 and not (self._resumed or shown) and self.from_line and block.count(b"\n") > before:
+            at = 0
+            for _ in range(before):
+                at = block.index(b"\n", at) + 1
+            rest = yield from self._lines(block[:at], state, run, fast=fast, jumps=jumps)
+            if rest or run.ended:
+                return rest + block[at:] if rest else b""
+            self._resume(state, run)
+            block = block[at:]
+        return (yield from self._lines(block, state, run, fast=fast, jumps=jumps, shown=shown))
+
+    def _lines(
+        self, block: bytes, state: State, run: Interpreter, *, fast: bool, jumps: bool, shown: int = 0
+    ) -> Generator[Moves, None, bytes]:
+        """As `_block`, but for the line at which the program is resumed."""
         lines = Lines(block) if fast else None
         at = 0
         while at < len(block) and not run.ended:
             if self._left:
                 self._left -= 1
-            elif lines is not None and not (run.splines.open or run.cutter.on):
+            elif lines is not None and not (run.splines.open or run.cutter.busy):
                 before = state.modes[layout.LINE] = self.lines
                 at, why = state.scan(lines, at)
                 self.lines = int(state.modes[layout.LINE])

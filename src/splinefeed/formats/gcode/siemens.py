@@ -17,6 +17,7 @@ from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import LETTERS
+from splinefeed.formats.gcode.siemens_cycles import PARAMETERS, Call, call_of, drill
 from splinefeed.formats.gcode.spline_words import BSPLINE
 
 DEFAULT_DEGREE, HIGHEST_DEGREE = 3, 3
@@ -54,6 +55,7 @@ class Siemens(Interpreter):
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
         self._degree = DEFAULT_DEGREE
         self._intervals: list[float | None] = []
+        self._modal_call: Call | None = None  # of MCALL: behind each line that moves
 
     def run(self, text: str, line: int) -> None:
         """One line: translated, or taken as a control point."""
@@ -62,8 +64,8 @@ class Siemens(Interpreter):
         said = _DISTANCES.findall(text)
         relative = said[-1] == "1" if said else bool(self.state.modes[layout.RELATIVE])
         text = _OWN_WAY.sub(lambda match: self._in_force(match, relative), text)
-        words, extra, keys = _translated(text)
-        for key in sorted(keys - {"BSPLINE"}):
+        words, extra, keys, call = _translated(text)
+        for key in sorted(keys - {"BSPLINE", "MCALL"}):
             if key == "TRAORI":
                 self.tool_tip.begin(key, line)
             elif key == "TRAFOOF":
@@ -94,6 +96,12 @@ class Siemens(Interpreter):
         if self.tool_tip.given is not None:
             self.tool_tip.given = None
             raise LineError("A3= B3= C3= belong to no G0 or G1 of the line")
+        if "MCALL" in keys:
+            self._modal_call = call
+        elif call is not None:
+            drill(call, self.state, line, self.findings)
+        elif self._modal_call is not None and any(word[0] in LETTERS for word in words):
+            drill(self._modal_call, self.state, line, self.findings)
 
     def _in_force(self, match: re.Match[str], relative: bool) -> str:
         """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
@@ -162,14 +170,15 @@ class Siemens(Interpreter):
         splines.finish(degree + 1, knots)
 
 
-def _translated(text: str) -> tuple[list[str], dict[str, float], set[str]]:
-    """Words of LinuxCNC, values of SD, PL and PW, and words without a value; LineError for what is none."""
+def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], Call | None]:
+    """Words of LinuxCNC, values of SD, PL and PW, words without a value, and a cycle; LineError for what is none."""
     words: list[str] = []
     extra: dict[str, float] = {}
     keys: set[str] = set()
+    call: Call | None = None
     text = text.strip()
     if text.startswith("%") or re.match(r"MSG\s*\(", text, re.IGNORECASE):
-        return words, extra, keys
+        return words, extra, keys, call
     at = 0
     while at < len(text):
         match = _WORD.match(text, at)
@@ -200,10 +209,15 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str]]:
             keys |= {match["key"].upper()} & {"TRAORI"}
             end = text.find(")", at)
             at = len(text) if end < 0 else end + 1
+        elif match["call"] is not None and match["key"].upper() in PARAMETERS:
+            inside, closed, behind = text[at:].partition(")")
+            if not closed:
+                raise LineError(f"{match['key'].upper()}( is not closed by )")
+            call, at = call_of(match["key"].upper(), inside), len(text) - len(behind)
         elif match["call"] is not None:
             raise LineError(f"{match['key'].upper()}( is a call, which is not read; write plain lines")
         else:
             keys.add(match["key"].upper())
     if "G4" in words or "G04" in words:  # F is in seconds there
         words = [f"P{word[1:]}" if word[0] == "F" else word for word in words]
-    return words, extra, keys
+    return words, extra, keys, call

@@ -66,7 +66,7 @@ class SplineWords:
         if inverse is not None:
             words.pop("F")
             more = {"feed": inverse, "flags": layout.INVERSE_FEED}
-        elif self.state.modes[layout.INVERSE] and code in (50, 51, 52, 62) and not self.open:
+        elif self.state.modes[layout.FEED_MODE] == layout.INVERSE and code in (50, 51, 52, 62) and not self.open:
             raise LineError("F is missing; in inverse time (G93) every move needs its own")
         if kind == 50:
             self._cubic(code is not None and self._tangent is None, words, line, more)

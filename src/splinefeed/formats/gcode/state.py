@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.lines import Lines
-from splinefeed.formats.gcode.moves import AXES, LETTERS, ROTARY, Mark, Moves, Spline
+from splinefeed.formats.gcode.moves import AXES, LETTERS, POLAR, RAPID, ROTARY, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import (
     G92_PARAMETERS,
     POSITION_PARAMETERS,
@@ -21,6 +21,7 @@ from splinefeed.formats.gcode.offsets import (
     Offsets,
 )
 from splinefeed.formats.gcode.tools import Tools
+from splinefeed.formats.gcode.turned import Frame, from_polar
 from splinefeed.records import Array
 
 #: Moves that are kept before they are handed on.
@@ -53,25 +54,34 @@ class State:
         self._spoken = np.zeros((self._capacity, layout.SPOKEN))
         self._texts: dict[tuple[int, int, float, float], str] = {}
         self._speed: float | None = None
+        self.feed_per_turn = 0.0  # mm, of G95
+        self.top_speed = math.inf  # of G96, turns a minute
+        self.surface = False  # S is a speed at the surface (G96), m or ft a minute
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
         self.inch = False
         self.held = False  # the last rows may still change
         self.tip = 0  # layout.TIP while X, Y and Z are the tool's tip
         self.spindle = 0  # 3 or 4 while it turns, as M codes say
+        self.coolant: dict[int, None] = {}  # 7 and 8, as M codes say
         self.values[layout.TOLERANCE] = UNSAID
         self.modes[layout.MOTION] = -1
         self.modes[layout.PLANE] = 17
         self.modes[layout.EXTRUDER] = extruder
         self.position[:] = start
+        self._frame = Frame(0.0, np.zeros(2))
         self._chunk_start = start.copy()
+        self._turned, self._turned_at = 0, start.copy()  # rows that are turned already, and where they end, unturned
         self._taken = False
         self.set_units(inch=False)
         self.set_offsets()
 
     @property
     def position(self) -> Array:
-        """Where the tool is, (9,), mm and rad, in machine coordinates; a view that may be written to."""
+        """Where the tool is, (9,), mm and rad, a view that may be written to.
+
+        In machine coordinates; in those turned back about the zero of a system that is turned (G10 L2 R).
+        """
         view: Array = self.values[layout.POSITION : layout.POSITION + AXES]
         return view
 
@@ -92,9 +102,54 @@ class State:
         scale[:] = INCH if inch else 1.0
         scale[list(ROTARY)] = math.pi / 180.0
 
+    @property
+    def place(self) -> Array:
+        """Where the tool is, (9,), in machine coordinates."""
+        return self._frame.to_machine(self.position)
+
+    def turned_back(self, place: Array) -> Array:
+        """A place (9,) of the machine as `position` has it."""
+        return self._frame.from_machine(place)
+
     def set_offsets(self) -> None:
         """Take over what `offsets` says."""
+        place = self.place
+        self._turn_rows()
+        self._frame = self.offsets.frame
         self.values[layout.OFFSET : layout.OFFSET + AXES] = self.offsets.total
+        self.position[:] = self._turned_at = self.turned_back(place)
+
+    def _turn_rows(self) -> None:
+        """Turn what was added since the last time to the axes of the machine."""
+        rows, marks = self.rows[self._turned : self.count], self.marks[self._turned : self.count]
+        self._frame.turn_rows(self._turned_at, rows, marks, self.splines)
+        self._turned, self._turned_at = self.count, self.position.copy()
+
+    def turns(self, x: float) -> float:
+        """The spindle's speed, turns a minute, with the tool `x` mm from its axis (which matters to G96)."""
+        speed = self._speed or 0.0
+        if not self.surface:
+            return speed
+        around = 2.0 * math.pi * abs(x)
+        along = speed * (12.0 * INCH if self.inch else 1000.0)
+        turns = along / around if around else math.inf
+        if turns > self.top_speed or not math.isfinite(turns):
+            turns = self.top_speed
+        if not math.isfinite(turns):
+            raise LineError("G96 at X0 turns without bound; write D, the highest speed of the spindle, with G96")
+        return turns
+
+    def set_feed(self, feed: float | None) -> None:
+        """Take over F of G94 and G95, if there is one, and what the speed of the spindle makes of it."""
+        mode = self.modes[layout.FEED_MODE]
+        if feed is not None and mode == layout.PER_MINUTE:
+            self.values[layout.FEED] = feed * self.values[layout.SCALE]
+        if mode >= layout.PER_TURN:
+            if feed is not None:
+                self.feed_per_turn = float(feed * self.values[layout.SCALE])
+            x = self.position[0] - self.values[layout.OFFSET]
+            at_axis = mode == layout.SURFACE and not (x or math.isfinite(self.top_speed))
+            self.values[layout.FEED] = 0.0 if at_axis else self.feed_per_turn * self.turns(float(x))
 
     def scaled(self, axis: int, value: float) -> float:
         """A word of an axis in mm or rad."""
@@ -116,6 +171,8 @@ class State:
         system, axis = divmod(number - SYSTEM_PARAMETERS, SYSTEM_STEP)
         if 0 <= system < 9 and axis < AXES:
             return float(self.offsets.systems[system + 1][axis] / self.values[layout.SCALE + axis])
+        if 0 <= system < 9 and axis == AXES:
+            return math.degrees(self.offsets.angles.get(system + 1, 0.0))
         return None
 
     def _named(self, name: str) -> float | None:
@@ -126,7 +183,9 @@ class State:
         known: dict[str, float] = {
             "_metric": not self.inch, "_imperial": self.inch,
             "_absolute": not modes[layout.RELATIVE], "_incremental": modes[layout.RELATIVE],
-            "_inverse_time": modes[layout.INVERSE], "_units_per_minute": not modes[layout.INVERSE],
+            "_inverse_time": modes[layout.FEED_MODE] == layout.INVERSE,
+            "_units_per_minute": modes[layout.FEED_MODE] == layout.PER_MINUTE,
+            "_units_per_rev": modes[layout.FEED_MODE] >= layout.PER_TURN,
             "_plane": 10 * modes[layout.PLANE],
             "_feed": self.values[layout.FEED] / self.values[layout.SCALE], "_rpm": self._speed or 0.0,
             "_spindle_on": self.spindle != 0, "_spindle_cw": self.spindle == 3,
@@ -142,6 +201,10 @@ class State:
         there = (self.position if origin is None else origin).copy()
         said = 0
         relative = bool(self.modes[layout.RELATIVE])
+        if words.keys() & set(POLAR):
+            scale = float(self.values[layout.SCALE])
+            x, y = ((there[:2] - self.values[layout.OFFSET : layout.OFFSET + 2]) / scale).tolist()
+            words = from_polar(words, x, y, relative)
         for axis, letter in enumerate(LETTERS):
             if letter in words:
                 base = there[axis] if relative else self.values[layout.OFFSET + axis]
@@ -154,6 +217,8 @@ class State:
         """One move to `end` (9,); `more` is centre, radius, turns, feed, flags and spline as the layout has them."""
         if self.count == len(self.rows):  # one line of a canned cycle stands for many
             self.rows, self.marks = (np.concatenate([each, np.zeros_like(each)]) for each in (self.rows, self.marks))
+        if kind != RAPID and self.modes[layout.FEED_MODE] >= layout.PER_TURN and not self._speed:
+            raise LineError("feed a revolution (G95) needs the speed of the spindle; write S before it")
         row, mark = self.rows[self.count], self.marks[self.count]
         row[:] = 0.0
         row[layout.END : layout.END + AXES] = end
@@ -192,10 +257,20 @@ class State:
         """Take over what M3, M4, M5 and M6 say of spindle and tool: the seconds that it takes."""
         if 3 <= code <= 5:
             self.spindle = code % 5
+        if 7 <= code <= 9:
+            self.coolant = {} if code == 9 else self.coolant | {code: None}
         if code != 6:
             return 0.0
         self.loaded = self.selected
         return 0.0 if self.tools is None else self.tools.change
+
+    def summary(self) -> str:
+        """Tool, spindle and coolant as they are, in words."""
+        said = [f"T{number(self.loaded)} M6"] if self.loaded else []
+        said += ["G96"] if self.surface else []
+        said += [f"S{number(self._speed)}"] if self._speed else []
+        said += [f"M{code}" for code in (self.spindle, *self.coolant) if code]
+        return " ".join(said)
 
     def select(self, tool: float, line: int) -> None:
         """T: the tool that M6 loads; LineError where the table of tools does not have it."""
@@ -211,6 +286,7 @@ class State:
         """Take over the speed that S says; whether it is another one, for which a control waits at rest."""
         changed = speed != self._speed
         self._speed = speed
+        self.set_feed(None)
         return changed
 
     def scan(self, lines: Lines, at: int) -> tuple[int, int]:
@@ -246,6 +322,7 @@ class State:
 
     def take(self) -> Moves:
         """The moves made since the last time."""
+        self._turn_rows()
         made = Moves(
             self._chunk_start,
             self.rows[: self.count].copy(),
@@ -256,7 +333,9 @@ class State:
         self._taken = self.busy
         self.count = 0
         self.splines, self.said = [], []
-        self._chunk_start = self.position.copy()
+        self._turned = 0
+        if len(made):
+            self._chunk_start = made.ends[-1].copy()
         return made
 
 

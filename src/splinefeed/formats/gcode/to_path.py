@@ -14,6 +14,7 @@ import pathlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -59,6 +60,7 @@ def from_file(
     start: str | Sequence[float] | None = None,
     offsets: str | Mapping[str, Sequence[float]] | None = None,
     tools: str | os.PathLike[str] | Tools | None = None,
+    from_line: int | str | None = None,
     repair: bool = False,
 ) -> list[Path]:
     """The path of the program in `file`.
@@ -67,11 +69,12 @@ def from_file(
     start    where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees (fewer will do)
     offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30
     tools    a tool table, LinuxCNC's .tbl or .toml: then G43 shifts the path by the length of the tool
+    from_line  number of the line at which the program is resumed, as it is there when it is first carried out
 
     With `repair` arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
     Raises FormatError that names the line.
     """
-    program = Program(file, dialect, start, offsets, tools, repair)
+    program = Program(file, dialect, start, offsets, tools, repair, from_line)
     reading = program.reading()
     moves = program.all_moves(reading)
     if np.any(moves.flags & layout.TIP):
@@ -85,21 +88,13 @@ def from_file(
     return Contents([path], units="in" if reading.inch else "mm")
 
 
-def in_parts(
-    file: pathlib.Path,
-    *,
-    dialect: str | None = None,
-    start: str | Sequence[float] | None = None,
-    offsets: str | Mapping[str, Sequence[float]] | None = None,
-    tools: str | os.PathLike[str] | Tools | None = None,
-    repair: bool = False,
-) -> PathParts:
+def in_parts(file: pathlib.Path, **options: Any) -> PathParts:
     """The program in `file`, of any length, as parts of its path, with the options of `from_file`.
 
     It is looked through twice before: for its axes, and for its feeds. So a faulty line is reported before anything is
     made of the lines above it.
     """
-    program = Program(file, dialect, start, offsets, tools, repair)
+    program = Program(file, **options)
     used = 0
     for moves in program.reading().moves(file):
         used |= moves.used
@@ -259,6 +254,7 @@ class Program:
         offsets: str | Mapping[str, Sequence[float]] | None = None,
         tools: str | os.PathLike[str] | Tools | None = None,
         repair: bool = False,
+        from_line: int | str | None = None,
     ) -> None:
         self.file = file
         self._keeps_start = start is not None
@@ -268,6 +264,7 @@ class Program:
             start=np.zeros(AXES) if start is None else _place(start, "start"),
             tools=tools if tools is None or isinstance(tools, Tools) else read_tools(tools),
             repair=repair,
+            from_line=0 if from_line is None else _line_number(from_line),
         )
 
     def reading(self) -> Reading:
@@ -337,7 +334,7 @@ class Program:
         size = size or PART
         known = np.arange(AXES) if columns is None else columns
         place: Array | None = None
-        for moves, first in self._led(parts, columns, reading.findings):
+        for moves, first in self._led(parts, columns, reading):
             for low in range(0, max(len(moves), 1), size):
                 part = moves.part(low, min(low + size, len(moves)))
                 arcs = find_arcs(part, self.file, reading.findings, reading.repair)
@@ -349,9 +346,9 @@ class Program:
                     place = places[-1].copy()
                 yield Piece(self.file, part, arcs, known, left_out, none, kept, places, reading.findings)
 
-    def _led(self, parts: Iterable[Moves], columns: IntArray | None, findings: Findings) -> Iterator[tuple[Moves, int]]:
+    def _led(self, parts: Iterable[Moves], columns: IntArray | None, reading: Reading) -> Iterator[tuple[Moves, int]]:
         """Moves as they are read, and how many of them only lead to the first place."""
-        needed = -1 if columns is None else sum(1 << int(column) for column in columns)
+        every = -1 if columns is None else sum(1 << int(column) for column in columns)
         held: list[Moves] = []
         found = self._keeps_start
         for moves in parts:
@@ -360,13 +357,14 @@ class Program:
                 continue
             held.append(moves)
             if columns is None and len(moves):
-                needed, found = moves.used, True
+                every, found = moves.used, True
+            needed = every & ~reading.stated  # a program that is resumed has said some of it before
             if found := found or _begins(held, needed) or sum(map(len, held)) > MAX_MOVES:
                 whole, held = joined(held), []
-                yield whole, _leading(whole, needed, findings)
+                yield whole, _leading(whole, needed, reading.findings)
         if held:
             whole = joined(held)
-            yield whole, _leading(whole, needed, findings)
+            yield whole, _leading(whole, every & ~reading.stated, reading.findings)
 
     def parts(self, columns: IntArray, said: bool) -> Iterator[Path]:
         """The path, part by part; tolerances with them if any is `said` in the program."""
@@ -485,6 +483,13 @@ def _numbers(text: str, name: str) -> list[float]:
         return [float(each) for each in text.split(",")]
     except ValueError:
         raise InputError(f"{name}: {text[:40]!r} is not a list of numbers; write for example 10,20,0") from None
+
+
+def _line_number(given: int | str) -> int:
+    """The number of a line; InputError for what is none."""
+    if isinstance(given, bool) or not str(given).isascii() or not str(given).isdigit() or not 0 < int(given) < 2**40:
+        raise InputError(f"from_line: {str(given)[:40]!r} is no number of a line; lines count from 1")
+    return int(given)
 
 
 def _place(given: str | Sequence[float], name: str) -> Array:

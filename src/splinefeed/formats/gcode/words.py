@@ -66,7 +66,7 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
         if c == "#":
             _setting(scanner, block)
             continue
-        if not ("A" <= c <= "Z" or c == ":"):
+        if not ("A" <= c <= "Z" or c in ":@^"):
             raise LineError(f"expected a letter, got {_shown(scanner.text[scanner.at :])}")
         scanner.at += 1
         if c in "O:":
@@ -133,7 +133,7 @@ def _setting(scanner: Scanner, block: Block) -> None:
 
 def _program_number(scanner: Scanner, text: str) -> None:
     """Behind O, : or :O: the number of a program alone is only its name; everything else is a subprogram."""
-    if not re.fullmatch(r"(O|:O?)[0-9]+", scanner.text[scanner.at - 1 :], re.IGNORECASE):
+    if not re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
         raise LineError(
             f"{_shown(text)[1:-1]}: subprograms, loops and jumps are not read; write the program in one piece"
         )

@@ -1,0 +1,122 @@
+"""Motion that is tied to the spindle: G33, rigid tapping G33.1, and LinuxCNC's threading cycle G76.
+
+Source: LinuxCNC documentation, "G-Codes", G33, G33.1 and G76; where it leaves a choice, what its interpreter does. The
+spindle is taken to turn at the constant speed S, so that the feed is the lead times S; the wait for its index, and what
+it takes to reverse, are not known here.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.codes import g_name
+from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, Findings
+from splinefeed.formats.gcode.state import State, check_size
+from splinefeed.records import Array
+
+#: Most passes of a thread.
+MAX_PASSES = 10_000
+_X, _Z = 0, 2
+
+
+def tied(
+    state: State, code: int, target: tuple[Array, int, int], lead: float | None, line: int, findings: Findings
+) -> None:
+    """G33 and G33.1 to the target (place (9,), bits of its axes said and stated); `lead` is the way a revolution."""
+    there, said, stated = target
+    if lead is None:
+        raise LineError(f"{g_name(code)} needs the way a revolution, K (Fanuc: F)")
+    feed = _feed(state, code, abs(lead), line, findings)
+    start = state.position.copy()
+    state.add(LINE, there, said, stated, line, feed=feed)
+    if code == 331:  # the spindle turns back and takes the tap out
+        state.say(line, f"M{7 - state.spindle}")
+        state.add(LINE, start, said, 0, line, feed=feed)
+        state.say(line, f"M{state.spindle}")
+
+
+def thread(state: State, words: dict[str, float], line: int, findings: Findings) -> None:
+    """G76: passes from the drive line, on which the tool is, to a thread beside it; `words` are taken."""
+    taken = {letter: words.pop(letter) for letter in "PZIJKRQHEL" if letter in words}
+    for letter in LETTERS:
+        if words.pop(letter, None) is not None:  # as LinuxCNC, which does not move them
+            findings.count(f"{letter} beside G76 moves nothing", line)
+    for letter in "PZIJK":
+        if letter not in taken:
+            raise LineError(f"G76 needs {letter}")
+    lead, peak = taken["P"], state.scaled(_X, taken["I"])
+    first, full = (state.scaled(_X, taken[letter]) for letter in "JK")
+    springs, regression, angle = taken.get("H", 0.0), max(taken.get("R", 1.0), 1.0), taken.get("Q", 0.0)
+    ends, taper = taken.get("L", 0.0), state.scaled(_Z, taken.get("E", 0.0))
+    if peak == 0.0:
+        raise LineError("G76: I, from the drive line to the crest of the thread, must not be 0")
+    if not 0.0 < first < full:
+        raise LineError(f"G76: J, the first cut, must be greater than 0 and less than K, got {first:g} and {full:g} mm")
+    if not (0.0 <= springs <= MAX_PASSES and springs == math.floor(springs)):
+        raise LineError(f"G76 H{springs:g}: spring passes are whole, 0 to {MAX_PASSES}")
+    if not abs(angle) < 90.0:
+        raise LineError(f"G76 Q{angle:g}: the angle of the slide is less than 90 degrees")
+    if ends not in (0.0, 1.0, 2.0, 3.0) or taper < 0.0:
+        raise LineError("G76: L is 0 to 3, the ends with a taper, and E, its length, is not less than 0")
+    if (full / first) ** regression > MAX_PASSES:
+        raise LineError(f"G76 has more than {MAX_PASSES} passes; cut deeper at a time (J)")
+    start = state.position.copy()
+    base = start[_Z] if state.modes[layout.RELATIVE] else state.values[layout.OFFSET + _Z]
+    bottom = base + state.scaled(_Z, taken["Z"])
+    check_size("Z", float(bottom))
+    check_size("I", start[_X] + abs(peak) + full)
+    rate = _feed(state, 760, abs(lead), line, findings)
+    slope = rate * math.hypot(1.0, full / taper) if taper else rate
+    entry, leave = (taper if ends in which and taper else 0.0 for which in ((1.0, 3.0), (2.0, 3.0)))
+    out = -math.copysign(1.0, peak)  # from the thread to the drive line
+    way = math.copysign(1.0, start[_Z] - bottom)
+    slide = math.tan(math.radians(angle))
+
+    def move(kind: int, x: float, z: float, feed: float = 0.0) -> None:
+        there = start.copy()
+        there[[_X, _Z]] = x, z
+        if np.array_equal(there, state.position):
+            return
+        state.add(kind, there, 0b101, 0b101, line, **({"feed": feed} if feed else {}))
+
+    depth, count = first, 1
+    passes = []
+    while depth < full:
+        passes.append(depth)
+        count += 1
+        depth = first * count ** (1.0 / regression)
+    for depth in passes + [full] * (1 + int(springs)):
+        safe, cut = start[_X] + out * (full - depth), start[_X] + peak - out * depth
+        begin, end = start[_Z] - way * slide * depth, bottom + way * slide * (full - depth)
+        move(RAPID, safe, begin)
+        if entry:
+            move(LINE, cut + out * full, begin, slope)
+            move(LINE, cut, begin - way * entry, slope)
+        else:
+            move(RAPID, cut, begin)
+        move(LINE, cut, end + way * leave, rate)
+        if leave:
+            move(LINE, cut + out * full, end, slope)
+        move(RAPID, safe, end)
+    move(RAPID, start[_X], bottom)
+
+
+def _feed(state: State, code: int, lead: float, line: int, findings: Findings) -> float:
+    """What the spindle's speed makes of a lead in words of the program, mm a minute."""
+    if not state.spindle:
+        raise LineError(f"{g_name(code)} needs the spindle to turn; write M3 or M4 before it")
+    turns = state.turns(float(state.position[_X] - state.values[layout.OFFSET + _X]))
+    if not turns > 0.0:
+        raise LineError(f"{g_name(code)} needs the speed of the spindle; write S before it")
+    if not lead > 0.0:
+        raise LineError(f"{g_name(code)}: the way a revolution must not be 0")
+    findings.count(
+        "moves tied to the spindle have the feed of their lead times its speed S, taken as constant; waits for its "
+        "index are left out",
+        line,
+    )
+    return float(lead * state.values[layout.SCALE] * turns)

@@ -1,0 +1,60 @@
+"""Programs of a shop from their text to checked setpoints and a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import splinefeed as sf
+
+#: A small mill, and the period of its control; look-ahead, as controls plan.
+LIMITS = sf.Limits(feed=150, axis_acceleration=2000, axis_jerk=50_000)
+PERIOD = 4e-3
+
+
+def ran(file: Path, folder: Path, **options: object) -> sf.Run:
+    run = sf.run(sf.read(file, **options), LIMITS, period=PERIOD, strategy="look-ahead")
+    assert run.verdict.ok
+    run.report(folder / "out")
+    assert "report.html" in {each.name for each in (folder / "out").iterdir()}
+    return run
+
+
+@pytest.mark.parametrize(("name", "curves", "length", "tools"), [
+    ("box-op2", 1168, 1735.63, ["T3 M6", "T21 M6"]),
+    pytest.param("box-op3", 2954, 5206.66, ["T3 M6", "T4 M6", "T21 M6"], marks=pytest.mark.slow),
+])  # fmt: skip
+def test_a_box_is_run_and_reported(
+    tmp_path: Path, data_dir: Path, name: str, curves: int, length: float, tools: list[str]
+) -> None:
+    run = ran(data_dir / "programs" / f"{name}.nc", tmp_path)
+    assert len(run.path.curves) == curves
+    assert run.path.length == pytest.approx(length, abs=0.01)
+    assert [marker.text for marker in run.path.markers if "M6" in marker.text] == tools
+
+
+def test_the_last_tool_of_a_box_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
+    run = ran(data_dir / "programs" / "box-op3.nc", tmp_path, from_line=2936)
+    assert "T21 M6" in {marker.text for marker in run.path.markers}
+
+
+def test_one_tool_of_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
+    lines = (data_dir / "programs" / "plate-13.nc").read_text().splitlines()
+    one = tmp_path / "one.nc"
+    one.write_text("\n".join([*lines[:34], "M30", ""]))  # up to the change to the next tool
+    run = ran(one, tmp_path, from_line=23)
+    assert "T15 M6" in {marker.text for marker in run.path.markers}
+
+
+@pytest.mark.slow
+def test_a_pocket_of_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
+    lines = (data_dir / "programs" / "plate-13.nc").read_text().splitlines()
+    one = tmp_path / "one.nc"
+    one.write_text("\n".join([*lines[:539], "M30", ""]))
+    assert len(ran(one, tmp_path, from_line=260).path.curves) == 275
+
+
+@pytest.mark.slow
+def test_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
+    assert len(ran(data_dir / "programs" / "plate-13.nc", tmp_path).path.curves) > 3000
