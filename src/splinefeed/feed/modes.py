@@ -47,6 +47,8 @@ TIP = ("tip.x", "tip.y", "tip.z")
 #: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes. Its lower bound
 #: leaves out most of the jerk where joints curve against one another, and is 17 % below the motion: nobody is told it.
 OF_JOINTS = {**MODES, TIME_OPTIMAL: replace(MODES[TIME_OPTIMAL], beat=0.1, bounded=False)}
+#: Where no motion is found next to the pole, cells are half as long again.
+BESIDE_POLE = 0.05
 
 
 def plan_time_optimal(
@@ -125,10 +127,10 @@ def plan_in_mode(
         try:
             law = motion(setting, strategy, mode, begin)
         except PlanError:
-            if mode is not OF_JOINTS[LOOK_AHEAD] or isinstance(path, Path):
+            if isinstance(path, Path):
                 raise
-            # next to the pole cells must be shorter than look-ahead has them
-            law = motion(setting, strategy, OF_JOINTS[TIME_OPTIMAL], begin)
+            mode = replace(OF_JOINTS[TIME_OPTIMAL], beat=BESIDE_POLE)
+            law = motion(setting, strategy, mode, begin)
         at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
         return held_at_ticks(
             law, path, limits, at_rest, setting.passed[0], np.union1d(setting.breaks, setting.track.marks)
