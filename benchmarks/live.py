@@ -66,6 +66,10 @@ class Nowhere:
     close = taken
 
 
+#: Control points at both ends of a lap that lie in the plane.
+FLAT = 4
+
+
 def laps(seconds: float, axes: int = 2) -> Motion:
     """Butterflies in a row that last so long at 100 %; the third axis goes up and down along them."""
     lap = cases.butterfly()
@@ -74,6 +78,7 @@ def laps(seconds: float, axes: int = 2) -> Motion:
     if axes == 3:
         spline = curves[0]
         height = 5.0 * np.sin(np.linspace(0.0, 2.0 * np.pi, len(spline.control_points)))
+        height[:FLAT] = height[-FLAT:] = 0.0  # curvature does not jump from lap to lap
         points = np.column_stack([spline.control_points, height])
         curves = [sf.NurbsCurve(spline.degree, spline.knots, points, spline.weights)] * count
     path = sf.Path(curves, axes=("x", "y", "z")[:axes], tolerance=0.01)
