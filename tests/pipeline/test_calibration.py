@@ -110,6 +110,7 @@ def test_the_other_mill_meets_its_runs(tmp_path, name):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)  # s: a minute and a half of one processor, which others may want too
 def test_programs_that_the_fit_has_not_seen_are_met(tmp_path):
     """What docs/figures/cycle_time.py puts into docs/cycle-time.md: 1 % in the median, 3 % at worst, 5 % of a tool."""
     figures = pathlib.Path(__file__).parents[2] / "docs" / "figures"
