@@ -9,8 +9,7 @@ from importlib.resources import files
 import numpy as np
 
 from splinefeed import Limits, NurbsCurve, Path, TimeLaw
-from splinefeed.feed.stream import WINDOW, Block
-from splinefeed.live import LookAhead
+from splinefeed.feed.stream import WINDOW, Block, LookAhead
 
 
 def butterfly() -> Path:
