@@ -1,4 +1,4 @@
-"""Public names that are imported when they are first asked for, so that `import splinefeed` stays fast."""
+"""Public names that are imported at their first use, so that `import splinefeed` stays fast."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ POINTS_TOLERANCE = 1e-3
 
 
 def parts_of(source: str | None, reading: dict[str, Any], given: dict[str, Any]) -> PathParts | None:
-    """The path in parts, where it is too long to be held as a whole or where that is asked for; else None."""
+    """The path in parts, where it is too long to be held as a whole or the option says so; else None."""
     from splinefeed.errors import InputError
     from splinefeed.formats.path_parts import read_parts, too_long
 

@@ -25,7 +25,7 @@ TOGETHER = 32768
 def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
-    A peak between places is told by a parabola through three of them; where they differ much, by more places.
+    A peak between places follows from a parabola through three of them; where they differ much, by more places.
     """
     begin = pieces.coefficients[:, 0]
     close = np.append(begin[1:], end)

@@ -1,7 +1,7 @@
 """Feed override, hold, resume and reverse: a law run at a rate of its own, within the limits that it was planned under.
 
 The law is planned with a reserve (`with_reserve`), and what is run is q(tau(t)) with a rate dtau/dt, negative
-backwards. docs/math/override.md says why no limit is exceeded, whatever is asked for and whenever.
+backwards. docs/math/override.md says why no limit is exceeded, whatever the override and whenever it changes.
 """
 
 from __future__ import annotations
@@ -197,7 +197,7 @@ class Override:
         )
 
     def _load(self, cell: int, direction: int) -> None:
-        """Have what is asked for from tick `cell` on, in that direction, in memory."""
+        """Have the demands from tick `cell` on, in that direction, in memory."""
         if direction == self._loaded and 0 <= direction * (cell - self._first) < self._ahead.shape[1]:
             return
         longest = WINDOWS[-1]

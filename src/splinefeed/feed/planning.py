@@ -86,7 +86,7 @@ def plan(
 ) -> TimeLaw:
     """Plan the time law s(t) of a motion along `path` that obeys `limits` and rests at the path's stops.
 
-    path      a Path, whose feeds and dwells count besides; a JointPath, whose axes are joints; for "seven-phase"
+    path      a Path, whose feeds and dwells count, too; a JointPath, whose axes are joints; for "seven-phase"
               anything with `length` (mm) and `stops` (arc lengths inside it, mm, where the tangent jumps)
     strategy  a name in STRATEGIES; None chooses one that holds every limit given, see `strategy_for`
     period    servo period in s: stops and end are made to fall on ticks; None leaves the law as fast as it can be

@@ -11,7 +11,7 @@ from splinefeed.records.limits import ByAxis
 
 #: Share of the acceleration and of the jerk that a plan may use, so that the rest can brake it along its own law.
 ACCELERATION_SHARE, JERK_SHARE = 0.8, 0.6
-#: Highest rate that may be asked for.
+#: Highest rate.
 MOST_RATE = 10.0
 
 

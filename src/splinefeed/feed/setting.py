@@ -27,7 +27,7 @@ class Setting:
 
     feed_steps  (k,), (k + 1,)  arc lengths, mm, at which the feed that the path asks for changes, and the feeds, mm/s
     passed      (p,), (p,)      arc lengths of corners that are passed in motion, mm, and the largest feed there, mm/s
-    rests       (r,)            arc lengths strictly inside at which the motion rests, mm
+    rests       (r,)            arc lengths strictly inside at which the motion stops, mm
     """
 
     track: Track
@@ -41,7 +41,7 @@ class Setting:
 
     @cached_property
     def breaks(self) -> Array:
-        """Where cells must end, mm; what is told twice with another rounding is one place."""
+        """Where cells must end, mm; places that differ by rounding are one."""
         given = np.unique(np.concatenate([self.feed_steps[0], self.passed[0], self.rests]))
         known = np.concatenate([[-np.inf], given, [np.inf]])
         own = self.track.breaks

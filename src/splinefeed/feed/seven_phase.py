@@ -217,7 +217,7 @@ def _kernel_limits(limits: Limits) -> tuple[float, float, float, float, float, f
 def _no_room(what: str, length: float, start_feed: float | None, end_feed: float | None, limits: Limits) -> PlanError:
     """The error for a stretch that is too short for its change of feed: the length, and each feed, that would do.
 
-    length mm; start_feed, end_feed mm/s, None at a stop, where the tool rests whatever the limits say.
+    length mm; start_feed, end_feed mm/s, None at a stop, where the tool stops whatever the limits say.
     """
     start, end = start_feed or 0.0, end_feed or 0.0
     _, acceleration, deceleration, jerk, deceleration_jerk, _, _ = _kernel_limits(limits)

@@ -215,7 +215,7 @@ class Window:
     def _rows(self, places: Places) -> Rows:
         """All limits at places; those of jerk on ramps as bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3).
 
-        Where a state is given, q and q' are not asked again.
+        Where a state is given, q and q' are as given.
         """
         rows = self.setting.rows(places)
         for end, at in zip(self.ends, (0, -1), strict=True):

@@ -18,7 +18,7 @@ from splinefeed.records import KEPT, Array, Limits
 #: Pieces of a window that do not become final, as what follows still matters to them: this share, and so many, but no
 #: more than half of all.
 OPEN, MOST_OPEN = 0.25, 60
-#: What is left of a stretch joins a window that would hold this share more cells than asked for.
+#: What is left of a stretch joins a window that would hold this share more cells than its own number.
 JOINS = 1.3
 #: Straight lines that are planned together.
 MOST_LINES = 4096

@@ -94,7 +94,7 @@ class ToolPath(Path):
         return _again, (tuple(self.curves), axes, self._all_said())
 
     def _all_said(self) -> dict[str, Any]:
-        """What it is made with besides its curves."""
+        """What it is made with in addition to its curves."""
         return {**self._said(), "tolerance": self.tolerance, **self._own()}
 
     def _own(self) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def hal_text(
     The stream runs while `spf-run` is set, until the last row has come, an axis does not follow, or a row is missing:
     then it stays off until `spf-run` is set anew. `spf-end` is what the last field of the last row is, 0 or 1, and
     `spf-allowed` what the count of underruns may not exceed. With `motion` it is a HALFILE of LinuxCNC, whose motion
-    controller is told where the joints are, as its feedback: homed and switched off, it commands nothing, and its
+    controller has the places of the joints as its feedback: homed and switched off, it commands nothing, and its
     kinematics tell where the tip is.
     Raises InputError for more axes than a streamer or a sampler has fields for.
     """

@@ -284,7 +284,7 @@ def _section(
 ) -> dict[str, Any] | None:
     """The values of one section in base units, or None after adding what is wrong to `problems`.
 
-    sections  known besides, for they stand within this one
+    sections  also known, for they stand within this one
     """
     before = len(problems)
     described = {f.name: f for f in fields(part) if f.metadata}

@@ -32,7 +32,7 @@ class Blocks:
     first, last (n, 6) direction at start and end over the linear axes
     radius      mm, inf on lines, the smallest of a spline; tolerance  of G64 P, mm, NaN where nothing is said
     kink        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0
-    stops       whether the tool rests at its end (G61.1)
+    stops       whether the tool stops at its end (G61.1)
     marks       what is no motion, each before the block of its number; findings  of the reader
     """
 

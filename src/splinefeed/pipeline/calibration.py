@@ -138,7 +138,7 @@ def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine
         raise InputError(f"{program}: its lines do not run in order (loops, subprograms); fit runs of others")
     changes = [mark for mark in blocks.marks if "M6" in mark.text.split()]
     starts = [mark.line for mark in changes] or [0]
-    # line, when, tool, scatter of what follows: the way to the first change may come before its line is told
+    # line, when, tool, scatter of what follows: the way to the first change may come before its line is logged
     cuts: list[tuple[int, float, int, float]] = [(0, run.start, 0, FIRST)]
     for tool, (low, high) in enumerate(zip(starts, [*starts[1:], end], strict=True)):
         _cut(cuts, run, blocks, tool, low, high)

@@ -41,7 +41,7 @@ class MethodResult:
     ripple_max, ripple_rms  relative feed error of the steps; ripple_floor  what the rounding of s alone may make
     drift_mm        how far it was ahead of the law at the end (behind: negative), runs beyond the path's end included
     drift_max_mm    the largest |drift| on the way; chord_error_mm  largest, to the true curve
-    ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if that was asked for
+    ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if it was timed
     replaced        steps without a finite result
     Source: docs/math/interpolators.md.
     Example: `next(sf.compare(path, law, methods=["taylor-2"], timed=False)).result.as_dict()`
@@ -96,7 +96,7 @@ def compare(
     tolerance: float = 0.0,
     timed: bool = True,
 ) -> Iterator[MethodTrace]:
-    """Run each method over the whole motion and measure it; one trace at a time, in the order asked (default: all).
+    """Run each method over the whole motion and measure it; one trace at a time, in the given order (default: all).
 
     timed  how long a setpoint takes, too: each method is compiled for it, and run again and again
     Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.

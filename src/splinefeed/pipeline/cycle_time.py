@@ -227,7 +227,7 @@ def _limits(table: Machine) -> dict[str, AxisControl]:
 
 @dataclass
 class _Spindle:
-    """The spindle while a program runs: speed that is asked for, rad/s, and when it is reached."""
+    """The spindle while a program runs: commanded speed, rad/s, and when it is reached."""
 
     control: Control
     turning: bool = False
@@ -259,7 +259,7 @@ def _waits(blocks: Blocks, seconds: Array, control: Control) -> tuple[Waits, tup
             passed += time
 
     def settle(block: int, line: int) -> None:
-        """Wait until the spindle turns as it was told to, or rests."""
+        """Wait until the spindle turns as commanded, or stands."""
         wait(block, line, spindle.ready - (clock[block] + passed), SPINDLE)
 
     due: tuple[int, int] | None = None  # the block before which a start of the spindle is waited for

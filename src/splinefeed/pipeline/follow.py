@@ -137,7 +137,7 @@ class Servo:
                 )
 
     def _position(self, response: Response, points: Setpoints) -> Array:
-        """Where the linear axes of the path were, (n, linear); those that the machine lacks rest as they were told."""
+        """Where the linear axes of the path were, (n, linear); those that the machine lacks are at their setpoints."""
         assert self.path is not None
         n = len(response)
         columns = []

@@ -39,7 +39,7 @@ def stream_setpoints(
 ) -> Iterator[Setpoints]:
     """Where every axis must be at each tick k T along a path that comes in parts, planned window by window.
 
-    paths   parts that follow each other, of the same axes; each is asked for when the motion comes near it, and
+    paths   parts that follow each other, of the same axes; each is taken when the motion comes near it, and
             forgotten when it is behind. A Path is cut into parts.
     period  servo period T, s; chunk  ticks of each record but the last; window  as for `LookAhead`
 
@@ -57,7 +57,7 @@ def stream_setpoints(
 
 
 def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
-    """A path as parts of at most `size` curves, with their feeds and markers, made when they are asked for."""
+    """A path as parts of at most `size` curves, with their feeds and markers, made when they are needed."""
     count = len(path.curves)
     return (cut(path, first, min(first + size, count)) for first in range(0, count, size))
 

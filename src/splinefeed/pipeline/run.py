@@ -43,7 +43,7 @@ TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
 MOST_TICKS, MOST_IN_CHUNKS = 4_000_000, 1_000_000_000
 #: Makes the setpoints anew, in chunks of so many ticks, each time that it is called.
 Chunks = Callable[[int], Iterator[Setpoints]]
-#: Is told what is being done, how many ticks are done, and of how many.
+#: Is called with what is being done, how many ticks are done, and of how many.
 Progress = Callable[[str, int, int], None]
 
 
@@ -197,7 +197,7 @@ class Run:
     def axis_peaks(self) -> dict[str, dict[str, float | str]]:
         """Largest |velocity|, |acceleration| and |jerk| of each axis, in mm or degrees, with the unit.
 
-        For linear axes their shares of the path's own acceleration and jerk besides, which nothing holds them to.
+        For linear axes their shares of the path's own acceleration and jerk, too, which nothing holds them to.
         """
         peaks: dict[str, dict[str, float | str]] = {}
         for i, axis in enumerate(self.axes):

@@ -15,7 +15,7 @@ from splinefeed.geometry.tool_path import ToolPath
 
 
 def smooth(path: Path, how: Mapping[str, Any]) -> Path:
-    """The path smoothed as asked, its findings telling what is proven of it.
+    """The path smoothed by these settings; its findings say what is proven of it.
 
     how  `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`, `corner_angle`, degrees, and
          `angle_tolerance`, of the tool axis or of rotary axes, rad

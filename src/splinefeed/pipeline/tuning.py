@@ -41,7 +41,7 @@ RESERVE = 1e-3
 #: Draws for one that keeps the bound.
 MOST_DRAWS = 2000
 #: Gains go no farther than this from their start, in logarithms; what a run that ran away counts as, and the least
-#: error that is told from none, mm or rad.
+#: error that counts, mm or rad.
 FARTHEST = 8.0
 RAN_AWAY = 1e3
 SMALLEST = 1e-9
@@ -235,9 +235,9 @@ def tune_on_path(
     )
 
 
-def _counting(told: Progress | None, done: int, total: int) -> Callable[[int], None]:
+def _counting(report: Progress | None, done: int, total: int) -> Callable[[int], None]:
     """Progress of one group, as that of the whole."""
-    return lambda runs: None if told is None else told(min(done + runs, total), total)
+    return lambda runs: None if report is None else report(min(done + runs, total), total)
 
 
 class _Search:
@@ -269,7 +269,7 @@ class _Search:
         self.width = {name: len(GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
         self.best = (math.inf, np.empty(0), machine)
 
-    def run(self, allowed: int, rng: np.random.Generator, told: Callable[[int], None]) -> Machine:
+    def run(self, allowed: int, rng: np.random.Generator, report: Callable[[int], None]) -> Machine:
         """The machine with the best gains that `allowed` runs find for these axes."""
         from scipy.optimize import minimize
 
@@ -277,9 +277,9 @@ class _Search:
         own = self._error(self.machine) if kept else math.inf
         for calm in (True, False):
             if self.runs < allowed:
-                self._try(np.concatenate([self._calmed(name, calm) for name in self.names]), told)
+                self._try(np.concatenate([self._calmed(name, calm) for name in self.names]), report)
         for _ in range(max(math.ceil(DRAWN * allowed), 1 if not kept else 0) - self.runs):
-            self._try(np.concatenate([self._drawn(name, rng) for name in self.names]), told)
+            self._try(np.concatenate([self._drawn(name, rng) for name in self.names]), report)
         if not math.isfinite(min(own, self.best[0])):
             raise InputError(
                 f"no gains of axis {', '.join(self.names)} were found that keep the bound ({self.bound.words}), "
@@ -289,7 +289,7 @@ class _Search:
         while self.runs + least <= allowed and math.isfinite(self.best[0]):
             reached = self.best[0]
             minimize(
-                lambda x: self._try(x, told),
+                lambda x: self._try(x, report),
                 self.best[1],
                 method="COBYLA",
                 constraints=[{"type": "ineq", "fun": lambda x: self._slacks(x) - RESERVE}],
@@ -324,12 +324,12 @@ class _Search:
         """Slacks of all axes of the group, (5 axes,)."""
         return np.concatenate([self.tests[n].slacks(self._axis(n, part)) for n, part in self._parts(x).items()])
 
-    def _try(self, x: Array, told: Callable[[int], None]) -> float:
+    def _try(self, x: Array, report: Callable[[int], None]) -> float:
         """The logarithm of the error at x; the best that keeps the bound is remembered."""
         axes = {name: self._axis(name, part) for name, part in self._parts(x).items()}
         machine = replace(self.machine, axes={**self.machine.axes, **axes})
         error = self._error(machine)
-        told(self.runs)
+        report(self.runs)
         unrest = max(_unrest(axis, self.points.period) for axis in axes.values())
         if error < self.best[0] and unrest == 0.0 and np.min(self._slacks(x)) >= 0.5 * RESERVE:
             self.best = (error, np.array(x), machine)

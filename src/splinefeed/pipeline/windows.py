@@ -16,7 +16,7 @@ from splinefeed.geometry.smoothing_stream import PROGRAM, Smoother
 from splinefeed.pipeline.long_path import METHOD, continuing, stream_setpoints
 from splinefeed.records import Limits, Setpoints, Verdict
 
-#: Is told how many moves of the file are read by now, and how many setpoints are made.
+#: Is called with how many moves of the file are read by now, and how many setpoints are made.
 Progress = Callable[[int, int], None]
 
 
@@ -25,7 +25,7 @@ class WindowedRun:
     """A run along a path that comes in parts, made once: `setpoints`, and when they are through, its `verdict`.
 
     how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees
-    said      what the setpoints say of themselves, besides `settings` and the name of the path
+    said      what the setpoints say of themselves, in addition to `settings` and the name of the path
     """
 
     source: PathParts
@@ -60,7 +60,7 @@ class WindowedRun:
         return Smoother(tolerance, self.source.axes, **said)
 
     def setpoints(self) -> Iterator[Setpoints]:
-        """All setpoints, in chunks, each judged before it is given; asked for once."""
+        """All setpoints, in chunks, each judged before it is given; to be taken once."""
         for chunk in stream_setpoints(self._paths(), self.limits, period=self.period):
             self._check.see(chunk)
             self._ticks += len(chunk)
@@ -106,7 +106,7 @@ class WindowedRun:
             self.on_progress(min(self._read, self.source.count), self._ticks)
 
     def _paths(self) -> Iterator[Path]:
-        """Parts of the path to drive along, each of which the check is told of first."""
+        """Parts of the path to drive along, each of which the check has first."""
         last: Path | None = None
         for path in self._parts():
             last = path if last is None else continuing(path, last)

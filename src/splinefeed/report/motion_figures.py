@@ -43,8 +43,8 @@ def law_panels(
 ) -> list[Panel]:
     """s, feed, acceleration and jerk along the path over time with their limits (fig. 1 of the paper).
 
-    along  the unit of s; t  (n,) instants, s, else a thousand even ones; both sides of the breaks of the law come
-    besides, where the jerk jumps; above  a curve behind the feed
+    along  the unit of s; t  (n,) instants, s, else a thousand even ones; both sides of the breaks of the law are
+    added, where the jerk jumps; above  a curve behind the feed
     """
     inner = law.breaks[1:-1]
     even = np.linspace(0.0, law.duration, COLUMNS) if t is None else t

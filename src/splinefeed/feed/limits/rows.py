@@ -17,7 +17,7 @@ FREE = 1e9
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Where limits are asked for.
+    """Where limits give their rows.
 
     s       (n,)           arc length, mm
     d       (n, 4, axes)   r, r', r'', r''' by arc length

@@ -21,7 +21,7 @@ TOOL_AXIS = 1 << AXES
 
 
 class ToolTip:
-    """What the lines of one program say of it; `given` is the vector that the line has besides its words."""
+    """What the lines of one program say of it; `given` is the vector of the line."""
 
     def __init__(self, state: State, findings: Findings) -> None:
         self.state, self.findings = state, findings
