@@ -198,7 +198,7 @@ def test_chords_look_as_far_as_they_reach() -> None:
 
 def test_every_limit_is_a_file_and_a_line() -> None:
     names = {rows.__module__.rpartition(".")[2] for rows in LIMITS}
-    assert len(names) == len(LIMITS) == 12
+    assert len(names) == len(LIMITS) == 13
 
 
 def test_a_path_in_parts_is_planned_as_it_comes() -> None:
