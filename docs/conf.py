@@ -16,6 +16,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc"]
 source_suffix = {".md": "markdown"}
 myst_heading_anchors = 4
 highlight_language = "none"  # what has no language is a formula or a command
+suppress_warnings = ["misc.highlighting_failure"]  # a chart in Mermaid is drawn where Markdown is shown, not here
 html_theme = "furo"
 html_title = f"splinefeed {__version__}"
 html_show_sphinx = False

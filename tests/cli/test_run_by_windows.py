@@ -1,4 +1,4 @@
-"""`run --by-windows`: what it writes is what `check` on the whole path takes, and it leaves nothing half done."""
+"""`run` by windows: what it writes is what `check` on the whole path takes, and it leaves nothing half done."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.formats import path_parts
 from splinefeed.formats.path_parts import read_parts
 from splinefeed.pipeline.windows import WindowedRun
 
@@ -56,6 +57,21 @@ def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program):
         assert page["limits"][name]["worst"] == pytest.approx(limit.worst, rel=1e-6)
     again = splinefeed("check", "out/setpoints.h5", "--feed", "50", *LIMITS)  # the file names its program
     assert again.exit_code == 0, again.stderr
+
+
+def test_the_size_of_the_file_makes_the_choice(splinefeed, refused, folder, monkeypatch):
+    short_lines(folder / "part.nc", 400)
+    words = ("run", "part.nc", *LIMITS, "--smooth", "program", "--no-figures", "--no-compare", "--json")
+    monkeypatch.setattr(path_parts, "MOST_LINES", 405)  # it has one line more
+    page = json.loads(splinefeed(*words, "-o", "long").stdout)
+    assert page["notes"][-1].startswith("by windows: setpoints and numbers alone")
+    assert "ripple_max" not in page
+    said = "--strategy time-optimal: needs the whole path"
+    assert said in refused(*words, "--strategy", "time-optimal")
+    monkeypatch.setattr(path_parts, "MOST_LINES", 406)
+    whole = json.loads(splinefeed(*words, "-o", "short", "--strategy", "look-ahead").stdout)
+    assert whole["ripple_max"] > 0.0
+    assert whole["duration_s"] == pytest.approx(page["duration_s"], rel=1e-2)
 
 
 def test_a_table_of_points_is_smoothed(splinefeed):

@@ -19,7 +19,6 @@ from splinefeed.errors import LimitsError
 from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.machine.table import Machine
 from splinefeed.pipeline.contour_feed import tune_feed
-from splinefeed.pipeline.long_run import run_any, run_long
 from splinefeed.studio.settings import SettingsError, resolve
 from splinefeed.sweeps.spec import Task
 from splinefeed.sweeps.work import FAILED, row_of
@@ -153,8 +152,6 @@ def served(given: dict, strategy: str | None) -> str:
 WAYS = {
     "plan": lambda given, strategy: sf.plan(PATH, sf.Limits(**given), strategy=strategy, period=PERIOD).strategy,
     "run": lambda given, strategy: sf.run(PATH, sf.Limits(**given), strategy=strategy).law.strategy,
-    "run_any": lambda given, how: run_any(PATH, sf.Limits(**given), period=PERIOD, strategy=how).law.strategy,
-    "run_long": lambda given, how: run_long(PATH, sf.Limits(**given), period=PERIOD, strategy=how).law.strategy,
     "tune_feed": served,
     "sweep": swept,
     "studio": lambda given, strategy: resolve(named(given, strategy), Path()).strategy,

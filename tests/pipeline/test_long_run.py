@@ -9,8 +9,8 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.cli.main import command_line
-from splinefeed.pipeline import long_run
-from splinefeed.pipeline.experiment import serve
+from splinefeed.pipeline import meter
+from splinefeed.pipeline.run import measured
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450, axis_jerk=18000, chord_error=1e-3)
 HOW = {"period": 2e-3, "strategy": "look-ahead"}
@@ -20,11 +20,11 @@ HOW = {"period": 2e-3, "strategy": "look-ahead"}
 def both():
     path, table = sf.shapes.butterfly(), sf.Machine.load("xytheta")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(long_run, "LONG", 1000)
-        patch.setattr(long_run, "COLUMNS", 40)
-        patch.setattr(long_run, "MOST_IN_COLUMN", 700)
-        long = long_run.run_any(path, LIMITS, table=table, **HOW)
-        yield sf.run(path, LIMITS, **HOW), long, table
+        kept = sf.run(path, LIMITS, machine="xytheta", **HOW)
+        patch.setattr(meter, "LONG", 1000)
+        patch.setattr(meter, "COLUMNS", 40)
+        patch.setattr(meter, "MOST_IN_COLUMN", 700)
+        yield kept, sf.run(path, LIMITS, machine=table, **HOW)
 
 
 def rounded(numbers: dict) -> dict:
@@ -37,17 +37,18 @@ def rounded(numbers: dict) -> dict:
 
 
 def test_the_numbers_are_those_of_a_run_that_is_kept(both):
-    kept, long, table = both
-    assert isinstance(long, long_run.LongRun)
+    kept, long = both
+    assert kept.whole and not long.whole
     assert rounded(long.numbers()) == rounded(kept.numbers())
-    assert len(long.points) < len(kept.points) / 3
-    served = serve(kept.path, kept.law, kept.points, table)
-    assert rounded(long.served.tally.numbers()) == rounded(served.tally.numbers())
-    assert long.served.off_law == served.off_law
+    assert len(long.kept) < len(kept.points) / 3
+    assert long.ticks == len(kept.points)
+    assert rounded(long.served.tally.numbers()) == rounded(kept.served.tally.numbers())
+    assert long.served.off_law == kept.served.off_law
+    assert len(kept.served.response) == kept.ticks > 3 * len(long.served.response)
 
 
 def test_every_peak_is_among_the_ticks_of_its_figures(both):
-    kept, long, _ = both
+    kept, long = both
     for name in ("velocity", "acceleration", "jerk"):
         whole, thin = getattr(kept.motion, name), getattr(long.motion, name)
         assert np.array_equal(thin.max(axis=0), whole.max(axis=0))
@@ -55,33 +56,37 @@ def test_every_peak_is_among_the_ticks_of_its_figures(both):
     assert np.array_equal(long.use.share.max(axis=0), kept.use.share.max(axis=0))
     assert long.ripple.max == kept.ripple.max
     # not only the greatest of all: the greatest and the least in every stretch of a column
-    column = long_run.column_of(len(kept.points))
+    column = meter.column_of(len(kept.points))
     for start in range(0, 3000, column):  # the last chunk has columns of its own
         jerk = kept.motion.jerk[start : start + column, 0]
-        ticks = np.round(long.points.t / HOW["period"])
+        ticks = np.round(long.kept.t / HOW["period"])
         inside = (ticks >= start) & (ticks < start + column)
         assert long.motion.jerk[inside, 0].max() == jerk.max()
         assert long.motion.jerk[inside, 0].min() == jerk.min()
 
 
 def test_its_setpoints_come_in_chunks_and_are_the_same(both):
-    kept, long, _ = both
+    kept, long = both
     chunks = list(long.setpoints())
     assert len(chunks) > 3
     assert np.array_equal(np.concatenate([chunk.position for chunk in chunks]), kept.points.position)
+    with pytest.raises(sf.errors.LimitsError, match=r"is not kept in memory; take setpoints\(\), in chunks"):
+        _ = long.points
 
 
 def test_a_limit_that_is_not_kept_is_found(both):
-    kept, long, _ = both
+    kept, _ = both
     tight = sf.Limits(feed=60, axis_jerk=9000)
-    found = long_run.measured_long(kept.path, tight, kept.law, long.chunks, len(kept.points))
+    found = measured(
+        kept.path, tight, kept.law, lambda chunk: sf.interpolate(kept.path, kept.law, chunk=chunk), kept.ticks
+    )
     assert not found.ok
     assert found.numbers()["limits"]["axis_jerk.x"]["share"] == pytest.approx(2.0, rel=0.01)
 
 
 def test_the_command_writes_a_long_run_and_its_report_again(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(long_run, "LONG", 3000)
+    monkeypatch.setattr(meter, "LONG", 3000)
     words = ["run", "butterfly", "--axis-accel", "450", "--axis-jerk", "18000", "--strategy", "look-ahead"]
     with pytest.raises(SystemExit) as ended:
         command_line.main(

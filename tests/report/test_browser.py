@@ -12,7 +12,7 @@ import motions
 import splinefeed as sf
 from splinefeed.report.files import of_run
 from splinefeed.report.html import page
-from splinefeed.report.record import record
+from splinefeed.report.record import about, record
 from studio_tools import PATIENCE
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.timeout(900)]
@@ -27,7 +27,7 @@ def address(tmp_path_factory) -> str:
     run = sf.run(path, LIMITS, strategy="look-ahead")
     response = sf.follow(run.points, sf.Machine.load("xytheta"), path=path)
     traces = list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
-    said = record(run, traces, "smooth.json", {}, ["hdf5"])
+    said = record(run, about(run.settings, "smooth.json", {}, ["hdf5"]), traces)
     said["contour_error_max_mm"] = float(response.contour_error.max())
     said["tracking_error_max"] = {"x": float(abs(response.tracking_error[:, 0]).max())}
     file = tmp_path_factory.mktemp("report") / "report.html"
@@ -42,7 +42,7 @@ def in_space(tmp_path_factory) -> str:
     """The report of a helix, as a file."""
     run = sf.run(sf.shapes.helix(), LIMITS, strategy="look-ahead")
     file = tmp_path_factory.mktemp("report") / "helix.html"
-    file.write_text(page(run, record(run, (), "helix", {}, ["hdf5"]), of_run(run)), encoding="utf-8")
+    file.write_text(page(run, record(run, about(run.settings, "helix", {}, ["hdf5"])), of_run(run)), encoding="utf-8")
     return file.as_uri()
 
 

@@ -20,7 +20,7 @@ from splinefeed.report.files import of_run
 from splinefeed.report.html import page
 from splinefeed.report.motion_figures import COLUMNS, motion_figure
 from splinefeed.report.path_figures import path_figure
-from splinefeed.report.record import record
+from splinefeed.report.record import about, record
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_acceleration=450, axis_jerk=18000)
 
@@ -31,7 +31,7 @@ def made():
     run = sf.run(path, LIMITS, strategy="time-optimal")
     response = sf.follow(run.points, sf.Machine.load("xytheta"), path=path)
     traces = list(sf.compare(path, run.law, methods=["taylor-2", "arc-length"]))
-    said = record(run, traces, "smooth.json", {}, ["hdf5"])
+    said = record(run, about(run.settings, "smooth.json", {}, ["hdf5"]), traces)
     return (
         run,
         response,

@@ -23,6 +23,7 @@ class LimitUse:
 
     names  (k,)    the limits as `check` names them, along the path first
     share  (n, k)  value / limit, of what has a sign its size; t, s  (n,) s and mm
+    counts (k+1,)  ticks at which nothing binds, and at which each limit does; of a long motion those left out too
     top    (n,)    maximum-velocity curve at the place of the tick, mm/s, infinite where nothing limits: the highest
                    feed that feed, centripetal, chord, velocity and acceleration limits leave there for any acceleration
     Source: docs/check.md. Example: `run.use.time_bound_by()`
@@ -33,21 +34,26 @@ class LimitUse:
     s: Array
     share: Array
     top: Array
+    counts: IntArray
 
     @property
     def binding(self) -> IntArray:
         """Index into `names` of the limit that binds at each tick, (n,); -1 where none uses BINDS of its own."""
-        if not self.names:
-            return np.full(len(self.t), -1, dtype=np.int64)
-        most = np.argmax(self.share, axis=1)
-        binds = self.share[np.arange(len(most)), most] >= BINDS
-        return np.where(binds, most, -1).astype(np.int64)
+        return _binding(self.share)
 
     def time_bound_by(self) -> dict[str, float]:
         """Part of the time in which each limit binds, 0 to 1, those that never do left out; "none" for the rest."""
-        binding = self.binding
-        parts = {name: float(np.mean(binding == k)) for k, name in enumerate(self.names)}
-        return {**{name: part for name, part in parts.items() if part > 0.0}, "none": float(np.mean(binding < 0))}
+        none, *parts = (self.counts / max(int(self.counts.sum()), 1)).tolist()
+        return {**{name: part for name, part in zip(self.names, parts, strict=True) if part > 0.0}, "none": none}
+
+
+def _binding(share: Array) -> IntArray:
+    """Column of `share` (n, k) that binds in each row, -1 for none."""
+    if not share.shape[1]:
+        return np.full(len(share), -1, dtype=np.int64)
+    most = np.argmax(share, axis=1)
+    binds = share[np.arange(len(most)), most] >= BINDS
+    return np.where(binds, most, -1).astype(np.int64)
 
 
 def limit_use(motion: AxisMotion, points: Setpoints, path: Path | JointPath, law: TimeLaw, limits: Limits) -> LimitUse:
@@ -94,7 +100,8 @@ def limit_use(motion: AxisMotion, points: Setpoints, path: Path | JointPath, law
                 add(f"{name}.{path.axes[k]}", values[:, k], float(limit))
     share = np.column_stack(shares) if shares else np.empty((len(t), 0))
     top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, points.period)
-    return LimitUse(tuple(names), t, points.s, np.where(np.isfinite(share), share, 0.0), top)
+    share = np.where(np.isfinite(share), share, 0.0)
+    return LimitUse(tuple(names), t, points.s, share, top, np.bincount(_binding(share) + 1, minlength=len(names) + 1))
 
 
 def feed_limit(points: Setpoints, path: Path, limits: Limits) -> Array:

@@ -12,6 +12,8 @@ from splinefeed.geometry.path import Path
 from splinefeed.kernels import layout
 from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, Limits
 
+#: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), if nobody says else.
+TOLERANCE = 1e-9
 #: The limit of how much the velocity of an axis may jump at a corner.
 STEP = "axis_velocity_step"
 

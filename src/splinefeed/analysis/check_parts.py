@@ -7,18 +7,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinefeed.analysis.check import BLOCK, TOLERANCE, Whole, verdict_of
-from splinefeed.analysis.check_bounds import Bounds
+from splinefeed.analysis.check_bounds import TOLERANCE, Bounds
 from splinefeed.analysis.check_setpoints import Judge
+from splinefeed.analysis.check_verdict import Whole, verdict_of
 from splinefeed.errors import InputError
 from splinefeed.geometry.parts import joined
 from splinefeed.geometry.path import Path
-from splinefeed.records import Limits, Setpoints, Verdict
+from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict, number
+
+#: Ticks that are looked at together: what bounds the memory.
+BLOCK = 32768
 
 
 @dataclass(eq=False)
 class CheckInParts:
-    """Sees a path part by part and its setpoints chunk by chunk, and judges them as `check` does, without their law.
+    """Sees a path part by part and its setpoints chunk by chunk, and judges them; `check` is one of a whole path.
 
     `part` tells it of the next part of the path, `see` of the next setpoints, whose `curve` counts from the first part
     on, and which may not be further than the parts that it knows; `verdict` ends it. Parts that the motion has left are
@@ -27,6 +30,8 @@ class CheckInParts:
 
     limits: Limits
     tolerance: float = TOLERANCE
+    resolution: float = 0.0
+    law: TimeLaw | None = None
 
     def __post_init__(self) -> None:
         self._parts: deque[Path] = deque()  # those that the judge knows
@@ -36,44 +41,56 @@ class CheckInParts:
         self._gone = 0.0  # length of the parts before, mm
         self._judge: _Rolling | None = None
         self._first: Setpoints | None = None
-        self._held: Setpoints | None = None
+        self._axes: tuple[str, ...] = ()
+        self._held: list[Setpoints] = []  # ticks of the next block
+        self._count = 0  # of them
         self._turning: list[float] = []  # where the curves begin on which rotary axes move alone, mm
 
     def part(self, path: Path) -> None:
         """The next part of the path."""
         self._coming.append(path)
+        self._axes = path.axes
 
     def see(self, points: Setpoints) -> None:
-        """The next setpoints."""
-        self._first = self._first or points
-        for start in range(0, len(points), BLOCK):
-            if self._held is not None:
-                self._look(self._held, last=False)
-            self._held = points.part(start, min(start + BLOCK, len(points)))
+        """The next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone."""
+        if not isinstance(points, Setpoints):
+            raise InputError(f"check: expected Setpoints or chunks of them, got {type(points).__name__}")
+        first = self._first = self._first or points
+        if points.axes != self._axes:
+            raise InputError(f"the setpoints have axes {points.axes}, the path {self._axes}; they must be the same")
+        if points.period != number(first.period, "period") or not points.period > 0.0:
+            raise InputError(f"a chunk has a period of {points.period:g} s, the first one {first.period:g} s")
+        start = 0
+        while start < len(points):
+            if self._count == BLOCK:
+                self._look(Setpoints.joined(self._held), last=False)
+                self._held, self._count = [], 0
+            part = points.part(start, min(start + BLOCK - self._count, len(points)))
+            start, self._count = start + len(part), self._count + len(part)
+            self._held.append(part)
 
     def verdict(self) -> Verdict:
         """What came of it; InputError for no setpoints."""
-        held = self._held
-        if held is None or self._first is None:
+        if self._first is None or not self._held:
             raise InputError("there are no setpoints to check")
-        if len(held) > 1:
-            self._look(held.part(0, len(held) - 1), last=False)
-        self._look(held.part(len(held) - 1, len(held)), last=True)
+        held, count = Setpoints.joined(self._held), self._count
+        if count > 1:
+            self._look(held.part(0, count - 1), last=False)
+        self._look(held.part(count - 1, count), last=True)
         judge = self._judge
         assert judge is not None
         self._count_turning()
         length = self._gone + judge.bounds.path.length
         judge.shift(self._gone)
-        return verdict_of(
-            judge, self._first, None, Whole(length, self._first_curve + self._known, np.array(self._turning))
-        )
+        whole = Whole(length, self._first_curve + self._known, np.array(self._turning))
+        return verdict_of(judge, self._first, self.law, whole)
 
     def _look(self, points: Setpoints, last: bool) -> None:
-        self._reach(int(points.curve[-1]), everything=last)
+        self._reach(max(int(points.curve[-1]), 0), everything=last)  # -1 where nothing says the curve
         judge = self._judge
         local = replace(points, curve=points.curve - self._first_curve)
         if judge is None:
-            judge = self._judge = _Rolling(self._bounds(), local, None)
+            judge = self._judge = _Rolling(self._bounds(), local, self.law)
         judge.see(local, last)
 
     def _reach(self, curve: int, everything: bool) -> None:
@@ -103,7 +120,7 @@ class CheckInParts:
         judge.seen = judge.bounds.path.length
 
     def _bounds(self) -> Bounds:
-        return Bounds(joined(self._parts), self.limits, self.tolerance, 0.0)
+        return Bounds(joined(self._parts), self.limits, self.tolerance, self.resolution)
 
 
 class _Rolling(Judge):

@@ -22,22 +22,19 @@ class Ripple:
     t         (m,)  start of each step that counts, s
     relative  (m,)  (arc length of the step) / (planned step) - 1
     floor     the rounding of s over the smallest of these steps: what nobody can be below
+    rms       root mean square of `relative`, 0 if no step counts; of a long motion over all steps, those left out too
     Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).relative`
     """
 
     t: Array
     relative: Array
     floor: float
+    rms: float
 
     @property
     def max(self) -> float:
         """Largest |relative|, 0 if no step counts."""
         return float(np.max(np.abs(self.relative), initial=0.0))
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of `relative`, 0 if no step counts."""
-        return float(np.sqrt(np.mean(self.relative**2))) if self.relative.size else 0.0
 
 
 def steps(points: Setpoints, path: Path) -> Array:
@@ -69,7 +66,9 @@ def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | 
     actual = steps(setpoints, path)[counts]
     wanted = planned[counts]
     floor = EPSILON * path.length / float(wanted.min()) if wanted.size else 0.0
-    return Ripple(setpoints.t[:-1][counts], actual / wanted - 1.0, floor)
+    relative = actual / wanted - 1.0
+    rms = float(np.sqrt(np.mean(relative**2))) if relative.size else 0.0
+    return Ripple(setpoints.t[:-1][counts], relative, floor, rms)
 
 
 def drift(points: Setpoints, law: TimeLaw) -> Array:

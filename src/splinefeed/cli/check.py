@@ -63,7 +63,8 @@ def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) 
 
 def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict[str, Any]]:
     from splinefeed.analysis.certificate import certificate, write_certificate
-    from splinefeed.analysis.check import TOLERANCE, check
+    from splinefeed.analysis.check import check
+    from splinefeed.analysis.check_bounds import TOLERANCE
     from splinefeed.cli.setpoints_file import machine_of, path_of, read_setpoints
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.pipeline.run import on_machine

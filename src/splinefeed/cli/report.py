@@ -56,9 +56,8 @@ def _report(folder: str, output: str | None, say: Say) -> dict[str, Any]:
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import load, load_chunks
     from splinefeed.pipeline.compare import MethodResult
-    from splinefeed.pipeline.long_run import LONG, MOST_IN_COLUMN, measured_long
-    from splinefeed.pipeline.run import Run, measured
-    from splinefeed.records import Limits, Response, Setpoints, TimeLaw
+    from splinefeed.pipeline.run import MOST_IN_CHUNKS, check_ticks, measured
+    from splinefeed.records import Limits, Response, TimeLaw
     from splinefeed.report import files, html
 
     place = Path(folder)
@@ -69,17 +68,13 @@ def _report(folder: str, output: str | None, say: Say) -> dict[str, Any]:
     path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(place))
     limits = Limits.from_dict(settings["limits"])
     say("measuring and checking")
-    run: Run
-    if law.duration / settings["period"] > LONG:
-        ticks = sum(len(chunk) for chunk in load_chunks(file, MOST_IN_COLUMN))
-        run = measured_long(path, limits, law, partial(load_chunks, file), ticks)
-    else:
-        run = measured(path, limits, law, _loaded(place, file.name, Setpoints))
+    ticks = check_ticks(law, settings["period"], MOST_IN_CHUNKS)
+    run = measured(path, limits, law, partial(load_chunks, file), ticks)
     responses = {}
     if (place / files.RESPONSE).is_file():
         response = load(place / files.RESPONSE)
         if isinstance(response, Response):
-            responses[run.points.method] = response
+            responses[run.kept.method] = response
     page: dict[str, Any] = {**said, **plain(run.numbers())}
     results = [MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT

@@ -12,6 +12,7 @@ from splinefeed.cli.panels import PanelCommand
 
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
+    from splinefeed.geometry.path import Path
     from splinefeed.pipeline.compare import MethodTrace
     from splinefeed.pipeline.experiment import Served
 
@@ -27,7 +28,7 @@ Examples:
   splinefeed run butterfly --machine xytheta
   splinefeed run butterfly --accel 500 --jerk 20000 -o wings
   splinefeed run section.dat --chord 150mm --feed 3600mm/min --format hdf5 --format csv
-  splinefeed run mould.nc --machine router --smooth program --by-windows
+  splinefeed run mould.nc --machine router --smooth program
   splinefeed run flank.json --machine trunnion --feed 100 --period 2ms
 
 """
@@ -61,8 +62,8 @@ Examples:
 @click.option(
     "--by-windows",
     is_flag=True,
-    help="G-code and tables of points of any length, in memory that does not grow: read, smoothed, planned "
-    "(look-ahead), made and checked window by window; setpoints and numbers alone.",
+    hidden=True,  # a file of more than a million lines goes so by itself
+    help="Read, smooth, plan (look-ahead), make and check window by window; setpoints and numbers alone.",
 )
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME]")
 @options.as_json
@@ -77,19 +78,13 @@ def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: A
     Without SOURCE: the paper's experiment. A NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on a model
     of the paper's table (or --machine), by the paper's two methods and milne-simpson-anchored.
     """
-    from splinefeed.cli import output, run_windows
+    from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 
-    traces: list[MethodTrace] = []
     with busy() as say:
-        if given["by_windows"]:
-            page = run_windows.run(source, given, say)
-        else:
-            traces, page = _run(source, given, say)
+        traces, page = _run(source, given, say)
     if as_json:
         output.print_json(page)
-    elif given["by_windows"]:
-        run_windows.print_page(page)
     else:
         from splinefeed.cli.summary import print_run
 
@@ -101,21 +96,21 @@ def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: A
 
 def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[MethodTrace], dict[str, Any]]:
     """Run and write; the page of numbers, with `files` as seen from the current folder."""
-    from pathlib import Path
-
+    from splinefeed.cli import run_windows
     from splinefeed.cli.source import check_rotary, read_path
     from splinefeed.errors import InputError
+    from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
     from splinefeed.machine.table import Machine
     from splinefeed.pipeline.compare import BESIDE_A_RUN, compare
     from splinefeed.pipeline.contour_feed import limits_within
-    from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve, serve_methods, servo_numbers
-    from splinefeed.pipeline.long_run import LongRun, run_any
+    from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve_methods, servo_numbers
     from splinefeed.pipeline.run import PAPER_SHAPE, on_machine, planned_axes
+    from splinefeed.pipeline.run import run as make_run
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
-    from splinefeed.report.record import documented, record
+    from splinefeed.report.record import about, documented, record
 
     drawing = options.figure_formats(given)
     table = Machine.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
@@ -125,23 +120,30 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
         options.limits_from(given)  # options are validated before the file is opened
     method = given["method"] or (PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
     registry.method(method)
-    source = PAPER_SHAPE if source is None else source
     reading = options.reading_from(given) | options.smoothing_from(given)
     reading |= {"tangential": True} if given["tangential"] else {}
-    formats = given["formats"] or ("hdf5",)
+    formats = tuple(given["formats"] or ("hdf5",))
     corrections = given["corrections"]
-    say(f"reading {source}")
-    path = read_path(source, reading)
+    say(f"reading {source or PAPER_SHAPE}")
+    parts = run_windows.parts_of(source, reading, given)
+    path: Path | PathParts = read_path(source or PAPER_SHAPE, reading) if parts is None else parts
     tool = isinstance(path, ToolPath)
-    if table is not None and not tool:
-        check_rotary(path, source, table)
-    limits, period, strategy = options.limits_from(given, planned_for, planned_axes(path, table))
+    if isinstance(path, PathParts):
+        axes = path.axes
+    else:
+        axes = planned_axes(path, table)
+        if table is not None and not tool:
+            check_rotary(path, source or PAPER_SHAPE, table)
+    limits, period, strategy = options.limits_from(given, planned_for, axes)
     limits, assumed = options.as_programmed(limits, path, given)
     if given["tip"] and not tool:
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are where the tool is")
-    moved = on_machine(path, table if tool else None, limits)
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
+        if isinstance(path, PathParts):
+            page = run_windows.write(path, limits, period, stage, str(source), reading, formats, assumed, say)
+            return [], _seen_from_here(page, folder)
+        moved = on_machine(path, table if tool else None, limits)
         if given["contour_tolerance"] is not None:
             if table is None:
                 raise InputError("--contour-tolerance: needs a machine; give --machine NAME or --machine FILE")
@@ -152,39 +154,50 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
                 period=period, strategy=strategy, method=method, corrections=corrections, on_progress=say,
             )  # fmt: skip
         say("planning and interpolating")
-        result = run_any(
-            moved, limits, period=period, strategy=strategy, method=method, corrections=corrections, table=table,
-            on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
+        result = make_run(
+            moved, limits, machine=None if tool else table, period=period, strategy=strategy, method=method,
+            corrections=corrections, on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
         )  # fmt: skip
-        served: list[Served] = []
+        others: list[Served] = []
         servo: dict[str, Any] | None = None
-        long = isinstance(result, LongRun)
-        if isinstance(result, LongRun):
-            served = [] if result.served is None else [result.served]
-        elif table is not None and not tool:
-            say(f"following on {table.name}")
-            others = [name for name in PAPER_METHODS if name != method] if of_paper else []
-            served = [*serve_methods(path, result.law, table, others, corrections)]
-            served.append(serve(path, result.law, result.points, table))
-        if table is not None and not tool:
-            servo = {**servo_numbers(served, table, of_paper), "machine_file": given["machine"] or PAPER_MACHINE}
+        if table is not None and result.served is not None:
+            if of_paper and result.whole:
+                say(f"following on {table.name}")
+                names = [name for name in PAPER_METHODS if name != method]
+                others += serve_methods(path, result.law, table, names, corrections)
+            servo = servo_numbers([*others, result.served], table, of_paper)
+            servo["machine_file"] = given["machine"] or PAPER_MACHINE
         traces: list[MethodTrace] = []
-        for name in () if given["no_compare"] or long or tool else BESIDE_A_RUN:
+        for name in () if given["no_compare"] or tool or not result.whole else BESIDE_A_RUN:
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections, timed=False)
-        page = record(result, traces, source, reading, formats, servo, machine=given["machine"] if tool else None)
-        page["notes"] = [*assumed, *options.smoothing_note(path, given), *page["notes"], *([LONG_NOTE] if long else [])]
-        page["notes"] += files.missing(drawing)
+        followed = (given["machine"] or PAPER_MACHINE) if table is not None else None
+        said = about(result.settings, source, reading, formats, machine=followed)
+        page = record(result, said, traces, servo)
+        page["notes"] = [
+            *assumed,
+            *options.smoothing_note(path, given),
+            *page["notes"],
+            *([] if result.whole else [LONG_NOTE]),
+            *files.missing(drawing),
+        ]
         say("writing setpoints and figures")
-        result = documented(result, page)
-        names = files.write(
+        result = documented(result, said)
+        page["files"] = files.write(
             result,
             stage,
             formats=formats,
             traces=traces,
             figure_formats=drawing,
             record=page,
-            served=served,
+            others=others,
             tip=given["tip"],
         )
-    return traces, {**page, "files": [str(Path(folder) / name) for name in names]}
+    return traces, _seen_from_here(page, folder)
+
+
+def _seen_from_here(page: dict[str, Any], folder: str) -> dict[str, Any]:
+    """The page of numbers, its files as seen from the current folder."""
+    from os.path import join
+
+    return {**page, "files": [join(folder, name) for name in page["files"]]}

@@ -1,4 +1,4 @@
-"""`splinefeed run --by-windows`: a program of any length to checked setpoints, in memory that does not grow."""
+"""`splinefeed run` of a file whose path is too long to be held: by windows, in memory that does not grow."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from splinefeed.cli import options
-
 if TYPE_CHECKING:
     from pathlib import Path
 
     from splinefeed.cli.progress import Say
-    from splinefeed.pipeline.windows import WindowedRun
+    from splinefeed.formats.path_parts import PathParts
+    from splinefeed.records import Limits
 
 #: What needs the whole path or the whole motion, and what is said of it.
 NOT_BY_WINDOWS = {
-    "contour_tolerance": "--contour-tolerance: needs the whole motion, several times; leave out --by-windows",
-    "tangential": "--3d: needs the whole path; leave out --by-windows",
+    "contour_tolerance": "--contour-tolerance: needs the whole motion, several times; by windows there is none",
+    "tangential": "--3d: needs the whole path; by windows there is no third axis",
 }
 NOTE = (
     "by windows: setpoints and numbers alone; no figures, no time law, no ripple, no comparison of methods, and no "
@@ -27,71 +26,48 @@ NOTE = (
 POINTS_TOLERANCE = 1e-3
 
 
-def run(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]:
-    """Run and write; the page of numbers, with `files` as seen from the current folder."""
-    from pathlib import Path
-
+def parts_of(source: str | None, reading: dict[str, Any], given: dict[str, Any]) -> PathParts | None:
+    """The path in parts, where it is too long to be held as a whole or where that is asked for; else None."""
     from splinefeed.errors import InputError
-    from splinefeed.formats.path_parts import read_parts
-    from splinefeed.machine.table import Machine
+    from splinefeed.formats.path_parts import read_parts, too_long
+
+    if source is None:
+        if given["by_windows"]:
+            raise InputError("--by-windows: needs a SOURCE, a file of G-code or a table of points")
+        return None
+    if not given["by_windows"] and not too_long(source):
+        return None
+    _check_possible(given)
+    alone = ("tolerance", "tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
+    parts = read_parts(source, **{name: value for name, value in reading.items() if name not in alone})
+    if "tolerance" in reading and parts.unit != "lines":
+        raise InputError("--tolerance: is for tables of points here; --smooth LENGTH smooths a program")
+    return parts
+
+
+def write(
+    parts: PathParts, limits: Limits, period: float, stage: Path, source: str, reading: dict[str, Any],
+    formats: tuple[str, ...], assumed: list[str], say: Say,
+) -> dict[str, Any]:  # fmt: skip
+    """Make, check and write the setpoints; the page of numbers with the names of its files."""
     from splinefeed.pipeline.windows import WindowedRun
     from splinefeed.report import files
-    from splinefeed.report.folder import default_name, staged
+    from splinefeed.report.record import about, record
 
-    _check_possible(given)
-    if source is None:
-        raise InputError("--by-windows: needs a SOURCE, a file of G-code or a table of points")
-    machine = Machine.load(given["machine"]) if given["machine"] else None
-    if machine is None:
-        options.limits_from(given)  # options are validated before the file is opened
-    say(f"looking through {source}")
-    reading = options.reading_from(given)
-    how = options.smoothing_from(given)
-    tolerance = reading.pop("tolerance", None)
-    parts = read_parts(source, **reading)
     table = parts.unit == "lines"
     if table:
-        how.setdefault("smooth", POINTS_TOLERANCE if tolerance is None else tolerance)
-    elif tolerance is not None:
-        raise InputError("--tolerance: is for tables of points here; --smooth LENGTH smooths a program")
-    limits, period, _ = options.limits_from(given, machine, parts.axes)
-    limits, assumed = options.as_programmed(limits, parts, given)
-    folder = default_name(parts.name) if given["output"] is None else given["output"]
-    formats = tuple(dict.fromkeys(given["formats"] or ("hdf5",)))
-    page = _about(source, limits.as_dict(), period, {**reading, **how}, formats, given)
+        tolerance = reading.get("tolerance", POINTS_TOLERANCE)
+        reading = {"smooth": tolerance, **{name: value for name, value in reading.items() if name != "tolerance"}}
+    how: dict[str, Any] = {name: reading[name] for name in ("smooth", "corners", "corner_angle") if name in reading}
+    made = WindowedRun(parts, limits, period, how, on_progress=_progress(say, parts.count, parts.unit))
+    said = about(made.settings, source, {**reading, "by_windows": True}, formats)
     # of a table the lines were smoothed: the path that `read` makes of its points is another one
-    kept = {name: page[name] for name in ("command", *(() if table else ("source",)))}
-    made = WindowedRun(parts, limits, period, how, kept, _progress(say, parts.count, parts.unit))
-    with staged(folder) as stage:
-        names = _write(made, stage, formats, say)
-        numbers = made.numbers()
-        notes = [*assumed, *numbers["notes"], NOTE]
-        page |= {**numbers, "name": parts.name, "notes": notes}
-        files.write_record({**page, "files": [*names, files.RECORD]}, stage / files.RECORD)
-    return {**page, "files": [str(Path(folder) / name) for name in (*names, files.RECORD)]}
-
-
-def print_page(page: dict[str, Any]) -> None:
-    """The numbers for people."""
-    from splinefeed import units
-    from splinefeed.cli.output import number, print_text
-    from splinefeed.cli.summary import law_sentence, print_limits, print_notes
-
-    period = units.format_quantity(page["period_s"], "time")
-    print_text(
-        f"{page['name']}: {number(page['length_mm'], 7)} mm in {number(page['duration_s'], 6)} s, "
-        f"{page['ticks']} setpoints, one every {period}"
-    )
-    print_text(f"law       {page['strategy']}; {law_sentence(page, 'mm')}")
-    print_notes(page["notes"])
-    print_text()
-    print_limits(page["limits"], "mm")
-    print_text()
-    for problem in page["problems"]:
-        print_text(f"problem   {problem}")
-    print_text("checked: every limit holds" if page["ok"] else "NOT KEPT: see the problems above")
-    print_text()
-    print_text(f"wrote {' '.join(page['files'])}")
+    made.said = {name: said[name] for name in ("command", *(() if table else ("source",)))}
+    names = [*files.write_setpoints(made.setpoints(), stage, formats), files.RECORD]
+    page = record(made, said)
+    page |= {"notes": [*assumed, *page["notes"], NOTE], "files": names}
+    files.write_record(page, stage / files.RECORD)
+    return page
 
 
 def _check_possible(given: dict[str, Any]) -> None:
@@ -108,50 +84,6 @@ def _check_possible(given: dict[str, Any]) -> None:
             raise InputError(f"--{name} {given[name]}: needs the whole path; by windows there is {only} alone")
     if "mat" in given["formats"]:
         raise InputError("--format mat: needs all setpoints in memory; by windows choose hdf5, csv, npz or parquet")
-
-
-def _about(
-    source: str, limits: dict[str, float], period: float, reading: dict[str, Any], formats: tuple[str, ...],
-    given: dict[str, Any],
-) -> dict[str, Any]:  # fmt: skip
-    """What the page of numbers says of the question and of the program."""
-    import splinefeed
-    from splinefeed.feed.modes import LOOK_AHEAD
-    from splinefeed.formats.plain import plain
-    from splinefeed.pipeline.long_path import METHOD
-    from splinefeed.report.record import command, source_of, versions
-
-    settings = {"limits": limits, "period": period, "strategy": LOOK_AHEAD, "method": METHOD}
-    about: dict[str, Any] = plain(
-        {
-            "source": source_of(source),
-            "settings": {**settings, "reading": reading},
-            "command": command(source, settings, {**reading, "by_windows": True}, formats),
-            "program": f"splinefeed {splinefeed.__version__}",
-            "versions": versions(),
-        }
-    )
-    return about
-
-
-def _write(made: WindowedRun, stage: Path, formats: tuple[str, ...], say: Say) -> list[str]:
-    """Write the setpoints in every format, and give the names: the first one as they are made, others from that."""
-    from splinefeed.formats.setpoints import load_chunks, save
-    from splinefeed.pipeline.long_run import MOST_IN_COLUMN
-    from splinefeed.report.files import SETPOINTS
-
-    if len(formats) == 1:
-        save(made.setpoints(), stage / SETPOINTS[formats[0]])
-        return [SETPOINTS[formats[0]]]
-    whole = stage / SETPOINTS["hdf5"]
-    save(made.setpoints(), whole)
-    for form in formats:
-        if form != "hdf5":
-            say(f"writing {SETPOINTS[form]}")
-            save(load_chunks(whole, MOST_IN_COLUMN), stage / SETPOINTS[form])
-    if "hdf5" not in formats:
-        whole.unlink()
-    return [SETPOINTS[form] for form in formats]
 
 
 def _progress(say: Say, count: int, unit: str) -> Callable[[int, int], None]:

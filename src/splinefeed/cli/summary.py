@@ -22,26 +22,28 @@ LEAST_PART = 0.005
 
 
 def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
-    """The numbers of a run, from its page of numbers."""
+    """The numbers of a run, from its page of numbers; one by windows has fewer of them."""
     period = units.format_quantity(page["period_s"], "time")
-    unit = unit_along(page["axes"])
+    unit = unit_along(page["axes"]) if "axes" in page else "mm"
     print_text(
         f"{page['name']}: {number(page['length_mm'], 7)} {unit} in {number(page['duration_s'], 6)} s, "
         f"{page['ticks']} setpoints, one every {period}"
     )
     print_text(f"law       {page['strategy']}; {law_sentence(page, unit)}")
-    chord = f", chord error at most {number(page['chord_error_max_mm'], 3)} mm" if unit == "mm" else ""
-    print_text(
-        f"method    {page['method']}; feed ripple at most {page['ripple_max']:.1e} (rounding alone: "
-        f"{page['ripple_floor']:.1e}){chord}"
-    )
-    if bound := _bound_sentence(page["bound_by"]):
+    if "ripple_max" in page:
+        chord = f", chord error at most {number(page['chord_error_max_mm'], 3)} mm" if unit == "mm" else ""
+        print_text(
+            f"method    {page['method']}; feed ripple at most {page['ripple_max']:.1e} (rounding alone: "
+            f"{page['ripple_floor']:.1e}){chord}"
+        )
+    if bound := _bound_sentence(page.get("bound_by", {})):
         print_text(f"bound by  {bound}")
     print_notes(page["notes"])
     print_text()
     print_limits(page["limits"], unit)
-    print_text()
-    print_axes(page)
+    if "axes" in page:
+        print_text()
+        print_axes(page)
     if results:
         print_text()
         print_methods(results, unit)
@@ -51,7 +53,7 @@ def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
     print_text()
     for problem in page["problems"]:
         print_text(f"problem   {problem}")
-    print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {', '.join(_not_kept(page))}")
+    print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {', '.join(_not_kept(page, unit))}")
 
 
 def law_sentence(page: dict[str, Any], unit: str) -> str:
@@ -144,9 +146,9 @@ def print_methods(results: Sequence[MethodResult], unit: str) -> None:
             )
 
 
-def _not_kept(page: dict[str, Any]) -> list[str]:
+def _not_kept(page: dict[str, Any], unit: str) -> list[str]:
     over = [f"{name} ({each['share']:.6g} of its limit)" for name, each in page["limits"].items() if not each["ok"]]
-    missed = f"the end of the path is missed by {number(page['end_error_mm'], 3)} {unit_along(page['axes'])}"
+    missed = f"the end of the path is missed by {number(page['end_error_mm'], 3)} {unit}"
     stopped = ["an axis ran away"] if page.get("stopped") else []
     return [*over, *([] if page["end_reached"] else [missed]), *stopped] or ["see the problems above"]
 

@@ -6,11 +6,16 @@ import os
 import pathlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import Any
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.sizes import MAX_MOVES
 from splinefeed.geometry.path import Path
+
+#: Lines of the longest file that `splinefeed run` reads as a whole.
+MOST_LINES = MAX_MOVES
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,18 @@ def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
     registry.check_options(found, registry.options_of(module.in_parts), options)
     parts: PathParts = module.in_parts(pathlib.Path(source), **options)
     return parts
+
+
+def too_long(source: str | os.PathLike[str]) -> bool:
+    """Whether a file that can be read part by part has more than MOST_LINES lines."""
+    from splinefeed.formats import registry
+
+    if not os.path.isfile(source) or os.path.getsize(source) <= MOST_LINES:
+        return False
+    if registry.format_of(source, any_size=True).title not in _PARTED:
+        return False
+    with open(source, "rb") as file:
+        return sum(block.count(b"\n") for block in iter(partial(file.read, 2**20), b"")) > MOST_LINES
 
 
 #: Modules with `in_parts`, by the title of their format.

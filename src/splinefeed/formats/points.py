@@ -135,7 +135,8 @@ class Table:
         self.lines.append(number)
         if len(self.rows) > MAX_POINTS:
             raise FormatError(
-                f"{self.source}: holds more than {MAX_POINTS} points; thin or split them, or run --by-windows"
+                f"{self.source}: holds more than {MAX_POINTS} points; thin or split them, or read their parts"
+                ", as splinefeed run does"
             )
 
     def _head(self, number: int, line: str, *, remark: bool) -> None:

@@ -43,13 +43,33 @@ class Served:
         return {"method": self.points.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
 
 
+class Serving:
+    """The axes of a machine that follow the setpoints of a motion along `path`, chunk by chunk."""
+
+    def __init__(self, path: Path, law: TimeLaw, table: Machine) -> None:
+        self.path, self.law, self.servo, self.off_law = path, law, Servo(table, path), 0.0
+
+    def follow(self, points: Setpoints) -> Response | None:
+        """What the machine does with the next setpoints, None after an axis ran away."""
+        path, linear = self.path, self.path.linear
+        wanted = path(np.clip(self.law(points.t), 0.0, path.length))[:, :linear]
+        away = np.linalg.norm(points.position[:, :linear] - wanted, axis=1)
+        self.off_law = max(self.off_law, float(np.max(away)))
+        if self.servo.stopped is not None:
+            return None
+        return join(list(follow_chunks(slices(points, CHUNK), self.servo)))
+
+    def served(self, points: Setpoints, response: Response) -> Served:
+        """What came of it, with the setpoints and the response that are kept."""
+        return Served(points, response, self.servo.tally, tuple(self.servo.notes), self.off_law)
+
+
 def serve(path: Path, law: TimeLaw, points: Setpoints, table: Machine) -> Served:
-    """Let the axes of `table` follow the setpoints of a motion along `path`."""
-    servo = Servo(table, path)
-    response = join(list(follow_chunks(slices(points, CHUNK), servo)))
-    wanted = path(np.clip(law(points.t), 0.0, path.length))[:, : path.linear]
-    off_law = float(np.max(np.linalg.norm(points.position[:, : path.linear] - wanted, axis=1)))
-    return Served(points, response, servo.tally, tuple(servo.notes), off_law)
+    """Let the axes of `table` follow all setpoints of a motion along `path`."""
+    serving = Serving(path, law, table)
+    response = serving.follow(points)
+    assert response is not None  # nothing ran away before
+    return serving.served(points, response)
 
 
 def serve_methods(

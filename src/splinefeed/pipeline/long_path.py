@@ -16,7 +16,7 @@ from splinefeed.feed.stream import ON_TICK, WINDOW, Block, LookAhead
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.parts import cut
 from splinefeed.geometry.path import Path
-from splinefeed.pipeline.long_run import MOST_IN_COLUMN
+from splinefeed.pipeline.meter import MOST_IN_COLUMN
 from splinefeed.records import Array, Limits, Setpoints
 
 #: Curves of one part of a path that is there as a whole.

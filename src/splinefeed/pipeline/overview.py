@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from splinefeed.analysis.thinning import extremes
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.deviation import Deviation, deviation
-from splinefeed.records import Array, IntArray, Response
+from splinefeed.records import Array, Response
 from splinefeed.simulation.follow import join
 
 #: Samples that are kept at the most; a figure has some hundred columns of pixels.
@@ -55,25 +56,11 @@ def thinned(response: Response, block: int) -> Response:
     if block <= 1 or len(response) <= 2:
         return response
     columns = [*response.tracking_error.T, *([] if response.contour_error is None else [response.contour_error])]
-    kept = {0, len(response) - 1}
-    for values in columns:
-        kept.update(_extremes(np.asarray(values), block).tolist())
-    at = np.array(sorted(kept), dtype=np.int64)
+    blocks = -(-len(response) // block)
+    at = np.unique(np.concatenate([extremes(np.asarray(values), blocks) for values in columns]))
     names = ("t", "command", "position", "measured", "output", "saturated")
     error = None if response.contour_error is None else response.contour_error[at]
     return replace(response, **{name: getattr(response, name)[at] for name in names}, contour_error=error)
-
-
-def _extremes(values: np.ndarray, block: int) -> IntArray:
-    """Index of the least and the greatest of each `block` of values (n,)."""
-    count = len(values)
-    blocks = -(-count // block)
-    low, high = np.full(blocks * block, np.inf), np.full(blocks * block, -np.inf)
-    low[:count] = high[:count] = values
-    starts = np.arange(blocks, dtype=np.int64) * block
-    least = starts + np.argmin(low.reshape(blocks, block), axis=1)
-    most = starts + np.argmax(high.reshape(blocks, block), axis=1)
-    return np.concatenate([least, most])
 
 
 class Pictured:

@@ -1,20 +1,20 @@
-"""One run: a path and limits to setpoints, and the numbers that say how good they are."""
+"""One run: a path and limits to setpoints, and the numbers that say how good they are; in chunks where it is long."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.analysis.binding import LimitUse, limit_use
+from splinefeed.analysis.binding import LimitUse
 from splinefeed.analysis.check import check
-from splinefeed.analysis.motion import AxisMotion, Share, axis_motion
-from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
-from splinefeed.analysis.thinning import Thread
+from splinefeed.analysis.motion import AxisMotion, Share
+from splinefeed.analysis.ripple import Ripple
 from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
@@ -23,6 +23,8 @@ from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.table import Machine
+from splinefeed.pipeline.experiment import Served, Serving
+from splinefeed.pipeline.meter import Meter, chunk_of, column_of, with_neighbours
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
 
 if TYPE_CHECKING:
@@ -36,15 +38,25 @@ PAPER_SHAPE = "naca:0025?perimeter=33"
 END_TOLERANCE = 1e-9
 #: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
 TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
-#: Most ticks of a run that is kept in memory, above an hour at 1 ms; `long_run.run_long` knows no such bound.
-MOST_TICKS = 4_000_000
+#: Most ticks of a motion that is kept in memory, above an hour at 1 ms, and of one that is made in chunks, above ten
+#: days.
+MOST_TICKS, MOST_IN_CHUNKS = 4_000_000, 1_000_000_000
+#: Makes the setpoints anew, in chunks of so many ticks, each time that it is called.
+Chunks = Callable[[int], Iterator[Setpoints]]
+#: Is told what is being done, how many ticks are done, and of how many.
+Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
     """Everything that one run made; `numbers()` is what `--json` prints.
 
+    ticks   number of setpoints; kept  all of them, or of a long motion those that figures need, every peak among them
+    motion, use, ripple  at the ticks that are kept; use and ripple count over all of them
+    thread  (m, d) where the path runs, for a picture, a row of NaN where it is broken; d linear axes, at most three
+    chunks  makes all setpoints anew
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
+    served  what a machine did that followed the setpoints, or None
     Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
     Example: `sf.run(path, limits).numbers()["duration_s"]`
     """
@@ -52,60 +64,61 @@ class Run:
     path: Path
     limits: Limits
     law: TimeLaw
-    points: Setpoints
+    ticks: int
+    kept: Setpoints
     ripple: Ripple
     motion: AxisMotion
+    use: LimitUse
     verdict: Verdict
     chord_error_mm: float
-    joints: JointPath | None = field(default=None, kw_only=True)
+    thread: Array
+    chunks: Callable[[], Iterator[Setpoints]]
+    joints: JointPath | None = None
+    served: Served | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Whether every tick is kept."""
+        return len(self.kept) == self.ticks
+
+    @property
+    def points(self) -> Setpoints:
+        """All setpoints; LimitsError for a long motion, of which `setpoints()` gives them in chunks."""
+        if not self.whole:
+            raise LimitsError(f"a motion of {self.ticks} ticks is not kept in memory; take setpoints(), in chunks")
+        return self.kept
+
+    @property
+    def name(self) -> str:
+        """Name of the path."""
+        return self.path.name
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """How the setpoints are made, as they say themselves."""
+        return dict(self.kept.settings)
 
     @property
     def axes(self) -> tuple[str, ...]:
         """Names of the axes that have setpoints."""
-        return self.points.axes
+        return self.kept.axes
 
     @property
     def linear(self) -> int:
         """How many of them are linear, the first ones."""
         return self.path.linear if self.joints is None else self.joints.linear
 
-    @cached_property
-    def place(self) -> Array:
-        """Where the tool tip is at the setpoints, (n, d), mm; d linear axes, at most three."""
-        if self.joints is not None:
-            return self.path.evaluate(self.points.curve, self.points.u, 0)[:, 0]
-        return self.points.position[:, : min(self.path.linear, 3)]
-
-    @cached_property
-    def use(self) -> LimitUse:
-        """How much of each limit is used at each tick, and which one binds."""
-        return limit_use(self.motion, self.points, self.joints or self.path, self.law, self.limits)
-
     @property
-    def ticks(self) -> int:
-        """Number of setpoints."""
-        return len(self.points)
-
-    @cached_property
-    def thread(self) -> Array:
-        """Where the path runs, for a picture, (m, d), a row of NaN where it is broken; d linear axes, at most three."""
-        place = self.place
-        if not len(place) or not place.shape[1]:
-            return np.zeros((0, place.shape[1]))
-        thread = Thread(place.min(axis=0), place.max(axis=0))
-        thread.see(place)
-        return thread.line if self.joints is None else np.concatenate([thread.line, self._tools(self.joints)])
-
-    def _tools(self, joints: JointPath) -> Array:
-        """Lines along the tool axis, for a picture, (m, 3), mm, each behind a row of NaN; evenly along the path."""
-        s = np.linspace(0.0, self.path.length, TOOLS_DRAWN)
-        tip, axis = joints.kinematics.forward(joints(s))
-        far = tip + TOOL_DRAWN * max(self.path.size, 1e-9) * axis
-        return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)
+    def place(self) -> Array:
+        """Where the tool tip is at the ticks that are kept, (n, d), mm; d linear axes, at most three."""
+        if self.joints is not None:
+            return self.path.evaluate(self.kept.curve, self.kept.u, 0)[:, 0]
+        return self.kept.position[:, : min(self.path.linear, 3)]
 
     def setpoints(self) -> Setpoints | Iterator[Setpoints]:
         """All setpoints, whole or in chunks."""
-        return self.points
+        settings = self.kept.settings
+        return self.kept if self.whole else (replace(chunk, settings=settings) for chunk in self.chunks())
 
     @property
     def end_error_mm(self) -> float:
@@ -114,7 +127,7 @@ class Run:
             return float(self.verdict.numbers["end_error_mm"])
         linear = self.path.linear
         end = self.path.curves[-1](self.path.curves[-1].domain[1])
-        return float(np.linalg.norm((self.points.position[-1] - end)[:linear]))
+        return float(np.linalg.norm((self.kept.position[-1] - end)[:linear]))
 
     @property
     def ok(self) -> bool:
@@ -140,9 +153,9 @@ class Run:
         Raises FormatError for a folder that cannot be written or holds such files that are not ours, InputError for an
         unknown format. Example: `sf.run(sf.shapes.butterfly()).report("butterfly")`
         """
-        from splinefeed.report import files
+        from splinefeed.report import folder as report_folder
 
-        return files.report(self, folder, formats=formats)
+        return report_folder.report(self, folder, formats=formats)
 
     def _repr_html_(self) -> str:
         """A notebook's view of the run: its main numbers, and the picture."""
@@ -150,14 +163,14 @@ class Run:
         rows = {
             "path": f"{self.path.name}, {self.path.length:.6g} {unit_along(self.path.axes)}",
             "motion": f"{self.law.duration:.6g} s, {self.law.strategy}",
-            "setpoints": f"{self.ticks}, one every {self.points.period:g} s",
+            "setpoints": f"{self.ticks}, one every {self.kept.period:g} s",
             "check": verdict,
         }
         return view.table(rows, self.plot()._repr_svg_())
 
     def numbers(self) -> dict[str, Any]:
         """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
-        law, points = self.law, self.points
+        law, points = self.law, self.kept
         return {
             "ok": self.ok,
             "duration_s": law.duration,
@@ -221,22 +234,37 @@ def run(
     corrections: int = 1,
     tolerance: float = 0.0,
     law: TimeLaw | None = None,
+    on_progress: Progress | None = None,
 ) -> Run:
     """Plan, interpolate and measure one path; defaults are the paper's limits and period.
 
-    machine  of a ToolPath: the one whose joints follow it, a Machine or its name; law  if it is planned already
-    Raises what `plan` and `interpolate` raise, InputError for a machine that cannot follow a tool path, and LimitsError
-    for more than MOST_TICKS ticks.
+    machine  a Machine or its name: of a ToolPath its joints follow the path, of another path its axes follow the
+             setpoints, simulated; law  if it is planned already
+
+    A motion of more than a million ticks is made again for each pass, in chunks: `setpoints()` of the run gives them.
+    Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, and
+    LimitsError for more than MOST_IN_CHUNKS ticks, in joints for more than MOST_TICKS.
+
     period in s; setpoints (n, axes), mm, rotary axes rad. Source: docs/code-overview.md walks through it.
     Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).plot()`
     """
     expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
-    path = on_machine(path, machine, limits)
+    table = Machine.load(machine) if isinstance(machine, str) else machine
+    if isinstance(path, ToolPath):
+        path, table = on_machine(path, table, limits), None
+    joints = isinstance(path, JointPath)
+    if joints and table is not None:
+        raise InputError("machine: these are the joints of one already; leave it out")
     limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
-    check_ticks(law, period)
-    points = interpolate(path, law, period=period, method=method, corrections=corrections, tolerance=tolerance)
-    return measured(path, limits, law, points)
+    ticks = check_ticks(law, period, MOST_TICKS if joints else MOST_IN_CHUNKS)
+    asked: dict[str, Any] = {"period": period, "method": method, "corrections": corrections, "tolerance": tolerance}
+    chunks = partial(_made, path, law, asked)
+    return measured(path, limits, law, chunks, ticks, machine=table, on_progress=on_progress)
+
+
+def _made(path: Path | JointPath, law: TimeLaw, asked: dict[str, Any], chunk: int) -> Iterator[Setpoints]:
+    return interpolate(path, law, chunk=chunk, **asked)
 
 
 def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Limits) -> Path | JointPath:
@@ -269,31 +297,68 @@ def planned_axes(path: Path, machine: Machine | None) -> tuple[str, ...]:
     return path.axes
 
 
-def measured(path: Path | JointPath, limits: Limits, law: TimeLaw, points: Setpoints) -> Run:
-    """Setpoints that are there already, measured and checked as those of a run."""
-    if isinstance(path, JointPath):
-        verdict = check(points, path, limits, law=law)
-        return Run(
-            path=path.tool,
-            limits=limits,
-            law=law,
-            points=points,
-            ripple=feed_ripple(points, path.tool, law),
-            motion=axis_motion(points, path, law),
-            verdict=verdict,
-            chord_error_mm=float(verdict.numbers["chord_error_max_mm"]),
-            joints=path,
-        )
+def measured(
+    path: Path | JointPath,
+    limits: Limits,
+    law: TimeLaw,
+    chunks: Chunks,
+    ticks: int,
+    *,
+    machine: Machine | None = None,
+    on_progress: Progress | None = None,
+) -> Run:
+    """Setpoints that can be made, or read, again and again, at most `ticks` of them, measured and checked as a run."""
+    say = on_progress or (lambda what, done, of: None)
+    joints = path if isinstance(path, JointPath) else None
+    again = partial(chunks, ticks if joints else chunk_of(ticks))
+    meter = Meter(path, limits, law, 1 if joints else column_of(ticks))
+    serving = None if machine is None else Serving(meter.tip, law, machine)
+    for block, own, points in with_neighbours(again()):
+        meter.see(block, own, points)
+        if serving is not None and (response := serving.follow(points)) is not None:
+            meter.see_response(response)
+        meter.keep()
+        say("measuring", meter.ticks, ticks)
+    kept = meter.points
+    whole = len(kept) == meter.ticks
+    verdict = check(kept if whole else _told(again(), "checking", ticks, say), path, limits, law=law)
+    chord, thread = meter.chord, meter.line
+    if joints is not None:
+        chord = float(verdict.numbers["chord_error_max_mm"])
+        thread = np.concatenate([thread, _tools(joints)])
     return Run(
-        path=path,
+        path=meter.tip,
         limits=limits,
         law=law,
-        points=points,
-        ripple=feed_ripple(points, path, law),
-        motion=axis_motion(points, path, law),
-        verdict=check(points, path, limits, law=law),
-        chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
+        ticks=meter.ticks,
+        kept=kept,
+        ripple=meter.ripple,
+        motion=meter.motion,
+        use=meter.use,
+        verdict=verdict,
+        chord_error_mm=chord,
+        thread=thread,
+        chunks=again,
+        joints=joints,
+        served=None if serving is None else serving.served(kept, meter.response),
     )
+
+
+def _told(chunks: Iterator[Setpoints], what: str, ticks: int, say: Progress) -> Iterator[Setpoints]:
+    """The chunks as they are, with a word of progress about each."""
+    done = 0
+    for chunk in chunks:
+        yield chunk
+        done += len(chunk)
+        say(what, done, ticks)
+
+
+def _tools(joints: JointPath) -> Array:
+    """Lines along the tool axis, for a picture, (m, 3), mm, each behind a row of NaN; evenly along the path."""
+    s = np.linspace(0.0, joints.length, TOOLS_DRAWN)
+    tip, axis = joints.kinematics.forward(joints(s))
+    far = tip + TOOL_DRAWN * max(joints.tool.size, 1e-9) * axis
+    return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)
 
 
 def share_numbers(shares: Mapping[str, Share]) -> dict[str, dict[str, float | bool]]:
@@ -304,11 +369,12 @@ def share_numbers(shares: Mapping[str, Share]) -> dict[str, dict[str, float | bo
     }
 
 
-def check_ticks(law: TimeLaw, period: float) -> None:
-    """Raise LimitsError if the motion has more ticks of `period` s than are kept in memory."""
+def check_ticks(law: TimeLaw, period: float, most: int = MOST_TICKS) -> int:
+    """Ticks of `period` s in a motion at the most; LimitsError if they are more than `most`."""
     ticks = law.duration / period
-    if ticks > MOST_TICKS:
+    if ticks > most:
         raise LimitsError(
-            f"the motion takes {law.duration:.6g} s, {ticks:.3g} periods of {period:g} s; at most {MOST_TICKS} are "
-            f"kept in memory: raise the period or the feed, or take pipeline.long_run.run_long, which keeps chunks"
+            f"the motion takes {law.duration:.6g} s, {ticks:.3g} periods of {period:g} s; at most {most} are possible: "
+            f"raise the period or the feed"
         )
+    return math.ceil(ticks) + 1

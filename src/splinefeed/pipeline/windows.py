@@ -25,14 +25,14 @@ class WindowedRun:
     """A run along a path that comes in parts, made once: `setpoints`, and when they are through, its `verdict`.
 
     how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees
-    settings  what the setpoints say of how they were made, besides what `stream_setpoints` has them say
+    said      what the setpoints say of themselves, besides `settings` and the name of the path
     """
 
     source: PathParts
     limits: Limits
     period: float
     how: Mapping[str, Any] = field(default_factory=dict)
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    said: Mapping[str, Any] = field(default_factory=dict)
     on_progress: Progress | None = None
 
     def __post_init__(self) -> None:
@@ -66,8 +66,19 @@ class WindowedRun:
             self._ticks += len(chunk)
             self._top = max(self._top, float(chunk.feed.max()))
             self._say()
-            yield replace(chunk, settings={**chunk.settings, **self.settings})
+            yield replace(chunk, settings={**chunk.settings, **self.said})
         self._verdict = self._check.verdict()
+
+    @property
+    def name(self) -> str:
+        """Name of the path."""
+        return self.source.name
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """How the setpoints are made."""
+        flat = {"limits": self.limits.as_dict(), "period": self.period}
+        return {**flat, "strategy": LOOK_AHEAD, "method": METHOD}
 
     @property
     def verdict(self) -> Verdict:

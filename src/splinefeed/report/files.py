@@ -6,20 +6,19 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.errors import InputError
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.setpoints import FORMATS, save
+from splinefeed.formats.setpoints import FORMATS, load_chunks, save
 from splinefeed.pipeline.compare import MethodTrace
 from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
-from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
-from splinefeed.records import Response
+from splinefeed.records import Response, Setpoints
 from splinefeed.report.saving import FORMATS as FIGURE_FORMATS
 from splinefeed.report.saving import save_figures
 
@@ -85,10 +84,10 @@ def of_run(run: Run, responses: Mapping[str, Response] | None = None, machine: s
     own = next(iter(followed.values()), None)
     found = {"path": path_figure(run, own), "motion": motion_figure(run)}
     if run.use.names:
-        found["limits"] = limits_figure(run.use, run.points, run.path.name)
+        found["limits"] = limits_figure(run.use, run.kept, run.path.name)
     if own is not None:
         found["errors"] = errors_figure(followed, run.path.name, machine)
-        if not isinstance(run, LongRun):  # a spectrum needs every tick
+        if run.whole:  # a spectrum needs every tick
             found["spectra"] = spectra_figure(own)
     return found
 
@@ -121,21 +120,17 @@ def write(
     traces: Sequence[MethodTrace] = (),
     figure_formats: Iterable[str] = FIGURE_FORMATS[:1],
     record: Mapping[str, Any] | None = None,
-    served: Sequence[Served] = (),
+    others: Sequence[Served] = (),
     tip: bool = False,
 ) -> list[str]:
     """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
 
     figure_formats  of the figures; without any there is no report either
     tip  whether tip and tool axis are written beside the joints of a tool path
-    served  what a machine did with the setpoints, the ones of the run itself last; of a long run not kept as a file
+    others  what a machine did with the setpoints of other methods; what it did with those of a long run is not kept
     """
     place = File(folder)
-    names = []
-    long = isinstance(run, LongRun)
-    for form in dict.fromkeys(formats):
-        names.append(SETPOINTS[form])
-        save(run.setpoints(), place / names[-1])
+    names = write_setpoints(run.setpoints(), place, formats)
     if tip and run.joints is not None:
         names.append(TIP)
         found = run.joints.kinematics.forward(run.points.position)
@@ -144,17 +139,19 @@ def write(
             np.savetxt(temporary, rows, "%.17g", delimiter=",", header=TIP_COLUMNS, comments="")
     names.append(LAW)
     save(run.law, place / LAW)
-    if served and not long:
+    own = run.served if run.whole else None
+    if own is not None:
         names.append(RESPONSE)
-        save(served[-1].response, place / RESPONSE)
+        save(own.response, place / RESPONSE)
     wanted = tuple(figure_formats)
     if wanted:
         from splinefeed.report import html, library
 
         machine = str((record or {}).get("machine", ""))
+        served = [*others, *([] if run.served is None else [run.served])]
         own_first = {each.points.method: each.response for each in reversed(served)}
         drawn = of_run(run, own_first, machine)
-        beside = deviation(served[-1].response, run.path, run.points.s) if served and not long else None
+        beside = None if own is None else deviation(own.response, run.path, run.kept.s)
         names += save_figures(figures(run, traces, drawn, beside, machine), place, wanted)
         if library.available():
             names.append(REPORT)
@@ -164,16 +161,22 @@ def write(
     return names
 
 
-def report(run: Run, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
-    """Write a run that was made in Python, as the command `run` does, but for the command that repeats it."""
-    from splinefeed.report.folder import staged
-    from splinefeed.report.record import of_program
-
-    wanted = tuple(formats)
-    if unknown := [form for form in wanted if form not in SETPOINTS]:
-        raise InputError(f"report: format {unknown[0]!r} is not known; choose from {', '.join(SETPOINTS)}")
-    with staged(folder) as stage:
-        return write(run, stage, formats=wanted, record=of_program(run))
+def write_setpoints(points: Setpoints | Iterator[Setpoints], place: File, formats: Iterable[str]) -> list[str]:
+    """Write setpoints in every format, and give the names; chunks are made once, for the first."""
+    wanted = list(dict.fromkeys(formats))
+    if isinstance(points, Setpoints) or len(wanted) == 1:
+        for form in wanted:
+            save(points, place / SETPOINTS[form])
+        return [SETPOINTS[form] for form in wanted]
+    first = next(points)
+    whole = place / SETPOINTS["hdf5"]
+    save(chain([first], points), whole)
+    for form in wanted:
+        if form != "hdf5":
+            save(load_chunks(whole, len(first)), place / SETPOINTS[form])
+    if "hdf5" not in wanted:
+        whole.unlink()
+    return [SETPOINTS[form] for form in wanted]
 
 
 def missing(figure_formats: Iterable[str]) -> list[str]:

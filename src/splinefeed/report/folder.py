@@ -7,14 +7,17 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from splinefeed.errors import FormatError, SplinefeedError
+from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats.atomic import reason_of
-from splinefeed.report.files import NAMES, RECORD, RECORDS
+from splinefeed.report.files import NAMES, RECORD, RECORDS, SETPOINTS, write
+
+if TYPE_CHECKING:
+    from splinefeed.pipeline.run import Run
 
 #: Longest part of a default folder's name that comes from the path's name.
 LONGEST_NAME = 48
@@ -115,3 +118,14 @@ def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -
         if name not in names:
             with suppress(OSError):
                 (target / name).unlink()
+
+
+def report(run: Run, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
+    """Write a run that was made in Python, as the command `run` does, but for the command that repeats it."""
+    from splinefeed.report.record import of_program
+
+    wanted = tuple(formats)
+    if unknown := [form for form in wanted if form not in SETPOINTS]:
+        raise InputError(f"report: format {unknown[0]!r} is not known; choose from {', '.join(SETPOINTS)}")
+    with staged(folder) as stage:
+        return write(run, stage, formats=wanted, record=of_program(run))

@@ -28,8 +28,8 @@ JERK = 2
 
 def motion_figure(run: Run) -> Figure:
     """s, feed, acceleration and jerk along the path over time, then velocity, acceleration and jerk of its axes."""
-    t, path = run.points.t, run.path
-    top = np.minimum(run.use.top, HEADROOM * float(np.max(run.points.feed)))
+    t, path = run.kept.t, run.path
+    top = np.minimum(run.use.top, HEADROOM * float(np.max(run.kept.feed)))
     above = thin(t, top, "maximum velocity", theme.PALE, width=1.0, named=True)
     panels = [
         *law_panels(run.law, run.limits, unit_along(path.axes), t, above),

@@ -12,7 +12,6 @@ from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
 from splinefeed.pipeline.deviation import Deviation
-from splinefeed.pipeline.long_run import LongRun
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Array, BoolArray, IntArray, Response, Setpoints, unit_along
 from splinefeed.report import theme
@@ -46,7 +45,7 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
 
     response  what the axes of a machine did; colour  the only one wanted, where there is one of that name
     """
-    path, points = run.path, run.points
+    path, points = run.path, run.kept
     unit = unit_along(path.axes)
     place, thread = _place(run), run.thread
     if path.linear <= 1:
@@ -60,7 +59,7 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     hover = np.column_stack([points.t, points.s, points.u, points.feed])[kept]
     names = ("t (s)", f"s ({unit})", "u", f"feed ({unit}/s)")
     thread = thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
-    marks: list[Mark] = [Coloured(place[kept], shades, hover, names, thread, not isinstance(run, LongRun))]
+    marks: list[Mark] = [Coloured(place[kept], shades, hover, names, thread, run.whole)]
     if not space:
         marks += [*_ends(place), *(_stops(path) if path.linear > 1 else ())]
     title = f"{theme.words(path.name)}: {theme.short(path.length)} {unit} in {theme.short(run.law.duration)} s, "
@@ -96,7 +95,7 @@ def _curvature(path: Path, found: Array, turning: BoolArray) -> Shades:
 
 def _place(run: Run) -> Array:
     """Points of the picture, (n, 2 or 3): over the linear axes, the first one over time where there is one or none."""
-    points, linear = run.points, run.path.linear
+    points, linear = run.kept, run.path.linear
     place = run.place
     if linear <= 1:
         factor = 1.0 if linear else 180.0 / np.pi
@@ -114,7 +113,7 @@ def _labels(path: Path, points: Setpoints, space: bool) -> tuple[str, str, str]:
 
 def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     """What the path may be coloured by, at each tick."""
-    points, path, use = run.points, run.path, run.use
+    points, path, use = run.kept, run.path, run.use
     along = unit_along(path.axes)
     out = {"feed": _shades(points.feed, f"feed ({along}/s)")}
     if path.linear:
@@ -204,11 +203,11 @@ def binding_figure(run: Run) -> Figure:
         on = np.isin(at[kept], [k for k, name in enumerate(known) if name == kind])
         joined = on | np.append(False, on[:-1])  # up to the first point of what comes next
         x, y = (np.where(joined, place[kept, k], np.nan) for k in (0, 1))
-        if not isinstance(run, LongRun):
+        if run.whole:
             marks.append(Line(x, y, f"{kind} {part:.0%}", colours[kind], 3.0, named=True))
         else:
             marks.append(Dots(x, y, f"{kind} {part:.0%}", colour=colours[kind], size=2.4, named=True))
-    across, up, _ = _labels(path, run.points, space=False)
+    across, up, _ = _labels(path, run.kept, space=False)
     title = f"{theme.words(path.name)}: which limit binds ({BINDS:.0%} of it used), and in how much of the time"
     return Figure(title, (Panel(Axis(across), Axis(up), tuple(marks), height=300, equal=path.linear > 1),))
 

@@ -29,7 +29,7 @@ def overview(run: Run) -> Figure:
     """
     run = _run(run, "overview")
     above = path_figure(run, colour="feed")
-    _, feed, _, jerk = law_panels(run.law, run.limits, unit_along(run.path.axes), run.points.t)
+    _, feed, _, jerk = law_panels(run.law, run.limits, unit_along(run.path.axes), run.kept.t)
     if np.any(np.isfinite(run.limits.of_axes("axis_jerk", run.axes))):
         jerk = axis_panels(run)[JERK]
     return replace(above, panels=(*above.panels, feed, jerk))
@@ -67,7 +67,7 @@ def limits(run: Run) -> Figure:
     Example: `sf.plot.limits(sf.run(sf.shapes.butterfly()))`
     """
     run = _run(run, "limits")
-    return limits_figure(run.use, run.points, run.path.name)
+    return limits_figure(run.use, run.kept, run.path.name)
 
 
 def binding(run: Run) -> Figure:

@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any
 import splinefeed
 from splinefeed.formats.limits_toml import ORDERS
 from splinefeed.formats.plain import plain
+from splinefeed.pipeline.run import PAPER_SHAPE
 from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodTrace
     from splinefeed.pipeline.run import Run
+    from splinefeed.pipeline.windows import WindowedRun
 
 #: Packages whose version can change a number or a figure.
 PARTS = ("numpy", "numba", "scipy", "h5py", "matplotlib")
@@ -53,54 +55,64 @@ READING_OPTIONS = {
 READING_FLAGS = {"edges": "--edges", "repair": "--repair", "tangential": "--3d"}
 
 
-def record(
-    run: Run,
-    traces: Sequence[MethodTrace],
-    source: str,
+def about(
+    settings: Mapping[str, Any],
+    source: str | None,
     reading: Mapping[str, Any],
     formats: Sequence[str],
-    servo: Mapping[str, Any] | None = None,
-    origin: Mapping[str, str] | None = None,
+    *,
     machine: str | None = None,
+    origin: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """What `run.json` says and `--json` prints, but for the names of the files.
+    """What `run.json` says of how a run is made: source, settings, the command that repeats it, with what.
 
-    servo    what a machine made of it; machine  the one whose joints follow a tool path
-    origin   what to say of a source that is not a file at hand, in place of `source_of`
+    source   what the user calls it, None for the paper's experiment; origin  what to say of one that is not at hand
+    machine  whose axes follow, or whose joints
+    """
+    said: dict[str, Any] = plain(
+        {
+            "source": source_of(PAPER_SHAPE if source is None else source) if origin is None else dict(origin),
+            "settings": {**settings, "reading": dict(reading)},
+            "command": command(source, settings, reading, formats, machine),
+            **_program(),
+        }
+    )
+    return said
+
+
+def _program() -> dict[str, Any]:
+    return {"program": f"splinefeed {splinefeed.__version__}", "versions": versions()}
+
+
+def record(
+    run: Run | WindowedRun,
+    said: Mapping[str, Any],
+    traces: Sequence[MethodTrace] = (),
+    servo: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """What `run.json` says and `--json` prints, but for the names of the files: `about` the run, and what came of it.
+
+    servo    what a machine made of it
     """
     numbers = run.numbers()
     if servo is not None:
-        machine = servo["machine_file"]
         numbers |= {**servo, "ok": numbers["ok"] and servo["stopped"] is None}
         numbers["notes"] = [*numbers["notes"], *servo["servo_notes"]]
     if traces:
         numbers["methods"] = [trace.result.as_dict() for trace in traces]
-    settings = dict(run.points.settings)
-    page: dict[str, Any] = plain(
-        {
-            **numbers,
-            "name": run.path.name,
-            "source": source_of(source) if origin is None else dict(origin),
-            "settings": {**settings, "reading": dict(reading)},
-            "command": command(None if "experiment" in numbers else source, settings, reading, formats, machine),
-            "program": f"splinefeed {splinefeed.__version__}",
-            "versions": versions(),
-        }
-    )
+    page: dict[str, Any] = plain({**numbers, "name": run.name, **said})
     return page
 
 
 def of_program(run: Run) -> dict[str, Any]:
     """What `run.json` says of a run that was made in Python: its numbers and settings, and with what."""
-    page = {**run.numbers(), "name": run.path.name, "settings": dict(run.points.settings)}
-    found: dict[str, Any] = plain({**page, "program": f"splinefeed {splinefeed.__version__}", "versions": versions()})
-    return found
+    return record(run, {"settings": run.settings, **_program()})
 
 
-def documented(run: Run, page: Mapping[str, Any]) -> Run:
-    """The run, its setpoints saying the source and the command of its page of numbers."""
-    settings = {**run.points.settings, "source": page["source"], "command": page["command"]}
-    return dataclasses.replace(run, points=dataclasses.replace(run.points, settings=settings))
+def documented(run: Run, said: Mapping[str, Any]) -> Run:
+    """The run, its setpoints saying the source and the command that `about` has."""
+    settings = {**run.settings, "source": said["source"], "command": said["command"]}
+    return dataclasses.replace(run, kept=dataclasses.replace(run.kept, settings=settings))
 
 
 def command(

@@ -27,27 +27,27 @@ def make(what: str, form: str | None, settings: Mapping[str, Any], bench: Bench,
     """Write the requested file to the folder `place`; InputError for what is no such file."""
     if what == "machine":
         return _machine(settings, bench, place)
-    wanted, run, served = bench.done(settings)
+    wanted, run = bench.done(settings)
     bench.say(f"writing {what}")
     if what == "setpoints":
         if form not in files.SETPOINTS:
             raise InputError(f"no setpoints are written as {form!r}; there are {', '.join(files.SETPOINTS)}")
         file = place / files.SETPOINTS[form]
-        save(documented(run, results.numbers(wanted, run, served, (form,))).points, file)
+        save(documented(run, results.numbers(wanted, run, (form,))).setpoints(), file)
     elif what == "law":
         file = place / files.LAW
         save(run.law, file)
-    elif what == "response" and served is not None:
+    elif what == "response" and run.served is not None:
         file = place / files.RESPONSE
-        save(served.response, file)
+        save(run.served.response, file)
     elif what == "report":
         file = place / files.REPORT
-        responses = {} if served is None else {run.points.method: served.response}
+        responses = {} if run.served is None else {run.kept.method: run.served.response}
         drawn = files.of_run(run, responses, results.machine_name(wanted) or "")
-        files.write_report(html.page(run, results.numbers(wanted, run, served), drawn), file)
+        files.write_report(html.page(run, results.numbers(wanted, run), drawn), file)
     elif what == "numbers":
         file = place / files.RECORD
-        page = results.numbers(wanted, run, served)
+        page = results.numbers(wanted, run)
         file.write_text(json.dumps(page, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     elif what == "path" and form in PATHS:
         file = place / f"path.{form}"

@@ -10,12 +10,12 @@ import numpy as np
 from splinefeed.analysis.thinning import cells
 from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
-from splinefeed.pipeline.experiment import Served, servo_numbers
+from splinefeed.pipeline.experiment import servo_numbers
 from splinefeed.pipeline.run import Run
 from splinefeed.report import interactive
 from splinefeed.report.motion_figures import motion_figure
 from splinefeed.report.path_figures import limits_figure, path_figure
-from splinefeed.report.record import record
+from splinefeed.report.record import about, record
 from splinefeed.report.servo_figures import errors_figure, spectra_figure
 from splinefeed.report.theme import limit_words
 from splinefeed.studio.settings import Wanted
@@ -25,15 +25,16 @@ from splinefeed.studio.sources import MOST_EDITED
 PICTURE, PICTURE_POINTS = 96.0, 300
 
 
-def numbers(wanted: Wanted, run: Run, served: Served | None, formats: tuple[str, ...] = ("hdf5",)) -> dict[str, Any]:
+def numbers(wanted: Wanted, run: Run, formats: tuple[str, ...] = ("hdf5",)) -> dict[str, Any]:
     """The page of numbers of a run, as `splinefeed run` writes it, with the source called as the user does."""
     servo = None
-    if served is not None and wanted.table is not None:
-        servo = {**servo_numbers([served], wanted.table, False), "machine_file": machine_name(wanted)}
+    if run.served is not None and wanted.table is not None:
+        servo = {**servo_numbers([run.served], wanted.table, False), "machine_file": machine_name(wanted)}
     origin = wanted.origin
     said = {"text": origin.text, **({} if origin.sha256 is None else {"sha256": origin.sha256})}
-    machine = None if wanted.followed else machine_name(wanted)
-    page = record(run, (), origin.text, origin.reading, formats, servo, said, machine=machine)
+    machine = None if servo is None and wanted.followed else machine_name(wanted)
+    made = about(run.settings, origin.text, origin.reading, formats, machine=machine, origin=said)
+    page = record(run, made, servo=servo)
     page["notes"] = [*wanted.notes, *page["notes"]]
     return page
 
@@ -46,20 +47,21 @@ def machine_name(wanted: Wanted) -> str | None:
     return f"{wanted.table.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.table.name
 
 
-def result(wanted: Wanted, run: Run, served: Served | None, look: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def result(wanted: Wanted, run: Run, look: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """All that a page shows of a run; look: only what shows now, the `figure` and the `colour` of the path."""
-    response = None if served is None else served.response
+    response = None if run.served is None else run.served.response
     seen = None if look is None else look.get("figure")
     path = path_figure(run, response, None if look is None else str(look.get("colour")))
     figures = {"motion": motion_figure(run)} if look is None or seen == "motion" else {}
     if run.use.names and (look is None or seen == "binding"):
-        figures["binding"] = limits_figure(run.use, run.points, run.path.name)
-    if served is not None and len(served.response):
-        figures["errors"] = errors_figure({run.points.method: served.response})
-        figures["spectra"] = spectra_figure(served.response)
+        figures["binding"] = limits_figure(run.use, run.kept, run.path.name)
+    if response is not None and len(response):
+        figures["errors"] = errors_figure({run.kept.method: response})
+        if run.whole:
+            figures["spectra"] = spectra_figure(response)
     picture = interactive.to_plain(path)
     return {
-        "numbers": numbers(wanted, run, served),
+        "numbers": numbers(wanted, run),
         "words": {name: limit_words(name) for name in run.verdict.limits},
         "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
         "path": {**picture, "colours": interactive.colours_of(path), "space": interactive.in_space(path)},
@@ -88,9 +90,9 @@ def entry(wanted: Wanted, page: Mapping[str, Any], run: Run) -> dict[str, Any]:
 
 def thumbnail(run: Run) -> str:
     """The path as the text of a small SVG picture, seen along z, its start a dot."""
-    place = run.points.position[:, : min(run.path.linear, 2)]
+    place = run.kept.position[:, : min(run.path.linear, 2)]
     if place.shape[1] < 2:
-        place = np.column_stack([run.points.t, run.points.position[:, 0]])
+        place = np.column_stack([run.kept.t, run.kept.position[:, 0]])
     low, size = place.min(axis=0), float(np.max(np.ptp(place, axis=0))) or 1.0
     spread = np.ptp(place, axis=0) / size
     kept = cells(place)

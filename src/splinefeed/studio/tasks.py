@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
-from splinefeed.pipeline.experiment import Served, serve
 from splinefeed.pipeline.run import PAPER_LIMITS, Run, run
 from splinefeed.studio import results, sources
 from splinefeed.studio.settings import SettingsError, Wanted, complete, field_of, key_of, resolve
@@ -39,10 +38,10 @@ class Bench:
     made: File
     say: Say
     mail: Mail
-    runs: OrderedDict[str, tuple[Wanted, Run, Served | None]] = field(default_factory=OrderedDict)
+    runs: OrderedDict[str, tuple[Wanted, Run]] = field(default_factory=OrderedDict)
 
-    def done(self, asked: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run, Served | None]:
-        """The run of these settings, with what its machine did if `follow`; from the last ones where it is there."""
+    def done(self, asked: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run]:
+        """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
         key = key_of({**complete(asked), "follow": follow})
         if key in self.runs:
             self.runs.move_to_end(key)
@@ -53,20 +52,18 @@ class Bench:
             made = run(
                 wanted.moved,
                 wanted.limits,
+                machine=wanted.table if follow and wanted.followed else None,
                 period=wanted.period,
                 strategy=wanted.strategy,
                 method=wanted.method,
                 corrections=wanted.corrections,
+                on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
             )
-            served = None
-            if follow and wanted.followed and wanted.table is not None:
-                self.say(f"following on {wanted.table.name}")
-                served = serve(wanted.path, made.law, made.points, wanted.table)
         except SettingsError:
             raise
         except SplinefeedError as error:
             raise SettingsError({field_of(error): sources.words(error, self.uploads)}) from error
-        self.runs[key] = wanted, made, served
+        self.runs[key] = wanted, made
         while len(self.runs) > KEPT:
             self.runs.popitem(last=False)
         return self.runs[key]
@@ -84,18 +81,18 @@ def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     quick = {**settings, "strategy": LOOK_AHEAD} if wanted.strategy == TIME_OPTIMAL else settings
     if len(wanted.path.curves) > MOST_WHILE_MOVING:
         return {"final": False, "shown": None}
-    wanted, made, _ = bench.done(quick, follow=False)
+    wanted, made = bench.done(quick, follow=False)
     look = request.get("look")
-    found = results.result(wanted, made, None, look if isinstance(look, Mapping) else None)
+    found = results.result(wanted, made, look if isinstance(look, Mapping) else None)
     out = {"final": final, "shown": wanted.strategy, "result": found}
     return {**out, "entry": results.entry(wanted, found["numbers"], made)} if final and not look else out
 
 
 def settle(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A run of the settings, followed by its machine."""
-    wanted, made, served = bench.done(_settings(request))
+    wanted, made = bench.done(_settings(request))
     bench.say("drawing")
-    found = results.result(wanted, made, served)
+    found = results.result(wanted, made)
     entry = results.entry(wanted, found["numbers"], made)
     return {"final": True, "shown": wanted.strategy, "result": found, "entry": entry}
 
@@ -151,12 +148,12 @@ def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
         for _ in range(2):
             motion.take(8, 1.0)
         return {}
-    wanted, made, _ = bench.done({**usual, "strategy": LOOK_AHEAD})
-    results.result(wanted, made, None)
+    wanted, made = bench.done({**usual, "strategy": LOOK_AHEAD})
+    results.result(wanted, made)
     bench.done({**usual, "limits": PAPER_LIMITS.as_dict()})
     if request.get("all"):
-        wanted, made, served = bench.done({**usual, "machine": {"name": "xytheta"}})
-        results.result(wanted, made, served)
+        wanted, made = bench.done({**usual, "machine": {"name": "xytheta"}})
+        results.result(wanted, made)
     return {}
 
 

@@ -32,7 +32,8 @@ def tuned(settings: Mapping[str, Any], how: Mapping[str, Any], bench: Bench) -> 
 
     how  `rule`, `kind` and `identify` of a rule; `runs` and `feed_forward` of rule path. Raises SettingsError.
     """
-    wanted, run, before = bench.done(settings)
+    wanted, run = bench.done(settings)
+    before = run.served
     if wanted.table is None or before is None:
         raise SettingsError({"machine": "choose the machine to tune"})
     try:

@@ -20,9 +20,8 @@ from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.table import Machine
-from splinefeed.pipeline.experiment import serve
-from splinefeed.pipeline.long_run import LongRun, run_any
 from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, Run, on_machine, planned_axes
+from splinefeed.pipeline.run import run as make_run
 from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
 
@@ -105,7 +104,8 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     law = _law(task.source, *motion, settings.get("strategy"), period)
     method = settings.get("method", DEFAULT_METHOD)
     corrections = settings.get("corrections", 1)
-    run = run_any(moved, limits, law=law, period=period, method=method, corrections=corrections, table=table)
+    followed = None if tool else table
+    run = make_run(moved, limits, machine=followed, period=period, method=method, corrections=corrections, law=law)
     worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
     row: Row = {
         "status": DONE if run.ok else OVER,
@@ -125,9 +125,8 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
         "worst_share": None if worst is None else worst[1].share,
         "worst_at_s": None if worst is None else worst[1].at_s,
     }
-    if table is not None and not tool:
-        served = run.served if isinstance(run, LongRun) else None
-        tally = (served or serve(path, law, run.points, table)).tally
+    if run.served is not None:
+        tally = run.served.tally
         linear = [w.value for axis, w in zip(tally.axes, tally.tracking, strict=True) if axis not in ROTARY_AXES]
         numbers = tally.numbers()
         row |= {

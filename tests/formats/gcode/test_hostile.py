@@ -106,8 +106,6 @@ def test_more_moves_than_a_path_may_have_can_still_be_counted(tmp_path: Path, mo
     file = tmp_path / "part.ngc"
     file.write_text("F1\n" + "".join(f"G1 X{i}\n" for i in range(1, 50)))
     monkeypatch.setattr("splinefeed.formats.gcode.to_path.MAX_MOVES", 20)
-    with pytest.raises(
-        FormatError, match=r"has more than 20 moves; split it, look at it with info, or run it --by-windows"
-    ):
+    with pytest.raises(FormatError, match=r"has more than 20 moves; split it, look at it with info, or read its parts"):
         sf.read(file)
     assert summary(file).moves["G1"] == 49

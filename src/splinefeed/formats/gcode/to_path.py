@@ -39,13 +39,12 @@ from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.tools import Tools, read_tools
 from splinefeed.formats.path_parts import PathParts
+from splinefeed.formats.sizes import MAX_MOVES
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import LINE_KNOTS, Lines
 from splinefeed.geometry.path import Marker, Path
 from splinefeed.records import Array, BoolArray, IntArray
 
-#: Most moves of a program that becomes a path; `in_parts` and `overview` know no such bound.
-MAX_MOVES = 1_000_000
 #: Moves of one part.
 PART = 4096
 #: A move no longer than this, mm or rad, is none.
@@ -105,8 +104,8 @@ def in_parts(
         used |= moves.used
         if len(tip := np.flatnonzero(moves.flags & layout.TIP)):
             raise FormatError(
-                f"{file}: line {moves.line[tip[0]]}: X, Y and Z are the tool's tip; such a program is read as a whole: "
-                "leave out --by-windows"
+                f"{file}: line {moves.line[tip[0]]}: X, Y and Z are the tool's tip; such a program is read as a "
+                "whole, not by windows"
             )
     columns = path_columns(used, file)
     reading = program.reading()
@@ -275,7 +274,10 @@ class Program:
         return replace(self._reading, findings=Findings())
 
     def all_moves(self, reading: Reading) -> Moves:
-        """All moves of the program; FormatError for the first line that is wrong, or more than MAX_MOVES moves."""
+        """All moves of the program; FormatError for the first line that is wrong, or more than MAX_MOVES moves.
+
+        `in_parts` and `overview` know no such bound.
+        """
         parts: list[Moves] = []
         count = 0
         try:
@@ -284,8 +286,8 @@ class Program:
                 count += len(part)
                 if count > MAX_MOVES:
                     raise FormatError(
-                        f"{self.file}: has more than {MAX_MOVES} moves; split it, look at it with info, or run it "
-                        "--by-windows"
+                        f"{self.file}: has more than {MAX_MOVES} moves; split it, look at it with info, or read "
+                        "its parts, as splinefeed run does"
                     )
         except FormatError:
             for part in parts:  # an arc before that line is wrong first
