@@ -56,7 +56,8 @@ def write(
 
     table = parts.unit == "lines"
     if table:
-        reading = {"smooth": reading.get("tolerance", POINTS_TOLERANCE), **reading}
+        tolerance = reading.get("tolerance", POINTS_TOLERANCE)
+        reading = {"smooth": tolerance, **{name: value for name, value in reading.items() if name != "tolerance"}}
     how: dict[str, Any] = {name: reading[name] for name in ("smooth", "corners", "corner_angle") if name in reading}
     made = WindowedRun(parts, limits, period, how, on_progress=_progress(say, parts.count, parts.unit))
     said = about(made.settings, source, {**reading, "by_windows": True}, formats)
