@@ -45,6 +45,7 @@ TIGHT = {
     "end_feed": 10.0,
     "chord_error": 2e-5,
     "centripetal": 100.0,
+    "orientation_error": 1e-4,
     "axis_velocity": 20.0,
     "axis_acceleration": 200.0,
     "axis_jerk": 5000.0,
@@ -63,7 +64,7 @@ STREAM = "stream"
 #: What is not a limit along the path.
 BEYOND = (
     "chord_error", "centripetal", "axis_velocity", "axis_acceleration", "axis_jerk", "axis_velocity_step",
-    "combinations", "torque",
+    "combinations", "torque", "orientation_error",
 )  # fmt: skip
 
 
@@ -100,6 +101,10 @@ def test_every_limit_is_tried():
 @pytest.mark.parametrize("name", NAMES)
 def test_a_limit_is_kept_or_refused(name, how):
     tight = limits(name, TIGHT[name])
+    if name == "orientation_error":  # this path has no tool axis; test_tool.py has one
+        with pytest.raises(LimitsError, match="^orientation_error: "):
+            motion(tight, how)
+        return
     if name in ENDS:  # no motion is within: the path itself is not
         with pytest.raises(LimitsError, match=r"the path goes to x = .*; its travel allows at"):
             motion(tight, how)
