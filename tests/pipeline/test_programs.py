@@ -58,10 +58,3 @@ def test_a_pocket_of_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path)
     one = tmp_path / "one.nc"
     one.write_text("\n".join([*lines[:539], "M30", ""]))
     assert len(ran(one, tmp_path, from_line=260).path.curves) == 275
-
-
-@pytest.mark.slow
-def test_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
-    whole = tmp_path / "plate-13.nc"
-    whole.write_text(plate(data_dir))
-    assert len(ran(whole, tmp_path).path.curves) > 3000
