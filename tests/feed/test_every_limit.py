@@ -102,7 +102,7 @@ def test_every_limit_is_tried():
 def test_a_limit_is_kept_or_refused(name, how):
     tight = limits(name, TIGHT[name])
     if name == "orientation_error":  # this path has no tool axis; test_tool.py has one
-        with pytest.raises(LimitsError, match="^orientation_error: "):
+        with pytest.raises(LimitsError, match=r"^orientation_error: "):
             motion(tight, how)
         return
     if name in ENDS:  # no motion is within: the path itself is not
