@@ -8,8 +8,8 @@ from importlib.resources import files
 
 import numpy as np
 
-from splinefeed import Limits, NurbsCurve, Path, TimeLaw
-from splinefeed.feed.stream import WINDOW, Block, LookAhead
+from splinefeed import Limits, LookAhead, NurbsCurve, Path, TimeLaw
+from splinefeed.feed.stream import WINDOW, Block
 
 
 def butterfly() -> Path:

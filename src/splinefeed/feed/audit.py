@@ -11,7 +11,7 @@ from splinefeed.records import Array, BoolArray, IntArray
 #: Shares of each piece's time at which it is looked at: nine places, dense at both ends.
 LOOKED = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 9)))
 #: ... and where a share of a limit changes by more than STEEP from one of them to the next.
-CLOSELY, STEEP = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 33))), 0.1
+CLOSELY, STEEP = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 33))), 0.25
 #: Feed below 0 by more than this share of the top feed is motion that goes back.
 BACK = 1e-12
 #: An acceleration below this share of the largest one of its piece is none.

@@ -29,8 +29,8 @@ from splinefeed.records import AXIS_LIMITS, KEPT, LAW_COEFFICIENTS, BoolArray, L
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, unseen=3e-5, rounds=12, cells=8000, bounded=True),
-    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=5e-3, tolerance=8e-3, unseen=2e-4, rounds=4, cells=400),
+    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, unseen=1e-5, rounds=12, cells=8000, bounded=True),
+    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=5e-3, tolerance=8e-3, unseen=1e-4, rounds=4, cells=400),
 }
 #: A motion that the audit finds over a limit by more than this, as a factor on q, is slowed down with a note.
 POOR = 1.2
