@@ -266,7 +266,7 @@ def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_s
     assert law is not None
     assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     on_the_spot = Path([sf.NurbsCurve.bezier([[0, 0], [0, 0.5], [10, 1.0]])], ("x", "a"))
-    with pytest.raises(PlanError, match=r"at any feed|no motion within the limits was found"):
+    with pytest.raises(PlanError, match="at any feed|no motion within the limits was found"):
         planner.plan_in_mode(on_the_spot, limits, PERIOD, "time-optimal")
     alone = Path([sf.NurbsCurve.bezier([[0, 0], [0, 1.0]]), sf.NurbsCurve.bezier([[0, 1], [5, 1.0]])], ("x", "a"))
     law = planner.plan_in_mode(alone, limits, PERIOD, "time-optimal")

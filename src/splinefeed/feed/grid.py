@@ -214,8 +214,8 @@ def lay(
     ramps: tuple[float, float],
     turn: float,
     beat: float,
-    moving: tuple[float, float],
-    turns: Array | None = None,
+    turns: Array,
+    moving: tuple[float, float] = (np.inf, np.inf),
 ) -> tuple[Array, BoolArray]:
     """Nodes (n + 1,) from low + ramps[0] to high - ramps[1], mm, and at which of them the path jumps.
 
@@ -230,7 +230,7 @@ def lay(
     wanted = density(samples, q, slow, turn, beat)
     s = samples.s
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
-    for at in samples.tips if turns is None else np.concatenate([samples.tips, turns]):
+    for at in np.concatenate([samples.tips, turns]):
         if begin < at < end and np.min(np.abs(np.interp(edges, s, total) - np.interp(at, s, total))) > APART:
             edges = np.sort(np.append(edges, at))
     jumps = edges[1:-1]

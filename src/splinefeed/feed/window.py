@@ -45,6 +45,8 @@ HOPELESS = 100.0
 ASTRAY = 1.5
 #: What rounding may make of the share of a limit.
 ROUNDING = 1e-12
+#: No places.
+NOWHERE = np.zeros(0)
 #: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
 #: solution, from which on complementarity begins with this share of the time.
 GUESS, NEAR, CLOSE = 0.6, 0.9, 0.02
@@ -140,11 +142,11 @@ class Window:
         low: float,
         high: float,
         mode: Mode,
-        turns: Array | None = None,
+        turns: Array = NOWHERE,
     ) -> None:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
         ramps, moving = (ends[0].ramp, ends[1].ramp), (ends[0].way(1.0), ends[1].way(-1.0))
-        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, moving, turns)
+        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, turns, moving)
         self.nodes, self.spline = nodes, Spline.on(nodes, jumps)
         cell, part, weight = _simpson(nodes, jumps)
         h = np.diff(nodes)
