@@ -14,7 +14,6 @@ import sample_curves
 import splinefeed as sf
 from splinefeed.errors import PlanError
 from splinefeed.feed import modes as planner
-from splinefeed.feed.grid import Samples, sample
 from splinefeed.feed.law import quintics
 from splinefeed.feed.limits import LIMITS
 from splinefeed.feed.limits.chord_error import within_reach
@@ -121,26 +120,6 @@ def test_a_window_goes_from_state_to_state() -> None:
     assert rest.pieces.coefficients[0, :3] == pytest.approx(row[:3], rel=1e-9)
     left = float(np.sum(whole.pieces.spans[k:]))
     assert rest.pieces.duration == pytest.approx(left, rel=1e-2)
-
-
-def samples_of(path: Path) -> Samples:
-    return sample(setting_of(path, cases.axis_limits("A")), 0.0, path.length, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("radius", [2e-6, 1e-5, 1e-3])
-def test_tips_of_sharp_bends_are_found(radius: float) -> None:
-    path = Path([sample_curves.bent(radius)])
-    samples = samples_of(path)
-    assert np.max(samples.curvature) == pytest.approx(1.0 / radius, rel=1e-2)
-    (tip,) = samples.tips
-    assert tip == pytest.approx(float(path.arc_length([0], [0.5])[0]), abs=0.05 * radius)
-
-
-@pytest.mark.parametrize("width", [1e-2, 3e-2])
-def test_a_loop_that_hides_between_samples_is_found(width: float) -> None:
-    """x' + i y' = (u + i w)^2: |C'| = w^2 and |C''| = 2 w across it at the tip."""
-    path = Path([sample_curves.with_loop(0.4, width)])
-    assert np.max(samples_of(path).curvature) == pytest.approx(2.0 / width**3, rel=1e-2)
 
 
 BENT = {f"radius {radius:g} mm": sample_curves.bent(radius) for radius in (1.1e-6, 1e-5, 1e-4, 1e-3)}
@@ -266,7 +245,7 @@ def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_s
     assert law is not None
     assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
     on_the_spot = Path([sf.NurbsCurve.bezier([[0, 0], [0, 0.5], [10, 1.0]])], ("x", "a"))
-    with pytest.raises(PlanError, match="at any feed|no motion within the limits was found"):
+    with pytest.raises(PlanError, match="from s = 0 to 10 mm no motion within the limits was found"):
         planner.plan_in_mode(on_the_spot, limits, PERIOD, "time-optimal")
     alone = Path([sf.NurbsCurve.bezier([[0, 0], [0, 1.0]]), sf.NurbsCurve.bezier([[0, 1], [5, 1.0]])], ("x", "a"))
     law = planner.plan_in_mode(alone, limits, PERIOD, "time-optimal")

@@ -25,13 +25,15 @@ SHORTEST = 1e-9
 STEADY = 30.0
 #: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
 CHANGING = 3.0
+#: At a feed v below this share of the top feed it is the time in which v is reached that counts.
+CRAWL = 1.0 / 16.0
+#: Cells need not last less than this share of the time in which the top feed is reached.
+REACHED = 0.1
 #: Samples towards both ends, each at half the distance of the one before.
 TOWARDS_ENDS = 20
 _TOWARDS_HIGH = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
 #: No window has more cells.
 MOST_CELLS = 1_000_000
-#: Cells last about this share of the time in which the top feed is reached where there is no limit of jerk.
-REACHED = 0.1
 #: Next to rest cells are about this share of their distance from it.
 GROWTH = 0.35
 #: Next to an end in motion they are this share of what they were: what is given there leaves little to choose.
@@ -68,7 +70,7 @@ class Samples:
         s, radius = self.s, 1.0 / np.maximum(self.curvature, 1e-300)
         before, here, after = radius[:-2], radius[1:-1], radius[2:]
         k = 1 + np.flatnonzero((here < before) & (here <= after) & (here < SHARP * (s[-1] - s[0])))
-        middle, slope = 0.5 * (s[1:] + s[:-1]), np.diff(radius) / np.maximum(np.diff(s), 1e-300)
+        middle, slope = 0.5 * (s[1:] + s[:-1]), np.diff(radius) / np.diff(s)
         found: Array = middle[k - 1] - slope[k - 1] * (middle[k] - middle[k - 1]) / (slope[k] - slope[k - 1])
         return found
 
@@ -194,7 +196,10 @@ def density(samples: Samples, q: Array, slow: float, turn: float, beat: float, *
     """
     v = np.sqrt(np.maximum(q, slow))
     top = np.maximum.accumulate(v) if so_far else np.full(len(v), np.max(v))
-    time = (top / samples.twist) ** 0.5 if samples.twist < np.inf else REACHED * top / samples.push
+    time = np.maximum((top / samples.twist) ** 0.5, REACHED * top / samples.push)
+    time = np.where(time > 0.0, time, np.inf)
+    crawl = np.maximum((v / samples.twist) ** 0.5, v / samples.push)
+    time = np.where((v < CRAWL * top) & (crawl > 0.0), np.minimum(crawl, time), time)
     change = np.ones(len(q))
     if samples.push < np.inf:
         slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)

@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import InputError, PlanError
 from splinefeed.feed.audit import worst_shares
-from splinefeed.feed.grid import FASTER, HALVINGS, LEAST, Samples, lay, sample
+from splinefeed.feed.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
@@ -25,24 +25,29 @@ RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
 RAMP_OF_WAY = 1e-5
 #: ... and of the way to the next knot, so that a cell fits in between.
 RAMP_OF_BREAK = 0.4
-#: Bending within a ramp costs at most this factor of the axis jerk.
-RAMP_BEND = 1.3
+#: Bending within a ramp costs at most this factor of the axis jerk; halvings until it does.
+RAMP_BEND, RAMP_HALVINGS = 1.3, 40
+#: The path turns by about this much within a ramp, rad, at most.
+RAMP_TURN = 0.3
 #: Jerk of a ramp as a share of the limit: an end is on a ramp all the time.
 RAMP_JERK = 0.97
 #: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
 FADE = 20.0
-#: Share of the time by which a solution may miss the optimum that only tells where cells must end.
-ROUGH = 2e-3
+#: Share of the time by which a solution may miss the optimum that only tells how fast jumps are passed.
+ROUGH = 0.2
 #: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
 WIDEST = 1e-12
-#: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk.
-TURNINGS = 4
+#: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk, and
+#: the share of the time by which each may miss its optimum.
+TURNINGS, TURNING_GAP = 4, 2e-3
 #: The motion speeds up where its acceleration is above this share of what is possible; places of a cell looked at.
 LEVEL, SLOPES = 2e-3, 5
 #: A motion that is over a limit by more than this, as a factor on q, is none: it would take ten times as long.
 HOPELESS = 100.0
 #: From a state that leads over a limit by this, as a factor on q, nothing helps.
 ASTRAY = 1.5
+#: What a solution says q is between its places is no less than this share of what was thought.
+SLOWEST = 1e-3
 #: What rounding may make of the share of a limit.
 ROUNDING = 1e-12
 #: No places.
@@ -198,7 +203,7 @@ class Window:
     def q_at_samples(self, c: Array) -> Array:
         """q (n,) of coefficients at the samples."""
         found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
-        return np.maximum(found, LEAST)
+        return np.maximum(found, SLOWEST * self.samples.q)  # less is not a motion but rows that contradict each other
 
     def of_cells(self, shares: Array) -> Array:
         """Shares of pieces (3, m) as those of cells (3, n): any on a ramp counts for q in the cell beside it."""
@@ -301,7 +306,7 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
     samples = window.samples
     level = 2.0 * LEVEL * min(samples.push, float((np.max(samples.top) ** 0.5 * samples.twist) ** 0.5))
     for _ in range(TURNINGS):
-        c = solve(window.problem, c, ROUGH).c
+        c = solve(window.problem, c, TURNING_GAP).c
         x, slope = window.slopes(c)
         clear = way * slope - level
         at = np.flatnonzero((clear[1:] > 0.0) != (clear[:-1] > 0.0))
@@ -345,26 +350,28 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         # a ramp is looked at in few places: it ends before the next knot
         beside = float(np.min(np.abs(setting.inside(low, high) - place), initial=np.inf))
         ramp = min(*ways, RAMP_OF_BREAK * beside)
-        for _ in range(HALVINGS):
-            unit, straight = _ramp_unit(setting, place, way * ramp)
-            if not unit > RAMP_BEND * straight:
+        for _ in range(RAMP_HALVINGS):
+            unit, straight, turn = _ramp_unit(setting, place, way * ramp)
+            if not (unit > RAMP_BEND * straight or turn > RAMP_TURN):
                 break
             ramp *= 0.5
         ends.append(End(ramp=ramp, unit=unit))
     return ends[0], ends[1]
 
 
-def _ramp_unit(setting: Setting, place: float, ramp: float) -> tuple[float, float]:
-    """Largest share of a limit of jerk along a ramp of jerk 1, and that where it begins.
+def _ramp_unit(setting: Setting, place: float, ramp: float) -> tuple[float, float, float]:
+    """Largest share of a limit of jerk along a ramp of jerk 1, that where it begins, and how far the path turns, rad.
 
     |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest: with s = j t^3 / 6, feed * acceleration = 3 j s and
     feed^3 = 9/2 j s^2. Backwards q' has the other sign.
     """
     away = np.abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
     sign = np.sign(ramp)
-    c = setting.rows(setting.places(place + sign * away, rising=np.full(len(away), sign))).jerk
+    places = setting.places(place + sign * away, rising=np.full(len(away), sign))
+    c = setting.rows(places).jerk
     shares = np.abs(2.0 * c[:, 2] + sign * 6.0 * c[:, 1] * away + 4.5 * c[:, 0] * away**2)
-    return float(np.max(shares, initial=0.0)), float(np.max(shares[:, :1], initial=0.0))
+    turn = abs(ramp) * float(np.linalg.norm(places.d[0, 2]))
+    return float(np.max(shares, initial=0.0)), float(np.max(shares[:, :1], initial=0.0)), turn
 
 
 def _simpson(nodes: Array, jumps: BoolArray) -> tuple[IntArray, Array, Array]:
