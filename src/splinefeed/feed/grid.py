@@ -40,8 +40,6 @@ GROWTH = 0.35
 MOVING = 0.125
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
-#: A bend is sharp if its radius is below this share of the window.
-SHARP = 1e-3
 #: Where the motion turns a cell ends, unless another end is within this share of a cell.
 APART = 0.1
 #: A cell is no more than this many times as long as its neighbour.
@@ -63,16 +61,6 @@ class Samples:
     curvature: Array
     push: float
     twist: float
-
-    @property
-    def tips(self) -> Array:
-        """Where the path bends sharply, (k,), mm: where a parabola through three radii is least."""
-        s, radius = self.s, 1.0 / np.maximum(self.curvature, 1e-300)
-        before, here, after = radius[:-2], radius[1:-1], radius[2:]
-        k = 1 + np.flatnonzero((here < before) & (here <= after) & (here < SHARP * (s[-1] - s[0])))
-        middle, slope = 0.5 * (s[1:] + s[:-1]), np.diff(radius) / np.diff(s)
-        found: Array = middle[k - 1] - slope[k - 1] * (middle[k] - middle[k - 1]) / (slope[k] - slope[k - 1])
-        return found
 
 
 def sample(
@@ -136,7 +124,7 @@ def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
         gap = np.diff(s)
         tangent, kappa = setting.turning(d)
         turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
-        turn = np.maximum(turn, gap * np.sqrt(kappa[1:] * kappa[:-1]))
+        turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
         many = np.where((gap > least) & _same_piece(edges, s), np.minimum(turn / SAMPLE_TURN, MOST_AT_ONCE), 0.0)
         more = np.repeat(np.arange(len(gap)), many.astype(int))
         if not len(more):
@@ -235,8 +223,8 @@ def lay(
     wanted = density(samples, q, slow, turn, beat)
     s = samples.s
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
-    for at in np.concatenate([samples.tips, turns]):
-        if begin < at < end and np.min(np.abs(np.interp(edges, s, total) - np.interp(at, s, total))) > APART:
+    for at in turns[(turns > begin) & (turns < end)]:
+        if np.min(np.abs(np.interp(edges, s, total) - np.interp(at, s, total))) > APART:
             edges = np.sort(np.append(edges, at))
     jumps = edges[1:-1]
     at = np.interp(edges, s, total)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinefeed.feed.audit import TOGETHER
 from splinefeed.feed.limits.rows import FREE
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.feed.stretches import SAME_PLACE
+from splinefeed.feed.track import SAME
 from splinefeed.kernels.profile import UNSEEN
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
 
 #: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line; so with shares of rows.
 STRAIGHT = 1e-12
-#: Phases of a profile.
-PHASES = 7
+#: Spans that are looked at together, so that memory stays small; phases of a profile.
+TOGETHER, PHASES = 1 << 15, 7
 #: Newton steps to the feed of a short stretch: from the right power of it one halves what is too much at least.
 NEWTON = 60
 #: Where a stretch is looked at first: no knot is likely to be there.
@@ -34,7 +33,7 @@ def straights(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
         return line, np.zeros((len(line), PHASES)), np.zeros((len(line), PHASES, LAW_COEFFICIENTS))
     inner = setting.inside(float(marks[0]), float(marks[-1]))
     apart = np.minimum(*(np.abs(inner - marks[np.clip(np.searchsorted(marks, inner) + k, 0, None)]) for k in (-1, 0)))
-    edges = np.sort(np.concatenate([marks, inner[apart > SAME_PLACE * setting.track.length]]))
+    edges = np.sort(np.concatenate([marks, inner[apart > SAME * setting.track.length]]))
     found = np.concatenate(
         [_along(setting, edges[k : k + TOGETHER + 1]) for k in range(0, len(edges) - 1, TOGETHER)], 1
     )

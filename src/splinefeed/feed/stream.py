@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,8 +13,6 @@ from splinefeed.feed.law import Pieces
 from splinefeed.feed.modes import LOOK_AHEAD, MODES, check_limits, setting_of
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.soft_limits import check_travel
-from splinefeed.feed.stretches import ON_TICK as ON_TICK
-from splinefeed.feed.stretches import SAME_PLACE
 from splinefeed.feed.window import REST, State
 from splinefeed.feed.windows import Windows
 from splinefeed.geometry.parts import cut, joined
@@ -23,6 +21,10 @@ from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
+#: A wait for the next tick below this, in periods, is rounding.
+ON_TICK = 1e-9
+#: A place nearer to another than this share of the path in memory is the same one.
+SAME_PLACE = 1e-12
 #: Where too little was known ahead, the path is looked at again when that has grown by this share, or to this share of
 #: what a window seems to need.
 GROWN, NEARLY = 0.1, 0.9
@@ -280,3 +282,14 @@ class LookAhead:
 def _wait_at(waits: dict[float, float], s: float, same: float) -> float:
     """How long the path waits at a place, s."""
     return sum(seconds for place, seconds in waits.items() if abs(place - s) <= same)
+
+
+def look_ahead(paths: Iterable[Path], limits: Limits, period: float, *, window: int = WINDOW) -> Iterator[Block]:
+    """Blocks of motion over paths that follow each other without end: `LookAhead` as a generator."""
+    planner: LookAhead | None = None
+    for path in paths:
+        if planner is None:
+            planner = LookAhead(limits, period, path.axes, window)
+        yield from planner.push(path)
+    if planner is not None:
+        yield from planner.finish()

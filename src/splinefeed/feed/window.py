@@ -42,10 +42,8 @@ WIDEST = 1e-12
 TURNINGS, TURNING_GAP = 4, 2e-3
 #: The motion speeds up where its acceleration is above this share of what is possible; places of a cell looked at.
 LEVEL, SLOPES = 2e-3, 5
-#: A motion that is over a limit by more than this, as a factor on q, is none: it would take ten times as long.
-HOPELESS = 100.0
 #: From a state that leads over a limit by this, as a factor on q, nothing helps.
-ASTRAY = 1.5
+HOPELESS = 1.5
 #: What a solution says q is between its places is no less than this share of what was thought.
 SLOWEST = 1e-3
 #: What rounding may make of the share of a limit.
@@ -284,7 +282,7 @@ def plan_window(
         pieces = pieces_of(window.spline, c, ends)
         shares = worst_shares(setting, pieces, high) * (1.0 + mode.unseen)
         found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
-        if found[-1].over <= goal or (exact and not solution.kept and (k == 0 or found[-1].over > ASTRAY)):
+        if found[-1].over <= goal or (exact and not solution.kept and (k == 0 or found[-1].over > HOPELESS)):
             break
         over = window.of_cells(shares) / goal
         lower = over > 1.0 - 0.5 * mode.tolerance
