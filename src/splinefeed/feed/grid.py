@@ -13,8 +13,6 @@ from splinefeed.records import Array, BoolArray
 
 #: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad; most halvings.
 SAMPLES, SAMPLE_TURN, HALVINGS = 5, 0.1, 40
-#: Samples put between two of them at once, at most.
-MOST_AT_ONCE = 7
 #: Most change of q from one sample to the next, as a share of it; q below this share of the greatest is slow.
 SAMPLE_CHANGE, SLOW = 0.4, 1e-3
 #: q is above this, mm^2/s^2, so that it can be divided by.
@@ -113,24 +111,17 @@ def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
     steps = np.diff(edges)
     s = (edges[:-1, None] + steps[:, None] * np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)).ravel()
     near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
-    marks = setting.track.marks
-    marks = marks[slice(*np.searchsorted(marks, [low + least, high - least]))]
-    marks = marks[
-        np.min(np.abs(marks[:, None] - edges[np.searchsorted(edges, marks)[:, None] - [0, 1]]), axis=1) > least
-    ]
-    s = np.sort(np.concatenate([s, marks, low + steps[0] * near, high - steps[-1] * near]))
+    s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
     d = setting.track.derivatives(s)
     for _ in range(HALVINGS):
         gap = np.diff(s)
         tangent, kappa = setting.turning(d)
         turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
         turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
-        many = np.where((gap > least) & _same_piece(edges, s), np.minimum(turn / SAMPLE_TURN, MOST_AT_ONCE), 0.0)
-        more = np.repeat(np.arange(len(gap)), many.astype(int))
+        more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
         if not len(more):
             break
-        part = (1.0 + np.arange(len(more)) - np.searchsorted(more, more)) / (1.0 + many.astype(int)[more])
-        new = s[more] + part * gap[more]
+        new = 0.5 * (s[more] + s[more + 1])
         s, d = np.insert(s, more + 1, new), np.insert(d, more + 1, setting.track.derivatives(new), axis=0)
     return s, d
 

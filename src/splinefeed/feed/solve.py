@@ -38,7 +38,7 @@ FAR = 0.1
 #: Complementarity above this multiple of the time is that of rows which cannot all be kept.
 HOPELESS = 1e9
 #: Complementarity z s aimed at beside that of now: after long, fair and short steps.
-AIMS = ((0.8, 0.1), (0.3, 0.4), (0.0, 1.0))
+AIMS = ((0.8, 0.15), (0.3, 0.5), (0.0, 1.0))
 #: Multipliers of jerk may take this share of the weight of a place in a relaxation.
 CONVEX = 0.98
 #: Multipliers stay within this factor of what complementarity says.
@@ -49,11 +49,10 @@ BALANCE = 1e10
 class End:
     """One end of a window: q and q' there, or rest, behind a ramp of this length, mm, on which q goes with s^(4/3).
 
-    Without a ramp and with q = 0 it is free. unit: largest share of a limit of jerk on the ramp with a jerk of 1.
+    Without a ramp and with q = 0 it is free.
     """
 
     ramp: float = 0.0
-    unit: float = 0.0
     q: float = 0.0
     slope: float = 0.0
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import InputError, PlanError
-from splinefeed.feed.audit import worst_shares
+from splinefeed.feed.audit import LOOKED, chebyshev, worst_shares
 from splinefeed.feed.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
@@ -52,7 +52,7 @@ ROUNDING = 1e-12
 NOWHERE = np.zeros(0)
 #: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
 #: solution, from which on complementarity begins with this share of the time.
-GUESS, NEAR, CLOSE = 0.6, 0.9, 0.02
+GUESS, NEAR, CLOSE = 0.4, 0.9, 0.02
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,7 @@ class Mode:
     beat       time over a cell, at most, in units of sqrt(v / J), v the top feed and J the jerk along the path
     gap        share of the time by which a solution may miss the optimum on its cells
     tolerance  share of a limit, as a factor on q, by which the audit may find a motion over it
+    looked     places of each piece that the audit looks at at last
     unseen     what it may not see of a peak between them, as a factor on q
     rounds     times that cells found over a limit are tightened and solved again, at most
     cells      in a window, about
@@ -73,6 +74,7 @@ class Mode:
     beat: float
     gap: float
     tolerance: float
+    looked: int
     unseen: float
     rounds: int
     cells: int
@@ -223,10 +225,12 @@ class Window:
         Where a state is given, q and q' are as given.
         """
         rows = self.setting.rows(places)
-        for end, at in zip(self.ends, (0, -1), strict=True):
-            if end.unit > 0.0:
-                rows.top[at] = min(rows.top[at], (4.5 * end.ramp**2 * RAMP_JERK / end.unit) ** (2.0 / 3.0))
-            elif not end.rest and not end.free:
+        for end, place, way, at in ((self.ends[0], self.low, 1.0, 0), (self.ends[1], self.high, -1.0, -1)):
+            if end.rest:
+                unit = float(np.max(_ramp_units(self.setting, place, way * end.ramp)))
+                if unit > 0.0:
+                    rows.top[at] = min(rows.top[at], (4.5 * end.ramp**2 * RAMP_JERK / unit) ** (2.0 / 3.0))
+            elif not end.free:
                 rows.top[at], rows.low[:, at], rows.high[:, at] = FREE, -FREE, FREE
         return rows
 
@@ -263,6 +267,7 @@ def plan_window(
         rough = solve(window.problem, window.guess(share), ROUGH)
         window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
         share, begin = NEAR, CLOSE
+    last = chebyshev(mode.looked)
     goal = 1.0 if exact else 1.0 + mode.tolerance
     c = window.guess(share)
     if setting.limits.deceleration_jerk != setting.limits.jerk:
@@ -270,7 +275,7 @@ def plan_window(
         begin = FAR
     factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
     often = np.zeros_like(factor)
-    z, bound = None, 0.0
+    z, bound, closely = None, 0.0, False
     found: list[Plan] = []
     rounds = 2 * mode.rounds if exact else mode.rounds  # such a motion is not slowed down afterwards
     for k in range(rounds + 1):
@@ -280,9 +285,15 @@ def plan_window(
         if k == 0 and mode.bounded:
             bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
         pieces = pieces_of(window.spline, c, ends)
-        shares = worst_shares(setting, pieces, high) * (1.0 + mode.unseen)
-        found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
-        if found[-1].over <= goal or (exact and not solution.kept and (k == 0 or found[-1].over > HOPELESS)):
+        shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
+        hopeless = exact and not solution.kept and (k == 0 or np.max(shares) > HOPELESS)
+        if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
+            closely = True
+            shares = worst_shares(setting, pieces, high, last)
+        if closely:
+            shares = shares * (1.0 + mode.unseen)
+            found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
+        if hopeless or (closely and found[-1].over <= goal):
             break
         over = window.of_cells(shares) / goal
         lower = over > 1.0 - 0.5 * mode.tolerance
@@ -349,27 +360,27 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         beside = float(np.min(np.abs(setting.inside(low, high) - place), initial=np.inf))
         ramp = min(*ways, RAMP_OF_BREAK * beside)
         for _ in range(RAMP_HALVINGS):
-            unit, straight, turn = _ramp_unit(setting, place, way * ramp)
-            if not (unit > RAMP_BEND * straight or turn > RAMP_TURN):
+            bent = _ramp_units(setting, place, way * ramp)
+            turn = ramp * float(np.linalg.norm(setting.places(np.array([place + way * 1e-3 * ramp])).d[0, 2]))
+            if not (np.max(bent) > RAMP_BEND * np.max(bent[:, :1]) or turn > RAMP_TURN):
                 break
             ramp *= 0.5
-        ends.append(End(ramp=ramp, unit=unit))
+        ends.append(End(ramp=ramp))
     return ends[0], ends[1]
 
 
-def _ramp_unit(setting: Setting, place: float, ramp: float) -> tuple[float, float, float]:
-    """Largest share of a limit of jerk along a ramp of jerk 1, that where it begins, and how far the path turns, rad.
+def _ramp_units(setting: Setting, place: float, ramp: float) -> Array:
+    """Share of each limit of jerk (k, places) along a ramp of jerk 1: |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest.
 
-    |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest: with s = j t^3 / 6, feed * acceleration = 3 j s and
-    feed^3 = 9/2 j s^2. Backwards q' has the other sign.
+    With s = j t^3 / 6: feed * acceleration = 3 j s and feed^3 = 9/2 j s^2. Backwards q' has the other sign.
     """
     away = np.abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
-    sign = np.sign(ramp)
-    places = setting.places(place + sign * away, rising=np.full(len(away), sign))
-    c = setting.rows(places).jerk
-    shares = np.abs(2.0 * c[:, 2] + sign * 6.0 * c[:, 1] * away + 4.5 * c[:, 0] * away**2)
-    turn = abs(ramp) * float(np.linalg.norm(places.d[0, 2]))
-    return float(np.max(shares, initial=0.0)), float(np.max(shares[:, :1], initial=0.0)), turn
+    rising = np.full(len(away), np.sign(ramp))
+    jerk = setting.rows(setting.places(place + np.sign(ramp) * away, rising=rising)).jerk
+    if not len(jerk):
+        return np.zeros((1, len(away)))
+    found: Array = np.abs(2.0 * jerk[:, 2] + np.sign(ramp) * 6.0 * jerk[:, 1] * away + 4.5 * jerk[:, 0] * away**2)
+    return found
 
 
 def _simpson(nodes: Array, jumps: BoolArray) -> tuple[IntArray, Array, Array]:
