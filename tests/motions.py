@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Iterator
 from importlib.resources import files
 
 import numpy as np
 
-from splinefeed import NurbsCurve, Path, TimeLaw
+from splinefeed import Limits, NurbsCurve, Path, TimeLaw
+from splinefeed.feed.stream import WINDOW, Block, LookAhead
 
 
 def butterfly() -> Path:
@@ -31,3 +33,13 @@ def smooth_law(path: Path) -> TimeLaw:
 def constant(path: Path, feed: float) -> TimeLaw:
     """The whole path at one feed, mm/s."""
     return TimeLaw(breaks=[0.0, path.length / feed], coefficients=[[0, feed, 0, 0, 0, 0]], strategy="test")
+
+
+def look_ahead(paths: Iterable[Path], limits: Limits, period: float, window: int = WINDOW) -> Iterator[Block]:
+    """Blocks of motion over paths that follow each other without end."""
+    planner: LookAhead | None = None
+    for path in paths:
+        planner = planner or LookAhead(limits, period, path.axes, window)
+        yield from planner.push(path)
+    if planner is not None:
+        yield from planner.finish()

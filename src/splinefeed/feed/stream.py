@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -282,14 +282,3 @@ class LookAhead:
 def _wait_at(waits: dict[float, float], s: float, same: float) -> float:
     """How long the path waits at a place, s."""
     return sum(seconds for place, seconds in waits.items() if abs(place - s) <= same)
-
-
-def look_ahead(paths: Iterable[Path], limits: Limits, period: float, *, window: int = WINDOW) -> Iterator[Block]:
-    """Blocks of motion over paths that follow each other without end: `LookAhead` as a generator."""
-    planner: LookAhead | None = None
-    for path in paths:
-        if planner is None:
-            planner = LookAhead(limits, period, path.axes, window)
-        yield from planner.push(path)
-    if planner is not None:
-        yield from planner.finish()
