@@ -6,12 +6,10 @@ import numpy as np
 
 from splinefeed.feed.law import Pieces
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records import Array
 
-#: Shares of each piece's time at which it is looked at: nine places, dense at both ends.
-LOOKED = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 9)))
-#: ... and where a share of a limit changes by more than STEEP from one of them to the next.
-CLOSELY, STEEP = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 33))), 0.1
+#: Shares of each piece's time at which it is looked at: while it is planned.
+LOOKED = (0.0, 0.2, 0.5, 0.8, 1.0)
 #: Feed below 0 by more than this share of the top feed is motion that goes back.
 BACK = 1e-12
 #: An acceleration below this share of the largest one of its piece is none.
@@ -22,47 +20,40 @@ MARGIN = 2.0
 TOGETHER = 32768
 
 
-def worst_shares(setting: Setting, pieces: Pieces, end: float) -> Array:
+def chebyshev(count: int) -> tuple[float, ...]:
+    """So many shares from 0 to 1, dense at both ends."""
+    return tuple(0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))))
+
+
+def worst_shares(setting: Setting, pieces: Pieces, end: float, looked: tuple[float, ...] = LOOKED) -> Array:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
-    A peak between places follows from a parabola through three of them; where they differ much, by more places.
+    A peak between places follows from a parabola through three of them.
     """
     begin = pieces.coefficients[:, 0]
     close = np.append(begin[1:], end)
     worst = np.zeros((3, len(pieces)))
-    all_pieces = np.arange(len(pieces))
-    size = max(TOGETHER // len(LOOKED), 1)
+    size = max(TOGETHER // len(looked), 1)
     for first in range(0, len(pieces), size):
-        some = all_pieces[first : first + size]
-        worst[:, some], steep = _look(setting, pieces, some, begin, close, LOOKED)
-        if np.any(steep):
-            worst[:, some[steep]] = _look(setting, pieces, some[steep], begin, close, CLOSELY)[0]
+        block = slice(first, first + size)
+        low, high = begin[block], close[block]
+        inside = INSIDE * (high - low)
+        s, v, a, j = (each.T for each in pieces.part(first, first + size).at(np.array(looked)[:, None]))
+        if not np.all(np.isfinite(s)):
+            worst[:, block] = np.inf
+            continue
+        s = np.clip(s, (low + inside)[:, None], (high - inside)[:, None])
+        rising = _rising(a, j, pieces.spans[block, None] * np.diff(looked))
+        places = setting.places(s.ravel(), feed=v.ravel(), rising=rising.ravel(), alone=True)
+        for jump in (places.turn, places.bend):  # what a piece comes within reach of counts for all of it
+            by_piece = jump.reshape(*jump.shape[:2], *s.shape)
+            by_piece[:] = np.max(by_piece, axis=3, keepdims=True)
+        rows = setting.rows(places)
+        found = rows.shares(v.ravel(), a.ravel(), j.ravel())
+        found = np.where((v >= -BACK * np.max(v)).ravel() & np.isfinite(found), found, np.inf)
+        peaks = _peaks(np.moveaxis(found.reshape(-1, *s.shape), 2, 0))
+        worst[:, block] = rows.by_kind(peaks)
     return worst
-
-
-def _look(
-    setting: Setting, pieces: Pieces, some: IntArray, begin: Array, close: Array, looked: Array
-) -> tuple[Array, BoolArray]:
-    """Largest shares in some pieces (n,), (3, n), and where they change much from one place to the next, (n,)."""
-    low, high = begin[some], close[some]
-    inside = INSIDE * (high - low)
-    spans = pieces.spans[some]
-    s, v, a, j = (each.T for each in Pieces(spans, pieces.coefficients[some]).at(looked[:, None]))
-    if not np.all(np.isfinite(s)):
-        return np.full((3, len(some)), np.inf), np.zeros(len(some), dtype=bool)
-    s = np.clip(s, (low + inside)[:, None], (high - inside)[:, None])
-    rising = _rising(a, j, spans[:, None] * np.diff(looked))
-    places = setting.places(s.ravel(), feed=v.ravel(), rising=rising.ravel(), alone=True)
-    for jump in (places.turn, places.bend):  # what a piece comes within reach of counts for all of it
-        by_piece = jump.reshape(*jump.shape[:2], *s.shape)
-        by_piece[:] = np.max(by_piece, axis=3, keepdims=True)
-    rows = setting.rows(places)
-    found = rows.shares(v.ravel(), a.ravel(), j.ravel())
-    found = np.where((v >= -BACK * np.max(v)).ravel() & np.isfinite(found), found, np.inf)
-    found = np.moveaxis(found.reshape(-1, *s.shape), 2, 0)
-    with np.errstate(invalid="ignore"):
-        steep = np.max(np.abs(np.diff(found, axis=0)), axis=(0, 1)) > STEEP
-    return rows.by_kind(_peaks(found)), steep
 
 
 def _rising(a: Array, j: Array, steps: Array) -> Array:

@@ -13,8 +13,6 @@ from splinefeed.records import Array, BoolArray
 
 #: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad; most halvings.
 SAMPLES, SAMPLE_TURN, HALVINGS = 5, 0.1, 40
-#: Samples put between two of them at once, at most.
-MOST_AT_ONCE = 7
 #: Most change of q from one sample to the next, as a share of it; q below this share of the greatest is slow.
 SAMPLE_CHANGE, SLOW = 0.4, 1e-3
 #: q is above this, mm^2/s^2, so that it can be divided by.
@@ -25,21 +23,21 @@ SHORTEST = 1e-9
 STEADY = 30.0
 #: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
 CHANGING = 3.0
+#: At a feed v below this share of the top feed it is the time in which v is reached that counts.
+CRAWL = 1.0 / 16.0
+#: Cells need not last less than this share of the time in which the top feed is reached.
+REACHED = 0.1
 #: Samples towards both ends, each at half the distance of the one before.
 TOWARDS_ENDS = 20
 _TOWARDS_HIGH = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
 #: No window has more cells.
 MOST_CELLS = 1_000_000
-#: Cells last about this share of the time in which the top feed is reached where there is no limit of jerk.
-REACHED = 0.1
 #: Next to rest cells are about this share of their distance from it.
 GROWTH = 0.35
 #: Next to an end in motion they are this share of what they were: what is given there leaves little to choose.
 MOVING = 0.125
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
-#: A bend is sharp if its radius is below this share of the window.
-SHARP = 1e-3
 #: Where the motion turns a cell ends, unless another end is within this share of a cell.
 APART = 0.1
 #: A cell is no more than this many times as long as its neighbour.
@@ -61,16 +59,6 @@ class Samples:
     curvature: Array
     push: float
     twist: float
-
-    @property
-    def tips(self) -> Array:
-        """Where the path bends sharply, (k,), mm: where a parabola through three radii is least."""
-        s, radius = self.s, 1.0 / np.maximum(self.curvature, 1e-300)
-        before, here, after = radius[:-2], radius[1:-1], radius[2:]
-        k = 1 + np.flatnonzero((here < before) & (here <= after) & (here < SHARP * (s[-1] - s[0])))
-        middle, slope = 0.5 * (s[1:] + s[:-1]), np.diff(radius) / np.maximum(np.diff(s), 1e-300)
-        found: Array = middle[k - 1] - slope[k - 1] * (middle[k] - middle[k - 1]) / (slope[k] - slope[k - 1])
-        return found
 
 
 def sample(
@@ -123,24 +111,17 @@ def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
     steps = np.diff(edges)
     s = (edges[:-1, None] + steps[:, None] * np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)).ravel()
     near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
-    marks = setting.track.marks
-    marks = marks[slice(*np.searchsorted(marks, [low + least, high - least]))]
-    marks = marks[
-        np.min(np.abs(marks[:, None] - edges[np.searchsorted(edges, marks)[:, None] - [0, 1]]), axis=1) > least
-    ]
-    s = np.sort(np.concatenate([s, marks, low + steps[0] * near, high - steps[-1] * near]))
+    s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
     d = setting.track.derivatives(s)
     for _ in range(HALVINGS):
         gap = np.diff(s)
         tangent, kappa = setting.turning(d)
         turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
-        turn = np.maximum(turn, gap * np.sqrt(kappa[1:] * kappa[:-1]))
-        many = np.where((gap > least) & _same_piece(edges, s), np.minimum(turn / SAMPLE_TURN, MOST_AT_ONCE), 0.0)
-        more = np.repeat(np.arange(len(gap)), many.astype(int))
+        turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
+        more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
         if not len(more):
             break
-        part = (1.0 + np.arange(len(more)) - np.searchsorted(more, more)) / (1.0 + many.astype(int)[more])
-        new = s[more] + part * gap[more]
+        new = 0.5 * (s[more] + s[more + 1])
         s, d = np.insert(s, more + 1, new), np.insert(d, more + 1, setting.track.derivatives(new), axis=0)
     return s, d
 
@@ -194,7 +175,10 @@ def density(samples: Samples, q: Array, slow: float, turn: float, beat: float, *
     """
     v = np.sqrt(np.maximum(q, slow))
     top = np.maximum.accumulate(v) if so_far else np.full(len(v), np.max(v))
-    time = (top / samples.twist) ** 0.5 if samples.twist < np.inf else REACHED * top / samples.push
+    time = np.maximum((top / samples.twist) ** 0.5, REACHED * top / samples.push)
+    time = np.where(time > 0.0, time, np.inf)
+    crawl = np.maximum((v / samples.twist) ** 0.5, v / samples.push)
+    time = np.where((v < CRAWL * top) & (crawl > 0.0), np.minimum(crawl, time), time)
     change = np.ones(len(q))
     if samples.push < np.inf:
         slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
@@ -214,8 +198,8 @@ def lay(
     ramps: tuple[float, float],
     turn: float,
     beat: float,
-    moving: tuple[float, float],
-    turns: Array | None = None,
+    turns: Array,
+    moving: tuple[float, float] = (np.inf, np.inf),
 ) -> tuple[Array, BoolArray]:
     """Nodes (n + 1,) from low + ramps[0] to high - ramps[1], mm, and at which of them the path jumps.
 
@@ -230,8 +214,8 @@ def lay(
     wanted = density(samples, q, slow, turn, beat)
     s = samples.s
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
-    for at in samples.tips if turns is None else np.concatenate([samples.tips, turns]):
-        if begin < at < end and np.min(np.abs(np.interp(edges, s, total) - np.interp(at, s, total))) > APART:
+    for at in turns[(turns > begin) & (turns < end)]:
+        if np.min(np.abs(np.interp(edges, s, total) - np.interp(at, s, total))) > APART:
             edges = np.sort(np.append(edges, at))
     jumps = edges[1:-1]
     at = np.interp(edges, s, total)

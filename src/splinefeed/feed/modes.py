@@ -12,34 +12,41 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.audit import worst_shares
+from splinefeed.feed.audit import chebyshev, worst_shares
 from splinefeed.feed.corners import passed_corners
 from splinefeed.feed.periods import in_periods
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
-from splinefeed.feed.stretches import ON_TICK, curve_feeds, lasting
+from splinefeed.feed.stretches import curve_feeds, lasting
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.track import PathTrack, Track
-from splinefeed.feed.window import HOPELESS, REST, ROUNDING, Mode, Plan, State, plan_window
-from splinefeed.feed.windows import OutOfReachError, Windows, plan_stretch
+from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
+from splinefeed.feed.windows import KEPT, OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, KEPT, LAW_COEFFICIENTS, BoolArray, Limits, TimeLaw, refuse_orientation
+from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, BoolArray, Limits, TimeLaw, refuse_orientation
 
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, unseen=3e-5, rounds=12, cells=8000, bounded=True),
-    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=5e-3, tolerance=8e-3, unseen=2e-4, rounds=4, cells=400),
+    TIME_OPTIMAL: Mode(
+        turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, looked=17, unseen=1e-6, rounds=12, cells=8000, bounded=True
+    ),
+    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, looked=9, unseen=1e-4, rounds=4, cells=400),
 }
-#: A motion that the audit finds over a limit by more than this, as a factor on q, is slowed down with a note.
-POOR = 1.2
+#: A motion that the audit finds over a limit is slowed down as a whole; by more than POOR, as a factor on q, a note
+#: says so, and by more than HOPELESS it is none.
+POOR, HOPELESS = 1.2, 100.0
+#: Places of a piece at which a finished motion is looked at.
+LOOKED_AT_LAST = 33
 #: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
 RESERVES = (5e-3, 2e-2, 0.1)
 #: ... and where an end in motion is out of reach so, this share of what the mode leaves unused.
 SLIGHT = 0.125
 #: Halvings of a feed at an end until it is about the largest that limits allow.
 NEAREST = 10
+#: What rounding may make of a number of periods; a motion ends after a tick if it does by this share of a period.
+ROUNDING, LATE = 1e-12, 1e-9
 
 
 #: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
@@ -132,9 +139,7 @@ def plan_in_mode(
             mode = replace(OF_JOINTS[TIME_OPTIMAL], beat=BESIDE_POLE)
             law = motion(setting, strategy, mode, begin)
         at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
-        return held_at_ticks(
-            law, path, limits, at_rest, setting.passed[0], np.union1d(setting.breaks, setting.track.marks)
-        )
+        return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
 
 
 def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = None) -> TimeLaw:
@@ -183,7 +188,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
         if period is not None:
             tick += ticks
             extra = max(plan.pieces.duration - ticks * period, 0.0) if max(start.feed, stop.feed) > 0.0 else 0.0
-            if extra > ON_TICK * period:
+            if extra > LATE * period:
                 late += extra
                 notes.append(_late(high, length, extra, period))
             breaks[-1] = tick * period + late
@@ -216,7 +221,8 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
         plan = plan_stretch(setting, low, high, start, stop, mode)
         if not plan.over <= HOPELESS:
             return plan, 0
-        pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
+        over = max(plan.over, float(np.max(worst_shares(setting, plan.pieces, high, chebyshev(LOOKED_AT_LAST)))))
+        pieces = plan.pieces.stretched(math.sqrt(over)) if over > 1.0 else plan.pieces
         if period is None:
             return replace(plan, pieces=pieces), 0
         ticks = max(math.ceil(pieces.duration / period * (1.0 - ROUNDING) - ROUNDING), 1)
@@ -225,7 +231,7 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
     def kept(tolerance: float) -> Plan | None:
         with suppress(OutOfReachError):
             found = plan_stretch(setting, low, high, start, stop, replace(mode, tolerance=tolerance))
-            return found if found.over <= 1.0 + KEPT else None
+            return found if found.over <= KEPT else None
         return None
 
     first = kept(mode.tolerance) or kept(SLIGHT * mode.tolerance)
@@ -238,10 +244,10 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
         if found is None:
             break
         whole = round(found.pieces.duration / period)
-        if abs(found.pieces.duration - whole * period) <= ROUNDING * found.pieces.duration + ON_TICK * period:
+        if abs(found.pieces.duration - whole * period) <= ROUNDING * found.pieces.duration + LATE * period:
             return found, whole
         slower = in_periods(found.pieces, high, (start.feed > 0.0, stop.feed > 0.0), period)
-        if slower is not None and np.max(worst_shares(setting, slower, high)) * (1.0 + mode.unseen) <= 1.0 + KEPT:
+        if slower is not None and np.max(worst_shares(setting, slower, high, chebyshev(mode.looked))) <= KEPT:
             return replace(found, pieces=slower), round(slower.duration / period)
         found = kept(tolerance) if tolerance > 0.0 else None
     return first, math.floor(first.pieces.duration / period)
@@ -277,7 +283,7 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
     def possible(first: State, last: State) -> bool:
         begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
         first, last = (first if begin == low else REST), (last if end == high else REST)
-        return plan_window(setting, begin, end, first, last, mode, exact=True).over <= 1.0 + KEPT
+        return plan_window(setting, begin, end, first, last, mode, exact=True).over <= KEPT
 
     def most(fits: Callable[[float], bool]) -> float:
         least, step = 0.0, 1.0

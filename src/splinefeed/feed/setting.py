@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.feed.limits import Places, Rows, rows_at
-from splinefeed.feed.stretches import SAME_PLACE
-from splinefeed.feed.track import Track
+from splinefeed.feed.track import SAME, Track
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits
 
@@ -47,11 +46,11 @@ class Setting:
         own = self.track.breaks
         next_one = np.searchsorted(known, own)
         apart = np.minimum(own - known[next_one - 1], known[next_one] - own)
-        return np.unique(np.concatenate([given, own[apart > SAME_PLACE * self.track.length]]))
+        return np.unique(np.concatenate([given, own[apart > SAME * self.track.length]]))
 
     def inside(self, low: float, high: float) -> Array:
         """The breaks strictly between two places, mm."""
-        same = SAME_PLACE * self.track.length
+        same = SAME * self.track.length
         first, last = np.searchsorted(self.breaks, [low + same, high - same], side="right")
         return self.breaks[first:last]
 

@@ -35,11 +35,13 @@ KEPT, KEPT_Q = 0.01, 0.1
 SLACK = 0.02
 #: Complementarity to begin with, as a share of the time, from a guess; a tenth of that from multipliers.
 FAR = 0.1
+#: Complementarity above this multiple of the time is that of rows which cannot all be kept.
+HOPELESS = 1e9
 #: Complementarity z s aimed at beside that of now: after long, fair and short steps.
-AIMS = ((0.8, 0.1), (0.3, 0.4), (0.0, 1.0))
+AIMS = ((0.8, 0.15), (0.3, 0.5), (0.0, 1.0))
 #: Multipliers of jerk may take this share of the weight of a place in a relaxation.
 CONVEX = 0.98
-#: Multipliers stay within this factor of what complementarity says; that of rows which cannot all be kept is above it.
+#: Multipliers stay within this factor of what complementarity says.
 BALANCE = 1e10
 
 
@@ -47,11 +49,10 @@ BALANCE = 1e10
 class End:
     """One end of a window: q and q' there, or rest, behind a ramp of this length, mm, on which q goes with s^(4/3).
 
-    Without a ramp and with q = 0 it is free. unit: largest share of a limit of jerk on the ramp with a jerk of 1.
+    Without a ramp and with q = 0 it is free.
     """
 
     ramp: float = 0.0
-    unit: float = 0.0
     q: float = 0.0
     slope: float = 0.0
 
@@ -264,7 +265,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
         z = z + along_z * dz
         z = np.clip(z, mu / (BALANCE * s), BALANCE * mu / s)
         complementary = float(np.sum(z * s))
-        if not complementary < BALANCE * time:  # rows that contradict each other
+        if not complementary < HOPELESS * time:  # rows that contradict each other
             break
         least = min(along, along_z)
         if np.max(g) < 0.0 and complementary < gap * time and least > 0.5:

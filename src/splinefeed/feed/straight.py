@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinefeed.feed.audit import TOGETHER
 from splinefeed.feed.limits.rows import FREE
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.feed.stretches import SAME_PLACE
+from splinefeed.feed.track import SAME
 from splinefeed.kernels.profile import UNSEEN
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
 
 #: A tangent that turns by less than this, rad, over a whole stretch is that of a straight line; so with shares of rows.
 STRAIGHT = 1e-12
-#: Phases of a profile.
-PHASES = 7
+#: Spans that are looked at together, so that memory stays small; phases of a profile.
+TOGETHER, PHASES = 1 << 15, 7
 #: Newton steps to the feed of a short stretch: from the right power of it one halves what is too much at least.
 NEWTON = 60
-#: Where a stretch is looked at first: no knot is likely to be there.
-MIDDLE = 0.4142
 #: Places of each span of a stretch that are looked at.
 LOOKED = np.clip(np.linspace(0.0, 1.0, 4), INSIDE, 1.0 - INSIDE)
 
@@ -28,13 +25,9 @@ def straights(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
 
     Times of their seven phases (m, 7), s, and coefficients (m, 7, 6) of s in t; 0 where a stretch is not straight.
     """
-    middle = setting.track.derivatives(marks[:-1] + MIDDLE * np.diff(marks))[:, 2]
-    line = np.max(np.abs(middle), axis=1) * np.diff(marks) <= STRAIGHT
-    if not np.any(line):
-        return line, np.zeros((len(line), PHASES)), np.zeros((len(line), PHASES, LAW_COEFFICIENTS))
     inner = setting.inside(float(marks[0]), float(marks[-1]))
     apart = np.minimum(*(np.abs(inner - marks[np.clip(np.searchsorted(marks, inner) + k, 0, None)]) for k in (-1, 0)))
-    edges = np.sort(np.concatenate([marks, inner[apart > SAME_PLACE * setting.track.length]]))
+    edges = np.sort(np.concatenate([marks, inner[apart > SAME * setting.track.length]]))
     found = np.concatenate(
         [_along(setting, edges[k : k + TOGETHER + 1]) for k in range(0, len(edges) - 1, TOGETHER)], 1
     )

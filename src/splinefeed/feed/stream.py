@@ -13,8 +13,6 @@ from splinefeed.feed.law import Pieces
 from splinefeed.feed.modes import LOOK_AHEAD, MODES, check_limits, setting_of
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.soft_limits import check_travel
-from splinefeed.feed.stretches import ON_TICK as ON_TICK
-from splinefeed.feed.stretches import SAME_PLACE
 from splinefeed.feed.window import REST, State
 from splinefeed.feed.windows import Windows
 from splinefeed.geometry.parts import cut, joined
@@ -23,6 +21,10 @@ from splinefeed.records import LAW_COEFFICIENTS, Limits, TimeLaw, positive
 
 #: Cells of a window, and the fewest that it may have.
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
+#: A wait for the next tick below this, in periods, is rounding.
+ON_TICK = 1e-9
+#: A place nearer to another than this share of the path in memory is the same one.
+SAME_PLACE = 1e-12
 #: Where too little was known ahead, the path is looked at again when that has grown by this share, or to this share of
 #: what a window seems to need.
 GROWN, NEARLY = 0.1, 0.9

@@ -16,8 +16,8 @@ from splinefeed.records import LAW_COEFFICIENTS, Array, Limits, TimeLaw
 SAME_PLACE = 1e-12
 #: A feed below this share of the top feed counts as rest.
 AT_REST = 1e-6
-#: A time within this of a tick, in periods, is on it: what is left is the rounding of hours.
-ON_TICK = 1e-9
+#: A time within this of a tick, in periods, is on it.
+ON_TICK = 1e-6
 #: No stretch may last longer, s: thirty years.
 LONGEST = 1e9
 #: What of a jump of acceleration the rounding of instants explains, times the jerk beside it; a jump below this share

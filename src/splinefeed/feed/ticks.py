@@ -7,16 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import PlanError
-from splinefeed.feed.audit import TOGETHER
 from splinefeed.feed.stretches import lasting, on_tick
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
+from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
 
-#: Ticks at most: eleven days at 1 ms.
-MOST_TICKS = 1e9
-#: A difference may be over a limit by so many roundings of a position.
-ROUNDINGS = 8.0
+#: Ticks that are looked at together, and all of them at most: eleven days at 1 ms.
+TOGETHER, MOST_TICKS = 1 << 16, 1e9
+#: A difference may be over a limit by this share, and by so many roundings of a position.
+KEPT, ROUNDINGS = 1e-9, 8.0
 #: Slopes of joints count where the tip moves by more than this share of its longest step.
 MOVING = 0.01
 #: Rounds of slowing down; what is over a limit by this factor on q is no matter of feed.

@@ -8,14 +8,21 @@ from typing import Protocol
 
 import numpy as np
 
-from splinefeed.feed.stretches import SAME_PLACE
-from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.differential import by_arc_length, curvatures
 from splinefeed.geometry.path import Path
-from splinefeed.kernels.pieces import HIGH, LOW, START
-from splinefeed.records import Array
+from splinefeed.kernels.pieces import HIGH, LOW
+from splinefeed.records import Array, IntArray
 
-#: Samples of an arc-length piece among which dips of |C'| are looked for, Newton steps to them, and curves in one go.
-SAMPLES, STEPS, TOGETHER = 9, 4, 4096
+#: Samples of an arc-length piece among which sharp bends are looked for, and curves looked at together.
+SAMPLES, TOGETHER = 9, 4096
+#: A bend is sharp if its radius is below this share of the length of its curve.
+SHARP = 1e-3
+#: A sample of a bend that is sharp in between has no more than so many times that radius.
+NEARLY = 8.0
+#: Newton steps from between two samples to where |C'| is least.
+STEPS = 4
+#: Knots nearer to each other than this share of the path are one place: what lies between is rounding.
+SAME = 1e-12
 
 
 class Track(Protocol):
@@ -28,10 +35,6 @@ class Track(Protocol):
     @property
     def breaks(self) -> Array:
         """Arc lengths (k,) strictly inside where a derivative up to the third can jump, mm, increasing."""
-
-    @property
-    def marks(self) -> Array:
-        """Arc lengths (m,), mm, increasing, dense where the path bends sharply: places to look at."""
 
     def derivatives(self, s: Array) -> Array:
         """r and its first three derivatives by arc length, (n, 4, axes), at places s (n,) that are no breaks."""
@@ -49,39 +52,97 @@ class PathTrack:
         return self.path.length
 
     @cached_property
-    def breaks(self) -> Array:
-        """Knots, joints and corners, mm."""
-        path = self.path
-        owner, knots, _ = path.flat.inner_knots()
-        s = np.unique(np.concatenate([path.arc_length(owner, knots), path.curve_starts[1:-1], path.corners.s]))
-        inside = s[(s > SAME_PLACE * path.length) & (s < (1.0 - SAME_PLACE) * path.length)]
-        return inside[np.diff(inside, prepend=0.0) > SAME_PLACE * path.length]
+    def tips(self) -> tuple[Array, Array]:
+        """Arc lengths (k,) of sharp bends, mm, and their curvature, 1/mm."""
+        return sharp_bends(self.path)
 
     @cached_property
-    def marks(self) -> Array:
-        """Ends of arc-length pieces, which are short at sharp bends as |C'| is a polynomial on them, and dips of |C'|.
-
-        Where |C'| is a polynomial anyway a bend may hide within a piece, but not the dip at its tip: C' . C'' = 0.
-        """
-        path, found = self.path, [self.path.table[:, START]]
-        bent = np.flatnonzero((path.flat.degrees > 1) | (path.flat.rational > 0))
-        for some in np.split(bent, np.arange(TOGETHER, len(bent), TOGETHER)):
-            counts = path.curve_rows[some, 1] - path.curve_rows[some, 0] + 1
-            index = np.arange(counts.sum()) + np.repeat(path.curve_rows[some, 0] - np.cumsum(counts) + counts, counts)
-            low, high = path.table[index, LOW], path.table[index, HIGH]
-            curve = np.repeat(some, SAMPLES * counts)
-            u = (low[:, None] + (high - low)[:, None] * (np.arange(SAMPLES) + 0.5) / SAMPLES).ravel()
-            speed = np.sum(path.evaluate(curve, u, 1)[:, 1, : path.linear] ** 2, axis=1)
-            dip = (speed[1:-1] <= speed[:-2]) & (speed[1:-1] < speed[2:]) & (curve[:-2] == curve[2:])
-            k = 1 + np.flatnonzero(dip)
-            at = u[k]
-            for _ in range(STEPS if len(k) else 0):
-                one, two, three = np.moveaxis(path.evaluate(curve[k], at, 3)[:, 1:, : path.linear], 1, 0)
-                bend = np.abs(np.sum(two * two, axis=1) + np.sum(one * three, axis=1))
-                at = np.clip(at - np.sum(one * two, axis=1) / np.where(bend > 0.0, bend, np.inf), u[k - 1], u[k + 1])
-            found.append(np.asarray(path.arc_length(curve[k], at)))
-        return np.unique(np.concatenate(found))
+    def breaks(self) -> Array:
+        """Knots, joints and corners, and the tips of sharp bends, where cells end, too, mm."""
+        path = self.path
+        owner, knots, _ = path.flat.inner_knots()
+        places = (path.arc_length(owner, knots), path.curve_starts[1:-1], path.corners.s, self.tips[0])
+        s = np.unique(np.concatenate(places))
+        inside = s[(s > SAME * path.length) & (s < (1.0 - SAME) * path.length)]
+        return inside[np.diff(inside, prepend=0.0) > SAME * path.length]
 
     def derivatives(self, s: Array) -> Array:
         """r and its first three derivatives by arc length, (n, 4, axes)."""
         return by_arc_length(self.path.arc_pieces.derivatives_at(s, 3), self.path.linear)
+
+
+def sharp_bends(path: Path) -> tuple[Array, Array]:
+    """Arc lengths (k,) of sharp bends, mm, and their curvature, 1/mm.
+
+    Arc-length pieces are short where |C'| bends, so that samples of each see where the curvature peaks; a parabola
+    through three of its radius, which is one near the tip of a parabola, says where. Only where |C'| is a polynomial
+    itself, and pieces are long, may a peak hide between samples: at a dip of |C'|, where C' . C'' = 0 (Newton's steps).
+    """
+    linear = path.linear
+    bent = np.flatnonzero((path.flat.degrees > 1) | (path.flat.rational > 0))
+    found = [np.zeros((0, 2))]
+    size = np.diff(path.curve_starts)
+
+    def looked_at(curve: IntArray, u: Array) -> tuple[Array, Array]:
+        """|C'|^2 and the radius of curvature, mm."""
+        derivatives = path.evaluate(curve, u, 2)
+        with np.errstate(divide="ignore"):
+            radius = 1.0 / curvatures(derivatives, linear)
+        return np.sum(derivatives[:, 1, :linear] ** 2, axis=1), radius
+
+    for first in range(0, len(bent), TOGETHER):
+        some = bent[first : first + TOGETHER]
+        rows = path.curve_rows[some]
+        counts = rows[:, 1] - rows[:, 0] + 1
+        index = np.arange(counts.sum()) + np.repeat(rows[:, 0] - np.cumsum(counts) + counts, counts)
+        curve = np.repeat(some, SAMPLES * counts)
+        low, high = path.table[index, LOW], path.table[index, HIGH]
+        u = (low[:, None] + (high - low)[:, None] * (np.arange(SAMPLES) + 0.5) / SAMPLES).ravel()
+        same = (curve[1:-1] == curve[:-2]) & (curve[1:-1] == curve[2:])
+        values = looked_at(curve, u)
+        for value in values:
+            before, here, after = value[:-2], value[1:-1], value[2:]
+            dip = same & (here <= np.minimum(before, after)) & (here < np.maximum(before, after))
+            dip = 1 + np.flatnonzero(dip & ((value is values[0]) | (here < NEARLY * SHARP * size[curve[1:-1]])))
+            at, owner = u[dip], curve[dip]
+            if not len(dip):
+                continue
+            places = _least(*(u[dip + k] for k in (-1, 0, 1)), *(value[dip + k] for k in (-1, 0, 1)))
+            radius = looked_at(owner, places)[1]
+            if value is values[0]:
+                near = np.flatnonzero(radius < NEARLY * SHARP * size[owner])
+                places[near] = _slowest(path, owner[near], places[near], u[dip[near] - 1], u[dip[near] + 1])
+                radius[near] = looked_at(owner[near], places[near])[1]
+            at, least = np.where(radius < values[1][dip], places, at), np.minimum(radius, values[1][dip])
+            sharp = least < SHARP * size[owner]
+            if value is values[0] and path.linear < len(path.axes):  # rotary axes turn far within little of the path
+                sharp |= looked_at(owner, at)[0] < SHARP * size[owner]
+            with np.errstate(divide="ignore"):
+                found.append(np.column_stack([path.arc_length(owner, at), 1.0 / least])[sharp])
+    tips = np.concatenate(found)
+    tips = tips[np.argsort(tips[:, 0])]
+    # nearer than their radius they are one, the sharpest
+    gap = np.diff(tips[:, 0], prepend=-np.inf)
+    together = np.cumsum((gap * tips[:, 1] > 1.0) | (gap > SHARP * path.length))
+    tips = tips[np.lexsort((-tips[:, 1], together))]
+    apart = np.diff(np.sort(together), prepend=0) > 0
+    return tips[apart, 0], tips[apart, 1]
+
+
+def _slowest(path: Path, curve: IntArray, u: Array, low: Array, high: Array) -> Array:
+    """Parameters (n,) between `low` and `high` at which |C'| is least: Newton's steps on C' . C'' = 0 from u (n,)."""
+    for _ in range(STEPS if len(u) else 0):
+        one, two, three = np.moveaxis(path.evaluate(curve, u, 3)[:, 1:, : path.linear], 1, 0)
+        bend = np.abs(np.sum(two * two, axis=1) + np.sum(one * three, axis=1))
+        step = np.sum(one * two, axis=1) / np.where(bend > 0.0, bend, np.inf)
+        u = np.clip(u - step, low, high)
+    return u
+
+
+def _least(a: Array, b: Array, c: Array, at_a: Array, at_b: Array, at_c: Array) -> Array:
+    """Where parabolas through three values each are least, (n,), between the outer places."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left, right = (at_b - at_a) / (b - a), (at_c - at_b) / (c - b)
+        at = 0.5 * (a + b) - 0.5 * left * (c - a) / (right - left)
+    found: Array = np.clip(np.where(np.isfinite(at), at, b), a, c)
+    return found

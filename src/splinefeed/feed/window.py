@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import InputError, PlanError
-from splinefeed.feed.audit import worst_shares
-from splinefeed.feed.grid import FASTER, HALVINGS, LEAST, Samples, lay, sample
+from splinefeed.feed.audit import LOOKED, chebyshev, worst_shares
+from splinefeed.feed.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
@@ -25,29 +25,34 @@ RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
 RAMP_OF_WAY = 1e-5
 #: ... and of the way to the next knot, so that a cell fits in between.
 RAMP_OF_BREAK = 0.4
-#: Bending within a ramp costs at most this factor of the axis jerk.
-RAMP_BEND = 1.3
+#: Bending within a ramp costs at most this factor of the axis jerk; halvings until it does.
+RAMP_BEND, RAMP_HALVINGS = 1.3, 40
+#: The path turns by about this much within a ramp, rad, at most.
+RAMP_TURN = 0.3
 #: Jerk of a ramp as a share of the limit: an end is on a ramp all the time.
 RAMP_JERK = 0.97
 #: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
 FADE = 20.0
-#: Share of the time by which a solution may miss the optimum that only tells where cells must end.
-ROUGH = 2e-3
+#: Share of the time by which a solution may miss the optimum that only tells how fast jumps are passed.
+ROUGH = 0.2
 #: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
 WIDEST = 1e-12
-#: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk.
-TURNINGS = 4
+#: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk, and
+#: the share of the time by which each may miss its optimum.
+TURNINGS, TURNING_GAP = 4, 2e-3
 #: The motion speeds up where its acceleration is above this share of what is possible; places of a cell looked at.
 LEVEL, SLOPES = 2e-3, 5
-#: A motion that is over a limit by more than this, as a factor on q, is none: it would take ten times as long.
-HOPELESS = 100.0
 #: From a state that leads over a limit by this, as a factor on q, nothing helps.
-ASTRAY = 1.5
+HOPELESS = 1.5
+#: What a solution says q is between its places is no less than this share of what was thought.
+SLOWEST = 1e-3
 #: What rounding may make of the share of a limit.
 ROUNDING = 1e-12
+#: No places.
+NOWHERE = np.zeros(0)
 #: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
 #: solution, from which on complementarity begins with this share of the time.
-GUESS, NEAR, CLOSE = 0.6, 0.9, 0.02
+GUESS, NEAR, CLOSE = 0.4, 0.9, 0.02
 
 
 @dataclass(frozen=True)
@@ -58,6 +63,7 @@ class Mode:
     beat       time over a cell, at most, in units of sqrt(v / J), v the top feed and J the jerk along the path
     gap        share of the time by which a solution may miss the optimum on its cells
     tolerance  share of a limit, as a factor on q, by which the audit may find a motion over it
+    looked     places of each piece that the audit looks at at last
     unseen     what it may not see of a peak between them, as a factor on q
     rounds     times that cells found over a limit are tightened and solved again, at most
     cells      in a window, about
@@ -68,6 +74,7 @@ class Mode:
     beat: float
     gap: float
     tolerance: float
+    looked: int
     unseen: float
     rounds: int
     cells: int
@@ -140,11 +147,11 @@ class Window:
         low: float,
         high: float,
         mode: Mode,
-        turns: Array | None = None,
+        turns: Array = NOWHERE,
     ) -> None:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
         ramps, moving = (ends[0].ramp, ends[1].ramp), (ends[0].way(1.0), ends[1].way(-1.0))
-        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, moving, turns)
+        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, turns, moving)
         self.nodes, self.spline = nodes, Spline.on(nodes, jumps)
         cell, part, weight = _simpson(nodes, jumps)
         h = np.diff(nodes)
@@ -196,7 +203,7 @@ class Window:
     def q_at_samples(self, c: Array) -> Array:
         """q (n,) of coefficients at the samples."""
         found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
-        return np.maximum(found, LEAST)
+        return np.maximum(found, SLOWEST * self.samples.q)  # less is not a motion but rows that contradict each other
 
     def of_cells(self, shares: Array) -> Array:
         """Shares of pieces (3, m) as those of cells (3, n): any on a ramp counts for q in the cell beside it."""
@@ -218,10 +225,12 @@ class Window:
         Where a state is given, q and q' are as given.
         """
         rows = self.setting.rows(places)
-        for end, at in zip(self.ends, (0, -1), strict=True):
-            if end.unit > 0.0:
-                rows.top[at] = min(rows.top[at], (4.5 * end.ramp**2 * RAMP_JERK / end.unit) ** (2.0 / 3.0))
-            elif not end.rest and not end.free:
+        for end, place, way, at in ((self.ends[0], self.low, 1.0, 0), (self.ends[1], self.high, -1.0, -1)):
+            if end.rest:
+                unit = float(np.max(_ramp_units(self.setting, place, way * end.ramp)))
+                if unit > 0.0:
+                    rows.top[at] = min(rows.top[at], (4.5 * end.ramp**2 * RAMP_JERK / unit) ** (2.0 / 3.0))
+            elif not end.free:
                 rows.top[at], rows.low[:, at], rows.high[:, at] = FREE, -FREE, FREE
         return rows
 
@@ -258,6 +267,7 @@ def plan_window(
         rough = solve(window.problem, window.guess(share), ROUGH)
         window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
         share, begin = NEAR, CLOSE
+    last = chebyshev(mode.looked)
     goal = 1.0 if exact else 1.0 + mode.tolerance
     c = window.guess(share)
     if setting.limits.deceleration_jerk != setting.limits.jerk:
@@ -265,7 +275,7 @@ def plan_window(
         begin = FAR
     factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
     often = np.zeros_like(factor)
-    z, bound = None, 0.0
+    z, bound, closely = None, 0.0, False
     found: list[Plan] = []
     rounds = 2 * mode.rounds if exact else mode.rounds  # such a motion is not slowed down afterwards
     for k in range(rounds + 1):
@@ -275,9 +285,15 @@ def plan_window(
         if k == 0 and mode.bounded:
             bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
         pieces = pieces_of(window.spline, c, ends)
-        shares = worst_shares(setting, pieces, high) * (1.0 + mode.unseen)
-        found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
-        if found[-1].over <= goal or (exact and not solution.kept and (k == 0 or found[-1].over > ASTRAY)):
+        shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
+        hopeless = exact and not solution.kept and (k == 0 or np.max(shares) > HOPELESS)
+        if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
+            closely = True
+            shares = worst_shares(setting, pieces, high, last)
+        if closely:
+            shares = shares * (1.0 + mode.unseen)
+            found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
+        if hopeless or (closely and found[-1].over <= goal):
             break
         over = window.of_cells(shares) / goal
         lower = over > 1.0 - 0.5 * mode.tolerance
@@ -299,7 +315,7 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
     samples = window.samples
     level = 2.0 * LEVEL * min(samples.push, float((np.max(samples.top) ** 0.5 * samples.twist) ** 0.5))
     for _ in range(TURNINGS):
-        c = solve(window.problem, c, ROUGH).c
+        c = solve(window.problem, c, TURNING_GAP).c
         x, slope = window.slopes(c)
         clear = way * slope - level
         at = np.flatnonzero((clear[1:] > 0.0) != (clear[:-1] > 0.0))
@@ -343,26 +359,28 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         # a ramp is looked at in few places: it ends before the next knot
         beside = float(np.min(np.abs(setting.inside(low, high) - place), initial=np.inf))
         ramp = min(*ways, RAMP_OF_BREAK * beside)
-        for _ in range(HALVINGS):
-            unit, straight = _ramp_unit(setting, place, way * ramp)
-            if not unit > RAMP_BEND * straight:
+        for _ in range(RAMP_HALVINGS):
+            bent = _ramp_units(setting, place, way * ramp)
+            turn = ramp * float(np.linalg.norm(setting.places(np.array([place + way * 1e-3 * ramp])).d[0, 2]))
+            if not (np.max(bent) > RAMP_BEND * np.max(bent[:, :1]) or turn > RAMP_TURN):
                 break
             ramp *= 0.5
-        ends.append(End(ramp=ramp, unit=unit))
+        ends.append(End(ramp=ramp))
     return ends[0], ends[1]
 
 
-def _ramp_unit(setting: Setting, place: float, ramp: float) -> tuple[float, float]:
-    """Largest share of a limit of jerk along a ramp of jerk 1, and that where it begins.
+def _ramp_units(setting: Setting, place: float, ramp: float) -> Array:
+    """Share of each limit of jerk (k, places) along a ramp of jerk 1: |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest.
 
-    |2 c2 + 6 c1 x + 9/2 c0 x^2|, x mm from rest: with s = j t^3 / 6, feed * acceleration = 3 j s and
-    feed^3 = 9/2 j s^2. Backwards q' has the other sign.
+    With s = j t^3 / 6: feed * acceleration = 3 j s and feed^3 = 9/2 j s^2. Backwards q' has the other sign.
     """
     away = np.abs(ramp) * np.array([1e-3, 0.2, 0.5, 0.8, 1.0 - INSIDE])
-    sign = np.sign(ramp)
-    c = setting.rows(setting.places(place + sign * away, rising=np.full(len(away), sign))).jerk
-    shares = np.abs(2.0 * c[:, 2] + sign * 6.0 * c[:, 1] * away + 4.5 * c[:, 0] * away**2)
-    return float(np.max(shares, initial=0.0)), float(np.max(shares[:, :1], initial=0.0))
+    rising = np.full(len(away), np.sign(ramp))
+    jerk = setting.rows(setting.places(place + np.sign(ramp) * away, rising=rising)).jerk
+    if not len(jerk):
+        return np.zeros((1, len(away)))
+    found: Array = np.abs(2.0 * jerk[:, 2] + np.sign(ramp) * 6.0 * jerk[:, 1] * away + 4.5 * jerk[:, 0] * away**2)
+    return found
 
 
 def _simpson(nodes: Array, jumps: BoolArray) -> tuple[IntArray, Array, Array]:

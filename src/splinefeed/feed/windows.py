@@ -12,20 +12,24 @@ from splinefeed.feed.grid import Samples, counted
 from splinefeed.feed.law import Pieces, joined
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
-from splinefeed.feed.window import HOPELESS, REST, Mode, Plan, State, plan_window
-from splinefeed.records import KEPT, Array, Limits
+from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
+from splinefeed.records import Array, Limits
 
 #: Pieces of a window that do not become final, as what follows still matters to them: this share, and so many, but no
 #: more than half of all.
 OPEN, MOST_OPEN = 0.25, 60
 #: What is left of a stretch joins a window that would hold this share more cells than its own number.
 JOINS = 1.3
+#: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
+POOR = 4.0
 #: Straight lines that are planned together.
 MOST_LINES = 4096
 #: Halvings of the way to rest at a feed hold.
 SHORTER = 8
 #: Shares of the feed that new limits allow, at which the motion comes under them.
 BRIDGES = (0.9, 0.5)
+#: A motion counts as within its limits up to this share, as a factor on q.
+KEPT = 1.0 + 1e-9
 
 
 class OutOfReachError(PlanError):
@@ -84,17 +88,17 @@ class Windows:
             return self._take(self.left, _final(len(self.left)), self.end, REST)
         self.work += len(plan.pieces)
         moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
-        if plan.over > 1.0 + KEPT and self.left is not None:
+        if plan.over > KEPT and self.left is not None:
             pieces, end = self.left, self.end
-        elif not plan.over < HOPELESS and not moving:
+        elif not plan.over < POOR and not moving:
             raise PlanError(
                 f"no motion from s = {self.low:.6g} to {near:.6g} mm was found within these limits: the path bends or "
                 "turns too sharply there; smooth it"
             )
-        elif plan.over > 1.0 + KEPT and moving:
+        elif plan.over > KEPT and moving:
             raise OutOfReachError(self._out_of_reach(plan, near))
         else:
-            pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > 1.0 + KEPT else 1.0), near
+            pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > KEPT else 1.0), near
             self.limits = setting.limits
             if ends_here:
                 return self._take(pieces, len(pieces), end, stop)
@@ -140,7 +144,7 @@ class Windows:
         with np.errstate(all="ignore"), suppress(PlanError):
             plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True)
             self.work += len(plan.pieces)
-            return plan.pieces if plan.over <= 1.0 + KEPT else None
+            return plan.pieces if plan.over <= KEPT else None
         return None
 
     def _shortest(self, setting: Setting, mode: Mode, high: float) -> tuple[Pieces, float]:

@@ -151,11 +151,6 @@ class JointPath:
         s = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
         return s[np.diff(s, prepend=0.0) > SAME * self.length]
 
-    @property
-    def marks(self) -> Array:
-        """No more places to look at than `breaks`."""
-        return np.zeros(0)
-
     @cached_property
     def stops(self) -> tuple[float, ...]:
         """Arc lengths strictly inside, mm, at which the tool must rest: those of the tip, and kinks of a joint."""
