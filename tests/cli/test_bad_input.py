@@ -75,7 +75,7 @@ def test_a_period_longer_than_the_motion_says_which_would_do(refused):
 def test_a_period_that_would_fill_the_disk(refused):
     line = refused("run", "smooth.json", "--period", "1e-12")
     assert line.startswith("the motion takes 2.47")
-    assert line.endswith("at most 1000000000 are made: raise the period or the feed")
+    assert line.endswith("at most 1000000000 are possible: raise the period or the feed")
 
 
 def test_no_room_for_the_change_of_feed(refused):

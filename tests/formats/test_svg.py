@@ -273,7 +273,7 @@ def test_what_svg_cannot_hold_is_approximated_within_a_tolerance_that_is_kept(tm
         ('<path d="M 1 2 L nan 4"/>', "line 1: <path>: path data: L needs 2 numbers at 'nan 4'"),
         ('<path d="M 1 2 L 1e999 4"/>', "line 1: <path>: path data: a number is too large"),
         ('<path d="M 1 2 L 1e99 4"/>', "a curve of 'path' goes farther out than 1e+09 mm; check the units"),
-        ('<path d="M0 0H1" transform="rotate(1 2)"/>', "line 1: <path>: transform: 'rotate(1 2)' is not a function"),
+        ('<path d="M0 0H1" transform="rotate(1 2)"/>', "line 1: <path>: transform: 'rotate(1 2)' is not an SVG"),
         ('<path d="M0 0H1" transform="turn"/>', "line 1: <path>: transform: expected a function such as translate("),
         ('<rect width="-1" height="2"/>', "line 1: <rect>: width is -1; expected 0 or more"),
         ('<rect width="2vw" height="2"/>', "line 1: <rect>: width is '2vw'; expected a length"),

@@ -126,7 +126,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     corrections = given["corrections"]
     say(f"reading {source or PAPER_SHAPE}")
     parts = run_windows.parts_of(source, reading, given)
-    path: Path | PathParts = read_path(source or PAPER_SHAPE, reading) if parts is None else parts
+    path: Path | PathParts = read_path(PAPER_SHAPE if source is None else source, reading) if parts is None else parts
     tool = isinstance(path, ToolPath)
     if isinstance(path, PathParts):
         axes = path.axes

@@ -49,7 +49,8 @@ def test_units_distances_and_rotary_axes(tmp_path: Path) -> None:
     assert path.axes == ("x", "u", "a", "b")
     assert np.allclose(ends(path), [[25.4, 0, math.pi / 2, 0], [50.8, 0, math.pi / 2, 0], [60.8, 0, math.pi / 2, 0],
                                     [1, 2, math.pi / 2, -math.pi]])  # fmt: skip
-    assert path.feeds is not None and path.feeds.tolist() == [25.4] * 4
+    assert path.feeds is not None and path.feeds[:3].tolist() == [25.4] * 3
+    assert path.feeds[3] == pytest.approx(25.4 * math.sqrt(59.8**2 + 2**2) / 59.8, rel=1e-12)  # F is of X, not of U
 
 
 def test_offsets_of_coordinate_systems(tmp_path: Path) -> None:

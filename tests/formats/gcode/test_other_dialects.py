@@ -90,7 +90,7 @@ def test_a_bspline_of_siemens(tmp_path: Path) -> None:
         (["BSPLINE X=1 PW=4"], "line 1: PW=4: weights are greater than 0 and at most 3"),
         (["BSPLINE X=1", "X=2", "G1 X=3"], "line 3: the BSPLINE of line 1 has 3 control points; degree 3 needs more"),
         (["X=1 PL=2"], "line 1: PL and PW belong to BSPLINE"),
-        (["CYCLE81(1,2)"], "line 1: CYCLE81( is a call, which is not read; write plain lines"),
+        (["CYCLE800(1,2)"], "line 1: CYCLE800( is a call, which is not read; write plain lines"),
         (["R1=5", "BSPLINE"], "line 1: R1= is not read in a Siemens program"),
         (["ASPLINE X=1"], "line 1: ASPLINE is not read in a Siemens program; write plain lines"),
         (["X=IC(5)"], "line 1: "),

@@ -176,5 +176,5 @@ def _value(text: str, kind: str) -> Any:
         try:
             return int(text) if kind == "whole" else float(text)
         except ValueError:
-            raise InputError(f"{text!r} is no {'whole number' if kind == 'whole' else 'number'}") from None
+            raise InputError(f"{text!r} is not a {'whole number' if kind == 'whole' else 'number'}") from None
     return units.parse(text, kind)
