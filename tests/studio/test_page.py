@@ -44,7 +44,7 @@ def test_setpoints_are_downloaded_byte_for_byte(opened, tmp_path):
     got.value.save_as(tmp_path / "got.csv")
     wanted = resolve(asked, tmp_path)
     made = sf.run(wanted.path, wanted.limits, strategy=wanted.strategy)
-    said = results.numbers(wanted, made, None, ("csv",))
+    said = results.numbers(wanted, made, ("csv",))
     sf.save(documented(made, said).points, tmp_path / "own.csv")
     assert (tmp_path / "got.csv").read_bytes() == (tmp_path / "own.csv").read_bytes()
     assert got.value.suggested_filename == "setpoints.csv"
