@@ -56,7 +56,6 @@ PROGRAMS = {
     "G76 P1 Z5 I-1 J.6 K1 Q10 E.5 L1\nG76 P1 Z-5 I-1 J.1 K.5 R.5",
     "a revolution": "S500 G95 F.1 M3\nG1 X1\nS800 X2\nX3\nX4 F.2\nG2 X6 I1\nG20\nF.01\nG1 X1\nG21\nF.1\nG81 X1 Z-3 R1\n"
     "G80 M5\nG94 F100 G1 X3\nG95 F.5\nX5\nG93 X6 F2",
-    "G80 G0 X9 Y0\nG91 G81 R.1 Z-.5 ^60 L6\nG80 G90 G54 X5 Y0\nG92 X1\nG0 @5 ^30\nG91 ^30",
     "existence": "#<a>=999\nG0 X[exists[#1]] Y[exists[#99999]] Z[exists[#<a>]] A[exists[#<b>]]\nX[exists[#5601]*5]",
     "ends": "G1 X1 F1\nM2\nG1 X2\n",
     "percent": "%\nG1 X1 F1\nX2\n%\nX3\n",
