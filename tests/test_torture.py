@@ -71,4 +71,5 @@ def test_kinds_that_did_not_run_keep_their_rows() -> None:
 @pytest.mark.slow
 def test_the_program_runs_and_says_how_it_went(capsys: pytest.CaptureFixture[str]) -> None:
     assert torture.main(["--only", "profiles", "--count", "2", "--workers", "1", "--seed", "7"]) == 0
-    assert "| seven-phase profiles alone | 2,000 | 2,000 |" in capsys.readouterr().out
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("| seven-phase"))
+    assert [cell.strip() for cell in row.split("|")][1:4] == ["seven-phase profiles alone", "2,000", "2,000"]
