@@ -30,7 +30,7 @@ def short_lines(file, count: int) -> None:
 
 @pytest.fixture
 def program(folder):
-    short_lines(folder / "part.nc", 6000)
+    short_lines(folder / "part.nc", 2000)
     return "part.nc"
 
 

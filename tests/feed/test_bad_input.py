@@ -103,7 +103,7 @@ def outcome(path: sf.Path, given: dict, strategy: str) -> str:
 
 
 #: What the strategies that take every limit, and much longer than seven-phase, are given in the normal run.
-FEW = ("tangential", "corners in passing at next to nothing", "everything huge")
+FEW = ("tangential", "everything huge")
 #: Their ticks are looked at one by one for the chord error: 20 million of them.
 SLOW = ("1e6 mm line", "1e6 mm curve", "1e6 mm and then 1e-6")
 CASES = [

@@ -81,10 +81,16 @@ _STEPS = (
     (np.uint64(100 * 2**16 + 1), np.uint64(16), np.uint64(0x0000FFFF0000FFFF)),
     (np.uint64(10000 * 2**32 + 1), np.uint64(32), np.uint64(0x00000000FFFFFFFF)),
 )
-_COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*")
+_COMMENT = re.compile(rb"\([^)\n]*\)?|;[^\n]*")
 #: Axis of each letter: x y z a b c u v w are 0 to 8.
 _AXES = dict(zip("XYZABCUVW", range(9), strict=True))
 _WORDS = "XYZABCUVWIJKFRPST"
+
+
+def _blanked(found: re.Match[bytes]) -> bytes:
+    """Blanks for a comment; one that is not closed stays as it is, so that its line is not known."""
+    text = found[0]
+    return b"\x01" + b" " * (len(text) - 1) if text[:1] == b";" or text[-1:] == b")" else text
 
 
 class Lines:
@@ -94,7 +100,7 @@ class Lines:
         if b"\x01" in block:
             block = block.replace(b"\x01", b"\x02")
         if b"(" in block or b";" in block:
-            block = _COMMENT.sub(lambda found: b"\x01" + b" " * (len(found[0]) - 1), block)
+            block = _COMMENT.sub(_blanked, block)
         data = np.frombuffer(block, dtype=np.uint8)
         kinds = _KINDS[data]
         ends = np.flatnonzero(kinds == _END)
