@@ -99,7 +99,8 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
             # the centre is rounded too, and on a flat arc that moves its middle as far
             assert np.abs(middle - canon.middle).max() <= 6.0 * canon.rounded, said
         tolerance = moves.values[i, layout.ROW_TOLERANCE]
-        assert math.inf if tolerance == UNSAID else tolerance == pytest.approx(canon.tolerance, abs=1e-6), said
+        tolerance = math.inf if tolerance == UNSAID else tolerance
+        assert tolerance == pytest.approx(canon.tolerance, abs=1e-6), said
         if kind != "TRAVERSE" and not moves.flags[i] & layout.INVERSE_FEED:
             assert moves.values[i, layout.ROW_FEED] == pytest.approx(canon.feed, abs=2e-4), said
     waits = [mark.dwell for mark in moves.marks if mark.dwell]

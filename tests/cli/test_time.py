@@ -36,6 +36,20 @@ def test_time_as_json_with_a_figure(splinefeed, folder):
     assert "cutting" in (folder / "time.svg").read_text()
 
 
+def test_the_time_from_a_line_on(splinefeed):
+    whole = json.loads(splinefeed("time", BOX, "--machine", "hurco-02", "--json", "--no-saves").stdout)
+    change = next(each["line"] for each in whole["operations"] if each["tool"] == "T21")
+    words = ("time", BOX, "--machine", "hurco-02", "--json", "--no-saves", "--from-line")
+    rest = json.loads(splinefeed(*words, change).stdout)
+    last, again = whole["tools"][-1], rest["tools"][-1]
+    assert again["tool"] == "T21"
+    assert again["cutting_s"] == pytest.approx(last["cutting_s"], rel=1e-9)
+    assert rest["total_s"] < whole["total_s"]
+    refused = splinefeed(*words, 10**6)
+    assert refused.exit_code == 2
+    assert "line 1000000: is not carried out" in refused.stderr
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -42,6 +42,9 @@ def test_the_paper_s_part_runs_from_a_shell(splinefeed: Callable[..., Result], f
     checked = splinefeed("check", "flank/setpoints.h5", "--json")
     assert checked.exit_code == 0
     assert json.loads(checked.stdout)["off_curve_max_mm"] < 1e-12
+    again = splinefeed("report", "flank", "-o", "again.html", "--json")
+    assert again.exit_code == 0
+    assert json.loads(again.stdout)["duration_s"] == page["duration_s"]
 
 
 def test_what_a_tool_path_needs_is_said_in_one_line(splinefeed: Callable[..., Result]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path as File
 
@@ -184,6 +185,26 @@ def test_a_tool_rests_at_kinks_of_its_axis() -> None:
     assert np.min(np.abs(points.s - 40.0)) < 1e-9
     assert points.feed[int(np.argmin(np.abs(points.s - 40.0)))] == pytest.approx(0.0, abs=1e-6)
     assert sf.check(points, path, FLANK, law=law).ok
+
+
+def test_a_tool_axis_of_numbers_stays_as_it_is() -> None:
+    tip = sf.NurbsCurve(3, [0] * 4 + [1] * 4, [[0, 0, 0], [10, 5, 0], [20, -5, 2], [30, 0, 0]])
+    tilted = sf.ToolPath(tip, [0.1, 0, 1], kind="vectors")
+    kinematics = sf.Machine.load("trunnion").kinematics
+    assert kinematics is not None
+    joints = sf.JointPath(tilted, kinematics)
+    s = np.linspace(0.0, joints.length, 50)
+    found, axis = kinematics.forward(joints(s))
+    assert np.abs(axis - np.array([0.1, 0.0, 1.0]) / np.sqrt(1.01)).max() < 1e-14
+    assert np.abs(found - tilted(s)).max() < 1e-12
+    for numbers, kind, said in (
+        ([1, 2], "vectors", "has 2 columns; vectors have 3"),
+        ([0, 0, 0], "vectors", "the tool axis has no length"),
+        ([np.nan, 0, 1], "vectors", "give finite numbers"),
+        ([0, 0, 1], "points", "give kind='vectors' or kind='angles'"),
+    ):
+        with pytest.raises(sf.errors.SplinefeedError, match=re.escape(said)):
+            sf.ToolPath(tip, numbers, kind=kind)
 
 
 def test_an_upright_tool_on_a_gantry_is_planned_as_three_axes() -> None:

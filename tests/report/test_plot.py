@@ -8,8 +8,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import splinefeed as sf
+from splinefeed.cli.main import command_line
 from splinefeed.records import view
 
 
@@ -129,6 +131,9 @@ def test_a_run_writes_what_the_command_writes(run, tmp_path, monkeypatch):
     assert page["ok"] is True
     assert page["settings"]["limits"] == run.limits.as_dict()
     np.testing.assert_array_equal(sf.load("part/setpoints.h5").position, run.points.position)
+    made = CliRunner().invoke(command_line, ["report", "part"], catch_exceptions=False)
+    assert (made.exit_code, made.output) == (0, "checked: every limit holds\nwrote part/report.html\n")
+    assert CliRunner().invoke(command_line, ["check", "part/setpoints.h5"]).exit_code == 0
     assert "setpoints.csv" not in run.report("part")  # a run replaces the files of the one before
     assert not (tmp_path / "part/setpoints.csv").exists()
     with pytest.raises(sf.errors.InputError, match="report: format 'dwg' is not known; choose from hdf5, csv"):

@@ -65,20 +65,17 @@ def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict
     from splinefeed.analysis.certificate import certificate, write_certificate
     from splinefeed.analysis.check import check
     from splinefeed.analysis.check_bounds import TOLERANCE
-    from splinefeed.cli.setpoints_file import machine_of, path_of, read_setpoints
-    from splinefeed.geometry.tool_path import ToolPath
-    from splinefeed.pipeline.run import on_machine
+    from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
 
     say(f"reading {file}")
     points, notes = read_setpoints(file, given)
     limits = _limits(points, given, file)
     path, source = path_of(points.settings, given, file)
     law = _law(given["law_file"])
-    machine = given["machine"] or (machine_of(points.settings) if isinstance(path, ToolPath) else None)
     say("checking")
     verdict = check(
         points,
-        on_machine(path, machine, limits),
+        on_its_machine(path, points.settings, given["machine"], limits),
         limits,
         law=law,
         tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],

@@ -166,6 +166,9 @@ reading_program = _all(
     click.option("--repair", is_flag=True, help="Repair what is safe to repair in a faulty file, and list it."),
 )
 
+#: Where a program begins.
+from_line = click.option("--from-line", metavar="N", help="G-code: resume the program at this line, as it is there.")
+
 #: How a SOURCE is read, but for the tolerance.
 reading_alone = _all(
     click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
@@ -174,7 +177,7 @@ reading_alone = _all(
     quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
     click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: edges of faces as well as free curves."),
     reading_program,
-    click.option("--from-line", metavar="N", help="G-code: resume the program at this line, as it is there."),
+    from_line,
 )
 
 #: How a SOURCE is read.

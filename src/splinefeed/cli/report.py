@@ -25,9 +25,10 @@ Examples:
 @click.command(epilog=EXAMPLES)
 @click.argument("folder")
 @click.option("-o", "--output", metavar="FILE", help="File to write.  [default: report.html in the folder]")
+@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: whose joints.  [default: as the run says]")
 @options.as_json
 @click.pass_context
-def command(ctx: click.Context, /, folder: str, output: str | None, as_json: bool) -> None:
+def command(ctx: click.Context, /, folder: str, output: str | None, machine: str | None, as_json: bool) -> None:
     """Make the report of the run that left FOLDER: one HTML file that works offline.
 
     The setpoints are measured and checked anew, against the path and limits that they name. The exit code is 1 where a
@@ -37,7 +38,7 @@ def command(ctx: click.Context, /, folder: str, output: str | None, as_json: boo
     from splinefeed.cli.progress import busy
 
     with busy() as say:
-        page = _report(folder, output, say)
+        page = _report(folder, output, machine, say)
     if as_json:
         print_json(page)
     else:
@@ -48,11 +49,11 @@ def command(ctx: click.Context, /, folder: str, output: str | None, as_json: boo
     ctx.exit(DONE if page["ok"] else NOT_KEPT)
 
 
-def _report(folder: str, output: str | None, say: Say) -> dict[str, Any]:
+def _report(folder: str, output: str | None, machine: str | None, say: Say) -> dict[str, Any]:
     from functools import partial
     from pathlib import Path
 
-    from splinefeed.cli.setpoints_file import path_of
+    from splinefeed.cli.setpoints_file import on_its_machine, path_of
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import load, load_chunks
     from splinefeed.pipeline.compare import MethodResult
@@ -65,11 +66,12 @@ def _report(folder: str, output: str | None, say: Say) -> dict[str, Any]:
     say(f"reading {folder}")
     file, law = place / _setpoints_of(place), _loaded(place, files.LAW, TimeLaw)
     settings = next(load_chunks(file, 1)).settings
-    path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(place))
+    path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(file))
     limits = Limits.from_dict(settings["limits"])
+    joints = on_its_machine(path, settings, machine, limits)
     say("measuring and checking")
     ticks = check_ticks(law, settings["period"], MOST_IN_CHUNKS)
-    run = measured(path, limits, law, partial(load_chunks, file), ticks)
+    run = measured(joints, limits, law, partial(load_chunks, file), ticks)
     responses = {}
     if (place / files.RESPONSE).is_file():
         response = load(place / files.RESPONSE)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from splinefeed.geometry.path import Path
-    from splinefeed.records import Setpoints
+    from splinefeed.kinematics.joint_path import JointPath
+    from splinefeed.records import Limits, Setpoints
 
 
 def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list[str]]:
@@ -65,8 +66,18 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
         raise InputError(f"{file}: does not say where its path came from; give --path FILE or --path SHAPE")
     source = settings["source"]
     text: str = source["text"]
+    if source.get("beside"):  # a run that was made in Python wrote its path beside its setpoints
+        text = os.path.join(os.path.dirname(file), text)
     _check_unchanged(text, source.get("sha256"), file)
     return read_path(text, _reading(str(settings.get("command", "")))), text
+
+
+def on_its_machine(path: Path, settings: Mapping[str, Any], machine: str | None, limits: Limits) -> Path | JointPath:
+    """A tool path in the joints of `machine`, or of the one that the settings say; any other path as it is."""
+    from splinefeed.geometry.tool_path import ToolPath
+    from splinefeed.pipeline.run import on_machine
+
+    return on_machine(path, machine or (machine_of(settings) if isinstance(path, ToolPath) else None), limits)
 
 
 def machine_of(settings: Mapping[str, Any]) -> str | None:

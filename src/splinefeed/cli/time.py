@@ -15,6 +15,7 @@ Examples:
   splinefeed time part.nc --machine hurco-04
   splinefeed time part.nc --machine my-mill.toml --figure part-time.svg
   splinefeed time part.ngc --machine router --offsets "G28=0,0,80" --json
+  splinefeed time part.nc --machine hurco-04 --from-line 120
 
 """
 #: What the table calls each kind of time.
@@ -26,6 +27,7 @@ _TITLES = {"cutting_s": "cutting", "rapid_s": "rapid", "tool_change_s": "tool ch
 @click.argument("program")
 @click.option("--machine", metavar="NAME|FILE", required=True, help="The machine, with a section [control].")
 @options.reading_program
+@options.from_line
 @click.option("--figure", metavar="FILE", help="Draw a bar chart along the program (.svg, .png, .pdf).")
 @click.option("--no-saves", is_flag=True, help="Do not plan again to see what would save time.")
 @options.as_json
@@ -52,7 +54,7 @@ def _time(program: str, given: Mapping[str, Any], say: Any) -> dict[str, Any]:
     from splinefeed.report.saving import save_figure
     from splinefeed.report.time_figures import time_figure
 
-    reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair")}
+    reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair", "from_line")}
     say(f"reading {program}")
     time = cycle_time(program, given["machine"], **reading)
     page = time.as_dict() | {"source": program, "saves": [], "files": []}

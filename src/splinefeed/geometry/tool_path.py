@@ -33,7 +33,8 @@ class ToolPath(Path):
     """The path of a tool tip, and the tool axis along it: a `Path` of x, y, z that knows how the tool stands.
 
     tip    NurbsCurve of (n, 3) control points, mm, several of them, or a Path of x, y, z; coordinates of the workpiece
-    axis   as many curves, each over the parameters of its tip curve; None for a tool that stands upright, along z
+    axis   as many curves, each over the parameters of its tip curve; numbers for a tool axis that stays as it is (one
+           vector, or angles); None for a tool that stands upright, along z
     kind   "points" on the tool axis, mm, from which the tip is taken; "vectors" from the tip to the spindle, of any
            length; "angles" of the rotary joints of a machine, rad, as they are programmed
     rotary  names of the joints that the columns of "angles" are; those of the machine, in order, if none is given
@@ -52,7 +53,7 @@ class ToolPath(Path):
     def __init__(
         self,
         tip: NurbsCurve | Iterable[NurbsCurve] | Path,
-        axis: NurbsCurve | Iterable[NurbsCurve] | None = None,
+        axis: NurbsCurve | Iterable[NurbsCurve] | Sequence[float] | None = None,
         *,
         kind: str = POINTS,
         rotary: Sequence[str] = (),
@@ -74,7 +75,7 @@ class ToolPath(Path):
         self.tool_length = None if tool_length is None else float(tool_length)
         self.tool_axis: tuple[NurbsCurve, ...] | None = None
         if axis is not None:
-            self.tool_axis = (axis,) if isinstance(axis, NurbsCurve) else tuple(axis)
+            self.tool_axis = _curves_of_axis(axis, curves, kind)
             _check_axis(curves, self.tool_axis, kind)
         for i, curve in enumerate(curves):
             if isinstance(curve, NurbsCurve) and curve.axes != 3:
@@ -206,6 +207,21 @@ def _again(curves: Sequence[NurbsCurve], axes: Sequence[tuple[Any, ...]], said: 
 def beside(curve: NurbsCurve, points: Array) -> NurbsCurve:
     """A curve over the knots and weights of another one, through as many points (n, columns), which may all be one."""
     return NurbsCurve.trusted(curve.degree, curve.knots, read_only(points), curve.weights, clamped=curve.clamped)
+
+
+def _curves_of_axis(
+    axis: NurbsCurve | Iterable[NurbsCurve] | Sequence[float], tip: Sequence[NurbsCurve], kind: str
+) -> tuple[NurbsCurve, ...]:
+    """The curves of a tool axis; numbers stand for one that stays as it is."""
+    given = (axis,) if isinstance(axis, NurbsCurve) else tuple(axis)
+    if not given or any(isinstance(each, NurbsCurve) or not np.isscalar(each) for each in given):
+        return given  # type: ignore[return-value]  # _check_axis looks at each
+    if kind == POINTS:
+        raise InputError(f"the tool axis is {list(given)}: give kind='{VECTORS}' or kind='{ANGLES}' with numbers")
+    row = np.array(given, dtype=float)
+    if not np.all(np.isfinite(row)):
+        raise CurveError(f"the tool axis is {list(given)}; give finite numbers")
+    return tuple(beside(curve, np.tile(row, (len(curve.control_points), 1))) for curve in tip)
 
 
 def _check_axis(tip: Sequence[NurbsCurve], axis: Sequence[NurbsCurve], kind: str) -> None:

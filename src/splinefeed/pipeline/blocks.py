@@ -68,13 +68,14 @@ def read_blocks(
     offsets: str | Mapping[str, Sequence[float]] | None = None,
     tools: str | os.PathLike[str] | Tools | None = None,
     repair: bool = False,
+    from_line: int | str | None = None,
 ) -> Blocks:
     """Read the program in `file` as `splinefeed.read` does; `control` says where G28 and tool changes lead.
 
     Raises FormatError with the line that is wrong, or where nothing moves.
     """
     home = [control.home.x or 0.0, control.home.y or 0.0, control.home.z or 0.0, *[0.0] * (AXES - 3)]
-    program = Program(file, dialect, home if start is None else start, offsets, tools, repair)
+    program = Program(file, dialect, home if start is None else start, offsets, tools, repair, from_line)
     reading = program.reading()
     if control.home != Place():
         references = {number: np.array(home) for number in REFERENCES.values()}

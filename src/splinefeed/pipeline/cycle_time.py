@@ -179,6 +179,7 @@ def cycle_time(
     offsets: str | Mapping[str, Sequence[float]] | None = None,
     tools: str | os.PathLike[str] | Tools | None = None,
     repair: bool = False,
+    from_line: int | str | None = None,
 ) -> CycleTime:
     """Time a program on a machine as its control plans it, s; the options are those of `read` for G-code.
 
@@ -200,8 +201,9 @@ def cycle_time(
     table = table if table.control is not None else replace(table, control=Control(axes=_limits(table)))
     assert table.control is not None
     blocks = read_blocks(
-        program, table.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair
-    )
+        program, table.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
+        from_line=from_line,
+    )  # fmt: skip
     return timed(blocks, table, Path(program).stem)
 
 

@@ -38,6 +38,8 @@ RECORDS = (RECORD, FOLLOW_RECORD, TUNE_RECORD, TUNE_FEED_RECORD)
 LIMITS = "limits.toml"
 #: The time law.
 LAW = "law.h5"
+#: The path of a run that was made in Python, which no file names.
+PATH = "run-path.json"
 #: The page to look at.
 REPORT = "report.html"
 #: What the axes of a machine did.
@@ -66,6 +68,7 @@ TUNE_FEED_NAMES = (
 NAMES = (
     RECORD,
     LAW,
+    PATH,
     REPORT,
     TIP,
     *SETPOINTS.values(),
@@ -122,11 +125,12 @@ def write(
     record: Mapping[str, Any] | None = None,
     others: Sequence[Served] = (),
     tip: bool = False,
+    with_path: bool = False,
 ) -> list[str]:
     """Write everything that `run` leaves to `folder`, and give the names; `record` goes to the page of numbers.
 
     figure_formats  of the figures; without any there is no report either
-    tip  whether tip and tool axis are written beside the joints of a tool path
+    tip  whether tip and tool axis are written beside the joints of a tool path; with_path  whether the path is, as JSON
     others  what a machine did with the setpoints of other methods; what it did with those of a long run is not kept
     """
     place = File(folder)
@@ -137,6 +141,11 @@ def write(
         with atomic_write(place / TIP) as temporary:
             rows = np.column_stack([run.points.t, run.points.s, *found])
             np.savetxt(temporary, rows, "%.17g", delimiter=",", header=TIP_COLUMNS, comments="")
+    if with_path:
+        from splinefeed.formats.registry import write as write_path
+
+        names.append(PATH)
+        write_path(run.path, place / PATH)
     names.append(LAW)
     save(run.law, place / LAW)
     own = run.served if run.whole else None

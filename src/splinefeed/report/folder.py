@@ -122,10 +122,12 @@ def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -
 
 def report(run: Run, folder: str | os.PathLike[str], *, formats: Iterable[str] = ("hdf5",)) -> list[str]:
     """Write a run that was made in Python, as the command `run` does, but for the command that repeats it."""
-    from splinefeed.report.record import of_program
+    from splinefeed.report.files import PATH
+    from splinefeed.report.record import documented, of_program
 
     wanted = tuple(formats)
     if unknown := [form for form in wanted if form not in SETPOINTS]:
         raise InputError(f"report: format {unknown[0]!r} is not known; choose from {', '.join(SETPOINTS)}")
     with staged(folder) as stage:
-        return write(run, stage, formats=wanted, record=of_program(run))
+        said = {"source": {"text": PATH, "beside": True}, "command": ""}
+        return write(documented(run, said), stage, formats=wanted, record=of_program(run), with_path=True)
