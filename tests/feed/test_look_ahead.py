@@ -200,10 +200,11 @@ KEPT = {
     50001567: "a rest next to a cusp, with slivers of rows beside it",
     40003326: "a rotary axis that turns in the last 33 roundings of s",
     70072703: "a piece that lasts one rounding of its instant, and none at all behind a dwell",
+    93000505: "a bend of little turn whose curvature rises and falls within 1e-4 mm",
     60035841: "slowing down that ends within some thousand roundings of its instant, under uneven jerk",
 }
 #: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.
-QUICK = {30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0}
+QUICK = {30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0, 93000505: 1.7}
 #: And those that are refused, as an axis turns on while the linear ones stand still, or all but stand still.
 REFUSED = (
     300418, 300612, 401368, 402711, 10041087, 20066002, 30073763, 30095864, 40093986,

@@ -15,10 +15,13 @@ from splinefeed.records import Array, IntArray
 
 #: Samples of an arc-length piece among which sharp bends are looked for, and curves looked at together.
 SAMPLES, TOGETHER = 9, 4096
-#: A bend is sharp if its radius is below this share of the length of its curve.
+#: A bend is sharp if its radius, or the way over which its curvature rises and falls, is below this share of the
+#: length of its curve.
 SHARP = 1e-3
 #: A sample of a bend that is sharp in between has no more than so many times that radius.
 NEARLY = 8.0
+#: Curvature that is lower by less than this share in the next sample has no narrow peak.
+FALL = 1e-4
 #: Newton steps from between two samples to where |C'| is least.
 STEPS = 4
 #: Knots nearer to each other than this share of the path are one place: what lies between is rounding.
@@ -115,6 +118,8 @@ def sharp_bends(path: Path) -> tuple[Array, Array]:
                 radius[near] = looked_at(owner[near], places[near])[1]
             at, least = np.where(radius < values[1][dip], places, at), np.minimum(radius, values[1][dip])
             sharp = least < SHARP * size[owner]
+            if value is values[1]:
+                sharp |= _rise(path, owner, u, dip, at, value, least) < SHARP * size[owner]
             if value is values[0] and path.linear < len(path.axes):  # rotary axes turn far within little of the path
                 sharp |= looked_at(owner, at)[0] < SHARP * size[owner]
             with np.errstate(divide="ignore"):
@@ -127,6 +132,17 @@ def sharp_bends(path: Path) -> tuple[Array, Array]:
     tips = tips[np.lexsort((-tips[:, 1], together))]
     apart = np.diff(np.sort(together), prepend=0) > 0
     return tips[apart, 0], tips[apart, 1]
+
+
+def _rise(path: Path, curve: IntArray, u: Array, dip: IntArray, at: Array, radius: Array, least: Array) -> Array:
+    """The way w, mm, over which curvature k rises to its peak at `at` (n,), and falls: k (1 - (d/w)^2) at d beside it."""
+    s = path.arc_length(curve, at)
+    ways = []
+    for beside in (dip - 1, dip + 1):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            fall = 1.0 - least / radius[beside]
+            ways.append(np.where(fall > FALL, np.abs(path.arc_length(curve, u[beside]) - s) / fall**0.5, np.inf))
+    return np.maximum(*ways)
 
 
 def _slowest(path: Path, curve: IntArray, u: Array, low: Array, high: Array) -> Array:
