@@ -135,7 +135,7 @@ def sharp_bends(path: Path) -> tuple[Array, Array]:
 
 
 def _rise(path: Path, curve: IntArray, u: Array, dip: IntArray, at: Array, radius: Array, least: Array) -> Array:
-    """The way w, mm, over which curvature k rises to its peak at `at` (n,) and falls: at d beside it k (1 - d^2/w^2)."""
+    """The way w, mm, over which curvature k rises to its peak at `at` (n,) and falls: k (1 - d^2/w^2) at d beside."""
     s = path.arc_length(curve, at)
     ways = []
     for beside in (dip - 1, dip + 1):
