@@ -10,8 +10,8 @@ from benchmarks.tables import Column, Headline, Report, Table
 from benchmarks.timing import interleaved
 
 ROUNDS = 12
-#: Look-ahead may be this much slower than the best known motion, and must be planned so many times faster.
-LOSS, SPEED_UP = 0.12, 50.0
+#: Look-ahead may take this much longer than the best known motion, and so many ms to plan a butterfly.
+LOSS, MILLISECONDS = 0.01, 40.0
 
 
 def measure() -> Report:
@@ -44,11 +44,12 @@ def measure() -> Report:
         "Limits (feed = axis velocity, axis acceleration, axis jerk): A 60, 500, 20000; B 100, 2000, 50000; "
         f"C 60, 50, 2000. Fastest of {ROUNDS} rounds in turn.",
     )
-    worst, slowest = max(row[5] for row in rows), min(row[8] for row in rows)
+    butterfly = [row for row in rows if row[0] == "butterfly"]
+    worst, slowest = max(row[5] for row in butterfly), max(row[7] for row in butterfly)
     headline = Headline(
-        "`look-ahead` against the best known motion and `time-optimal`",
-        f"at most {worst:.1f} % over the best, planned at least {slowest:.0f} times faster",
-        f"{100.0 * LOSS:.0f} %, {SPEED_UP:.0f} times",
-        worst <= 100.0 * LOSS and slowest >= SPEED_UP,
+        "`look-ahead` on the butterfly, against the best known motion",
+        f"at most {worst:.1f} % over, planned in at most {slowest:.0f} ms",
+        f"{100.0 * LOSS:.0f} %, {MILLISECONDS:.0f} ms",
+        worst <= 100.0 * LOSS and slowest <= MILLISECONDS,
     )
     return Report((Table(caption, columns, tuple(rows), notes),), (headline,))
