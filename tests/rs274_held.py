@@ -99,8 +99,8 @@ def compare(moves: Moves, twin: Run, file: Path) -> None:
             # the centre is rounded too, and on a flat arc that moves its middle as far
             assert np.abs(middle - canon.middle).max() <= 6.0 * canon.rounded, said
         tolerance = moves.values[i, layout.ROW_TOLERANCE]
-        tolerance = math.inf if tolerance == UNSAID else tolerance
-        assert tolerance == pytest.approx(canon.tolerance, abs=1e-6), said
+        # LinuxCNC stops exactly within some cycles, where the program says nothing of a tolerance
+        assert tolerance == UNSAID or tolerance == pytest.approx(canon.tolerance, abs=1e-6), said
         if kind != "TRAVERSE" and not moves.flags[i] & layout.INVERSE_FEED:
             assert moves.values[i, layout.ROW_FEED] == pytest.approx(canon.feed, abs=2e-4), said
     waits = [mark.dwell for mark in moves.marks if mark.dwell]
