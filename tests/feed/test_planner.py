@@ -23,7 +23,7 @@ from splinefeed.feed.solve import End, Problem, lower_bound, solve
 from splinefeed.feed.spline import Spline
 from splinefeed.feed.straight import seven_phases
 from splinefeed.feed.ticks import held_at_ticks
-from splinefeed.feed.track import PathTrack, sharp_bends
+from splinefeed.feed.track import PathTrack
 from splinefeed.feed.window import REST, Mode, State, plan_window
 from splinefeed.geometry.path import Path
 
@@ -111,7 +111,7 @@ def test_between_two_feeds_the_optimum_is_up_and_down_at_the_limit() -> None:
 
 def test_a_window_goes_from_state_to_state() -> None:
     setting = setting_of(cases.butterfly(), cases.axis_limits("A"))
-    mode = Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, looked=17, unseen=0.0, rounds=8, cells=400)
+    mode = Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400)
     whole = plan_window(setting, 0.0, 200.0, REST, REST, mode, exact=True)
     k = len(whole.pieces) // 2
     row = whole.pieces.coefficients[k]
@@ -126,7 +126,7 @@ def test_a_window_goes_from_state_to_state() -> None:
 @pytest.mark.parametrize("radius", [2e-6, 1e-5, 1e-3])
 def test_tips_of_sharp_bends_are_found(radius: float) -> None:
     path = Path([sample_curves.bent(radius)])
-    s, curvature = sharp_bends(path)
+    s, curvature = path.sharp_bends
     assert curvature == pytest.approx([1.0 / radius], rel=1e-6)
     assert s == pytest.approx(path.arc_length([0], [0.5]), rel=1e-12)
     assert np.any(np.isclose(PathTrack(path).breaks[:, None], s[None, :], rtol=1e-13))
@@ -136,7 +136,7 @@ def test_tips_of_sharp_bends_are_found(radius: float) -> None:
 def test_a_loop_that_hides_between_samples_is_found(width: float) -> None:
     """x' + i y' = (u + i w)^2: |C'| = w^2 and |C''| = 2 w across it at the tip."""
     path = Path([sample_curves.with_loop(0.4, width)])
-    assert np.max(sharp_bends(path)[1]) == pytest.approx(2.0 / width**3, rel=1e-3)
+    assert np.max(path.sharp_bends[1]) == pytest.approx(2.0 / width**3, rel=1e-3)
 
 
 BENT = {f"radius {radius:g} mm": sample_curves.bent(radius) for radius in (1.1e-6, 1e-5, 1e-4, 1e-3)}

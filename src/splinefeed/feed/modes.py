@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.audit import chebyshev, worst_shares
+from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.corners import passed_corners
 from splinefeed.feed.periods import in_periods
 from splinefeed.feed.setting import Setting
@@ -29,16 +29,12 @@ from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, BoolArray, Limits,
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(
-        turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, looked=17, unseen=1e-6, rounds=12, cells=8000, bounded=True
-    ),
-    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, looked=9, unseen=1e-4, rounds=4, cells=400),
+    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=12, cells=8000, bounded=True),
+    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, rounds=4, cells=400),
 }
 #: A motion that the audit finds over a limit is slowed down as a whole; by more than POOR, as a factor on q, a note
 #: says so, and by more than HOPELESS it is none.
 POOR, HOPELESS = 1.2, 100.0
-#: Places of a piece at which a finished motion is looked at.
-LOOKED_AT_LAST = 33
 #: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
 RESERVES = (5e-3, 2e-2, 0.1)
 #: ... and where an end in motion is out of reach so, this share of what the mode leaves unused.
@@ -221,8 +217,7 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
         plan = plan_stretch(setting, low, high, start, stop, mode)
         if not plan.over <= HOPELESS:
             return plan, 0
-        over = max(plan.over, float(np.max(worst_shares(setting, plan.pieces, high, chebyshev(LOOKED_AT_LAST)))))
-        pieces = plan.pieces.stretched(math.sqrt(over)) if over > 1.0 else plan.pieces
+        pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
         if period is None:
             return replace(plan, pieces=pieces), 0
         ticks = max(math.ceil(pieces.duration / period * (1.0 - ROUNDING) - ROUNDING), 1)
@@ -247,7 +242,7 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
         if abs(found.pieces.duration - whole * period) <= ROUNDING * found.pieces.duration + LATE * period:
             return found, whole
         slower = in_periods(found.pieces, high, (start.feed > 0.0, stop.feed > 0.0), period)
-        if slower is not None and np.max(worst_shares(setting, slower, high, chebyshev(mode.looked))) <= KEPT:
+        if slower is not None and np.max(worst_shares(setting, slower, high, closely=True)) <= KEPT:
             return replace(found, pieces=slower), round(slower.duration / period)
         found = kept(tolerance) if tolerance > 0.0 else None
     return first, math.floor(first.pieces.duration / period)

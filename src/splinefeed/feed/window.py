@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import InputError, PlanError
-from splinefeed.feed.audit import LOOKED, chebyshev, worst_shares
+from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
@@ -63,8 +63,6 @@ class Mode:
     beat       time over a cell, at most, in units of sqrt(v / J), v the top feed and J the jerk along the path
     gap        share of the time by which a solution may miss the optimum on its cells
     tolerance  share of a limit, as a factor on q, by which the audit may find a motion over it
-    looked     places of each piece that the audit looks at at last
-    unseen     what it may not see of a peak between them, as a factor on q
     rounds     times that cells found over a limit are tightened and solved again, at most
     cells      in a window, about
     bounded    whether a lower bound of the time is wanted
@@ -74,8 +72,6 @@ class Mode:
     beat: float
     gap: float
     tolerance: float
-    looked: int
-    unseen: float
     rounds: int
     cells: int
     bounded: bool = False
@@ -267,7 +263,6 @@ def plan_window(
         rough = solve(window.problem, window.guess(share), ROUGH)
         window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
         share, begin = NEAR, CLOSE
-    last = chebyshev(mode.looked)
     goal = 1.0 if exact else 1.0 + mode.tolerance
     c = window.guess(share)
     if setting.limits.deceleration_jerk != setting.limits.jerk:
@@ -285,13 +280,12 @@ def plan_window(
         if k == 0 and mode.bounded:
             bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
         pieces = pieces_of(window.spline, c, ends)
-        shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
+        shares = worst_shares(setting, pieces, high, closely=closely)
         hopeless = exact and not solution.kept and (k == 0 or np.max(shares) > HOPELESS)
         if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
             closely = True
-            shares = worst_shares(setting, pieces, high, last)
+            shares = worst_shares(setting, pieces, high, closely=True)
         if closely:
-            shares = shares * (1.0 + mode.unseen)
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
         if hopeless or (closely and found[-1].over <= goal):
             break

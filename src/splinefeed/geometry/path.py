@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.bends import sharp_bends
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners, jump_places
@@ -390,6 +391,11 @@ class Path:
     def jump_places(self) -> Array:
         """Arc lengths (k,), mm, in order, where the tangent or the curvature can jump: joints, knots and corners."""
         return read_only(jump_places(self))
+
+    @cached_property
+    def sharp_bends(self) -> tuple[Array, Array]:
+        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm."""
+        return sharp_bends(self)
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
