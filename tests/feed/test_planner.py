@@ -12,6 +12,7 @@ from scipy.interpolate import BSpline
 import motions
 import sample_curves
 import splinefeed as sf
+from splinefeed import workers
 from splinefeed.errors import PlanError
 from splinefeed.feed import modes as planner
 from splinefeed.feed.law import quintics
@@ -268,3 +269,16 @@ def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_s
     law = planner.plan_in_mode(alone, limits, PERIOD, "time-optimal")
     assert law is not None
     assert sf.check(sf.interpolate(alone, law), alone, limits, law=law).ok
+
+
+def test_stretches_planned_by_all_cores_are_the_same_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    curve = sf.shapes.naca("0012", chord=15.5).curves[0]
+    stops = [sf.Marker(k, "M0", 0.0, True) for k in range(1, 12)]
+    path = sf.Path([curve] * 12, markers=stops, tolerance=0.1)
+    limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
+    monkeypatch.setattr(workers, "cores", lambda: 1)
+    alone = sf.plan(path, limits, strategy="time-optimal", period=1e-3)
+    monkeypatch.setattr(workers, "cores", lambda: 2)
+    monkeypatch.setattr(workers, "WORTH_SPREADING", 0.0)
+    spread = sf.plan(path, limits, strategy="time-optimal", period=1e-3)
+    assert np.array_equal(alone.breaks, spread.breaks) and np.array_equal(alone.coefficients, spread.coefficients)

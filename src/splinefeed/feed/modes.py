@@ -25,6 +25,7 @@ from splinefeed.feed.windows import KEPT, OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, BoolArray, Limits, TimeLaw, refuse_orientation
+from splinefeed.workers import spread
 
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
@@ -148,6 +149,8 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
     exact, phases, shapes = straights(setting, marks)
     exact[0] &= begin.feed == 0.0
     exact[-1] &= limits.end_feed == 0.0
+    others = [_stretch(setting, begin, *marks[k : k + 2].tolist()) for k in np.flatnonzero(~exact).tolist()]
+    plans = spread(_in_ticks, (setting, mode), others)
     for first, last in _runs(exact):
         if exact[first]:
             spans, shape = phases[first:last], shapes[first:last]
@@ -167,10 +170,8 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             instants.append(breaks.ravel())
             rows.append(shape.reshape(-1, LAW_COEFFICIENTS))
             continue
-        low, high = marks[first : first + 2].tolist()
-        start = begin if low == begin.s else State(s=low)
-        stop = State(limits.end_feed if high == length else 0.0)
-        plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
+        low, high, start, stop = _stretch(setting, begin, *marks[first : first + 2].tolist())
+        plan, ticks = next(plans)
         if not plan.over <= HOPELESS:
             raise _not_found(setting, plan, low, high)
         if plan.over > POOR:
@@ -206,12 +207,20 @@ def _runs(exact: BoolArray) -> list[tuple[int, int]]:
     return list(pairwise([*begin.tolist(), len(exact)]))
 
 
-def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> tuple[Plan, int]:
-    """A stretch that lasts whole periods if it can, and how many.
+def _stretch(setting: Setting, begin: State, low: float, high: float) -> tuple[float, float, State, State]:
+    """A stretch between two marks, mm, and the states at its ends."""
+    start = begin if low == begin.s else State(s=low)
+    return low, high, start, State(setting.limits.end_feed if high == setting.track.length else 0.0)
+
+
+@np.errstate(all="ignore")  # in other processes, too
+def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, State]) -> tuple[Plan, int]:
+    """A stretch, see `_stretch`, that lasts whole periods if it can, and how many.
 
     From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With an end in
     motion it is slowed down in between, and more of all limits is left unused until that stays within them.
     """
+    (setting, mode), (low, high, start, stop) = given, stretch
     period = setting.period
     if max(start.feed, stop.feed) == 0.0:
         plan = plan_stretch(setting, low, high, start, stop, mode)
