@@ -34,7 +34,7 @@ Answer = tuple[Said, bytes]
 Handler = Callable[[Said], Answer]
 #: Time that a process which was killed gets to be gone, s.
 PATIENCE = 2.0
-#: Work is spread over processes once it has taken this long here and twice as much is left, s: they start in half of it.
+#: Work is spread over processes once it took this long here and twice as much is left, s: they start in half of it.
 WORTH_SPREADING = 1.0
 #: Address space of a process that work is spread to, bytes, and items that it is given at a time.
 MOST_MEMORY, TOGETHER = 12 * 2**30, 8
