@@ -281,10 +281,10 @@ def counted(
     wanted = density(samples, samples.top, slow, turn, beat, so_far=True)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(samples.s))])
     edges = np.concatenate([[low], inner[inner < far], [far]])
-    each = np.maximum(np.ceil(np.diff(np.interp(edges, samples.s, total))), 1.0)
-    so_far = np.concatenate([[0.0], np.cumsum(each)])
+    at = np.interp(edges, samples.s, total)
+    so_far = np.concatenate([[0.0], np.cumsum(np.maximum(np.ceil(np.diff(at)), 1.0))])
     share = float(so_far[-1]) / (joins * cells)
-    near = high if far == high and share <= 1.0 else float(np.interp(cells, so_far, edges))
+    near = high if far == high and share <= 1.0 else float(np.interp(np.interp(cells, so_far, at), total, samples.s))
     return near, share, samples
 
 
