@@ -287,7 +287,7 @@ def test_stretches_planned_by_all_cores_are_the_same_to_the_bit(monkeypatch: pyt
 
 
 def test_a_window_ends_where_its_cells_do() -> None:
-    """98005206: nearly all cells lie at the end of 610 mm; windows of 0.2 mm took minutes. 98002400: next to none."""
+    """98005206: nearly all cells lie at the end of 610 mm; windows of 0.2 mm took minutes. 98002400: no motion."""
     motion = random_motions.motion(98005206, ("look-ahead",))
     mode = planner.MODES["look-ahead"]
     setting = setting_of(motion.path, motion.limits, motion.period)
@@ -295,4 +295,4 @@ def test_a_window_ends_where_its_cells_do() -> None:
     assert 609.9 < near < motion.path.stops[0]
     motion = random_motions.motion(98002400, ("look-ahead",))
     law = sf.plan(motion.path, motion.limits, strategy="look-ahead", period=motion.period)
-    assert law.duration < 2.3
+    assert law.duration < 0.11

@@ -113,6 +113,8 @@ def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
     near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
     s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
     d = setting.track.derivatives(s)
+    moving = np.all(np.isfinite(d), axis=(1, 2))  # so near to a stop that C' rounds to 0 it has no direction
+    s, d = s[moving], d[moving]
     for _ in range(HALVINGS):
         gap = np.diff(s)
         tangent, kappa = setting.turning(d)

@@ -26,7 +26,7 @@ from splinefeed.records import Array, IntArray
 #: Rows and columns of the upper triangle of the 4 x 4 matrix of a cell, and of the 3 x 3 matrix of a place.
 UPPER, UPPER_3 = np.triu_indices(DEGREE + 1), np.triu_indices(DEGREE)
 #: Most Newton steps, and halvings of one.
-STEPS, HALVINGS = 80, 40
+STEPS, HALVINGS = 320, 40
 #: Shares of the diagonal that are added to it until rounding leaves the matrix positive.
 RIDGES = (0.0, 1e-12, 1e-9, 1e-6)
 #: A slack keeps this share of itself in a step; q keeps this share of itself.
@@ -240,6 +240,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
     s = np.maximum(-g, SLACK if z is None else SLACK**2)
     mu = (begin if z is None else 0.1 * begin) * time / problem.count
     z = mu / s if z is None else np.clip(z, 0.1 * mu / s, 10.0 * mu / s)
+    before, fall = time, np.inf
     for _ in range(STEPS):
         residual = g + s
         dc = problem.newton(y, r, z, s, (mu + z * residual) / s)
@@ -261,14 +262,17 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
             break
         s = np.where(held, -g_new, np.maximum(s + along * ds, -g_new))
         c, y, r, g = new, y_new, r_new, g_new
-        time = problem.time(y, r)
+        fell, time = fall, problem.time(y, r)
+        fall, before = before - time, time
         z = z + along_z * dz
         z = np.clip(z, mu / (BALANCE * s), BALANCE * mu / s)
         complementary = float(np.sum(z * s))
         if not complementary < HOPELESS * time:  # rows that contradict each other
             break
         least = min(along, along_z)
-        if np.max(g) < 0.0 and complementary < gap * time and least > 0.5:
+        # what is left of a fall that shrinks by fall / fell from step to step is fall^2 / (fell - fall)
+        settled = least > 0.5 and fall * abs(fall) <= gap * time * (fell - fall)
+        if settled and np.max(g) < 0.0 and complementary < gap * time:
             break
         aim = next(aim for length, aim in AIMS if least >= length)
         mu = max(aim * complementary, 0.1 * gap * time) / problem.count

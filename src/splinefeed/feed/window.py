@@ -355,7 +355,7 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         ramp = min(*ways, RAMP_OF_BREAK * beside)
         for _ in range(RAMP_HALVINGS):
             bent = _ramp_units(setting, place, way * ramp)
-            turn = ramp * float(np.linalg.norm(setting.places(np.array([place + way * 1e-3 * ramp])).d[0, 2]))
+            turn = ramp * float(setting.turning(setting.track.derivatives(np.array([place + way * 1e-3 * ramp])))[1][0])
             if not (np.max(bent) > RAMP_BEND * np.max(bent[:, :1]) or turn > RAMP_TURN):
                 break
             ramp *= 0.5
