@@ -33,7 +33,7 @@ RAMP_TURN = 0.3
 RAMP_JERK = 0.97
 #: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
 FADE = 20.0
-#: Share of the time by which a solution may miss the optimum that only tells how fast jumps are passed: FASTER covers it.
+#: Share of the time by which a solution may miss the optimum that tells how fast jumps are passed: FASTER covers it.
 ROUGH = 0.02
 #: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
 WIDEST = 1e-12
