@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 
 LIMITS = ["--feed", "60", "--accel", "500", "--jerk", "20000", "--no-figures", "--no-compare"]
 

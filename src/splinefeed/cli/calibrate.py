@@ -47,18 +47,18 @@ def command(runs: tuple[str, ...], as_json: bool, **given: Any) -> None:
 
 def _calibrate(runs: tuple[str, ...], given: Mapping[str, Any], say: Any) -> dict[str, Any]:
     from splinefeed.errors import InputError
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.calibration import PRIORS, calibrate, record
 
-    table = Machine.load(given["machine"])
+    machine = Machine.load(given["machine"])
     for name in given["keep"]:
         if name not in PRIORS:
             raise InputError(f"--keep: {name!r} is not fitted; there are {', '.join(PRIORS)}")
-    file = given["output"] if given["output"] is not None else f"{table.name}-calibrated.toml"
+    file = given["output"] if given["output"] is not None else f"{machine.name}-calibrated.toml"
     reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair")}
     say("reading runs")
-    recorded = [record(*_pair(run), table, **reading) for run in runs]
-    found = calibrate(recorded, table, keep=given["keep"], say=say)
+    recorded = [record(*_pair(run), machine, **reading) for run in runs]
+    found = calibrate(recorded, machine, keep=given["keep"], say=say)
     found.machine.save(file)
     return {**found.as_dict(), "files": [file]}
 

@@ -67,7 +67,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.errors import FormatError, InputError
     from splinefeed.formats import response_hdf5
     from splinefeed.formats.plain import plain
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files, saving
@@ -75,7 +75,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.simulation.follow import CHUNK
 
     drawing = options.figure_formats(given)
-    table = Machine.load(given["machine"])
+    machine = Machine.load(given["machine"])
     say(f"reading {file}")
     chunks, notes = read_setpoints_chunks(file, given, CHUNK)
     first = next(chunks, None)
@@ -87,9 +87,9 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     else:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(file).stem))
-    servo = Servo(table, path, linear=given["linear"])
+    servo = Servo(machine, path, linear=given["linear"])
     overview, pictured = Overview(), Pictured()
-    folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{table.name}"
+    folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
             response_hdf5.save(
@@ -103,7 +103,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
         if drawing:
             say("drawing")
             beside = pictured.deviation(path) if path is not None else None
-            drawn = files.servo_figures({first.method: overview.response}, name, table.name, beside)
+            drawn = files.servo_figures({first.method: overview.response}, name, machine.name, beside)
             names += saving.save_figures(drawn, stage, drawing)
             notes += saving.missing(drawing)
         if servo.off_path > 0.0:
@@ -115,7 +115,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
                 "file": file,
                 "name": name,
                 "path": source,
-                "machine": table.name,
+                "machine": machine.name,
                 "machine_file": given["machine"],
                 "linear": given["linear"],
                 "period_s": first.period,

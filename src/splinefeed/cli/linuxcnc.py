@@ -50,22 +50,22 @@ def init(
     from splinefeed.errors import InputError
     from splinefeed.formats.atomic import atomic_write
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.records import ROTARY_AXES
 
     if machine is None:
         raise InputError("--machine is missing: name a machine or its file; see splinefeed machine list")
-    table = Machine.load(machine)
-    names = [name.strip() for name in axes.split(",")] if axes else list(table.axes)
+    model = Machine.load(machine)
+    names = [name.strip() for name in axes.split(",")] if axes else list(model.axes)
     for name in names:
-        if name not in table.axes:
-            raise InputError(f"--axes: {table.name} has no axis {name!r}; it has {', '.join(table.axes)}")
+        if name not in model.axes:
+            raise InputError(f"--axes: {model.name} has no axis {name!r}; it has {', '.join(model.axes)}")
     tick = 1e-3 if period is None else period
     made = []
     for name in names:
         unit = 180.0 / math.pi if name in ROTARY_AXES else 1.0
-        limit = table.axes[name].limits.velocity
-        gain = table.axes[name].controller.position_gain or GAIN
+        limit = model.axes[name].limits.velocity
+        gain = model.axes[name].controller.position_gain or GAIN
         made.append(HalAxis(name, gain, VELOCITY if limit is None else unit * limit, following or 1.0))
     joints = "".join(
         f"\n[JOINT_{k}]  ; {axis.name}\nP = {axis.gain:.17g}\nFF1 = 1\nMAX_VELOCITY = {axis.velocity:.17g}\n"

@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.path import Path
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.records import Limits
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -78,7 +78,7 @@ def command(file: str, as_json: bool, **given: Any) -> None:
 def _encoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.cli.setpoints_file import read_setpoints_chunks
     from splinefeed.errors import InputError
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline import pulses
 
     if (given["machine"] is None) == (given["scales"] is None):

@@ -12,7 +12,7 @@ from splinefeed.errors import InputError
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
     from splinefeed.geometry.path import Path
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
 
 
 #: What is done to a path after it is read.

@@ -182,7 +182,7 @@ def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[M
     from splinefeed.feed.reserve import with_reserve
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.live.motion import along
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.run import on_machine, planned_axes
 
     machine = Machine.load(given["machine"]) if given["machine"] else None
@@ -205,7 +205,7 @@ def _through(source: str, given: dict[str, Any], most: float, say: Any) -> tuple
 
     from splinefeed.cli.setpoints_file import read_setpoints
     from splinefeed.live.motion import through
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.records import ROTARY_AXES
 
     rows, _ = read_setpoints(source, given)

@@ -12,7 +12,7 @@ from splinefeed.cli.failures import DONE, NOT_KEPT
 
 if TYPE_CHECKING:
     from splinefeed.cli.progress import Say
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuned import TunedMachine
     from splinefeed.simulation.curves import TunedAxis
 
@@ -67,7 +67,7 @@ _FOR_PATH = (
 def command(ctx: click.Context, /, machine: str, as_json: bool, **given: Any) -> None:
     """Find gains for the axes of MACHINE; report gain, phase and delay margins of the new and old ones.
 
-    MACHINE is the name of a table of the package (splinefeed machine list names them) or a machine file. Limits such as
+    MACHINE is the name of a machine (splinefeed machine list shows them) or a machine file. Limits such as
     --feed say how the path of rule path is driven. The exit code is 1 if an axis is unstable with its new gains.
     """
     from splinefeed.cli import output
@@ -87,27 +87,27 @@ def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     import splinefeed
     from splinefeed.errors import InputError
     from splinefeed.formats.plain import plain
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuning import PATH_RULE
     from splinefeed.report import saving
 
     drawing = options.figure_formats(given)
     if given["figures"] and given["output"] is None:
         raise InputError("--figures: needs a folder; give -o DIR")
-    table = Machine.load(machine)
-    names = given["axes"] or tuple(table.axes)
+    model = Machine.load(machine)
+    names = given["axes"] or tuple(model.axes)
     for name in names:
-        if name not in table.axes:
+        if name not in model.axes:
             raise InputError(
-                f"--axis: machine {table.name!r} has no axis {name!r}; its axes are {', '.join(table.axes)}"
+                f"--axis: machine {model.name!r} has no axis {name!r}; its axes are {', '.join(model.axes)}"
             )
     on_path = given["rule"] == PATH_RULE
     _check_options(given, on_path)
-    found = (_on_path if on_path else _by_rule)(table, names, given, say)
+    found = (_on_path if on_path else _by_rule)(model, names, given, say)
     page = plain(
         {
             "ok": all(each["margins"]["stable"] for each in found.page["axes"].values()),
-            "machine": table.name,
+            "machine": model.name,
             "machine_file": machine,
             "rule": given["rule"],
             **found.page,
@@ -117,11 +117,11 @@ def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     )
     files: list[str] = []
     if given["machine_file"]:
-        found.table.save(given["machine_file"])
+        found.machine.save(given["machine_file"])
         files.append(given["machine_file"])
     if given["output"] is not None:
         say("drawing")
-        files += _draw(given["output"], table, page, found.curves(), drawing)
+        files += _draw(given["output"], model, page, found.curves(), drawing)
     return {**page, "files": files}
 
 

@@ -79,7 +79,7 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import save
     from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.contour_feed import tune_feed
     from splinefeed.report import files, saving
     from splinefeed.report.folder import default_name, staged
@@ -88,18 +88,18 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.report.servo_figures import feed_curve_figure
 
     drawing = options.figure_formats(given)
-    table = Machine.load(given["machine"])
+    machine = Machine.load(given["machine"])
     method = given["method"] or registry.DEFAULT_METHOD
     registry.method(method)
     reading = options.reading_from(given) | ({"tangential": True} if given["tangential"] else {})
     say(f"reading {source}")
     path = read_path(source, reading)
-    limits, period, strategy = options.limits_from(given, table, path.axes)
+    limits, period, strategy = options.limits_from(given, machine, path.axes)
     limits, _ = options.as_programmed(limits, path, given)
-    folder = given["output"] if given["output"] is not None else f"{default_name(path.name)}-for-{table.name}"
+    folder = given["output"] if given["output"] is not None else f"{default_name(path.name)}-for-{machine.name}"
     with staged(folder, files.TUNE_FEED_RECORD, files.TUNE_FEED_NAMES) as stage:
         tuning = tune_feed(
-            path, limits, table, given["contour_tolerance"],
+            path, limits, machine, given["contour_tolerance"],
             period=period, strategy=strategy, method=method, corrections=given["corrections"],
             vary=given["vary"], on_progress=say,
         )  # fmt: skip
@@ -113,14 +113,14 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
             save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])
             save(tuning.served.response, stage / files.RESPONSE)
             names += [files.LIMITS, files.SETPOINTS["hdf5"], files.RESPONSE]
-        drawn = [("feed-curve", feed_curve_figure(tuning, path.name, table.name))]
+        drawn = [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))]
         names += saving.save_figures(drawn, stage, drawing)
         names.append(files.TUNE_FEED_RECORD)
         page: dict[str, Any] = plain(
             {
                 "name": path.name,
                 "source": source_of(source),
-                "machine": table.name,
+                "machine": machine.name,
                 "machine_file": given["machine"],
                 "period_s": period,
                 "strategy": tuning.trials[-1].law.strategy,

@@ -235,7 +235,7 @@ class AxisLimits(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One axis of a table. Raises InputError with everything that is wrong, one line each, if its parts do not fit."""
+    """One axis of a machine. Raises InputError, one line for each fault, if its parts do not fit."""
 
     name: str
     motor: Motor

@@ -12,8 +12,8 @@ from splinefeed.machine import quantities
 from splinefeed.machine.control import Control, values
 
 if TYPE_CHECKING:
+    from splinefeed.machine.machine import Machine
     from splinefeed.machine.parts import Axis
-    from splinefeed.machine.table import Machine
 
 #: Sections in the order in which the package's own files have them.
 _ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scale", "limits", "controller")

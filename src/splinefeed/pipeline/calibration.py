@@ -21,8 +21,8 @@ from scipy.optimize import least_squares
 from splinefeed.errors import InputError
 from splinefeed.formats.run_log import RunLog, read_run
 from splinefeed.machine.control import Control, Place, changed, values
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.quantities import KINDS
-from splinefeed.machine.table import Machine
 from splinefeed.pipeline.blocks import Blocks, read_blocks
 from splinefeed.pipeline.cycle_time import CycleTime, timed
 from splinefeed.records import Array, IntArray
@@ -202,8 +202,8 @@ def calibrate(
         value, low, high = (_rounded(_outer(name, each)) for each in (x, x - width, x + width))
         numbers.append(Fitted(name, value, low, high, _unit(start, name), name in seen))
     best = changed(start, {each.name: each.value for each in numbers} | {"source": _source(runs, numbers)})
-    table = replace(machine, control=best)
-    return Calibration(table, tuple(numbers), tuple(compared(run, table) for run in runs))
+    model = replace(machine, control=best)
+    return Calibration(model, tuple(numbers), tuple(compared(run, model) for run in runs))
 
 
 def compared(run: Recorded, machine: Machine) -> dict[str, Any]:

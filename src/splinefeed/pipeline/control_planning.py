@@ -17,7 +17,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats.gcode.moves import AXES
 from splinefeed.machine.control import AxisControl
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.blocks import Blocks, letter
 from splinefeed.records import Array, BoolArray, IntArray
 

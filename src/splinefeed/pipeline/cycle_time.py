@@ -15,7 +15,7 @@ from splinefeed.errors import InputError
 from splinefeed.formats.gcode.moves import Mark
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.machine.control import AxisControl, Control, changed, values
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.blocks import Blocks, read_blocks
 from splinefeed.pipeline.control_planning import BlockTimes, block_times
 from splinefeed.records import Array, IntArray
@@ -197,14 +197,14 @@ def cycle_time(
         >>> 6.0 < time.tools[0]["cutting_s"] < 6.5
         True
     """
-    table = Machine.load(machine) if isinstance(machine, str) else machine
-    table = table if table.control is not None else replace(table, control=Control(axes=_limits(table)))
-    assert table.control is not None
+    model = Machine.load(machine) if isinstance(machine, str) else machine
+    model = model if model.control is not None else replace(model, control=Control(axes=_limits(model)))
+    assert model.control is not None
     blocks = read_blocks(
-        program, table.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
+        program, model.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
         from_line=from_line,
     )  # fmt: skip
-    return timed(blocks, table, Path(program).stem)
+    return timed(blocks, model, Path(program).stem)
 
 
 def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
@@ -215,15 +215,15 @@ def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
     return CycleTime(name, machine, blocks, times, waits, changes)
 
 
-def _limits(table: Machine) -> dict[str, AxisControl]:
+def _limits(model: Machine) -> dict[str, AxisControl]:
     """The axes of a machine that says nothing of its control; InputError where they have no limits."""
     found = {}
-    for name, axis in table.axes.items():
+    for name, axis in model.axes.items():
         one = axis.limits
         if one.velocity is not None and one.acceleration is not None:
             found[name] = AxisControl(rapid=one.velocity, acceleration=one.acceleration, jerk=one.jerk)
     if not found:
-        raise InputError(f"{table.name}: control: missing, and its axes have no limits; give a section [control]")
+        raise InputError(f"{model.name}: control: missing, and its axes have no limits; give a section [control]")
     return found
 
 

@@ -1,4 +1,4 @@
-"""The paper's experiment: setpoints of several methods on its table, side by side, and what follows from them."""
+"""The paper's experiment: setpoints of several methods on its machine, side by side, and what follows from them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.analysis.tally import ErrorTally
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.follow import Servo, follow_chunks
 from splinefeed.records import ROTARY_AXES, Response, Setpoints, TimeLaw
 from splinefeed.simulation.follow import CHUNK, join, slices
@@ -46,8 +46,8 @@ class Served:
 class Serving:
     """The axes of a machine that follow the setpoints of a motion along `path`, chunk by chunk."""
 
-    def __init__(self, path: Path, law: TimeLaw, table: Machine) -> None:
-        self.path, self.law, self.servo, self.off_law = path, law, Servo(table, path), 0.0
+    def __init__(self, path: Path, law: TimeLaw, machine: Machine) -> None:
+        self.path, self.law, self.servo, self.off_law = path, law, Servo(machine, path), 0.0
 
     def follow(self, points: Setpoints) -> Response | None:
         """What the machine does with the next setpoints, None after an axis ran away."""
@@ -64,20 +64,20 @@ class Serving:
         return Served(points, response, self.servo.tally, tuple(self.servo.notes), self.off_law)
 
 
-def serve(path: Path, law: TimeLaw, points: Setpoints, table: Machine) -> Served:
-    """Let the axes of `table` follow all setpoints of a motion along `path`."""
-    serving = Serving(path, law, table)
+def serve(path: Path, law: TimeLaw, points: Setpoints, machine: Machine) -> Served:
+    """Let the axes of `machine` follow all setpoints of a motion along `path`."""
+    serving = Serving(path, law, machine)
     response = serving.follow(points)
     assert response is not None  # nothing ran away before
     return serving.served(points, response)
 
 
 def serve_methods(
-    path: Path, law: TimeLaw, table: Machine, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
+    path: Path, law: TimeLaw, machine: Machine, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
 ) -> Iterator[Served]:
     """The same motion by one method after the other, each followed by the same machine."""
     for method in methods:
-        yield serve(path, law, interpolate(path, law, method=method, corrections=corrections), table)
+        yield serve(path, law, interpolate(path, law, method=method, corrections=corrections), machine)
 
 
 def largest_linear_error(tally: ErrorTally) -> tuple[str, float, float, float | None]:
@@ -102,15 +102,15 @@ def comparison(served: list[Served]) -> dict[str, Any]:
     }
 
 
-def sentences(served: list[Served], table: Machine) -> list[str]:
+def sentences(served: list[Served], machine: Machine) -> list[str]:
     """What is model and what is measurement, and whether the choice of the method matters, from the numbers."""
     main = served[-1]
     axis, error, _, s = largest_linear_error(main.tally)
     half = 0.5 * float(main.points.s[-1])
     place = "" if s is None else f", {abs(s - half):.2f} mm {'behind' if s > half else 'before'} the nose"
     words = [
-        f"model: {table.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
-        f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {table.name})",
+        f"model: {machine.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
+        f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {machine.name})",
         f"measurement: the paper's {PAPER_ERROR * 1e3:.2f} um, the largest of its axes, where the arc begins; here it "
         f"is {error * 1e3:.2f} um on {axis}{place}: {error / PAPER_ERROR:.1f} times as much, an effect of the "
         f"plant, not of the interpolator",
@@ -127,10 +127,10 @@ def sentences(served: list[Served], table: Machine) -> list[str]:
     return words
 
 
-def servo_numbers(served: list[Served], table: Machine, of_paper: bool) -> dict[str, Any]:
+def servo_numbers(served: list[Served], machine: Machine, of_paper: bool) -> dict[str, Any]:
     """What `run` says of a machine: the errors of the last of `served`, and of the paper's experiment all of them."""
     main = served[-1]
-    numbers: dict[str, Any] = {"machine": table.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
+    numbers: dict[str, Any] = {"machine": machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
     if of_paper:
         axis, error, t, s = largest_linear_error(main.tally)
         numbers["experiment"] = {
@@ -140,6 +140,6 @@ def servo_numbers(served: list[Served], table: Machine, of_paper: bool) -> dict[
             "largest_error_at": {"t_s": t, "s_mm": s},
             "methods": [each.numbers() for each in served],
             **comparison(served),
-            "sentences": sentences(served, table),
+            "sentences": sentences(served, machine),
         }
     return numbers

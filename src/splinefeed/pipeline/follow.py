@@ -12,7 +12,7 @@ from splinefeed.analysis.place import Placer
 from splinefeed.analysis.tally import ErrorTally
 from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints, check_finite
 from splinefeed.simulation.follow import CHUNK, Follower, Progress, join, slices
 from splinefeed.simulation.linear import margins

@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.run import PAPER_LIMITS
 from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits
 

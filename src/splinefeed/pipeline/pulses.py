@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats import bit_pattern
 from splinefeed.formats.bit_pattern import SLOTS, BitPattern
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.records import ROTARY_AXES, Setpoints
 
 

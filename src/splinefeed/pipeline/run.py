@@ -22,7 +22,7 @@ from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.experiment import Served, Serving
 from splinefeed.pipeline.meter import Meter, chunk_of, column_of, with_neighbours
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
@@ -249,18 +249,18 @@ def run(
     Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).plot()`
     """
     expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
-    table = Machine.load(machine) if isinstance(machine, str) else machine
+    model = Machine.load(machine) if isinstance(machine, str) else machine
     if isinstance(path, ToolPath):
-        path, table = on_machine(path, table, limits), None
+        path, model = on_machine(path, model, limits), None
     joints = isinstance(path, JointPath)
-    if joints and table is not None:
+    if joints and model is not None:
         raise InputError("machine: these are the joints of one already; leave it out")
     limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     ticks = check_ticks(law, period, MOST_TICKS if joints else MOST_IN_CHUNKS)
     asked: dict[str, Any] = {"period": period, "method": method, "corrections": corrections, "tolerance": tolerance}
     chunks = partial(_made, path, law, asked)
-    return measured(path, limits, law, chunks, ticks, machine=table, on_progress=on_progress)
+    return measured(path, limits, law, chunks, ticks, machine=model, on_progress=on_progress)
 
 
 def _made(path: Path | JointPath, law: TimeLaw, asked: dict[str, Any], chunk: int) -> Iterator[Setpoints]:
@@ -280,14 +280,14 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
         raise InputError(
             f"{path.name}: has a tool axis, which only a machine can follow; give a machine with kinematics (--machine)"
         )
-    table = machine if isinstance(machine, Machine) else Machine.load(machine)
-    if table.kinematics is None:
+    model = machine if isinstance(machine, Machine) else Machine.load(machine)
+    if model.kinematics is None:
         line = "" if path.lines is None else f" (line {path.lines[0]})"
         raise InputError(
-            f"{table.name}: has no [kinematics], which a tool path needs{line}; add them to the machine file, or take "
+            f"{model.name}: has no [kinematics], which a tool path needs{line}; add them to the machine file, or take "
             "a machine that has them (trunnion)"
         )
-    return JointPath(path, table.kinematics, travel=limits.travel_of(table.kinematics.joints))
+    return JointPath(path, model.kinematics, travel=limits.travel_of(model.kinematics.joints))
 
 
 def planned_axes(path: Path, machine: Machine | None) -> tuple[str, ...]:

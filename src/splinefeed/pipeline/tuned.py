@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from splinefeed.geometry.path import Path
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.table import Machine
 from splinefeed.pipeline.tuning import EVALUATIONS, Progress, tune_on_path
 from splinefeed.records import Setpoints
 from splinefeed.simulation.curves import TunedAxis, hunts, rest_swing, tuned_axis
@@ -23,7 +23,7 @@ class TunedMachine:
     page    what was found: gains and margins of each axis before and after; curves  what figures show, made on request
     """
 
-    table: Machine
+    machine: Machine
     page: dict[str, Any]
     curves: Callable[[], list[TunedAxis]]
 

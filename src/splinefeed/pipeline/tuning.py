@@ -12,8 +12,8 @@ import numpy as np
 from splinefeed.analysis.contour import Contour, ContourMeter
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
-from splinefeed.machine.table import Machine
 from splinefeed.records import ROTARY_AXES, Array, Setpoints
 from splinefeed.simulation import tuning
 from splinefeed.simulation.bound import Bound, BoundTest

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.table import Machine
 from splinefeed.records import Array, Setpoints
 from splinefeed.simulation.experiments import FrequencyResponse
 from splinefeed.simulation.follow import follow

@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics, servo
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.records import Array, Response, Setpoints, check_finite
 from splinefeed.simulation import plant as plants
 

@@ -52,7 +52,7 @@ class Bench:
             made = run(
                 wanted.moved,
                 wanted.limits,
-                machine=wanted.table if follow and wanted.followed else None,
+                machine=wanted.machine if follow and wanted.followed else None,
                 period=wanted.period,
                 strategy=wanted.strategy,
                 method=wanted.method,

@@ -24,7 +24,7 @@ from splinefeed.formats import limits_toml
 from splinefeed.formats.source import read_text
 from splinefeed.geometry import shapes
 from splinefeed.interpolation import registry
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.records import BY_AXIS
 
 #: More runs than this are a slip of the hand.

@@ -73,9 +73,9 @@ class Machine:
 
     @staticmethod
     def load(name: str | Path) -> Machine:
-        """A table of the package by its name, or any machine file by its path.
+        """A machine of the package by its name, or any machine file by its path.
 
-        Raises MachineError with everything that is wrong in the file, and FormatError if there is no such table.
+        Raises MachineError with everything that is wrong in the file, and FormatError if there is no such machine.
         """
         if isinstance(name, str) and name in Machine.names():
             return _packaged(name)
@@ -96,7 +96,7 @@ class Machine:
 
     @staticmethod
     def parse(text: str, name: str = "machine", source: str | None = None) -> Machine:
-        """A table from the text of a machine file; `source` is what error messages call it."""
+        """A machine from the text of a machine file; `source` is what error messages call it."""
         source = name if source is None else source
         try:
             content = tomllib.loads(text)
@@ -121,7 +121,7 @@ class Machine:
         return Machine(name=name, axes=made, title=title, notes=tuple(notes), kinematics=moves, control=plans)
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
-        """Limits of those of `axes` that the machine has, as `Limits(feed=..., **table.limits(path.axes))` takes them.
+        """Limits of those `axes` that the machine has, as `Limits(feed=..., **machine.limits(path.axes))` takes them.
 
         By name of the limit (axis_velocity, axis_acceleration, axis_jerk, axis_minimum, axis_maximum) and axis, in mm,
         s and rad; what the machine file does not limit is left out.
