@@ -24,8 +24,8 @@ VERDICT = Verdict(
 )
 
 
-def hashes(points=POINTS, path=PATH, limits=LIMITS, law=LAW) -> dict[str, str]:
-    return certificate(points, path, limits, VERDICT, law)["sha256"]
+def hashes(setpoints=POINTS, path=PATH, limits=LIMITS, law=LAW) -> dict[str, str]:
+    return certificate(setpoints, path, limits, VERDICT, law)["sha256"]
 
 
 def test_each_hash_follows_its_own_input():
@@ -36,7 +36,7 @@ def test_each_hash_follows_its_own_input():
     coefficients = LAW.coefficients.copy()
     coefficients[0, 5] = 5e-324
     changed = {
-        "setpoints": hashes(points=replace(POINTS, position=position)),
+        "setpoints": hashes(setpoints=replace(POINTS, position=position)),
         "path": hashes(path=moved),
         "limits": hashes(limits=sf.Limits(feed=10.0, acceleration=np.nextafter(100.0, 200.0))),
         "law": hashes(law=replace(LAW, coefficients=coefficients)),

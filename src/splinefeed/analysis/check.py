@@ -71,10 +71,10 @@ def check(
 
 
 def _of_tool(
-    points: Setpoints | Iterable[Setpoints], path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float
+    setpoints: Setpoints | Iterable[Setpoints], path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float
 ) -> Verdict:
     """The verdict on joints of a tool path."""
-    whole = points if isinstance(points, Setpoints) else Setpoints.joined(list(points))
+    whole = setpoints if isinstance(setpoints, Setpoints) else Setpoints.joined(list(setpoints))
     judged = judge_tool(whole, path, limits, law, tolerance)
     over = [limit_sentence(name, each, "mm") for name, each in judged.results.items() if not each.holds]
     return Verdict(

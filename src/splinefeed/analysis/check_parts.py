@@ -51,21 +51,21 @@ class CheckInParts:
         self._coming.append(path)
         self._axes = path.axes
 
-    def see(self, points: Setpoints) -> None:
+    def see(self, setpoints: Setpoints) -> None:
         """The next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone."""
-        if not isinstance(points, Setpoints):
-            raise InputError(f"check: expected Setpoints or chunks of them, got {type(points).__name__}")
-        first = self._first = self._first or points
-        if points.axes != self._axes:
-            raise InputError(f"the setpoints have axes {points.axes}, the path {self._axes}; they must be the same")
-        if points.period != number(first.period, "period") or not points.period > 0.0:
-            raise InputError(f"a chunk has a period of {points.period:g} s, the first one {first.period:g} s")
+        if not isinstance(setpoints, Setpoints):
+            raise InputError(f"check: expected Setpoints or chunks of them, got {type(setpoints).__name__}")
+        first = self._first = self._first or setpoints
+        if setpoints.axes != self._axes:
+            raise InputError(f"the setpoints have axes {setpoints.axes}, the path {self._axes}; they must be the same")
+        if setpoints.period != number(first.period, "period") or not setpoints.period > 0.0:
+            raise InputError(f"a chunk has a period of {setpoints.period:g} s, the first one {first.period:g} s")
         start = 0
-        while start < len(points):
+        while start < len(setpoints):
             if self._count == BLOCK:
                 self._look(Setpoints.joined(self._held), last=False)
                 self._held, self._count = [], 0
-            part = points.part(start, min(start + BLOCK - self._count, len(points)))
+            part = setpoints.part(start, min(start + BLOCK - self._count, len(setpoints)))
             start, self._count = start + len(part), self._count + len(part)
             self._held.append(part)
 
@@ -85,10 +85,10 @@ class CheckInParts:
         whole = Whole(length, self._first_curve + self._known, np.array(self._turning))
         return verdict_of(judge, self._first, self.law, whole)
 
-    def _look(self, points: Setpoints, last: bool) -> None:
-        self._reach(max(int(points.curve[-1]), 0), everything=last)  # -1 where nothing says the curve
+    def _look(self, setpoints: Setpoints, last: bool) -> None:
+        self._reach(max(int(setpoints.curve[-1]), 0), everything=last)  # -1 where nothing says the curve
         judge = self._judge
-        local = replace(points, curve=points.curve - self._first_curve)
+        local = replace(setpoints, curve=setpoints.curve - self._first_curve)
         if judge is None:
             judge = self._judge = _Rolling(self._bounds(), local, self.law)
         judge.see(local, last)

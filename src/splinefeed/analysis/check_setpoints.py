@@ -74,10 +74,10 @@ class Judge:
         self.allowed, self.scale = max(self.allowed, off), max(self.scale, path.length)
         self._follower = Follower(path, self.rows)
 
-    def see(self, points: Setpoints, last: bool) -> None:
+    def see(self, setpoints: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
-        self._check_finite(points)
-        t, place = points.t, self._locate(points)
+        self._check_finite(setpoints)
+        t, place = setpoints.t, self._locate(setpoints)
         dt = self._check_times(t, place.s, last)
         rest = self.bounds.limits.start_feed == 0.0
         if self._place is None:
@@ -140,15 +140,15 @@ class Judge:
             self.faults[kind] = old = Fault(seen, float(amount[k]), first + k, float(t[k]), float(s[k]), detail)
         old.count += count
 
-    def _check_finite(self, points: Setpoints) -> None:
+    def _check_finite(self, setpoints: Setpoints) -> None:
         names = ("t", *(("u", "s", "feed") if self.placed else ()))
-        columns = {name: getattr(points, name) for name in names}
-        columns |= {axis: points.position[:, k] for k, axis in enumerate(points.axes)}
+        columns = {name: getattr(setpoints, name) for name in names}
+        columns |= {axis: setpoints.position[:, k] for k, axis in enumerate(setpoints.axes)}
         for name, values in columns.items():
             bad = ~np.isfinite(values)
             if bad.any():
                 what = f"{name} is {values[int(np.argmax(bad))]}"
-                self._fault(f"finite {name}", bad, np.ones(len(bad)), points.t, np.nan_to_num(points.s), what)
+                self._fault(f"finite {name}", bad, np.ones(len(bad)), setpoints.t, np.nan_to_num(setpoints.s), what)
 
     def _check_times(self, t: Array, s: Array, last: bool) -> Array:
         """Time of each step that ends at a tick, s: the period, but for a last one that is shorter."""
@@ -166,10 +166,10 @@ class Judge:
             taken[-1] = self.short
         return taken
 
-    def _locate(self, points: Setpoints) -> Located:
+    def _locate(self, setpoints: Setpoints) -> Located:
         """Where the setpoints are on the path, with what is off the curve or misplaced."""
-        place = self._follower.locate(points, self.allowed)
-        t, s = points.t, place.s
+        place = self._follower.locate(setpoints, self.allowed)
+        t, s = setpoints.t, place.s
         self.off_path = max(self.off_path, float(np.fmax.reduce(place.apart, initial=0.0)))
         with np.errstate(invalid="ignore"):
             self._fault("off the curve", place.apart > self.allowed, place.apart, t, s)

@@ -75,14 +75,14 @@ class Follower:
         """Nearest points of the path; where only rotary axes move, also over these."""
         return Search(self.rows, closed=self.path.closed, turned=self._turned)
 
-    def locate(self, points: Setpoints, allowed: float) -> Located:
+    def locate(self, setpoints: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
         rows = self.rows
-        position: Array = np.ascontiguousarray(points.position.T)
+        position: Array = np.ascontiguousarray(setpoints.position.T)
         position = np.where(np.isfinite(position), position, np.nan)
         finite = np.all(np.isfinite(position), axis=0)
-        named = finite & np.isfinite(points.u) & (points.curve >= 0) & (points.curve < len(rows.curves))
-        row, u = rows.find(np.where(named, points.curve, 0), np.where(named, points.u, 0.0))
+        named = finite & np.isfinite(setpoints.u) & (setpoints.curve >= 0) & (setpoints.curve < len(rows.curves))
+        row, u = rows.find(np.where(named, setpoints.curve, 0), np.where(named, setpoints.u, 0.0))
         place = self._at(row, u, position)
         astray = np.zeros(len(u))
         good = named & (place.apart <= allowed) & (place.turned <= allowed)
@@ -233,19 +233,19 @@ class Placer:
         #: Largest distance so far of a setpoint without arc length from the path, mm.
         self.apart = 0.0
 
-    def place(self, points: Setpoints) -> Array:
+    def place(self, setpoints: Setpoints) -> Array:
         """Arc length (n,), mm: what the setpoints say, or else the nearest point next to where the last ones went.
 
         The first setpoint is placed on the whole path, each one after it near the place that its forerunner lets
         expect, so that a path that crosses itself or turns back is followed in order. Raises InputError for setpoints
         that lack a linear axis of the path.
         """
-        if np.isfinite(points.s).all():
-            return np.clip(points.s, 0.0, self.path.length)
-        position = np.ascontiguousarray(self._position(points).T)
+        if np.isfinite(setpoints.s).all():
+            return np.clip(setpoints.s, 0.0, self.path.length)
+        position = np.ascontiguousarray(self._position(setpoints).T)
         follower = self._follower
         if follower is None:
-            turned = set(self.path.axes) <= set(points.axes)
+            turned = set(self.path.axes) <= set(setpoints.axes)
             follower = self._follower = Follower(self.path, self.rows, turned=turned)
             found = follower.search.whole(follower.metric(position[:, :1]))
             first = float(self.rows.arc_length(found.row, found.t)[0])
@@ -256,14 +256,12 @@ class Placer:
         self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
         return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.path.length)
 
-    def _position(self, points: Setpoints) -> Array:
+    def _position(self, setpoints: Setpoints) -> Array:
         """The positions in the order of the path's axes; rotary axes that the setpoints lack are 0."""
-        position = np.zeros((len(points), len(self.path.axes)))
+        position = np.zeros((len(setpoints), len(self.path.axes)))
         for column, axis in enumerate(self.path.axes):
-            if axis in points.axes:
-                position[:, column] = points.position[:, points.axes.index(axis)]
+            if axis in setpoints.axes:
+                position[:, column] = setpoints.position[:, setpoints.axes.index(axis)]
             elif column < self.path.linear:
-                raise InputError(
-                    f"the path has an axis {axis}, which the setpoints do not tell; theirs are {', '.join(points.axes)}"
-                )
+                raise InputError(f"the path has an axis {axis}; the setpoints have only {', '.join(setpoints.axes)}")
         return position

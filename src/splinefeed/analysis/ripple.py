@@ -37,15 +37,15 @@ class Ripple:
         return float(np.max(np.abs(self.relative), initial=0.0))
 
 
-def steps(points: Setpoints, path: Path) -> Array:
+def steps(setpoints: Setpoints, path: Path) -> Array:
     """Arc length along the path from each setpoint to the next, (n - 1,), mm, negative where one goes back.
 
     By adaptive quadrature of |C'(u)|, independent of the arc-length table that the interpolators use.
     """
-    if len(points) < 2:
+    if len(setpoints) < 2:
         return np.zeros(0)
     rows = Rows(path.arc_pieces)
-    return between.lengths(rows, *rows.find(points.curve, points.u))[0]
+    return between.lengths(rows, *rows.find(setpoints.curve, setpoints.u))[0]
 
 
 def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | None = None) -> Ripple:
@@ -71,16 +71,16 @@ def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | 
     return Ripple(setpoints.t[:-1][counts], relative, floor, rms)
 
 
-def drift(points: Setpoints, law: TimeLaw) -> Array:
+def drift(setpoints: Setpoints, law: TimeLaw) -> Array:
     """How far each setpoint is ahead of the law along the path, (n,), mm: S(u_k) - l(t_k)."""
-    return points.s - law(points.t)
+    return setpoints.s - law(setpoints.t)
 
 
-def chord_errors(points: Setpoints, path: Path) -> Array:
+def chord_errors(setpoints: Setpoints, path: Path) -> Array:
     """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
-    if len(points) < 2:
+    if len(setpoints) < 2:
         return np.zeros(0)
     rows = Rows(path.arc_pieces)
-    row, u = rows.find(points.curve, points.u)
+    row, u = rows.find(setpoints.curve, setpoints.u)
     places = Places(rows, row)
     return between.chord_errors(rows, row, u, places.derivatives(places.t(u), 0)[0])

@@ -68,29 +68,29 @@ def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict
     from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
 
     say(f"reading {file}")
-    points, notes = read_setpoints(file, given)
-    limits = _limits(points, given, file)
-    path, source = path_of(points.settings, given, file)
+    setpoints, notes = read_setpoints(file, given)
+    limits = _limits(setpoints, given, file)
+    path, source = path_of(setpoints.settings, given, file)
     law = _law(given["law_file"])
     say("checking")
     verdict = check(
-        points,
-        on_its_machine(path, points.settings, given["machine"], limits),
+        setpoints,
+        on_its_machine(path, setpoints.settings, given["machine"], limits),
         limits,
         law=law,
         tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
         resolution=given["resolution"] or 0.0,
     )
-    page = {"file": file, "path": source, "axes": list(points.axes), **verdict.as_dict()}
+    page = {"file": file, "path": source, "axes": list(setpoints.axes), **verdict.as_dict()}
     page["notes"] = [*notes, *page["notes"]]
     page["files"] = []
     if given["certificate_file"]:
-        write_certificate(certificate(points, path, limits, verdict, law), given["certificate_file"])
+        write_certificate(certificate(setpoints, path, limits, verdict, law), given["certificate_file"])
         page["files"] = [given["certificate_file"]]
     return verdict, page
 
 
-def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
+def _limits(setpoints: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     """Limits of the file of limits, or else of the settings, with those of the options in their place."""
     from splinefeed.errors import LimitsError
     from splinefeed.formats import limits_toml
@@ -99,7 +99,7 @@ def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     flat: dict[str, float] = {}
     if given["limits_file"]:
         flat = limits_toml.read(given["limits_file"]).as_dict()
-    elif isinstance(settings := points.settings.get("limits"), Mapping):
+    elif isinstance(settings := setpoints.settings.get("limits"), Mapping):
         flat = dict(settings)
     flat = options.replaced(flat, given)
     if not flat:

@@ -24,10 +24,10 @@ def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list
         allows = "resolution" in given and not given["resolution"]  # the command has that option, and it is not given
         return foreign, [note for note in notes if allows or "--resolution" not in note]
     _check_says_its_own(file, given)
-    points = load(file)
-    if not isinstance(points, Setpoints):
-        raise FormatError(f"{file}: holds {type(points).__name__}, not setpoints")
-    return points, []
+    setpoints = load(file)
+    if not isinstance(setpoints, Setpoints):
+        raise FormatError(f"{file}: holds {type(setpoints).__name__}, not setpoints")
+    return setpoints, []
 
 
 def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tuple[Iterator[Setpoints], list[str]]:
@@ -36,8 +36,8 @@ def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tup
     from splinefeed.formats.setpoints import load_chunks
 
     if positions_csv.is_foreign(file):
-        points, notes = read_setpoints(file, given)
-        return (points.part(start, start + rows) for start in range(0, len(points), rows)), notes
+        setpoints, notes = read_setpoints(file, given)
+        return (setpoints.part(start, start + rows) for start in range(0, len(setpoints), rows)), notes
     _check_says_its_own(file, given)
     return load_chunks(file, rows), []
 

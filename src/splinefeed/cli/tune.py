@@ -160,10 +160,10 @@ def _on_path(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any],
     say(f"reading {source}")
     path = read_path(source, reading)
     say("planning and interpolating")
-    points = run(path, limits, period=period, strategy=strategy).points
+    setpoints = run(path, limits, period=period, strategy=strategy).points
     found = along_path(
         machine,
-        points,
+        setpoints,
         path,
         axes=given["axes"],
         evaluations=EVALUATIONS if given["runs"] is None else given["runs"],

@@ -107,10 +107,10 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
         names = []
         if tuning.best is not None and tuning.served is not None:
             limits_toml.write(tuning.best.limits, stage / files.LIMITS)
-            points = tuning.served.points
-            command = command_line(source, points.settings, reading, ("hdf5",), given["machine"])
-            settings = {**points.settings, "source": source_of(source), "command": command}
-            save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])
+            setpoints = tuning.served.setpoints
+            command = command_line(source, setpoints.settings, reading, ("hdf5",), given["machine"])
+            settings = {**setpoints.settings, "source": source_of(source), "command": command}
+            save(dataclasses.replace(setpoints, settings=settings), stage / files.SETPOINTS["hdf5"])
             save(tuning.served.response, stage / files.RESPONSE)
             names += [files.LIMITS, files.SETPOINTS["hdf5"], files.RESPONSE]
         drawn = [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))]

@@ -1,4 +1,4 @@
-"""Rows of a motion under feedrate override: plan time, override and points together, some ticks at a time."""
+"""Rows of a motion under feedrate override: plan time, override and setpoints together, some ticks at a time."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ LOOKS, HALVINGS = 2, 40
 
 
 class Motion:
-    """An override and the points that it needs, from plan time `tau` of the override on, where the axes rest.
+    """An override and the setpoints that it needs, from plan time `tau` of the override on, where the axes rest.
 
-    points  setpoints at plan times (n,), s, run at rates (n,)
+    setpoints  setpoints at plan times (n,), s, run at rates (n,)
     """
 
-    def __init__(self, override: Override, points: Callable[[Array, Array], Setpoints]) -> None:
+    def __init__(self, override: Override, setpoints: Callable[[Array, Array], Setpoints]) -> None:
         self.override, self.period, self.axes = override, override.period, override.course.axes
         self.duration = override.course.duration
-        self._points = points
+        self._points = setpoints
         #: Where it begins at plan time 0, (axes,).
-        self.origin: Array = points(np.zeros(1), np.zeros(1)).position[0]
+        self.origin: Array = setpoints(np.zeros(1), np.zeros(1)).position[0]
         self._begin(override.tau)
 
     def _begin(self, tau: float) -> None:
@@ -63,9 +63,9 @@ class Motion:
     def take(self, count: int, wanted: float) -> Setpoints:
         """The next `count` setpoints, fewer at the end; the first of all is where the motion begins."""
         if self._first is not None:
-            points, self._first = self._first, None
+            setpoints, self._first = self._first, None
             self._row = 1
-            return points
+            return setpoints
         ticks = self.override.run(np.full(count, wanted))
         self._taus.extend(ticks.tau.tolist())
         self._row += len(ticks)

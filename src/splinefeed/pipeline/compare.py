@@ -121,9 +121,9 @@ def _measure(
         )
 
     source = fresh()
-    points = source.block()
-    ripple = feed_ripple(points, path, law)
-    ahead = drift(points, law)
+    setpoints = source.block()
+    ripple = feed_ripple(setpoints, path, law)
+    ahead = drift(setpoints, law)
     return MethodTrace(
         MethodResult(
             method=name,
@@ -133,8 +133,8 @@ def _measure(
             ripple_floor=ripple.floor,
             drift_mm=float(ahead[-1]) + source.overrun,
             drift_max_mm=float(np.max(np.abs(ahead))),
-            chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
-            ns_per_tick=1e9 * _seconds(fresh) / len(points) if timed else None,
+            chord_error_mm=float(np.max(chord_errors(setpoints, path), initial=0.0)),
+            ns_per_tick=1e9 * _seconds(fresh) / len(setpoints) if timed else None,
             replaced=source.replaced,
         ),
         ripple.t,

@@ -157,15 +157,15 @@ def tune_feed(
             on_progress(f"trial {len(found) + 1}: {scale:.4g} of the limits")
         law = plan(path, scaled(limits, scale, vary), strategy=strategy, period=period)
         check_ticks(law, period)
-        points = interpolate(path, law, period=period, method=method, corrections=corrections)
-        served = serve(path, law, points, machine)
+        setpoints = interpolate(path, law, period=period, method=method, corrections=corrections)
+        served = serve(path, law, setpoints, machine)
         contour = served.tally.contour
         assert contour is not None  # there is a path
         trial = Trial(
             scale=scale,
             limits=scaled(limits, scale, vary),
             law=law,
-            feed=float(np.max(points.feed)),
+            feed=float(np.max(setpoints.feed)),
             duration=law.duration,
             error=contour.value,
             rms=served.tally.rms(contour),

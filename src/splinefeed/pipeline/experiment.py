@@ -32,7 +32,7 @@ class Served:
     off_law  largest distance of a setpoint from where the law wants it, mm over the linear axes
     """
 
-    points: Setpoints
+    setpoints: Setpoints
     response: Response
     tally: ErrorTally
     notes: tuple[str, ...]
@@ -40,7 +40,7 @@ class Served:
 
     def numbers(self) -> dict[str, Any]:
         """What `--json` prints."""
-        return {"method": self.points.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
+        return {"method": self.setpoints.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
 
 
 class Serving:
@@ -49,27 +49,27 @@ class Serving:
     def __init__(self, path: Path, law: TimeLaw, machine: Machine) -> None:
         self.path, self.law, self.servo, self.off_law = path, law, Servo(machine, path), 0.0
 
-    def follow(self, points: Setpoints) -> Response | None:
+    def follow(self, setpoints: Setpoints) -> Response | None:
         """What the machine does with the next setpoints, None after an axis ran away."""
         path, linear = self.path, self.path.linear
-        wanted = path(np.clip(self.law(points.t), 0.0, path.length))[:, :linear]
-        away = np.linalg.norm(points.position[:, :linear] - wanted, axis=1)
+        wanted = path(np.clip(self.law(setpoints.t), 0.0, path.length))[:, :linear]
+        away = np.linalg.norm(setpoints.position[:, :linear] - wanted, axis=1)
         self.off_law = max(self.off_law, float(np.max(away)))
         if self.servo.stopped is not None:
             return None
-        return join(list(follow_chunks(slices(points, CHUNK), self.servo)))
+        return join(list(follow_chunks(slices(setpoints, CHUNK), self.servo)))
 
-    def served(self, points: Setpoints, response: Response) -> Served:
+    def served(self, setpoints: Setpoints, response: Response) -> Served:
         """What came of it, with the setpoints and the response that are kept."""
-        return Served(points, response, self.servo.tally, tuple(self.servo.notes), self.off_law)
+        return Served(setpoints, response, self.servo.tally, tuple(self.servo.notes), self.off_law)
 
 
-def serve(path: Path, law: TimeLaw, points: Setpoints, machine: Machine) -> Served:
+def serve(path: Path, law: TimeLaw, setpoints: Setpoints, machine: Machine) -> Served:
     """Let the axes of `machine` follow all setpoints of a motion along `path`."""
     serving = Serving(path, law, machine)
-    response = serving.follow(points)
+    response = serving.follow(setpoints)
     assert response is not None  # nothing ran away before
-    return serving.served(points, response)
+    return serving.served(setpoints, response)
 
 
 def serve_methods(
@@ -106,7 +106,7 @@ def sentences(served: list[Served], machine: Machine) -> list[str]:
     """What is model and what is measurement, and whether the choice of the method matters, from the numbers."""
     main = served[-1]
     axis, error, _, s = largest_linear_error(main.tally)
-    half = 0.5 * float(main.points.s[-1])
+    half = 0.5 * float(main.setpoints.s[-1])
     place = "" if s is None else f", {abs(s - half):.2f} mm {'behind' if s > half else 'before'} the nose"
     words = [
         f"model: {machine.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "

@@ -71,15 +71,15 @@ class Tally:
     minus: dict[str, int] = field(default_factory=dict)
     off: float = 0.0
 
-    def see(self, pattern: BitPattern, points: Setpoints) -> None:
+    def see(self, pattern: BitPattern, setpoints: Setpoints) -> None:
         """Take in a pattern and the setpoints (n, axes) at the beginning of its first period and the end of each."""
         self.periods += len(pattern)
         bits = np.bitwise_count(pattern.words).sum(axis=(0, 3), dtype=np.int64)
         for i, axis in enumerate(pattern.axes):
             self.plus[axis] = self.plus.get(axis, 0) + int(bits[i, 0])
             self.minus[axis] = self.minus.get(axis, 0) + int(bits[i, 1])
-        decoded = bit_pattern.decode(pattern)[-len(points) :]
-        off = np.abs((decoded - points.position) * pattern.pulses_per_unit)
+        decoded = bit_pattern.decode(pattern)[-len(setpoints) :]
+        off = np.abs((decoded - setpoints.position) * pattern.pulses_per_unit)
         self.off = max(self.off, float(np.max(off, initial=0.0)))
 
 

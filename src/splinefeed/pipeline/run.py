@@ -170,22 +170,22 @@ class Run:
 
     def numbers(self) -> dict[str, Any]:
         """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
-        law, points = self.law, self.kept
+        law, setpoints = self.law, self.kept
         return {
             "ok": self.ok,
             "duration_s": law.duration,
             "lower_bound_s": law.settings.get("lower_bound_s"),
             "length_mm": self.path.length,
             "ticks": self.ticks,
-            "period_s": points.period,
-            "method": points.method,
+            "period_s": setpoints.period,
+            "method": setpoints.method,
             "strategy": law.strategy,
             "ripple_max": self.ripple.max,
             "ripple_rms": self.ripple.rms,
             "ripple_floor": self.ripple.floor,
             "end_error_mm": self.end_error_mm,
             "end_reached": self.end_reached,
-            "feed_max_mm_s": float(points.feed.max()),
+            "feed_max_mm_s": float(setpoints.feed.max()),
             "chord_error_max_mm": self.chord_error_mm,
             "limits": self.verdict.as_dict()["limits"],
             "problems": list(self.verdict.problems),
@@ -313,13 +313,13 @@ def measured(
     again = partial(chunks, ticks if joints else chunk_of(ticks))
     meter = Meter(path, limits, law, 1 if joints else column_of(ticks))
     serving = None if machine is None else Serving(meter.tip, law, machine)
-    for block, own, points in with_neighbours(again()):
-        meter.see(block, own, points)
-        if serving is not None and (response := serving.follow(points)) is not None:
+    for block, own, setpoints in with_neighbours(again()):
+        meter.see(block, own, setpoints)
+        if serving is not None and (response := serving.follow(setpoints)) is not None:
             meter.see_response(response)
         meter.keep()
         say("measuring", meter.ticks, ticks)
-    kept = meter.points
+    kept = meter.setpoints
     whole = len(kept) == meter.ticks
     verdict = check(kept if whole else _told(again(), "checking", ticks, say), path, limits, law=law)
     chord, thread = meter.chord, meter.line

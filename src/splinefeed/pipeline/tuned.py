@@ -63,7 +63,7 @@ def by_rule(
 
 def along_path(
     machine: Machine,
-    points: Setpoints,
+    setpoints: Setpoints,
     path: Path,
     *,
     axes: Sequence[str] | None = None,
@@ -75,7 +75,7 @@ def along_path(
     """Gains of all axes together that make contour error small on a path; see `pipeline.tuning.tune_on_path`."""
     found = tune_on_path(
         machine,
-        points,
+        setpoints,
         path,
         axes=axes,
         evaluations=evaluations,
@@ -85,7 +85,7 @@ def along_path(
     )
     numbers = {
         name: {
-            **_numbers(each.old, each.axis, each.before, each.margins, points.period),
+            **_numbers(each.old, each.axis, each.before, each.margins, setpoints.period),
             "tracking_error_max_before": each.tracking_before,
             "tracking_error_max": each.tracking,
             "tracking_unit": "rad" if each.axis.rotary else "mm",
@@ -93,7 +93,7 @@ def along_path(
         for name, each in found.axes.items()
     }
     page = {
-        "period_s": points.period,
+        "period_s": setpoints.period,
         "path_name": path.name,
         "bound": found.bound.words,
         "runs": found.evaluations,
@@ -104,7 +104,7 @@ def along_path(
     }
 
     def curves() -> list[TunedAxis]:
-        return [tuned_axis(t.old, t.axis, f"rule path, {path.name}", points.period) for t in found.axes.values()]
+        return [tuned_axis(t.old, t.axis, f"rule path, {path.name}", setpoints.period) for t in found.axes.values()]
 
     return TunedMachine(found.machine, page, curves)
 

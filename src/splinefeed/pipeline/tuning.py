@@ -250,7 +250,7 @@ class _Search:
         self,
         machine: Machine,
         names: tuple[str, ...],
-        points: Setpoints,
+        setpoints: Setpoints,
         meter: ContourMeter,
         hints: Array,
         bound: Bound,
@@ -258,14 +258,14 @@ class _Search:
     ) -> None:
         self.machine = machine
         self.names = names
-        self.points = points
+        self.setpoints = setpoints
         self.meter = meter
         self.hints = hints
         self.bound = bound
         self.runs = 0
         self.forward = len(FEED_FORWARD) if feed_forward else 0
-        self.start = {name: _start(machine.axes[name], points.period) for name in names}
-        self.tests = {name: BoundTest(axis, points.period, bound) for name, axis in self.start.items()}
+        self.start = {name: _start(machine.axes[name], setpoints.period) for name in names}
+        self.tests = {name: BoundTest(axis, setpoints.period, bound) for name, axis in self.start.items()}
         self.width = {name: len(GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
         self.best = (math.inf, np.empty(0), machine)
 
@@ -330,7 +330,7 @@ class _Search:
         machine = replace(self.machine, axes={**self.machine.axes, **axes})
         error = self._error(machine)
         report(self.runs)
-        unrest = max(_unrest(axis, self.points.period) for axis in axes.values())
+        unrest = max(_unrest(axis, self.setpoints.period) for axis in axes.values())
         if error < self.best[0] and unrest == 0.0 and np.min(self._slacks(x)) >= 0.5 * RESERVE:
             self.best = (error, np.array(x), machine)
         return math.log(min(error, RAN_AWAY) + SMALLEST) + unrest
@@ -338,11 +338,11 @@ class _Search:
     def _error(self, machine: Machine) -> float:
         """Largest contour error of the linear axes, mm, or following error of a rotary one, rad; of one run."""
         self.runs += 1
-        response = follow(self.points, machine)
+        response = follow(self.setpoints, machine)
         if response.stopped is not None:
             return math.inf
         if self.names[0] in ROTARY_AXES:
-            return float(np.max(np.abs(response.tracking_error[:, self.points.axes.index(self.names[0])])))
+            return float(np.max(np.abs(response.tracking_error[:, self.setpoints.axes.index(self.names[0])])))
         return self.meter.measure(response.position, s_hint=self.hints).max
 
     def _calmed(self, name: str, calm: bool) -> Array:

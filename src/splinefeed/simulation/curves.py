@@ -155,7 +155,7 @@ def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool
     if linear:
         axis = replace(axis, controller=replace(axis.controller, error_limit=1e12))
     nothing = np.zeros(ticks)
-    points = Setpoints(
+    setpoints = Setpoints(
         t=np.asarray(np.arange(ticks) * period, dtype=np.float64),
         curve=nothing.astype(np.int64),
         u=nothing,
@@ -166,7 +166,7 @@ def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool
         period=period,
         method="step",
     )
-    response = follow(points, Machine(name=axis.name, axes={axis.name: axis}), linear=linear)
+    response = follow(setpoints, Machine(name=axis.name, axes={axis.name: axis}), linear=linear)
     return response.position[:, 0], response.output[:, 0], response.stopped
 
 

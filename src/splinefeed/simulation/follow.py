@@ -81,15 +81,15 @@ class Follower:
         """What it takes to make the response again."""
         return {"machine": self.machine.name, "sub_steps": self.sub_steps, "linear": self.linear}
 
-    def follow(self, points: Setpoints) -> Response:
+    def follow(self, setpoints: Setpoints) -> Response:
         """The response to the next setpoints; shorter than they are if an axis runs away, and empty from then on."""
-        if points.axes != self.axes:
-            raise InputError(f"setpoints have axes {', '.join(points.axes)}; expected {', '.join(self.axes)}")
-        if points.period != self.period:
-            raise InputError(f"setpoints have a period of {points.period} s; expected {self.period} s")
-        check_finite(points.position, "Setpoints.position")
-        count = 0 if self.stopped is not None else len(points)
-        command = np.ascontiguousarray(points.position.T[:, :count])  # (axes, n), one row an axis for the kernel
+        if setpoints.axes != self.axes:
+            raise InputError(f"setpoints have axes {', '.join(setpoints.axes)}; expected {', '.join(self.axes)}")
+        if setpoints.period != self.period:
+            raise InputError(f"setpoints have a period of {setpoints.period} s; expected {self.period} s")
+        check_finite(setpoints.position, "Setpoints.position")
+        count = 0 if self.stopped is not None else len(setpoints)
+        command = np.ascontiguousarray(setpoints.position.T[:, :count])  # (axes, n), one row an axis for the kernel
         position, measured, output, saturated = (np.empty_like(command) for _ in range(4))
         done = count
         for i, state in enumerate(self._states):
@@ -111,11 +111,13 @@ class Follower:
             )
             if ticks < done or (ticks == done and self.stopped is None and self._away(i, ticks, command, measured)):
                 done = ticks
-                self.stopped = self._why(i, float(points.t[ticks - 1]), command[i, ticks - 1] - measured[i, ticks - 1])
+                self.stopped = self._why(
+                    i, float(setpoints.t[ticks - 1]), command[i, ticks - 1] - measured[i, ticks - 1]
+                )
         self.ticks += done
         return Response(
-            t=points.t[:done].copy(),
-            command=points.position[:done].copy(),
+            t=setpoints.t[:done].copy(),
+            command=setpoints.position[:done].copy(),
             position=np.ascontiguousarray(position[:, :done].T),
             measured=np.ascontiguousarray(measured[:, :done].T),
             output=np.ascontiguousarray(output[:, :done].T),
@@ -173,10 +175,10 @@ def follow(
     return join(parts)
 
 
-def slices(points: Setpoints, size: int) -> Iterator[Setpoints]:
+def slices(setpoints: Setpoints, size: int) -> Iterator[Setpoints]:
     """The setpoints in pieces of at most `size` ticks."""
-    for start in range(0, len(points), size):
-        yield points.part(start, start + size)
+    for start in range(0, len(setpoints), size):
+        yield setpoints.part(start, start + size)
 
 
 def join(parts: Sequence[Response]) -> Response:
