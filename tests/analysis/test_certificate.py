@@ -68,5 +68,5 @@ def test_the_file_is_json_without_infinity_and_names_the_versions(tmp_path, monk
 
 
 def test_a_certificate_of_something_else_is_refused():
-    with pytest.raises(InputError, match="needs the setpoints or their SetpointsHash, got list"):
+    with pytest.raises(InputError, match="expected Setpoints or a SetpointsHash, got list"):
         certificate([1, 2], PATH, LIMITS, VERDICT)  # type: ignore[arg-type]

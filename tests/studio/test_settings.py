@@ -59,7 +59,7 @@ def _text(name: str) -> str:
         ({"method": "euler"}, "method", "'euler' is not known; there are"),
         ({"machine": "router/../../etc"}, "machine", "is not a machine; there are"),
         ({"machine": {"name": "x", "toml": "[axis.x]\n"}}, "machine", "axis.x.motor: missing"),
-        ({"source": {"shape": "/etc/passwd"}}, "source", "is no shape; there are"),
+        ({"source": {"shape": "/etc/passwd"}}, "source", "is not a shape; there are"),
         ({"source": {"shape": "circle?radius=-1"}}, "source", "radius"),
         ({"source": {"file": "../../etc/passwd"}}, "source", "there is no such upload"),
         ({"source": {"file": "0" * 32}}, "source", "the uploaded file is gone"),

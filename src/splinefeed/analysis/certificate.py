@@ -87,7 +87,7 @@ def certificate(
 ) -> dict[str, Any]:
     """What was checked, by its hashes, with what, and what came out; nothing in it depends on place or time."""
     if not isinstance(setpoints, Setpoints | SetpointsHash):
-        raise InputError(f"a certificate needs the setpoints or their SetpointsHash, got {type(setpoints).__name__}")
+        raise InputError(f"certificate: expected Setpoints or a SetpointsHash, got {type(setpoints).__name__}")
     hashes = {
         "setpoints": setpoints_hash(setpoints) if isinstance(setpoints, Setpoints) else setpoints.hexdigest(),
         "path": path_hash(path),

@@ -14,8 +14,8 @@ from splinefeed.records import ANGLES, ROTARY_AXES, Array, LimitResult, Setpoint
 _SENTENCES = {
     "off the curve": "off the curve by {amount:.6g} {unit}",
     "turned off": "a rotary axis is {degrees:.6g} deg from where the curve has it",
-    "misplaced": "on the curve, but {amount:.6g} {unit} from where its own u says",
-    "period": "comes {amount:.6g} s early or late: the period is not kept",
+    "misplaced": "on the curve, but {amount:.6g} {unit} from the place of its u",
+    "period": "is {amount:.6g} s early or late: the period is not kept",
     "back": "goes back by {amount:.6g} {unit} along the path",
     "skipped": "a part of the path is skipped: one step of {amount:.6g} {unit}",
     "twice": "the same point twice in the middle of the motion",
@@ -51,7 +51,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
     if "deceleration_jerk" in results:  # one name for both: what counts is the one that is nearer to its own limit
         results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
     if judge.short is not None:
-        notes.append(f"the last period is a short one of {judge.short:.9g} s; differences over it have a higher floor")
+        notes.append(f"the last period is short, {judge.short:.9g} s; differences over it have a higher floor")
     if not judge.bounds.path.linear:
         notes.append("only rotary axes move: s is in degrees, and feed, acceleration and jerk along the path are too")
     elif len(whole.turning):
@@ -61,7 +61,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
             "in s and in its feed, acceleration and jerk"
         )
     if not judge.placed:
-        notes.append("the setpoints say no u: they were placed on the path by nearest points, one after the other")
+        notes.append("the setpoints have no u: each is placed at the nearest point of the path, one after the other")
     problems += [limit_sentence(name, result, unit) for name, result in results.items() if not result.holds]
     numbers = {
         "duration_s": judge.duration,

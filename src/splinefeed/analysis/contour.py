@@ -52,7 +52,7 @@ class Contour:
     def worst(self) -> int:
         """Index of the sample with the largest |error|; InputError without samples."""
         if not self.error.size:
-            raise InputError("there are no samples, so none is the worst")
+            raise InputError("there are no samples and so no worst one")
         return int(np.argmax(np.abs(self.error)))
 
 

@@ -60,7 +60,7 @@ class Spectrum:
         Source: Grandke, IEEE Trans. Instrum. Meas. 32(2), 1983, doi 10.1109/TIM.1983.4314077.
         """
         if isinstance(most, bool) or not isinstance(most, int) or most < 1:
-            raise InputError(f"most is {most!r}; a whole number from 1 on is needed")
+            raise InputError(f"most is {most!r}; expected a whole number from 1 up")
         height = self.amplitude[1:]
         before = np.r_[-1.0, height[:-1]]
         after = np.r_[height[1:], -1.0]

@@ -17,7 +17,8 @@ Examples:
   splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
 
 A run is a CSV with the columns seconds,what,value: Block_Number is the line that runs, Program_Status ACTIVE and
-PROGRAM_COMPLETED its start and end. Its program is named before =, or lies beside it with a name that it begins with.
+PROGRAM_COMPLETED its start and end. Its program is named
+before =, or is a file beside it whose name its own begins with.
 """
 
 
@@ -29,10 +30,10 @@ PROGRAM_COMPLETED its start and end. Its program is named before =, or lies besi
 @click.option("-o", "--output", metavar="FILE", help="Machine file to write.  [default: MACHINE-calibrated.toml]")
 @options.as_json
 def command(runs: tuple[str, ...], as_json: bool, **given: Any) -> None:
-    """Fit the section [control] of a machine file to recorded RUNS, and say how well each number is known.
+    """Fit the section [control] of a machine file to recorded RUNS, and report how certain each number is.
 
-    Numbers that the runs do not show stay as the machine file has them, or at a usual value, and are named. The machine
-    is written to a new file.
+    Numbers that the runs do not determine keep their value in the machine file, or a usual one, and are named. The
+    machine is written to a new file.
     """
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
@@ -53,7 +54,7 @@ def _calibrate(runs: tuple[str, ...], given: Mapping[str, Any], say: Any) -> dic
     machine = Machine.load(given["machine"])
     for name in given["keep"]:
         if name not in PRIORS:
-            raise InputError(f"--keep: {name!r} is not fitted; there are {', '.join(PRIORS)}")
+            raise InputError(f"--keep: {name!r} is not fitted; choose from {', '.join(PRIORS)}")
     file = given["output"] if given["output"] is not None else f"{machine.name}-calibrated.toml"
     reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair")}
     say("reading runs")
@@ -73,7 +74,7 @@ def _pair(run: str) -> tuple[str, str]:
     folder, stem = Path(run).parent, Path(run).stem
     beside = [each for each in folder.glob("*") if each.suffix.lower() in _PROGRAMS and stem.startswith(each.stem)]
     if not beside:
-        raise InputError(f"{run}: no program beside it whose name it begins with; write PROGRAM={run}")
+        raise InputError(f"{run}: no program beside it whose name its own begins with; write PROGRAM={run}")
     return str(max(beside, key=lambda each: len(each.stem))), run
 
 

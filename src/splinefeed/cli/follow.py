@@ -27,8 +27,13 @@ Examples:
 
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("setpoints")
-@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; splinefeed machine list names some.")
-@click.option("--path", "source", metavar="FILE|SHAPE", help="The true path.  [default: as the setpoints say]")
+@click.option(
+    "--machine",
+    metavar="NAME|FILE",
+    required=True,
+    help="The machine; splinefeed machine list shows the built-in ones.",
+)
+@click.option("--path", "source", metavar="FILE|SHAPE", help="The true path.  [default: that of the setpoints]")
 @click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
 @click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
@@ -39,11 +44,11 @@ Examples:
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) -> None:
-    """Let the simulated axes of a machine follow SETPOINTS, and say how far off they were.
+    """Simulate the axes of a machine on SETPOINTS; report following error and contour error.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes.
-    The contour error, the distance from the true path, is reported where the path is known. If an axis runs away, the
-    simulation ends there and says so; what there is by then is written, and the exit code is 1.
+    The contour error, the distance from the true path, needs the path. If an axis runs away, the simulation stops
+    there, writes what it has and exits with code 1.
     """
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
@@ -107,7 +112,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
             names += saving.save_figures(drawn, stage, drawing)
             notes += saving.missing(drawing)
         if servo.off_path > 0.0:
-            notes.append(f"the setpoints lie off the path by at most {servo.off_path:.3g} mm")
+            notes.append(f"the setpoints are off the path by at most {servo.off_path:.3g} mm")
         numbers = servo.tally.numbers()
         page: dict[str, Any] = plain(
             {

@@ -31,7 +31,9 @@ def command() -> None:
 @click.option("--axes", metavar="X,Y,...", help="Which of its axes, in order.  [default: all]")
 @options.quantity("--period", kind="time", text="Servo period.  [default: 1 ms]")
 @options.quantity("--following", kind="length", text="Following error that stops the stream.  [default: 1 mm or deg]")
-@click.option("--motion", is_flag=True, help="For LinuxCNC's motion controller beside it, which then tells the tip.")
+@click.option(
+    "--motion", is_flag=True, help="Together with LinuxCNC's motion controller, which then shows the tool tip."
+)
 @click.option("-o", "--output", metavar="NAME", default="splinefeed", show_default=True, help="NAME.hal, NAME.ini")
 @options.as_json
 def init(
@@ -43,7 +45,7 @@ def init(
     output: str,
     as_json: bool,
 ) -> None:
-    """Write a HAL file with streamer, a controller an axis and simulated drives, to be replaced by your own."""
+    """Write a HAL file with streamer, one controller an axis, and simulated drives to replace with your own."""
     import math
 
     from splinefeed.cli.output import print_json, print_text

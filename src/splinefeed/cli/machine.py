@@ -16,7 +16,7 @@ Examples:
 
 @click.group(epilog=EXAMPLES)
 def command() -> None:
-    """Name the machines of the package, and say what a machine is.
+    """List the built-in machines, or describe a machine.
 
     A machine is a TOML file: per axis motor, drive, transmission, load, friction, encoder or scale, controller, limits.
     """

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 #: What is left out of a run that is too long to be kept whole.
 LONG_NOTE = (
-    "a long motion: made, checked and written in chunks, figures show the ticks at which anything peaks; methods are "
-    "not compared, and no response and no spectra are kept (splinefeed follow setpoints.h5 makes them again)"
+    "long motion: computed, checked and written in chunks; figures show the peaks; methods are not "
+    "compared; response and spectra are not kept (splinefeed follow setpoints.h5 computes them again)"
 )
 EXAMPLES = """\b
 Examples:
@@ -42,7 +42,7 @@ Examples:
     "--contour-tolerance",
     type=options.Quantity("length"),
     metavar="LENGTH",
-    help="Scale the limits down until the machine's contour error keeps this; see splinefeed tune-feed.",
+    help="Scale the limits down until the machine's contour error is within this; see splinefeed tune-feed.",
 )
 @click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
 @click.option("--method", metavar="NAME", help="The method.  [default: arc-length; the paper's without SOURCE]")
@@ -63,7 +63,7 @@ Examples:
     "--by-windows",
     is_flag=True,
     hidden=True,  # a file of more than a million lines goes so by itself
-    help="Read, smooth, plan (look-ahead), make and check window by window; setpoints and numbers alone.",
+    help="Read, smooth, plan (look-ahead), interpolate and check window by window; no figures.",
 )
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME]")
 @options.as_json
@@ -137,7 +137,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     limits, period, strategy = options.limits_from(given, planned_for, axes)
     limits, assumed = options.as_programmed(limits, path, given)
     if given["tip"] and not tool:
-        raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are where the tool is")
+        raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
         if isinstance(path, PathParts):

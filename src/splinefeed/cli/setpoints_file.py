@@ -48,7 +48,7 @@ def _check_says_its_own(file: str, given: Mapping[str, Any]) -> None:
 
     for name in ("columns", "period"):
         if given[name] is not None:
-            raise InputError(f"--{name}: is for CSV files of other programs; {file} says its own")
+            raise InputError(f"--{name}: is for CSV files of other programs; {file} has its own")
 
 
 def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) -> tuple[Path, str]:
@@ -63,7 +63,7 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
         chosen = {name: given[name] for name in ("which", "chord") if given[name] is not None}
         return read_path(given["source"], chosen), given["source"]
     if not says_path(settings):
-        raise InputError(f"{file}: does not say where its path came from; give --path FILE or --path SHAPE")
+        raise InputError(f"{file}: does not name its path; give --path FILE or --path SHAPE")
     source = settings["source"]
     text: str = source["text"]
     if source.get("beside"):  # a run that was made in Python wrote its path beside its setpoints
@@ -120,7 +120,7 @@ def _check_unchanged(source: str, digest: object, file: str) -> None:
     if digest is None:
         return
     if not os.path.isfile(source):
-        raise InputError(f"{file}: its path was read from {source}, which is not there now; give --path")
+        raise InputError(f"{file}: its path was read from {source}, which no longer exists; give --path")
     with open(source, "rb") as stream:
         if hashlib.file_digest(stream, "sha256").hexdigest() != digest:
             raise InputError(f"{file}: its path was read from {source}, which has changed since; give --path")

@@ -67,8 +67,8 @@ _FOR_PATH = (
 def command(ctx: click.Context, /, machine: str, as_json: bool, **given: Any) -> None:
     """Find gains for the axes of MACHINE; report gain, phase and delay margins of the new and old ones.
 
-    MACHINE is the name of a machine (splinefeed machine list shows them) or a machine file. Limits such as
-    --feed say how the path of rule path is driven. The exit code is 1 if an axis is unstable with its new gains.
+    MACHINE is the name of a machine (splinefeed machine list shows them) or a machine file. Limits such as --feed set
+    the motion of rule path. The exit code is 1 if an axis is unstable with its new gains.
     """
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
@@ -239,7 +239,7 @@ def _hunting(each: Mapping[str, Any], ending: str) -> str:
     if not each[f"hunts{ending}"] or swing is None or not each[f"margins{ending}"]["stable"]:
         return ""
     size = length(swing) if each["rest_swing_unit"] == "mm" else f"{number(swing)} rad"
-    return f"; swings by {size} at rest: friction against ki, so take less of it"
+    return f"; swings by {size} at rest: friction against ki; lower ki"
 
 
 #: Short names of gains in a table.

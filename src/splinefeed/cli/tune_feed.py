@@ -50,9 +50,9 @@ Examples:
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> None:
-    """Find the fastest motion along SOURCE whose simulated contour error keeps a tolerance on a machine.
+    """Find the fastest motion along SOURCE whose simulated contour error is within a tolerance.
 
-    The limits given, or those of the machine's axes, are scaled down until it does; each trial plans, interpolates and
+    The given limits, or those of the machine's axes, are scaled down until it is; each trial plans, interpolates and
     follows. Writes the limits found (limits.toml, for run --limits), the setpoints under them, and the curve of
     contour error by feed. The exit code is 1 where no feed keeps the tolerance.
     """

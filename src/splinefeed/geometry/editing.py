@@ -73,7 +73,7 @@ def with_knots(curve: NurbsCurve, parameters: Sequence[float]) -> NurbsCurve:
         count = int(np.count_nonzero(new_knots == value))
         if count > curve.degree:
             raise CurveError(
-                f"knot {value:g} would stand {count} times; at most {curve.degree} (the degree) are possible"
+                f"knot {value:g} would appear {count} times; at most {curve.degree} (the degree) are possible"
             )
     return _refined(curve, new_knots)
 
@@ -188,6 +188,6 @@ def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = No
     shift = frozen_array(np.zeros(square.shape[0]) if offset is None else offset, "offset", 1)
     check_finite(shift, "offset")
     if shift.shape != (square.shape[0],):
-        raise InputError(f"offset has shape {shift.shape}; ({square.shape[0]},) is needed")
+        raise InputError(f"offset has shape {shift.shape}; expected ({square.shape[0]},)")
     with np.errstate(over="ignore", invalid="ignore"):  # the new curve says which coordinate is too large
         return np.asarray(points @ square.T + shift)

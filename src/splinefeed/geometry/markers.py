@@ -26,4 +26,4 @@ class Marker:
         if not 0.0 <= self.dwell < math.inf:
             raise InputError(f"a dwell of {self.dwell!r} s; it must be 0 or more and finite")
         if self.dwell > 0.0 and not self.stop:
-            raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can only wait at rest")
+            raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can wait only at rest")

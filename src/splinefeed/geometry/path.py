@@ -79,7 +79,7 @@ class Path:
         try:
             self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, _STORED) else tuple(curves)
         except TypeError:
-            raise CurveError(f"curves are a {type(curves).__name__}; a list of NurbsCurve is needed") from None
+            raise CurveError(f"curves are a {type(curves).__name__}; expected a list of NurbsCurve") from None
         self._joined: Sequence[NurbsCurve] = self.curves
         self.name = name
         self.findings = tuple(findings)
@@ -90,7 +90,7 @@ class Path:
             raise CurveError("a path needs at least one curve")
         for i, curve in enumerate(() if isinstance(curves, _STORED) else self.curves):
             if not isinstance(curve, NurbsCurve):
-                raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; a NurbsCurve is needed")
+                raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; expected a NurbsCurve")
             if curve.axes != self.curves[0].axes:
                 raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
         self.axes = tuple(DEFAULT_AXES[: self.curves[0].axes] if axes is None else axes)
@@ -103,7 +103,7 @@ class Path:
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
             if not 0 <= marker.before <= count:
-                raise InputError(f"marker {marker.text!r} stands before curve {marker.before} of {count}")
+                raise InputError(f"marker {marker.text!r} is before curve {marker.before} of {count}")
         if count > 1:
             check_joints(self._ends, self.tolerance)
             if not self._tied:
@@ -327,7 +327,7 @@ class Path:
         if len(self.curves) == 1:
             return self._joined[0].derivatives(values, order, side=side)
         if order not in (0, 1, 2, 3):
-            raise InputError(f"order is {order!r}; derivatives of order 0 to 3 are there")
+            raise InputError(f"order is {order!r}; expected 0 to 3")
         out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, _is_left(side))
         return out.reshape(*values.shape, order + 1, len(self.axes))
 
@@ -349,7 +349,7 @@ class Path:
         missing = (index < 0) | (index >= len(self.curves))
         if np.any(missing):
             raise InputError(
-                f"curve {index[missing].flat[0]} is not there; the path has curves 0 to {len(self.curves) - 1}"
+                f"curve {index[missing].flat[0]} does not exist; the path has curves 0 to {len(self.curves) - 1}"
             )
         start, end = np.moveaxis(self.flat.domains[index], -1, 0)
         slack = 4.0 * np.finfo(float).eps * np.maximum(np.abs(start), np.abs(end))

@@ -70,7 +70,7 @@ def order(original: Path, result: Path, tolerance: float, angular_tolerance: flo
     tolerances that cannot be used.
     """
     if original.axes != result.axes:
-        raise InputError(f"the paths have axes {original.axes} and {result.axes}; the same are needed")
+        raise InputError(f"the paths have axes {original.axes} and {result.axes}; they must be the same")
     for name, value in (("tolerance", tolerance), ("angular_tolerance", angular_tolerance), ("precision", precision)):
         if not 0.0 < value < math.inf:
             raise InputError(f"{name} is {value!r}; it must be greater than 0 and finite")

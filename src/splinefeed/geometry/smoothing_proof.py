@@ -54,7 +54,7 @@ def deviation(original: Path, result: Path, precision: float) -> Deviation:
     Nothing of it is shared with the smoothing. Raises InputError for paths of other axes or a precision of 0 or less.
     """
     if original.axes != result.axes:
-        raise InputError(f"the paths have axes {original.axes} and {result.axes}; the same are needed")
+        raise InputError(f"the paths have axes {original.axes} and {result.axes}; they must be the same")
     if not 0.0 < precision < math.inf:
         raise InputError(f"precision is {precision!r} mm; it must be greater than 0 and finite")
     first, second = (chords(path, SAG * precision)[:2] for path in (original, result))

@@ -53,12 +53,12 @@ class Proof:
     def sentence(self) -> str:
         """What it says, for findings."""
         found = (
-            f"at most {self.deviation.largest:.4g} mm from the original and back (tolerance {self.tolerance:g} mm); "
+            f"at most {self.deviation.largest:.4g} mm from the original, both ways (tolerance {self.tolerance:g} mm); "
             f"side by side, in the same order, at most {self.order.largest:.4g} mm"
         )
         if self.path.linear < len(self.path.axes):
             found += f" and {math.degrees(self.order.largest_angle):.4g} deg"
-        found += ", and nothing crosses itself that did not" if not len(self.order.crossings) else (
+        found += ", and no new self-crossing" if not len(self.order.crossings) else (
             f", and {len(self.order.crossings)} place(s) where it crosses itself and the original does not, "
             f"the first at {self.order.crossings[0, 0]:.6g} mm"
         )  # fmt: skip

@@ -57,14 +57,14 @@ class Interpolator:
         if period is None:
             period = law.period
         if period is None:
-            raise LimitsError("no period: give period= in s, as the law was not brought to one")
+            raise LimitsError("no period: the law was planned without one; give period= in s")
         self.period = positive(period, "period")
         if self.period > law.duration * (1.0 + WHOLE_PERIODS):
             raise LimitsError(f"the period of {self.period:g} s is longer than the whole motion of {law.duration:g} s")
         if isinstance(corrections, bool) or int(corrections) != corrections or not 0 <= corrections <= MAX_CORRECTIONS:
-            raise InputError(f"corrections is {corrections!r}; a whole number from 0 to {MAX_CORRECTIONS} is needed")
+            raise InputError(f"corrections is {corrections!r}; expected a whole number from 0 to {MAX_CORRECTIONS}")
         if not tolerance >= 0.0:
-            raise InputError(f"tolerance is {tolerance!r}; 0 or more is needed")
+            raise InputError(f"tolerance is {tolerance!r}; expected 0 or more")
         if abs(law.length - path.length) > LENGTH_TOLERANCE * path.length:
             raise InputError(
                 f"the law runs over {law.length:.9g} mm but the path is {path.length:.9g} mm long; "
@@ -236,7 +236,7 @@ def interpolate(
     if chunk is None:
         return source.block()
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
-        raise InputError(f"chunk is {chunk!r}; a whole number of ticks from 1 up is needed")
+        raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
     return _blocks(source, int(chunk))
 
 

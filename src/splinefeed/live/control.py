@@ -95,7 +95,7 @@ class Control:
             return _refused(STRANGER)
         unknown = set(said) - {"override", "hold", "reverse", "stop", "status"}
         if unknown:
-            return _refused(f"{min(unknown)!r} is not a command; there are override (%), hold, reverse, stop, status")
+            return _refused(f"{min(unknown)!r} is not a command; choose from override (%), hold, reverse, stop, status")
         override = said.get("override")
         if override is not None and (isinstance(override, bool) or not isinstance(override, int | float)):
             return _refused("override must be a number, in percent")

@@ -104,7 +104,7 @@ class LinuxcncSink:
             thread.start()
         if not self._ready.wait(PATIENCE) or not self._position:
             self._end()
-            said = self._said[-1] if self._said else "it says nothing"
+            said = self._said[-1] if self._said else "it gives no reason"
             raise LinuxcncError(f"HAL does not answer: {said}; start it first, see splinefeed linuxcnc init")
         at: Array = to_radians(np.array([self._position]), axes)[0]
         return at
@@ -174,7 +174,7 @@ class LinuxcncSink:
                 "holds it"
             )
         said = self._said[-1] if self._said else "its reason is not known"
-        raise LinuxcncError(f"HAL has stopped taking rows {where}, of {self._written} that were sent: {said}")
+        raise LinuxcncError(f"HAL stopped taking rows {where}, of {self._written} that were sent: {said}")
 
     def restart(self) -> None:
         """Tell the child that rows come again."""

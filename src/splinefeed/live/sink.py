@@ -70,7 +70,7 @@ class Taken:
 
 
 class Sink(Protocol):
-    """Consumer of the rows.
+    """Where the rows go.
 
     paced  whether rows are taken by a clock, so that only so many may be sent ahead
     """

@@ -136,7 +136,7 @@ class _Stream:
             k = int(np.argmax(off))
             raise StreamError(
                 f"the axes are not where the path begins: {motion.axes[k]} is at {at[k]:.6g}, the path begins at "
-                f"{motion.start[k]:.6g}; move them there, or stream with --approach (a straight way to it) or --here"
+                f"{motion.start[k]:.6g}; move them there, or stream with --approach (a straight move to it) or --here"
             )
         self.parts.insert(0, approach(at, motion.start))
 

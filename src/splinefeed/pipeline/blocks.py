@@ -82,7 +82,7 @@ def read_blocks(
         reading = replace(reading, offsets={**references, **parse_offsets(offsets)})
     moves = program.all_moves(reading)
     if not len(moves):
-        raise FormatError(f"{file}: no line of it moves an axis")
+        raise FormatError(f"{file}: no line moves an axis")
     (piece,) = program.pieces([moves], reading, np.arange(AXES), len(moves))
     step, rapid = moves.ends - moves.starts, moves.kind == RAPID
     ways = _by_way_of_changes(step, moves, control.change_place)
@@ -103,7 +103,7 @@ def read_blocks(
     )  # fmt: skip
     made = _with_length(_with_ways(made, ways))
     if not len(made):
-        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+        raise FormatError(f"{file}: no move has a length; is the program complete?")
     return replace(made, findings=tuple(reading.findings.all()))
 
 

@@ -132,10 +132,10 @@ def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine
     end = int(max(blocks.line.max(), max((mark.line for mark in blocks.marks), default=0))) + 1
     if run.line.max() > end:
         raise InputError(
-            f"{log}: line {run.line.max()} runs, and {program} has {end - 1}; is it the run of another one?"
+            f"{log}: line {run.line.max()} runs, and {program} has {end - 1} lines; is it the log of another program?"
         )
     if np.any(np.diff(blocks.line) < 0):
-        raise InputError(f"{program}: its lines do not run in order (loops, subprograms); fit runs of others")
+        raise InputError(f"{program}: its lines do not run in order (loops, subprograms); use runs of other programs")
     changes = [mark for mark in blocks.marks if "M6" in mark.text.split()]
     starts = [mark.line for mark in changes] or [0]
     # line, when, tool, scatter of what follows: the way to the first change may come before its line is logged
@@ -248,7 +248,7 @@ def _unit(control: Control, name: str) -> str:
 
 def _source(runs: Sequence[Recorded], numbers: Sequence[Fitted]) -> str:
     prior = [each.name for each in numbers if not each.shown]
-    kept = f"; not shown by them, at the prior: {', '.join(prior)}" if prior else ""
+    kept = f"; left at the prior: {', '.join(prior)}" if prior else ""
     return f"fitted by splinefeed calibrate to {', '.join(run.log.name for run in runs)}{kept}"
 
 

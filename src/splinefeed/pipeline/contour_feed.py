@@ -213,7 +213,7 @@ def limits_within(path: Path, limits: Limits, machine: Machine, tolerance: float
         least = tuning.least
         raise LimitsError(
             f"no feed tried keeps a contour error of {1e3 * tolerance:g} um on {machine.name}; the least is "
-            f"{1e3 * least.error:.4g} um at {least.feed:.4g} mm/s: allow more, or mend the machine (splinefeed tune)"
+            f"{1e3 * least.error:.4g} um at {least.feed:.4g} mm/s: allow more, or tune the machine (splinefeed tune)"
         )
     return tuning.best.limits
 

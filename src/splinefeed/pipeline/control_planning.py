@@ -114,7 +114,7 @@ def _bounds(blocks: Blocks, machine: Machine) -> _Bounds:
     velocity, velocity_by = _along(blocks, _axis_values(machine, lambda axis: axis.rapid, "velocity"))
     if not np.all(np.isfinite(velocity[rapid])):
         axis = letter(int(np.argmax(np.abs(blocks.step[rapid & ~np.isfinite(velocity)][0]))))
-        raise InputError(f"{machine.name}: control.axis.{axis}.rapid: missing; say how fast {axis} goes at rapid")
+        raise InputError(f"{machine.name}: control.axis.{axis}.rapid: missing; give the rapid velocity of {axis}")
     axis_acceleration, axis_by = _along(blocks, _axis_values(machine, lambda axis: axis.acceleration, "acceleration"))
     axis_jerk, _ = _along(blocks, _axis_values(machine, lambda axis: axis.jerk, "jerk"))
 
@@ -125,7 +125,7 @@ def _bounds(blocks: Blocks, machine: Machine) -> _Bounds:
     along = chosen(control.acceleration, control.rapid_acceleration)
     acceleration = np.minimum(along, axis_acceleration)
     if not np.all(np.isfinite(acceleration)):
-        raise InputError(f"{machine.name}: control.acceleration: missing; say how fast the tool speeds up")
+        raise InputError(f"{machine.name}: control.acceleration: missing; give the acceleration along the path")
     arc = np.minimum(np.inf if control.arc_acceleration is None else control.arc_acceleration, axis_acceleration)
     speed, by = np.where(rapid, velocity, blocks.feed), np.where(rapid, len(NAMES) + velocity_by, 0)
     lowered: list[tuple[Any, Array]] = [(1, _arc_speed(arc, blocks.radius, control.arc_growth))]

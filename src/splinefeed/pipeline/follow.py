@@ -116,7 +116,7 @@ class Servo:
                     )
             for axis in axes:
                 if axis not in self.path.axes and axis not in ROTARY_AXES:
-                    self.notes.append(f"axis {axis} is none of the path: the contour error leaves it out")
+                    self.notes.append(f"axis {axis} is not on the path: the contour error leaves it out")
         for axis in axes:
             found = margins(self.machine.axes[axis], setpoints.period)
             if found.close or not found.stable:

@@ -50,7 +50,7 @@ def stream_setpoints(
     Example: `next(sf.live.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
-        raise InputError(f"chunk is {chunk!r}; a whole number of ticks from 1 up is needed")
+        raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
     return _collected(
         _Walk(limits, period, window).pieces(parts_of(paths) if isinstance(paths, Path) else paths), int(chunk)
     )

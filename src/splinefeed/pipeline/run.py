@@ -85,7 +85,9 @@ class Run:
     def points(self) -> Setpoints:
         """All setpoints; LimitsError for a long motion, of which `setpoints()` gives them in chunks."""
         if not self.whole:
-            raise LimitsError(f"a motion of {self.ticks} ticks is not kept in memory; take setpoints(), in chunks")
+            raise LimitsError(
+                f"a motion of {self.ticks} ticks is not kept in memory; use setpoints(), which gives chunks"
+            )
         return self.kept
 
     @property
@@ -254,7 +256,7 @@ def run(
         path, model = on_machine(path, model, limits), None
     joints = isinstance(path, JointPath)
     if joints and model is not None:
-        raise InputError("machine: these are the joints of one already; leave it out")
+        raise InputError("machine: the path is already in the joints of a machine; leave it out")
     limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     ticks = check_ticks(law, period, MOST_TICKS if joints else MOST_IN_CHUNKS)

@@ -33,7 +33,7 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
         said["angular_tolerance"] = how["angle_tolerance"]
     if tolerance == PROGRAM:
         if path.tolerances is None or not path.tolerances.any():
-            raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
+            raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
         said = {"corners": "round", **said}
     if isinstance(path, ToolPath):
         return proven_tool(path, tolerance, **said)[0]

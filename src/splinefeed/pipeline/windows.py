@@ -50,7 +50,7 @@ class WindowedRun:
         said: dict[str, Any] = {}
         if tolerance == PROGRAM:
             if not self.source.tolerance:
-                raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
+                raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
             said["corners"] = "round"
         said |= {"corners": self.how["corners"]} if "corners" in self.how else {}
         if "corner_angle" in self.how:
@@ -84,7 +84,7 @@ class WindowedRun:
     def verdict(self) -> Verdict:
         """What the check found of all setpoints; InputError before they are through."""
         if self._verdict is None:
-            raise InputError("there is no verdict yet: take all of the setpoints first")
+            raise InputError("no verdict yet: read all setpoints first")
         return self._verdict
 
     def numbers(self) -> dict[str, Any]:

@@ -263,7 +263,9 @@ class Limits:
         for key, value in flat.items():
             name, _, axis = key.partition(".")
             if name == "torque":
-                raise LimitsError(f"{key}: its model is a function, which no file holds; give Limits(torque=...) anew")
+                raise LimitsError(
+                    f"{key}: its model is a function, which a file cannot hold; give Limits(torque=...) again"
+                )
             if name == "combinations":
                 label, _, kind = axis.partition(".")
                 own = combinations.setdefault(label, {"weights": {}})
@@ -303,7 +305,7 @@ def _in_order(value: object, name: str) -> tuple[float, ...] | None:
 def refuse_orientation(limits: Limits, name: str) -> None:
     """LimitsError for an orientation error on a path, of this name, that has no tool axis."""
     if limits.orientation_error is not None:
-        raise LimitsError(f"orientation_error: {name} has no tool axis that could be off; leave it out")
+        raise LimitsError(f"orientation_error: {name} has no tool axis; leave it out")
 
 
 def number(value: object, name: str) -> float:
@@ -311,7 +313,7 @@ def number(value: object, name: str) -> float:
     try:
         result = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise LimitsError(f"{name} is {value!r}; a number is needed") from None
+        raise LimitsError(f"{name} is {value!r}; expected a number") from None
     if not math.isfinite(result):
         raise LimitsError(f"{name} is {result}; it must be finite")
     return result

@@ -199,5 +199,5 @@ def _swing(axis: Axis, period: float, volts: float, hysteresis: float, sub_steps
             return float(rises[-1] - rises[-1 - MEASURED_SWINGS]) * period / MEASURED_SWINGS
         ticks *= 10
     raise InputError(
-        f"axis {axis.name}: a relay of {volts:g} V makes no steady swing; friction may hold the axis: take more volts"
+        f"axis {axis.name}: a relay of {volts:g} V makes no steady swing; friction may hold the axis: raise the voltage"
     )

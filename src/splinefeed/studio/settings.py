@@ -169,7 +169,7 @@ def _quantity(value: object, kind: str, field: str, problems: dict[str, str]) ->
         return None
     try:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise InputError(f"{str(value)[:40]!r} is no quantity")
+            raise InputError(f"{str(value)[:40]!r} is not a quantity")
         number = units.parse(value, kind)
         if number <= 0.0:
             raise InputError("must be greater than 0")

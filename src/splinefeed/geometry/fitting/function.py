@@ -47,7 +47,7 @@ def fit_function(
     if np.any(~((inner > start) & (inner < end))):
         raise InputError(f"breaks must lie inside the domain ({start:g}, {end:g})")
     if smoothness < 0:
-        raise InputError(f"smoothness is {smoothness}; 0 or more is needed")
+        raise InputError(f"smoothness is {smoothness}; expected 0 or more")
     allowed = check_tolerance(tolerance, _values(function, np.linspace(start, end, FIRST_SAMPLES)))
     nodes = np.polynomial.legendre.leggauss(degree + 2)[0]
     # between the nodes and near the ends of spans, where a least-squares error is largest
@@ -96,7 +96,7 @@ def _values(function: Callable[[Array], Array], u: Array) -> Array:
     """function(u) as (n, axes); InputError if it is of another shape or not finite."""
     values = np.asarray(function(u), dtype=np.float64)
     if values.ndim != 2 or len(values) != len(u) or not 1 <= values.shape[1] <= MAX_AXES:
-        raise InputError(f"the function gave shape {values.shape} for {len(u)} parameters; ({len(u)}, axes) is needed")
+        raise InputError(f"the function gave shape {values.shape} for {len(u)} parameters; ({len(u)}, axes) expected")
     finite = np.all(np.isfinite(values), axis=1)
     if not np.all(finite):
         raise InputError(f"the function is not finite at u = {u[int(np.argmin(finite))]:g}")

@@ -106,8 +106,8 @@ def fit(
     error = largest_distance(curves, data, allowed)
     if error > allowed:
         raise CurveError(
-            f"the points cannot be passed within {allowed:g} mm by degree {degree}: {error:.3g} mm is left over; "
-            f"allow more, or mend points that jump back and forth"
+            f"the points cannot be passed within {allowed:g} mm by degree {degree}: {error:.3g} mm is left "
+            "over; allow more, or clean points that jump back and forth"
         )
     return Fit(tuple(curves), error, allowed)
 
@@ -127,7 +127,7 @@ def _distinct(points: Points, closed: bool) -> Array:
         data = data[:-1]
     least = 3 if closed else 2
     if len(data) < least:
-        raise InputError(f"{len(data)} distinct point(s) among {count}; at least {least} are needed")
+        raise InputError(f"{len(data)} distinct point(s) among {count}; expected at least {least}")
     return data
 
 
