@@ -22,7 +22,7 @@ class LimitUse:
     """How much of each limit is used at each tick.
 
     names  (k,)    the limits as `check` names them, along the path first
-    share  (n, k)  value / limit, of what has a sign its size; t, s  (n,) s and mm
+    share  (n, k)  value / limit, absolute where it has a sign; t, s  (n,) s and mm
     counts (k+1,)  ticks at which nothing binds, and at which each limit does; of a long motion those left out too
     top    (n,)    maximum-velocity curve at the place of the tick, mm/s, infinite where nothing limits: the highest
                    feed that feed, centripetal, chord, velocity and acceleration limits leave there for any acceleration
@@ -109,7 +109,7 @@ def limit_use(
 
 
 def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:
-    """The least of the feed limit and of the feed that the program wants, at each tick (n,), mm/s.
+    """The least of the feed limit and of the feed of the program, at each tick (n,), mm/s.
 
     At the first tick of a curve the faster one of both sides counts: the step to it lies on the curve before.
     """

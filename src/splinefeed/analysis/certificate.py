@@ -85,7 +85,7 @@ def law_hash(law: TimeLaw) -> str:
 def certificate(
     setpoints: Setpoints | SetpointsHash, path: Path, limits: Limits, verdict: Verdict, law: TimeLaw | None = None
 ) -> dict[str, Any]:
-    """What was checked, by its hashes, with what, and what came out; nothing in it depends on place or time."""
+    """What was checked, by its hashes, with what, and the verdict; nothing in it depends on place or time."""
     if not isinstance(setpoints, Setpoints | SetpointsHash):
         raise InputError(f"certificate: expected Setpoints or a SetpointsHash, got {type(setpoints).__name__}")
     hashes = {

@@ -1,4 +1,4 @@
-"""The part of the check that looks at a time law: exact derivatives of r(s(t)), and what they cannot decide."""
+"""The part of the check for a time law: exact derivatives of r(s(t)), and what they cannot decide."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LISTED = 3
 
 @dataclass(frozen=True)
 class LawFindings:
-    """Results by limit, and sentences on what is wrong and on what was left to the setpoints."""
+    """Results by limit, problems, and notes on what the setpoints decide."""
 
     results: dict[str, LimitResult]
     problems: tuple[str, ...]
@@ -32,7 +32,7 @@ class LawFindings:
 
 
 def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
-    """Hold a law's exact derivatives to the limits, at many instants of each of its pieces; period in s."""
+    """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s."""
     path = bounds.path
     rounding = 4.0 * EPSILON * path.length
     motion = LawMotion(law, Rows(path.arc_pieces), bounds.limits, path.axes, rounding)
@@ -67,7 +67,7 @@ def _result(worst: Worst, path: Path) -> LimitResult:
 
 
 def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, problems: list[str]) -> None:
-    """The law runs from 0 to the end of the path, forwards, with the feeds at its ends that the limits say."""
+    """The law runs from 0 to the end of the path, forwards, with the end feeds of the limits."""
     length, limits = bounds.path.length, bounds.limits
     unit = unit_along(bounds.path.axes)
     if abs(law.length - length) > bounds.tolerance + ROUNDINGS * EPSILON * length:
@@ -112,7 +112,7 @@ def _jumps(
 
 
 def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
-    """Where tangent or curvature jumps and the law does not rest, derivatives of the axes are infinite: say so."""
+    """Where tangent or curvature jumps and the law does not stop, derivatives of the axes are infinite: note it."""
     corners = bounds.path.corners
     limits = bounds.limits
     if not corners or (limits.axis_jerk is None and limits.axis_acceleration is None):

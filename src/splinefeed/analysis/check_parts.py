@@ -1,4 +1,4 @@
-"""The check of a motion along a path that comes in parts: the same judge, moved on from part to part."""
+"""The check of a motion along a path that comes in parts: the same check, moved on from part to part."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from splinefeed.geometry.parts import joined
 from splinefeed.geometry.path import Path
 from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict, number
 
-#: Ticks that are looked at together: what bounds the memory.
+#: Ticks that are processed together: what bounds the memory.
 BLOCK = 32768
 
 
 @dataclass(eq=False)
 class CheckInParts:
-    """Sees a path part by part and its setpoints chunk by chunk, and judges them; `check` is one of a whole path.
+    """Checks setpoints chunk by chunk along a path that comes part by part; `check` is one of a whole path.
 
-    `part` tells it of the next part of the path, `see` of the next setpoints, whose `curve` counts from the first part
-    on, and which may not be further than the parts that it knows; `verdict` ends it. Parts that the motion has left are
-    forgotten. What the whole path has at a joint (corners, stops, waits) is found between parts as within them.
+    `part` gives the next part of the path, `see` the next setpoints, whose `curve` counts from the first part on, and
+    which may not be further than the parts that it knows; `verdict` ends it. Parts that the motion has left are
+    dropped. What the whole path has at a joint (corners, stops, waits) is found between parts as within them.
     """
 
     limits: Limits
@@ -70,7 +70,7 @@ class CheckInParts:
             self._held.append(part)
 
     def verdict(self) -> Verdict:
-        """What came of it; InputError for no setpoints."""
+        """The result; InputError for no setpoints."""
         if self._first is None or not self._held:
             raise InputError("there are no setpoints to check")
         held, count = Setpoints.joined(self._held), self._count
@@ -112,7 +112,7 @@ class CheckInParts:
             self._gone += judge.move_on(self._bounds(), left)
 
     def _count_turning(self) -> None:
-        """Take note of the curves among the parts that are known on which rotary axes move alone."""
+        """Record the curves among the parts that are known on which rotary axes move alone."""
         judge = self._judge
         assert judge is not None
         places = judge.bounds.turning

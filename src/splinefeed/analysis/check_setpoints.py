@@ -1,11 +1,11 @@
-"""The part of the check that looks at setpoints alone: place, order, period, and differences, block by block.
+"""The part of the check for setpoints alone: place, order, period, and differences, block by block.
 
-Every number that is looked at has its rounding beside it. A setpoint is known to
+Every number that is measured has its rounding beside it. A setpoint is known to
 
     along the path   d = eps max(L, |u| |C'(u)|)            of arc lengths, up to the path's, and of the parameter
     on an axis       |dx/ds| d + eps X + resolution / 2     X the numbers that its position is made of
 
-and what differences make of that, through their own stencil, is the floor of each of them: no other is allowed for.
+and what differences make of that, through their own stencil, is the floor of each of them: there is no other allowance.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ CREEP_SHARE = 1e-9
 #: at constant jerk steps grow as 1, 7, 19.)
 SKIP = 8.0
 SKIP_FEED = 2.0
-#: A step without length between two that are this many roundings long is a setpoint said twice.
+#: A step without length between two that are this many roundings long is a repeated setpoint.
 REPEAT = 64.0
 #: Ripple is measured where the law moves by more than this share of its longest step, as in `ripple.FEED_SHARE`.
 RIPPLE_SHARE = 0.1
 
 
 class Judge:
-    """Sees all setpoints of one motion once, in order, and remembers what is worst.
+    """Measures all setpoints of one motion once, in order, and keeps the worst values.
 
     Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes.
     """
@@ -65,7 +65,7 @@ class Judge:
         self._ripple_from = RIPPLE_SHARE * top * self.period
 
     def _know(self, bounds: Bounds) -> None:
-        """Hold the setpoints to these bounds, on their path."""
+        """Compare the setpoints with these bounds, on their path."""
         path, self.bounds = bounds.path, bounds
         self.rows = Rows(path.arc_pieces)
         size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
@@ -219,7 +219,7 @@ class Judge:
             floor = 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0)
             worst.see(error, places[0], places[1], floor)
         if (worst := self.worst.get("centripetal")) is not None:
-            # somewhere within the step the feed was its mean: with the least curvature there this is safe to say
+            # somewhere within the step the feed was its mean: with the least curvature there this is a safe bound
             least = between.least_curvatures(self.rows, both.row, both.u)
             with np.errstate(invalid="ignore"):
                 feed = np.abs(travelled) / dt
@@ -349,7 +349,7 @@ class Judge:
             return np.minimum(one, two) > bend, np.maximum(one, two) < -bend
 
     def _check_steps(self, d: Array, floor: Array, t: Array, s: Array, n: int, tick: int) -> None:
-        """Progress: no step back, none skipped, none said twice.
+        """Progress: no step back, none skipped, none repeated.
 
         d (m + n,) and its rounding with t and s at the starts; the last n are new, the first of these ends at `tick`.
         """

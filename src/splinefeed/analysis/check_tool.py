@@ -4,7 +4,7 @@ Nothing of it comes from the planner or the inverse kinematics. A joint is known
 
     r = 8 eps (X + |dq/ds| L)      X its largest position, L the length of the path, mm
 
-and 2^k r / T^k is the floor of a difference of order k: what rounding makes of it, no other is allowed for.
+and 2^k r / T^k is the floor of a difference of order k: what rounding makes of it, there is no other allowance.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     """Hold joint setpoints to their tool path and to limits; see `check`.
 
     tolerance  mm that the tip may be off its curve, and rad that the tool axis may be off its direction
-    Raises InputError for setpoints of other joints, for none at all, and for such without u.
+    Raises InputError for setpoints of other joints, for no setpoints, and for setpoints without u.
     """
     if points.axes != path.axes:
         raise InputError(f"the setpoints have axes {points.axes}, the machine {path.axes}; they must be the same")

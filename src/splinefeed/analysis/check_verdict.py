@@ -1,4 +1,4 @@
-"""What a check says at the end: limits, problems and notes as sentences, and numbers."""
+"""The report of a check: limits, problems and notes as sentences, and numbers."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _SENTENCES = {
     "end": "the last setpoint is {detail} from the end of the path: it is not reached",
 }
 
-#: A limit exceeded this many times is said as a multiple; an excess from PERCENT on in percent, below in ppm.
+#: An excess of this many times is given as a multiple; an excess from PERCENT on in percent, below in ppm.
 MANY, PERCENT = 10.0, 1e-3
 
 
 @dataclass(frozen=True)
 class Whole:
-    """What a verdict says of the whole path: its length, mm, its curves, and where rotary axes move alone, (k,), mm."""
+    """The whole path in a verdict: its length, mm, its curves, and where rotary axes move alone, (k,), mm."""
 
     length: float
     curves: int
@@ -37,7 +37,7 @@ class Whole:
 
 
 def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole) -> Verdict:
-    """What a judge has to say at the end; first  some of the setpoints."""
+    """The report of a check; first  some of the setpoints."""
     results, unit = judge.results(), unit_along(judge.bounds.path.axes)
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
@@ -84,7 +84,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
 
 
 def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:
-    """What is wrong, at how many ticks, and where it is worst."""
+    """A fault, at how many ticks, and where it is worst."""
     if kind.startswith("finite "):
         text = fault.detail
     else:

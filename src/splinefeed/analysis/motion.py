@@ -14,7 +14,7 @@ from splinefeed.records import Array, Limits, Setpoints, TimeLaw
 
 #: A limit counts as kept up to this, relative: the rounding of the law's own polynomials.
 SLACK = 1e-9
-#: Instants looked at per piece of a law, besides its ends.
+#: Instants examined per piece of a law, in addition to its ends.
 SAMPLES = 32
 
 
@@ -88,7 +88,7 @@ def differences(setpoints: Setpoints, order: int) -> Array:
 
 
 def tangential_shares(law: TimeLaw, limits: Limits) -> Mapping[str, Share]:
-    """Worst feed, acceleration, deceleration and jerk of a law against the limits, looked at in every piece.
+    """Worst feed, acceleration, deceleration and jerk of a law against the limits, examined in every piece.
 
     jerk is held to `limits.jerk` while the feed grows and to `limits.deceleration_jerk` while it falls.
     """

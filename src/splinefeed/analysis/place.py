@@ -1,4 +1,4 @@
-"""Where along the path setpoints command the tool to be, also where only their positions are known."""
+"""The place along the path of setpoints, also where only their positions are known."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LONGER = 1.05
 #: Places that are as near as each other but for so many roundings of arc length are alike.
 ROUNDINGS = 64.0
 #: Positions that are placed by their chords from one known place on, at first and at most, as long as none is further
-#: from where that lets it be expected than so many steps.
+#: from where that predicts it than so many steps.
 FIRST_AHEAD, MOST_AHEAD, DRIFT = 32, 4096, 32.0
 
 
@@ -61,7 +61,7 @@ class Follower:
     """Finds setpoints on the path, one block after the other.
 
     A setpoint whose curve and u name the point where it is, is there. Others are placed by their positions alone, each
-    near where the ones before it let expect, for a path may cross itself or run straight back over itself.
+    near where the ones before it predict, for a path may cross itself or run straight back over itself.
     """
 
     def __init__(self, path: Path, rows: Rows, *, turned: bool = True) -> None:
@@ -133,7 +133,7 @@ class Follower:
         return np.clip(rows.middle[row] + found.t / rows.scale[row], rows.low[row], rows.high[row])
 
     def _carry(self, s: Array, position: Array, finite: BoolArray, count: int) -> None:
-        """Take note of the last of the first `count` setpoints that has a place."""
+        """Record the last of the first `count` setpoints that has a place."""
         known = np.flatnonzero(finite[:count])
         if len(known):
             self._s, self._q = float(s[known[-1]]), position[:, known[-1]]
@@ -236,8 +236,8 @@ class Placer:
     def place(self, setpoints: Setpoints) -> Array:
         """Arc length (n,), mm: what the setpoints say, or else the nearest point next to where the last ones went.
 
-        The first setpoint is placed on the whole path, each one after it near the place that its forerunner lets
-        expect, so that a path that crosses itself or turns back is followed in order. Raises InputError for setpoints
+        The first setpoint is placed on the whole path, each one after it near the place that the one before it
+        predicts, so that a path that crosses itself or turns back is followed in order. Raises InputError for setpoints
         that lack a linear axis of the path.
         """
         if np.isfinite(setpoints.s).all():

@@ -17,11 +17,11 @@ FEED_SHARE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Ripple:
-    """The feed that setpoints really have, beside the planned one.
+    """The actual feed of setpoints against the planned one.
 
     t         (m,)  start of each step that counts, s
     relative  (m,)  (arc length of the step) / (planned step) - 1
-    floor     the rounding of s over the smallest of these steps: what nobody can be below
+    floor     the rounding of s over the smallest of these steps: the lowest possible ripple
     rms       root mean square of `relative`, 0 if no step counts; of a long motion over all steps, those left out too
     Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).relative`
     """
@@ -52,7 +52,7 @@ def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | 
     """Relative error of each step's arc length against the law's, where the feed is above a tenth of its top.
 
     relative_k = (S(u_{k+1}) - S(u_k)) / (l(t_{k+1}) - l(t_k)) - 1, by `steps`. The chord would be shorter by
-    kappa^2 (V T)^2 / 24, which is no error of the interpolator.
+    kappa^2 (V T)^2 / 24, which is not an error of the interpolator.
 
     top  highest feed of the motion, mm/s, where `setpoints` are a part of it
     Returns a Ripple of m steps, (m,). Raises InputError where setpoints and path do not go together.

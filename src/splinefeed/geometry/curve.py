@@ -351,10 +351,10 @@ class NurbsCurve:
 
         return nearest(self, points)
 
-    # --- the same curve, said otherwise: see geometry.editing ---------------------------------------------------------
+    # --- the same curve in other forms: see geometry.editing ---------------------------------------------------------
 
     def reversed(self) -> NurbsCurve:
-        """The same curve run through from its end to its start."""
+        """The same curve traversed from its end to its start."""
         from splinefeed.geometry import editing
 
         return editing.reversed_curve(self)

@@ -1,4 +1,4 @@
-"""Many curves in a row: as flat arrays that kernels walk through, and lines that are curves only when looked at."""
+"""Many curves in a row: as flat arrays that kernels walk through, and lines that become curves on access."""
 
 from __future__ import annotations
 

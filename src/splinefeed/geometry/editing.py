@@ -1,4 +1,4 @@
-"""The same curve said otherwise: reversed, split, clamped, refined, of higher degree, moved."""
+"""The same curve in other forms: reversed, split, clamped, refined, of higher degree, moved."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
 
 
 def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
-    """The same curve run through from its end to its start, on the same domain."""
+    """The same curve traversed from its end to its start, on the same domain."""
     start, end = curve.domain
     weights = None if curve.weights is None else frozen_array(curve.weights[::-1], "weights", 1)
     # start + end - knots would move the ends by a rounding; measured from the nearer end they stay

@@ -1,4 +1,4 @@
-"""What the curves of a path and what is said of them must fulfil: axes, joints, and numbers one a curve."""
+"""Requirements on the curves of a path and their data: axes, joints, and numbers one a curve."""
 
 from __future__ import annotations
 

@@ -174,7 +174,7 @@ class ToolPath(Path):
         self._refuse("transformed")
 
     def reversed(self) -> Path:
-        """The same path run through from its end to its start, the tool axis turned with it."""
+        """The same path traversed from its end to its start, the tool axis turned with it."""
         back = super().reversed()
         axis = None if self.tool_axis is None else [curve.reversed() for curve in reversed(self.tool_axis)]
         lines = None if self.lines is None else self.lines[::-1]

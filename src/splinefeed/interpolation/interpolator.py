@@ -23,14 +23,14 @@ LENGTH_TOLERANCE = 1e-9
 WHOLE_PERIODS = 1e-6
 #: Ticks that `Interpolator.step` makes at once, where no tick needs the one before.
 AHEAD = 256
-#: Passes of a corrector that anybody may ask for.
+#: Most passes of a corrector.
 MAX_CORRECTIONS = 100
 
 
 class Interpolator:
     """Setpoints of one motion in order, one or many at a time, with memory that does not grow.
 
-    path, law    where, and how far by when; period  servo period, s. Of a JointPath the setpoints are joints
+    path, law    the path and its time law; period  servo period, s. Of a JointPath the setpoints are joints
     method       name of a registered method; corrections, tolerance  passes of its corrector (0 to 100), and the
                  change of u that ends them early
 
@@ -114,7 +114,7 @@ class Interpolator:
 
     @property
     def replaced(self) -> int:
-        """Steps so far in which the method gave no finite number and the arc length was taken instead."""
+        """Steps so far in which the method gave no finite number and were replaced by arc length."""
         return int(self._integers[REPLACED])
 
     @property
@@ -135,7 +135,7 @@ class Interpolator:
     def step(self) -> Array:
         """Position at the next tick, (axes,), mm, rotary axes rad; StopIteration after the last one.
 
-        The array is overwritten by the next step: copy what must stay. A method whose ticks do not need each other
+        The array is overwritten by the next step: copy what you keep. A method whose ticks do not need each other
         makes AHEAD of them at once, so that one call of so many takes some tenths of a millisecond.
         """
         if self.tick >= self.ticks:
@@ -224,8 +224,8 @@ def interpolate(
 
     period  servo period T, s (default: the law's); method  name of a registered method, see `methods()`
     corrections, tolerance  passes of a corrector, and the change of u that ends them early
-    chunk   None: all setpoints in one record; a number: an iterator of records of that many ticks, for jobs that
-            should not be in memory at once. The ticks are the same, bit for bit.
+    chunk   None: all setpoints in one record; a number: an iterator of records of that many ticks, for jobs that do not
+            fit in memory. The ticks are the same, bit for bit.
 
     Raises what `Interpolator` raises.
     Returns Setpoints of n ticks, (n,) and (n, axes), mm, rotary axes rad. Source: docs/math/interpolators.md names the

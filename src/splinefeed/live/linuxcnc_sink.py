@@ -29,18 +29,18 @@ PATIENCE = 20.0
 
 
 class LinuxcncError(SplinefeedError):
-    """LinuxCNC is not installed, or its HAL does not run or has stopped."""
+    """LinuxCNC is not installed, or its HAL is not running."""
 
 
 def as_nobody() -> tuple[str, ...]:
-    """What to put before a command of HAL: it refuses to run as root, which becomes `nobody`."""
+    """The prefix of a HAL command: HAL refuses to run as root, so root becomes `nobody`."""
     if os.geteuid() != 0:
         return ()
     return ("setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups")
 
 
 def installed() -> bool:
-    """Whether LinuxCNC's HAL is here."""
+    """Whether LinuxCNC's HAL is installed."""
     return shutil.which("halcmd") is not None and os.path.exists(PYTHON)
 
 
@@ -97,7 +97,7 @@ class LinuxcncSink:
             stderr=subprocess.PIPE,
             env=environment,
             cwd="/",
-            start_new_session=True,  # Ctrl-C is for us: the child goes on until the last row
+            start_new_session=True,  # Ctrl-C is for us: the child continues to the last row
         )
         self._threads = [threading.Thread(target=each, daemon=True) for each in (self._listen, self._hear)]
         for thread in self._threads:

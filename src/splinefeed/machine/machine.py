@@ -30,16 +30,16 @@ SECTIONS: dict[str, type[Any]] = {
     "controller": parts.Controller,
     "limits": parts.AxisLimits,
 }
-#: Sections that an axis may do without.
+#: Sections that are optional.
 OPTIONAL = ("friction", "encoder", "scale", "limits")
 #: Keys beside the axes at the top of a file.
 _TOP = ("title", "notes", "kinematics", "control", "axis")
-#: A machine file beyond this many bytes is none.
+#: A machine file has at most this many bytes.
 _LARGEST_FILE = 1_000_000
 
 
 class MachineError(FormatError):
-    """A machine file with errors: the first line names the file, each of `problems` its place and the mend."""
+    """A machine file with errors: the first line names the file, each of `problems` its place and how to fix it."""
 
     def __init__(self, name: str, problems: Iterable[str]) -> None:
         self.problems = tuple(problems)
@@ -50,10 +50,10 @@ class MachineError(FormatError):
 
 @dataclass(frozen=True, kw_only=True)
 class Machine:
-    """A machine: its axes by name, in order, what its makers say of it, and how its joints move tool and workpiece.
+    """A machine: its axes by name, in order, the notes of its makers, and how its joints move tool and workpiece.
 
     kinematics  of a machine for tool paths, whose joints are among its axes; else None
-    control     how its control plans a program, for cycle times; a machine that has it may do without axes
+    control     how its control plans a program, for cycle times; a machine that has it needs no axes
     Quantities in mm, s, kg, V, N; with a rotary axis rad and N*m. `load` and `parse` raise MachineError, one line
     per problem. Source: docs/machines.md. Example: `sf.Machine.load("router").axes["x"].controller.kp`
     """

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 #: Sections in the order in which the package's own files have them.
 _ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scale", "limits", "controller")
-#: ... and those that are not written when they say nothing.
+#: ... and those that are not written when they are empty.
 _MAY_BE_LEFT_OUT = ("friction", "limits")
 
 

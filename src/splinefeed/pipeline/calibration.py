@@ -28,7 +28,7 @@ from splinefeed.pipeline.cycle_time import CycleTime, timed
 from splinefeed.records import Array, IntArray
 
 #: Prior of each number: what it is where the machine file says nothing, and the standard deviation of its logarithm,
-#: or of itself for those in PLAIN: round values of machining centres, wide enough to let the runs speak.
+#: or of itself for those in PLAIN: round values of machining centres, wide enough for the runs to decide.
 PRIORS: dict[str, tuple[float, float]] = {
     "acceleration": (500.0, 1.0),
     "jerk": (5000.0, 1.0),
@@ -51,7 +51,7 @@ PRIORS: dict[str, tuple[float, float]] = {
 #: Numbers that may be 0 or negative: fitted as they are.
 PLAIN = ("arc_growth", "home.z", "change_place.x", "change_place.y")
 #: A number is shown by the runs where they narrow its standard deviation to less than the first share of the prior's;
-#: above the second they say nothing of it.
+#: above the second they do not show it.
 SHOWN, HIDDEN = 0.7, 0.95
 #: Least seconds of a piece of a run, and the scatter of its ends by sampling, s.
 PIECE, SAMPLING = 4.0, 0.07
@@ -106,7 +106,7 @@ class Fitted:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A machine with fitted numbers, what is known of each, and how each run is met."""
+    """A machine with fitted numbers, what is known of each, and how each run is reproduced."""
 
     machine: Machine
     numbers: tuple[Fitted, ...]
@@ -168,7 +168,7 @@ def _cut(
 def calibrate(
     runs: Sequence[Recorded], machine: Machine, *, keep: Sequence[str] = (), say: Callable[[str], None] = lambda _: None
 ) -> Calibration:
-    """Fit the control of `machine` to recorded runs; what its file says is the middle of each prior.
+    """Fit the control of `machine` to recorded runs; the values of its file are the middle of each prior.
 
     keep  numbers that stay as the file has them, by their names there (`home.z`)
 
@@ -207,7 +207,7 @@ def calibrate(
 
 
 def compared(run: Recorded, machine: Machine) -> dict[str, Any]:
-    """Recorded and estimated seconds of a run, in all and per tool."""
+    """Recorded and estimated seconds of a run, in total and per tool."""
     assert machine.control is not None
     time = timed(read_blocks(run.program, machine.control, **run.options), machine, run.program)
     estimated = run.estimated(time)

@@ -1,4 +1,4 @@
-"""The highest feed at which a machine keeps to a contour tolerance, found by simulating it at many feeds."""
+"""The highest feed at which a machine keeps a contour tolerance, found by simulating it at many feeds."""
 
 from __future__ import annotations
 
@@ -81,9 +81,9 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class FeedTuning:
-    """Trials by increasing scale, the best that keeps the tolerance, mm, with what the machine made of it, or None.
+    """Trials by increasing scale, the best that keeps the tolerance, mm, with the response of the machine, or None.
 
-    notes  what the search found out of the ordinary, one sentence each
+    notes  what the search found that is unusual, one sentence each
     """
 
     tolerance: float
@@ -142,10 +142,10 @@ def tune_feed(
 ) -> FeedTuning:
     """The fastest motion along `path`, of those under `limits` scaled down, whose contour error keeps `tolerance`, mm.
 
-    Each trial plans, interpolates, and lets the machine follow. Friction, counts and saturation make the error no
-    monotone function of the feed. So scales from 1 to LOWEST in equal ratios come first; the highest that keeps the
+    Each trial plans, interpolates, and lets the machine follow. Friction, counts and saturation make the error a
+    non-monotone function of the feed. So scales from 1 to LOWEST in equal ratios come first; the highest that keeps the
     tolerance is bracketed by the next one above, which does not, and the boundary between them is halved until it is
-    known within CLOSE_ENOUGH. The answer is a trial that was simulated as it stands, never interpolated between two.
+    known within CLOSE_ENOUGH. The result is a trial that was simulated, never interpolated between two.
     Raises what `plan`, `interpolate` and `follow` raise, and LimitsError for a tolerance that is not positive.
     """
     allowed = positive(tolerance, "contour tolerance")

@@ -56,7 +56,7 @@ LIMITS = (*NAMES, *(f"{name} {letter(axis)}" for name in AXIS_NAMES for axis in 
 
 
 def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
-    """Time each block under `machine.control`; InputError where the machine file says too little."""
+    """Time each block under `machine.control`; InputError where the machine file has too little."""
     control = machine.control
     assert control is not None
     bounds = _bounds(blocks, machine)
@@ -64,7 +64,7 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
     length, speed, a, j = blocks.length, bounds.speed, bounds.acceleration, bounds.jerk
     energy = np.concatenate([[0.0], np.where(stop[:-1], 0.0, junction) ** 2, [0.0]])
     gain = 2.0 * a * length
-    if control.look_ahead:  # what it cannot see it must be able to stop before
+    if control.look_ahead:  # it must be able to stop before what it cannot see
         seen = np.concatenate([[0.0], np.cumsum(gain)])
         ahead = np.minimum(np.arange(len(seen)) + control.look_ahead, len(seen) - 1)
         energy = np.minimum(energy, seen[ahead] - seen)

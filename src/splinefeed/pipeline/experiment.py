@@ -1,4 +1,4 @@
-"""The paper's experiment: setpoints of several methods on its machine, side by side, and what follows from them."""
+"""The paper's experiment: setpoints of several methods on its machine, side by side, and the conclusions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SAME = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Served:
-    """Setpoints of one method, what the machine did with them, the tally of its errors, and what was left out.
+    """Setpoints of one method, the machine's response, the tally of its errors, and what was left out.
 
     off_law  largest distance of a setpoint from where the law wants it, mm over the linear axes
     """
@@ -50,7 +50,7 @@ class Serving:
         self.path, self.law, self.servo, self.off_law = path, law, Servo(machine, path), 0.0
 
     def follow(self, setpoints: Setpoints) -> Response | None:
-        """What the machine does with the next setpoints, None after an axis ran away."""
+        """The machine's response to the next setpoints, None after an axis ran away."""
         path, linear = self.path, self.path.linear
         wanted = path(np.clip(self.law(setpoints.t), 0.0, path.length))[:, :linear]
         away = np.linalg.norm(setpoints.position[:, :linear] - wanted, axis=1)
@@ -60,7 +60,7 @@ class Serving:
         return join(list(follow_chunks(slices(setpoints, CHUNK), self.servo)))
 
     def served(self, setpoints: Setpoints, response: Response) -> Served:
-        """What came of it, with the setpoints and the response that are kept."""
+        """The result, with the setpoints and the response that are kept."""
         return Served(setpoints, response, self.servo.tally, tuple(self.servo.notes), self.off_law)
 
 
@@ -103,7 +103,7 @@ def comparison(served: list[Served]) -> dict[str, Any]:
 
 
 def sentences(served: list[Served], machine: Machine) -> list[str]:
-    """What is model and what is measurement, and whether the choice of the method matters, from the numbers."""
+    """What is measured and what is assumed, and whether the choice of the method matters, from the numbers."""
     main = served[-1]
     axis, error, _, s = largest_linear_error(main.tally)
     half = 0.5 * float(main.setpoints.s[-1])
@@ -128,7 +128,7 @@ def sentences(served: list[Served], machine: Machine) -> list[str]:
 
 
 def servo_numbers(served: list[Served], machine: Machine, of_paper: bool) -> dict[str, Any]:
-    """What `run` says of a machine: the errors of the last of `served`, and of the paper's experiment all of them."""
+    """The numbers of `run` for a machine: errors of the last of `served`, and of the paper's experiment all of them."""
     main = served[-1]
     numbers: dict[str, Any] = {"machine": machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
     if of_paper:

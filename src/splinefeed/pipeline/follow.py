@@ -20,14 +20,14 @@ from splinefeed.simulation.plant import SUB_STEPS
 
 
 class Servo:
-    """A machine that follows setpoints piece by piece, and the tally of its errors; the bits are those of one run.
+    """A machine that follows setpoints piece by piece, and the tally of its errors; the same bits as in one run.
 
     path     the contour error is measured against it, near the commanded points; without it there is none
-    tally    what was largest so far, where, and root mean squares; `stopped` says why it ended early, or None
-    notes    what had to be left out, one sentence each
+    tally    the largest errors so far, where, and root mean squares; `stopped` says why it ended early, or None
+    notes    what is left out, one sentence each
     sub_steps, linear  as `simulation.follow.Follower` takes them
 
-    An axis of the setpoints that the machine lacks is left out as long as it stays where it is; one that moves is an
+    An axis of the setpoints that the machine lacks is left out as long as it does not move; one that moves is an
     InputError, and so is a linear axis of the path that the setpoints lack.
     """
 
@@ -61,7 +61,7 @@ class Servo:
 
     @property
     def off_path(self) -> float:
-        """How far setpoints that do not say their arc length lay from the path at the most, mm."""
+        """How far setpoints without arc length lay from the path at the most, mm."""
         return 0.0 if self._placer is None else self._placer.apart
 
     def follow(self, setpoints: Setpoints) -> Response:
@@ -169,15 +169,15 @@ def follow(
     sub_steps: int = SUB_STEPS,
     linear: bool = False,
 ) -> Response:
-    """Simulate what the axes of `machine` do when they are given `setpoints`, from rest at the first one.
+    """Simulate the axes of `machine` as they follow `setpoints`, from rest at the first one.
 
     path  the contour error is measured against it: the distance over its linear axes from the nearest point near the
-          commanded one (`analysis.contour`); where the setpoints do not say their arc length it is found first
-    on_progress(done, total) is called now and then; sub_steps, linear: see `simulation.follow.Follower`
+          commanded one (`analysis.contour`); where the setpoints have no arc length it is found first
+    on_progress(done, total) is called from time to time; sub_steps, linear: see `simulation.follow.Follower`
 
-    If an axis runs away the response ends there and says so in `stopped`. Raises InputError for no setpoints, ones that
-    are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there is
-    `follow_chunks`.
+    If an axis runs away the response ends there, with the reason in `stopped`. Raises InputError for no setpoints, ones
+    that are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there
+    is `follow_chunks`.
     Returns a Response of n ticks, (n, axes): mm, rotary axes rad, V. Source: docs/machines.md has the model.
     Example: `sf.follow(setpoints, machine, path=path).tracking_error`
     """

@@ -1,4 +1,4 @@
-"""Which limits hold for a motion: those that were said, those of the machine's axes, the feeds of a program."""
+"""Which limits hold for a motion: those that were given, those of the machine's axes, the feeds of a program."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def over_machine(flat: Mapping[str, float], machine: Machine, axes: Sequence[str
 
 
 def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:
-    """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it.
+    """The limits for a path whose curves carry the feeds of a program, where no feed is given, and a note of it.
 
     The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
     the highest programmed feed or the paper's, whichever is more. Limits stay as they are for a path without feeds.

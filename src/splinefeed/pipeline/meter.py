@@ -1,4 +1,4 @@
-"""What a motion leaves behind that is seen chunk by chunk: its worst values, its counts, and the ticks of a figure."""
+"""A motion measured chunk by chunk: its worst values, its counts, and the ticks of a figure."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LONG = 1_000_000
 #: Of a longer one: stretches of time of which the least and the greatest of every quantity are kept, and most ticks of
 #: one stretch and of one chunk.
 COLUMNS, MOST_IN_COLUMN = 1200, 65_536
-#: Ticks on both sides of a chunk that its measures may look at: what a third difference needs.
+#: Ticks on both sides of a chunk that its measures may use: what a third difference needs.
 NEIGHBOURS = 2
 #: Columns of setpoints, of what the axes do, and of a response.
 SAID = ("t", "curve", "u", "s", "feed", "position")
@@ -42,7 +42,7 @@ def chunk_of(ticks: int) -> int:
 
 
 class Meter:
-    """Sees a motion chunk by chunk, in memory that does not grow but for the ticks that a figure needs.
+    """Measures a motion chunk by chunk, in constant memory plus the ticks that a figure needs.
 
     column  ticks in one column of a figure, of which the least and the greatest of every quantity are kept; 1: all
     """
@@ -88,7 +88,7 @@ class Meter:
         self.ticks += len(setpoints)
 
     def see_response(self, response: Response) -> None:
-        """What a machine did with the chunk that was seen last, as far as it came."""
+        """The machine's response to the last chunk, as far as it went."""
         self._answer = response
         n, count = len(response), len(self._rows["t"])
         if not n:
@@ -143,7 +143,7 @@ class Meter:
 
     @property
     def motion(self) -> AxisMotion:
-        """What the axes do at them."""
+        """The axis motion at them."""
         return AxisMotion(self._all("t"), *(self._all(name) for name in MOTION))
 
     @property
@@ -161,7 +161,7 @@ class Meter:
 
     @property
     def response(self) -> Response:
-        """What the machine did at the ticks that are kept, as far as it came."""
+        """The machine's response at the kept ticks, as far as it went."""
         assert self._answer is not None
         columns: dict[str, Any] = {
             name: self._all(f"response {name}") for name in ANSWER if f"response {name}" in self._kept

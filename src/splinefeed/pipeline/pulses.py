@@ -1,4 +1,4 @@
-"""Setpoints to the pulse words of a motion card, each word decoded again before it is written."""
+"""Setpoints to the pulse words of a motion card; each word is decoded again before it is written."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from splinefeed.records import ROTARY_AXES, Setpoints
 
 @dataclass
 class Survey:
-    """What setpoints ask of a pulse clock, gathered chunk by chunk.
+    """The demand of setpoints on a pulse clock, gathered chunk by chunk.
 
     ticks    setpoints; period  s
     fastest  most pulses of one axis in one period, at tick `at` (the period after it), of axis `axis`
@@ -64,7 +64,7 @@ def survey(chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], *,
 
 @dataclass
 class Tally:
-    """What the words came to, decoded again: periods, pulses each way by axis, and the largest distance in pulses."""
+    """The words, decoded again: periods, pulses each way by axis, and the largest distance in pulses."""
 
     periods: int = 0
     plus: dict[str, int] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""One run: a path and limits to setpoints, and the numbers that say how good they are; in chunks where it is long."""
+"""One run: a path and limits to setpoints, and the numbers of their quality; in chunks where it is long."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
 #: Most ticks of a motion that is kept in memory, above an hour at 1 ms, and of one that is made in chunks, above ten
 #: days.
 MOST_TICKS, MOST_IN_CHUNKS = 4_000_000, 1_000_000_000
-#: Makes the setpoints anew, in chunks of so many ticks, each time that it is called.
+#: Makes the setpoints again, in chunks of so many ticks, each time that it is called.
 Chunks = Callable[[int], Iterator[Setpoints]]
 #: Is called with what is being done, how many ticks are done, and of how many.
 Progress = Callable[[str, int, int], None]
@@ -49,12 +49,12 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Everything that one run made; `numbers()` is what `--json` prints.
+    """The result of one run; `numbers()` is what `--json` prints.
 
     ticks   number of setpoints; kept  all of them, or of a long motion those that figures need, every peak among them
     motion, use, ripple  at the ticks that are kept; use and ripple count over all of them
     thread  (m, d) where the path runs, for a picture, a row of NaN where it is broken; d linear axes, at most three
-    chunks  makes all setpoints anew
+    chunks  makes all setpoints again
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
     served  what a machine did that followed the setpoints, or None
     Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
@@ -97,7 +97,7 @@ class Run:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """How the setpoints are made, as they say themselves."""
+        """How the setpoints are made."""
         return dict(self.kept.settings)
 
     @property
@@ -199,7 +199,7 @@ class Run:
     def axis_peaks(self) -> dict[str, dict[str, float | str]]:
         """Largest |velocity|, |acceleration| and |jerk| of each axis, in mm or degrees, with the unit.
 
-        For linear axes their shares of the path's own acceleration and jerk, too, which nothing holds them to.
+        For linear axes their shares of the path's own acceleration and jerk, too, which they need not keep.
         """
         peaks: dict[str, dict[str, float | str]] = {}
         for i, axis in enumerate(self.axes):
@@ -347,7 +347,7 @@ def measured(
 
 
 def _told(chunks: Iterator[Setpoints], what: str, ticks: int, say: Progress) -> Iterator[Setpoints]:
-    """The chunks as they are, with a word of progress about each."""
+    """The chunks as they are, reporting progress on each."""
     done = 0
     for chunk in chunks:
         yield chunk

@@ -1,4 +1,4 @@
-"""A machine tuned, by a rule or on a path: the new one, its page of numbers, and what figures show of its axes."""
+"""A machine tuned, by a rule or on a path: the new one, its numbers, and what figures show of its axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Setpoints through the axes of a machine: commands, positions, what the encoders saw, and the volts."""
+"""Setpoints through the axes of a machine: commands, positions, measured positions, and control output."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(eq=False)
 class _AxisState:
-    """One axis on its way: step matrices, parameters and memory of the kernel."""
+    """One axis in simulation: step matrices, parameters and memory of the kernel."""
 
     name: str
     table: Array
@@ -34,11 +34,11 @@ class _AxisState:
 
 
 class Follower:
-    """A machine that follows setpoints chunk by chunk, in memory that does not grow; the bits are those of one run.
+    """A machine that follows setpoints chunk by chunk, in memory that does not grow; the same bits as in one run.
 
     machine, axes  the machine and the names of the axes that move, in the order of the setpoints
     period       servo period, s
-    sub_steps    steps of the nonlinear model in a period; linear: without friction, play, counts, codes and limits
+    sub_steps    steps of the nonlinear model in a period; linear: without friction, backlash, counts, codes and limits
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Follower:
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        """What it takes to make the response again."""
+        """The settings that repeat the response."""
         return {"machine": self.machine.name, "sub_steps": self.sub_steps, "linear": self.linear}
 
     def follow(self, setpoints: Setpoints) -> Response:
@@ -136,7 +136,7 @@ class Follower:
         return not error <= self._states[axis].parameters[mechanics.ERROR_LIMIT]
 
     def _why(self, axis: int, time: float, error: float) -> str:
-        """Say which axis ran away, when and by how much."""
+        """Report which axis ran away, when and by how much."""
         state = self._states[axis]
         unit, factor = ("deg", 180.0 / np.pi) if self.machine.axes[state.name].rotary else ("mm", 1.0)
         limit = state.parameters[mechanics.ERROR_LIMIT]
@@ -154,10 +154,10 @@ def follow(
     sub_steps: int = plants.SUB_STEPS,
     linear: bool = False,
 ) -> Response:
-    """What the axes of `machine` do when they are given `setpoints`, from rest at the first one.
+    """The response of the axes of `machine` that follow `setpoints`, from rest at the first one.
 
-    The servo period is that of the setpoints. on_progress(done, total) is called now and then. sub_steps, linear: see
-    Follower. If an axis runs away the response ends there and says so in `stopped`.
+    The servo period is that of the setpoints. on_progress(done, total) is called from time to time. sub_steps, linear:
+    see Follower. If an axis runs away the response ends there, with the reason in `stopped`.
     """
     if len(setpoints) == 0:
         raise InputError("no setpoints; at least one is needed")

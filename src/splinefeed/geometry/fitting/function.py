@@ -1,4 +1,4 @@
-"""A curve near a function, within a tolerance that is checked where the fit did not look."""
+"""A curve near a function, within a tolerance that is checked at other points than the fit's."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from splinefeed.geometry.fitting.grid import MAX_SPANS, ROUNDS, check_degree, ch
 from splinefeed.geometry.fitting.spline_space import columns, design, least_squares
 from splinefeed.records import Array
 
-#: Samples that tell how large the function's image is, before anything is fitted.
+#: Samples that give the size of the function's image, before anything is fitted.
 FIRST_SAMPLES = 257
 #: Spans whose error is above this share of the tolerance are halved with those above it: beside a finer span the error
 #: grows a little, and would else come over the tolerance one span at a time.

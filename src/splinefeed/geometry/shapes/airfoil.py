@@ -19,7 +19,7 @@ from splinefeed.records import Array
 THICKNESS = (0.2969, -0.1260, -0.3516, 0.2843, -0.1036)
 #: Degree of the exact section.
 EXACT_DEGREE = 8
-#: Degree of fitted sections unless the caller says another.
+#: Degree of fitted sections by default.
 FITTED_DEGREE = 5
 #: Chord if neither chord nor perimeter is given, mm.
 DEFAULT_CHORD = 100.0

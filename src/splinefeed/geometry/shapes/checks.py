@@ -1,4 +1,4 @@
-"""What every shape checks of its sizes."""
+"""The checks of a shape's sizes."""
 
 from __future__ import annotations
 
