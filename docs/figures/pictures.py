@@ -31,7 +31,7 @@ def experiment() -> None:
     path = sf.tangential(sf.shapes.naca("0025", perimeter=33))
     run = sf.run(path)
     served = list(serve_methods(path, run.law, sf.Machine.load("xytheta")))
-    responses = {each.points.method: each.response for each in served}
+    responses = {each.setpoints.method: each.response for each in served}
     errors_figure(responses, "NACA 0025, 33 mm", "xytheta").save(HERE / "experiment-errors.svg")
     beside = deviation(served[-1].response, path, served[-1].points.s)
     assert beside is not None

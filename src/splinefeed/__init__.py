@@ -17,7 +17,7 @@ _HOMES = {
     "Kinematics": "kinematics.chains",
     "LimitResult": "records.verdict",
     "Limits": "records.limits",
-    "Machine": "machine.table",
+    "Machine": "machine.machine",
     "Marker": "geometry.path",
     "MethodResult": "pipeline.compare",
     "MethodTrace": "pipeline.compare",
@@ -103,7 +103,7 @@ if TYPE_CHECKING:
     from splinefeed.interpolation.registry import register as register
     from splinefeed.kinematics.chains import Kinematics as Kinematics
     from splinefeed.kinematics.joint_path import JointPath as JointPath
-    from splinefeed.machine.table import Machine as Machine
+    from splinefeed.machine.machine import Machine as Machine
     from splinefeed.pipeline.compare import MethodResult as MethodResult
     from splinefeed.pipeline.compare import MethodTrace as MethodTrace
     from splinefeed.pipeline.compare import compare as compare

@@ -46,10 +46,10 @@ _PROGRAM = (
 
 
 class LostError(Exception):
-    """A worker was killed or died over a request; `late` is whether its time was up."""
+    """A worker was killed or died over a request; `late` is whether it timed out."""
 
     def __init__(self, late: bool) -> None:
-        super().__init__("its time was up" if late else "it died")
+        super().__init__("it timed out" if late else "it died")
         self.late = late
 
 

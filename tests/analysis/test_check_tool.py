@@ -99,7 +99,7 @@ def test_setpoints_of_another_machine_are_refused() -> None:
     with pytest.raises(InputError, match="the setpoints have axes"):
         sf.check(points, other, FLANK)
     path = planned()[0]
-    with pytest.raises(InputError, match="say no u"):
+    with pytest.raises(InputError, match="have no u"):
         sf.check(dataclasses.replace(points, u=np.full(len(points), np.nan)), path, FLANK)
     with pytest.raises(InputError, match="there are no setpoints"):
         sf.check(points.part(0, 0), path, FLANK)

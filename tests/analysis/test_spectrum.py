@@ -127,4 +127,4 @@ def test_refused_periods_and_numbers_of_peaks():
     for most in (0, 1.5, True):
         with pytest.raises(InputError) as caught:
             spectrum(np.zeros(8), PERIOD).peaks(most)
-        assert str(caught.value) == f"most is {most!r}; a whole number from 1 on is needed"
+        assert str(caught.value) == f"most is {most!r}; expected a whole number from 1 up"

@@ -50,7 +50,7 @@ def test_errors_name_line_axis_and_mend(splinefeed: Callable[..., Result], folde
         (("blade.nc",), "has a tool axis, which only a machine can follow; give a machine"),
         (("blade.nc", *machine, "--by-windows"), "blade.nc: line 8: X, Y and Z are the tool's tip; such a program"),
         (("blade.nc", *machine, "--smooth", "1um", "--angle-tolerance", "90deg"), "the tolerance of the tool axis is"),
-        (("blade.nc", *machine, "--angle-tolerance", "1deg"), "--angle-tolerance: says how to smooth"),
+        (("blade.nc", *machine, "--angle-tolerance", "1deg"), "--angle-tolerance: needs --smooth"),
     ):
         done = splinefeed("run", *words, "--no-figures", "--no-compare")
         assert done.exit_code == 2, words

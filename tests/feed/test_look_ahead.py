@@ -212,7 +212,7 @@ REFUSED = (
 )  # fmt: skip
 REASONS = (
     "stand still while", "would take", "the rounding of arc length shows", "no motion within the limits was found",
-    "leaves next to no feed",
+    "leaves almost no feed",
 )  # fmt: skip
 
 

@@ -175,7 +175,7 @@ def test_the_same_script_in_pieces_gives_the_same_bits() -> None:
 
 def test_a_law_without_reserve_is_refused() -> None:
     path, limits, _ = case("butterfly")
-    with pytest.raises(LimitsError, match=r"leaves nothing to slow it with; plan it under with_reserve"):
+    with pytest.raises(LimitsError, match=r"leaves no reserve to slow down; plan it under with_reserve"):
         Override(LawCourse(path, sf.plan(path, limits, strategy="time-optimal", period=PERIOD)), limits)
 
 

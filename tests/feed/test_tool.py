@@ -142,7 +142,7 @@ def test_an_orientation_error_needs_a_tool_axis_and_a_period(data_dir: File) -> 
         sf.plan(sf.JointPath(flank(data_dir), kinematics("xyzac-trt")), replace(limits, chord_error=None))
     line = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0], [10, 0]])], name="line")
     flat = sf.Limits(feed=10.0, axis_jerk=1e3, orientation_error=1e-3)
-    with pytest.raises(LimitsError, match="orientation_error: line has no tool axis that could be off; leave it out"):
+    with pytest.raises(LimitsError, match="orientation_error: line has no tool axis; leave it out"):
         sf.plan(line, flat, period=1e-3)
     points = sf.interpolate(line, sf.plan(line, sf.Limits(feed=10.0, axis_jerk=1e3), period=1e-3))
     with pytest.raises(LimitsError, match="orientation_error: line has no tool axis"):
@@ -227,7 +227,7 @@ def test_what_a_tool_path_cannot_have_is_refused(data_dir: File) -> None:
         sf.plan(path, sf.Limits(feed=10.0, axis_jerk={"b": 1.0}), period=FLANK_PERIOD)
     with pytest.raises(LimitsError, match="needs a limit on acceleration or jerk"):
         sf.plan(path, sf.Limits(feed=10.0), period=FLANK_PERIOD)
-    with pytest.raises(LimitsError, match="seven-phase knows no joints"):
+    with pytest.raises(LimitsError, match="seven-phase cannot plan joints"):
         sf.plan(path, sf.Limits(feed=10.0, acceleration=1.0, jerk=1.0), period=FLANK_PERIOD, strategy="seven-phase")
     short = sf.Limits(feed=10.0, axis_jerk=100.0, axis_minimum={"a": 0.0}, axis_maximum={"a": math.radians(10.0)})
     with pytest.raises(LimitsError, match=r"travel\.a: the path takes joint a from .* deg, most at s = .* mm"):

@@ -233,7 +233,7 @@ def test_bad_machines_are_refused() -> None:
         kinematics("5axiskins")
     with pytest.raises(InputError, match=r"kinematics\.y-offset: unknown parameter; xyzbc-trt has x-rot-point, "):
         kinematics("xyzbc-trt", y_offset=1.0)
-    with pytest.raises(InputError, match=r"kinematics\.pivot-length is nan; a finite length in mm is needed"):
+    with pytest.raises(InputError, match=r"kinematics\.pivot-length is nan; expected a finite length in mm"):
         kinematics("head-table", pivot_length=math.nan)
     assert len(kinds()) == 6
 

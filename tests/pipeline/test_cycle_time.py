@@ -196,7 +196,7 @@ def test_a_control_that_says_too_little_is_refused(timed, control, words):
 
 
 def test_a_program_that_moves_nothing_is_refused(timed):
-    with pytest.raises(FormatError, match="no line of it moves an axis"):
+    with pytest.raises(FormatError, match="no line moves an axis"):
         timed("M3 S100")
 
 

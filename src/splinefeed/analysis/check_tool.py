@@ -4,7 +4,7 @@ Nothing of it comes from the planner or the inverse kinematics. A joint is known
 
     r = 8 eps (X + |dq/ds| L)      X its largest position, L the length of the path, mm
 
-and 2^k r / T^k is the floor of a difference of order k: what rounding makes of it, no other is allowed for.
+and 2^k r / T^k is the floor of a difference of order k: what rounding makes of it, there is no other allowance.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     """Hold joint setpoints to their tool path and to limits; see `check`.
 
     tolerance  mm that the tip may be off its curve, and rad that the tool axis may be off its direction
-    Raises InputError for setpoints of other joints, for none at all, and for such without u.
+    Raises InputError for setpoints of other joints, for no setpoints, and for setpoints without u.
     """
     if points.axes != path.axes:
         raise InputError(f"the setpoints have axes {points.axes}, the machine {path.axes}; they must be the same")
     if not len(points):
         raise InputError("there are no setpoints to check")
     if np.isnan(points.u).any():
-        raise InputError("the setpoints say no u; joints are checked at the place of the path that they say")
+        raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
     found = Judged()
     finite = np.isfinite(points.position).all(axis=1)
     if not finite.all():
@@ -63,11 +63,11 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     dt = np.diff(points.t)
     late = np.abs(dt[:-1] - period) > ON_TIME * period
     if late.any():
-        found.problems.append(f"tick {int(np.argmax(late)) + 1}: comes early or late: the period is not kept")
+        found.problems.append(f"tick {int(np.argmax(late)) + 1}: is early or late: the period is not kept")
     whole = len(points)
     if len(dt) and dt[-1] < period * (1.0 - ON_TIME):
         whole -= 1
-        found.notes.append(f"the last period is a short one of {dt[-1]:.9g} s; it counts for no difference")
+        found.notes.append(f"the last period is short, {dt[-1]:.9g} s; no difference uses it")
     tip, axis = path.kinematics.forward(points.position)
     off_tip = np.linalg.norm(tip - tool.evaluate(points.curve, points.u, 0)[:, 0], axis=1)
     off_axis = _axis_errors(path, points.curve, points.u, axis, points.position)
@@ -88,7 +88,7 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     start_error, end_error = (float(np.linalg.norm(tip[k] - end)) for k, end in zip((0, -1), ends, strict=True))
     for which, error in (("first", start_error), ("last", end_error)):
         if error > allowed:
-            found.problems.append(f"the {which} setpoint is {error:.6g} mm from the end of the path that it belongs to")
+            found.problems.append(f"the {which} setpoint is {error:.6g} mm from its end of the path")
     _along(found, points, path, limits, travelled)
     _joints(found, points, path, limits, travelled, whole)
     turned = _chords(found, points, path, limits)

@@ -1,4 +1,4 @@
-"""Amplitude spectra of what was sampled at the servo period, and their peaks."""
+"""Amplitude spectra of signals sampled at the servo period, and their peaks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from splinefeed.errors import InputError
 from splinefeed.records import ROTARY_AXES, Array, Response, check_finite, positive
 
-#: Fewer samples than this have no spectrum worth the name.
+#: Fewer samples than this give no useful spectrum.
 LEAST_SAMPLES = 8
 #: Cosine terms of each window, w_j = sum_k (-1)^k c_k cos(2 pi k j / n). "flat-top": the five terms of HFT-type
 #: windows as scipy.signal.windows.flattop has them (D'Antona, Ferrero, Digital Signal Processing for Measurement
@@ -21,7 +21,7 @@ WINDOWS = {
     "hann": (0.5, 0.5),
     "flat-top": (0.21557895, 0.41663158, 0.277263158, 0.083578947, 0.006947368),
 }
-#: Peaks lower than this share of the highest one are left out unless the caller says otherwise.
+#: Peaks lower than this share of the highest one are left out by default.
 PEAK_SHARE = 1e-3
 
 
@@ -48,7 +48,7 @@ class Spectrum:
 
     @property
     def resolution(self) -> float:
-        """Distance of two lines, Hz: one over the time that was looked at."""
+        """Distance of two lines, Hz: one over the time that was examined."""
         return float(self.frequency[1])
 
     def peaks(self, most: int = 5, *, share: float = PEAK_SHARE) -> list[Peak]:
@@ -60,7 +60,7 @@ class Spectrum:
         Source: Grandke, IEEE Trans. Instrum. Meas. 32(2), 1983, doi 10.1109/TIM.1983.4314077.
         """
         if isinstance(most, bool) or not isinstance(most, int) or most < 1:
-            raise InputError(f"most is {most!r}; a whole number from 1 on is needed")
+            raise InputError(f"most is {most!r}; expected a whole number from 1 up")
         height = self.amplitude[1:]
         before = np.r_[-1.0, height[:-1]]
         after = np.r_[height[1:], -1.0]

@@ -24,10 +24,10 @@ Examples:
 
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("setpoints")
-@click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: as the setpoints say]")
+@click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: that of the setpoints]")
 @click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
 @click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
-@options.limits_alone("as the setpoints say")
+@options.limits_alone("those of the setpoints")
 @click.option("--law", "law_file", metavar="FILE", help="The time law (.h5): exact derivatives are checked too.")
 @click.option(
     "--tolerance",
@@ -38,16 +38,20 @@ Examples:
 @click.option("--resolution", type=options.Quantity("length"), metavar="LENGTH", help="Last digit of the positions.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
-@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: whose joints these are.  [default: as they say]")
+@click.option(
+    "--machine",
+    metavar="NAME|FILE",
+    help="Of a tool path: the machine of these joints.  [default: that of the setpoints]",
+)
 @click.option("--certificate", "certificate_file", metavar="FILE", help="Write a certificate, JSON.")
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) -> None:
-    """Check SETPOINTS against their path and limits, independently of whatever planned them.
+    """Check SETPOINTS against their path and limits, independently of the planner.
 
-    SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), which says by itself what its path and limits are if a
-    run wrote it, or a CSV of another program with columns t and axes. Options replace single limits of the file. The
-    exit code is 1 where a limit or a check does not hold.
+    SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes. A
+    file that a run wrote names its path and limits; options replace single limits. The exit code is 1 where a limit or
+    a check does not hold.
     """
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
@@ -68,29 +72,29 @@ def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict
     from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
 
     say(f"reading {file}")
-    points, notes = read_setpoints(file, given)
-    limits = _limits(points, given, file)
-    path, source = path_of(points.settings, given, file)
+    setpoints, notes = read_setpoints(file, given)
+    limits = _limits(setpoints, given, file)
+    path, source = path_of(setpoints.settings, given, file)
     law = _law(given["law_file"])
     say("checking")
     verdict = check(
-        points,
-        on_its_machine(path, points.settings, given["machine"], limits),
+        setpoints,
+        on_its_machine(path, setpoints.settings, given["machine"], limits),
         limits,
         law=law,
         tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
         resolution=given["resolution"] or 0.0,
     )
-    page = {"file": file, "path": source, "axes": list(points.axes), **verdict.as_dict()}
+    page = {"file": file, "path": source, "axes": list(setpoints.axes), **verdict.as_dict()}
     page["notes"] = [*notes, *page["notes"]]
     page["files"] = []
     if given["certificate_file"]:
-        write_certificate(certificate(points, path, limits, verdict, law), given["certificate_file"])
+        write_certificate(certificate(setpoints, path, limits, verdict, law), given["certificate_file"])
         page["files"] = [given["certificate_file"]]
     return verdict, page
 
 
-def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
+def _limits(setpoints: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     """Limits of the file of limits, or else of the settings, with those of the options in their place."""
     from splinefeed.errors import LimitsError
     from splinefeed.formats import limits_toml
@@ -99,11 +103,11 @@ def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     flat: dict[str, float] = {}
     if given["limits_file"]:
         flat = limits_toml.read(given["limits_file"]).as_dict()
-    elif isinstance(settings := points.settings.get("limits"), Mapping):
+    elif isinstance(settings := setpoints.settings.get("limits"), Mapping):
         flat = dict(settings)
     flat = options.replaced(flat, given)
     if not flat:
-        raise LimitsError(f"{file}: says no limits; give --limits FILE or --feed, --axis-jerk and the like")
+        raise LimitsError(f"{file}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
     return Limits.from_dict(flat)
 
 

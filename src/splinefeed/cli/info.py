@@ -33,7 +33,7 @@ Examples:
 @click.option("--all", "every", is_flag=True, help="List every curve of a long program in --json, not the first alone.")
 @options.as_json
 def command(source: str, as_json: bool, every: bool, **given: Any) -> None:
-    """Say what SOURCE holds: curves, length, corners, least radius, and what its reader had to guess or mend."""
+    """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired."""
     from splinefeed.cli import output
     from splinefeed.cli.progress import busy
 

@@ -58,7 +58,7 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
     from splinefeed.cli.source import read_path
     from splinefeed.feed.planning import plan
     from splinefeed.formats.setpoints import save
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.run import PAPER_SHAPE, share_numbers
 
     machine = Machine.load(given["machine"]) if given["machine"] else None

@@ -12,7 +12,7 @@ from splinefeed.errors import InputError
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
     from splinefeed.geometry.path import Path
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
 
 
 #: What is done to a path after it is read.
@@ -67,7 +67,7 @@ def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
     if shapes.is_shape(source):
         for name in reading:
             option = "--path" if name == "which" else f"--{name}"
-            raise InputError(f"{option}: is for files; {source!r} is a shape, whose options stand behind its '?'")
+            raise InputError(f"{option}: is for files; {source!r} is a shape, whose options follow its '?'")
         shape = Contents([shapes.from_text(source)])
         shape.format = "shape"
         return shape
@@ -75,7 +75,7 @@ def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
         name = source.partition(":")[0].partition("?")[0]
         close = difflib.get_close_matches(name, shapes.names(), n=1)
         hint = f"did you mean {close[0]!r}?" if close else f"shapes are {', '.join(shapes.names())}"
-        raise InputError(f"{source}: there is no such file, and no such shape; {hint}")
+        raise InputError(f"{source}: no such file or shape; {hint}")
     from splinefeed.formats import registry
 
     which = reading.get("which")

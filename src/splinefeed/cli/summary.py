@@ -142,7 +142,7 @@ def print_methods(results: Sequence[MethodResult], unit: str) -> None:
     for each in results:
         if each.replaced:
             print_text(
-                f"note      {each.method}: {each.replaced} steps gave no finite number; the arc length was taken"
+                f"note      {each.method}: {each.replaced} steps gave no finite number and were replaced by arc length"
             )
 
 

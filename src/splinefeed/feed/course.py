@@ -55,7 +55,7 @@ class LawCourse:
     def __init__(self, path: Path | JointPath, law: TimeLaw, period: float | None = None) -> None:
         wanted = law.period if period is None else period
         if wanted is None:
-            raise LimitsError("no period: give period= in s, as the law was not brought to one")
+            raise LimitsError("no period: the law was planned without one; give period= in s")
         if law.feed(0.0) > AT_LIMITS or law.feed(law.duration) > AT_LIMITS:
             raise LimitsError(
                 "a law that can be overridden begins and ends at rest; leave start_feed and end_feed at 0"

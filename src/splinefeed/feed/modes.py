@@ -266,7 +266,7 @@ def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanErr
     return PlanError(
         f"from s = {low:.6g} to {high:.6g} mm no motion within the limits was found: at s = "
         f"{plan.pieces.coefficients[k, 0]:.6g} mm the best one is {much}; smooth or split the path there, or leave out "
-        "the limits of an axis that turns or bends there while the path hardly moves on"
+        "the limits of an axis that turns or bends there while the path hardly moves"
     )
 
 
@@ -274,8 +274,8 @@ def _late(high: float, length: float, late: float, period: float) -> str:
     """The note on a stretch with a moving end that could not be made to last whole periods."""
     place = f"the stop at {high:g} mm falls {late:.6g} s after a tick"
     if high == length:
-        place = f"the last period is a short one, {late:.6g} s of {period:g} s"
-    return f"{place}: its end feeds leave nothing to slow down"
+        place = f"the last period is short, {late:.6g} s of {period:g} s"
+    return f"{place}: its end feeds leave no room to slow down"
 
 
 def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> PlanError:
@@ -303,7 +303,9 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
         if possible(calm, stop):
             share = most(lambda share: possible(replace(start, acceleration=share * start.acceleration), stop))
             nearest = replace(start, acceleration=share * start.acceleration)
-        return PlanError(f"the limits up to s = {near:.6g} mm do not allow {start}; the nearest they do is {nearest}")
+        return PlanError(
+            f"the limits up to s = {near:.6g} mm do not allow {start}; the nearest state they allow is {nearest}"
+        )
     name, wanted = ("end_feed", stop.feed) if at_end else ("start_feed", start.feed)
     least = wanted * most(
         lambda share: possible(start, stop.slower(share)) if at_end else possible(start.slower(share), REST)

@@ -82,7 +82,7 @@ class Override:
                 "corners passed at speed (axis_velocity_step) cannot be overridden; plan with exact stops"
             )
         if limits.combinations is not None or limits.torque is not None:
-            raise LimitsError("combinations, torque: an override cannot hold them; run the law as it was planned")
+            raise LimitsError("combinations, torque: an override cannot keep them; run the law as planned")
         axes = course.axes
         along = (
             limits.feed,
@@ -133,8 +133,9 @@ class Override:
             name = ("velocity", "acceleration", "jerk")[int(np.argmax(shares))]
             slower = min((ACCELERATION_SHARE / second) ** 0.5, (JERK_SHARE / third) ** (1.0 / 3.0), 1.0 / speed)
             raise LimitsError(
-                f"the law uses {100.0 * float(np.max(shares)):.3g} % of the {name}, which leaves nothing to slow "
-                f"it with; plan it under with_reserve(limits), or run it at {math.floor(100.0 * slower)} % at most"
+                f"the law uses {100.0 * float(np.max(shares)):.3g} % of the {name}, which leaves no reserve to "
+                f"slow down; plan it under with_reserve(limits), or run it at {math.floor(100.0 * slower)} % at "
+                "most"
             )
         # at the highest rate too something must be left to slow it with
         return float(min(top, (MOST / second) ** 0.5, (MOST / third) ** (1.0 / 3.0)))

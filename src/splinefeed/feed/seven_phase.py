@@ -147,7 +147,7 @@ def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> T
         if period * (1.0 - kernels.SAME) > total:
             raise LimitsError(
                 f"period is {period:g} s, longer than the whole motion of {total:.6g} s; "
-                f"a period of at most {_outward(total * (1.0 + kernels.ROUNDING), ROUND_FLOOR)} s would do"
+                f"choose a period of at most {_outward(total * (1.0 + kernels.ROUNDING), ROUND_FLOOR)} s"
             )
     law = _law(marks, rows, period)
     return replace(law, notes=law.notes + _slowed(path, limits, marks, feeds)) if isinstance(path, Path) else law
@@ -189,7 +189,7 @@ def _notes(marks: Array, late: Array, period: float) -> tuple[str, ...]:
     reason = "its end feeds leave no top feed to lower"
     for index in np.flatnonzero(late):
         if index == len(late) - 1:
-            notes.append(f"the last period is a short one, {late[index]:.6g} s of {period:g} s: {reason}")
+            notes.append(f"the last period is short, {late[index]:.6g} s of {period:g} s: {reason}")
         else:
             notes.append(
                 f"the stop at {marks[index + 1]:g} mm falls {late[index]:.6g} s after a tick: {reason} before it"
@@ -242,7 +242,7 @@ def _no_room(what: str, length: float, start_feed: float | None, end_feed: float
     change = "slow down" if down else "speed up"
     return PlanError(
         f"{what} is too short to {change} from {start:g} to {end:g} mm/s: "
-        f"that takes at least {_outward(least, ROUND_CEILING)} mm; {' or '.join(mends)} would do"
+        f"that takes at least {_outward(least, ROUND_CEILING)} mm; choose {' or '.join(mends)}"
     )
 
 

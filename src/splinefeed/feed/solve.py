@@ -235,7 +235,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
     c = problem.complete(c)
     y, r, g = problem.look(c)
     if not len(g):
-        raise PlanError("no feed was found that is above 0 everywhere: a limit leaves next to none")
+        raise PlanError("no feed above 0 everywhere was found: a limit leaves almost none")
     time = problem.time(y, r)
     s = np.maximum(-g, SLACK if z is None else SLACK**2)
     mu = (begin if z is None else 0.1 * begin) * time / problem.count

@@ -43,7 +43,7 @@ def held_at_ticks(
     if law.duration > MOST_TICKS * law.period:
         raise PlanError(
             f"the motion would take {law.duration:.3g} s, which is more than the {MOST_TICKS:.0e} setpoints that are "
-            "held to limits; ask for more feed or a longer period"
+            "held to limits; raise the feed or the period"
         )
     for _ in range(ROUNDS):
         over, worst = _over(law, path, limits, law.breaks[first], passed, breaks)
@@ -61,14 +61,14 @@ def held_at_ticks(
     where = f"at s = {s:.6g} mm {what}"
     if moving[k]:
         raise PlanError(
-            f"{where}, and next to an end in motion nothing can be slowed down; ask for rest there or for less feed, "
-            "or leave the limits of that axis out"
+            f"{where}, and next to an end in motion nothing can be slowed down; end at rest there, lower the "
+            "feed, or leave out the limits of that axis"
         )
     if axis >= path.linear:
         raise PlanError(
             f"{where} at any feed: it turns so far within so little of the path that the rounding of arc length shows, "
-            f"{np.spacing(path.length):.3g} mm; split the path there, let the linear axes stand exactly, or leave the "
-            "limits of that axis out"
+            f"{np.spacing(path.length):.3g} mm; split the path there, keep the linear axes exactly still, or "
+            "leave out the limits of that axis"
         )
     raise PlanError(f"{where} by {100.0 * (over[k] - 1.0):.3g} % however slow it is; smooth the path there")
 

@@ -250,7 +250,7 @@ def plan_window(
     if samples.push == np.inf and samples.twist == np.inf:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
     if np.min(samples.top) < WIDEST * np.max(samples.top):
-        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves next to no feed")
+        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves almost no feed")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
         most = float(np.max(worst_shares(setting, steady, high)))

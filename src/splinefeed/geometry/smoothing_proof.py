@@ -24,7 +24,7 @@ ROUNDING = 1e-14
 FLAT = 1.0 / 64.0
 #: Chords of one span at most.
 MOST_CHORDS = 100_000
-#: Places a span of a rational curve at which its second derivative is looked at, and the factor for what lies between.
+#: Places a span of a rational curve at which its second derivative is sampled, and the factor for values between them.
 PLACES, BETWEEN = 17, 1.25
 
 
@@ -51,10 +51,10 @@ def deviation(original: Path, result: Path, precision: float) -> Deviation:
     Both are taken as chords that cut off at most max|C''| h^2 / 8 (its B-spline coefficients bound C'', a rational
     curve is sampled). The distance of a chord's points from one fixed chord of the other path is convex, so that its
     greatest value lies at an end; chords are halved until that bound is near the distance that is found there.
-    Nothing of it is shared with the smoothing. Raises InputError for paths of other axes or a precision of 0 or less.
+    It shares nothing with the smoothing. Raises InputError for paths of other axes or a precision of 0 or less.
     """
     if original.axes != result.axes:
-        raise InputError(f"the paths have axes {original.axes} and {result.axes}; the same are needed")
+        raise InputError(f"the paths have axes {original.axes} and {result.axes}; they must be the same")
     if not 0.0 < precision < math.inf:
         raise InputError(f"precision is {precision!r} mm; it must be greater than 0 and finite")
     first, second = (chords(path, SAG * precision)[:2] for path in (original, result))

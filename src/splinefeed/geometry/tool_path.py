@@ -174,7 +174,7 @@ class ToolPath(Path):
         self._refuse("transformed")
 
     def reversed(self) -> Path:
-        """The same path run through from its end to its start, the tool axis turned with it."""
+        """The same path traversed from its end to its start, the tool axis turned with it."""
         back = super().reversed()
         axis = None if self.tool_axis is None else [curve.reversed() for curve in reversed(self.tool_axis)]
         lines = None if self.lines is None else self.lines[::-1]
@@ -231,7 +231,7 @@ def _check_axis(tip: Sequence[NurbsCurve], axis: Sequence[NurbsCurve], kind: str
     wanted = (1, 2) if kind == ANGLES else (3,)
     for i, (one, other) in enumerate(zip(tip, axis, strict=True)):
         if not isinstance(other, NurbsCurve):
-            raise CurveError(f"curve {i} of the tool axis is a {type(other).__name__}; a NurbsCurve is needed")
+            raise CurveError(f"curve {i} of the tool axis is a {type(other).__name__}; expected a NurbsCurve")
         if other.axes not in wanted or other.axes != axis[0].axes:
             numbers = " or ".join(map(str, wanted))
             raise CurveError(f"curve {i} of the tool axis has {other.axes} columns; {kind} have {numbers}")

@@ -55,7 +55,7 @@ class Kinematics:
             value = getattr(self, each.name)
             place = f"kinematics.{each.name.replace('_', '-')}"
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InputError(f"{place} is {value!r}; a finite length in mm is needed")
+                raise InputError(f"{place} is {value!r}; expected a finite length in mm")
             object.__setattr__(self, each.name, float(value))
 
     @property

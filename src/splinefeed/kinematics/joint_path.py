@@ -71,7 +71,7 @@ class JointPath:
         start: Mapping[str, float] | None = None,
     ) -> None:
         if not isinstance(tool, ToolPath):
-            raise InputError(f"a JointPath needs a ToolPath; this is a {type(tool).__name__}: say how the tool stands")
+            raise InputError(f"a JointPath needs a ToolPath; this is a {type(tool).__name__}: give its tool axis too")
         if tool.tool_length is not None and hasattr(kinematics, "tool_offset"):
             kinematics = replace(kinematics, **{"tool_offset": tool.tool_length})
         self.tool, self.kinematics = tool.with_joints(kinematics.joints[kinematics.linear :]), kinematics

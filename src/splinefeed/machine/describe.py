@@ -1,4 +1,4 @@
-"""A machine in words, for people who ask what it is."""
+"""A machine described in words."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _describe_axis(axis: Axis) -> list[str]:
 
 
 def _describe_part(part: Any, axis: Axis) -> str:
-    """The fields of a part that say something, as `name value unit`."""
+    """The fields of a part that are set, as `name value unit`."""
     words = []
     for one in fields(part):
         value = getattr(part, one.name)

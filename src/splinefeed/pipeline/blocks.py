@@ -1,4 +1,4 @@
-"""The blocks of a program as arrays: what a control must know of each to plan how fast it goes."""
+"""The blocks of a program as arrays: what a control needs of each to plan its feed."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ _PLACES = 65
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """What a program moves, (n,) each, without blocks that have no length.
+    """The moves of a program, (n,) each, without blocks that have no length.
 
     line        of the file; rapid  whether it is G0; length  mm, of rotary moves alone deg; feed  mm/s, inf where none
     step        (n, 9) mm and rad; moved  (n, 9) whether an axis moves, as on a full circle, whose step is 0
     first, last (n, 6) direction at start and end over the linear axes
-    radius      mm, inf on lines, the smallest of a spline; tolerance  of G64 P, mm, NaN where nothing is said
+    radius      mm, inf on lines, the smallest of a spline; tolerance  of G64 P, mm, NaN where none is given
     kink        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0
     stops       whether the tool stops at its end (G61.1)
-    marks       what is no motion, each before the block of its number; findings  of the reader
+    marks       other events, each before the block of its number; findings  of the reader
     """
 
     line: IntArray
@@ -70,7 +70,7 @@ def read_blocks(
     repair: bool = False,
     from_line: int | str | None = None,
 ) -> Blocks:
-    """Read the program in `file` as `splinefeed.read` does; `control` says where G28 and tool changes lead.
+    """Read the program in `file` as `splinefeed.read` does; `control` says where G28 and tool changes go.
 
     Raises FormatError with the line that is wrong, or where nothing moves.
     """
@@ -82,7 +82,7 @@ def read_blocks(
         reading = replace(reading, offsets={**references, **parse_offsets(offsets)})
     moves = program.all_moves(reading)
     if not len(moves):
-        raise FormatError(f"{file}: no line of it moves an axis")
+        raise FormatError(f"{file}: no line moves an axis")
     (piece,) = program.pieces([moves], reading, np.arange(AXES), len(moves))
     step, rapid = moves.ends - moves.starts, moves.kind == RAPID
     ways = _by_way_of_changes(step, moves, control.change_place)
@@ -103,7 +103,7 @@ def read_blocks(
     )  # fmt: skip
     made = _with_length(_with_ways(made, ways))
     if not len(made):
-        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+        raise FormatError(f"{file}: no move has a length; is the program complete?")
     return replace(made, findings=tuple(reading.findings.all()))
 
 

@@ -15,7 +15,7 @@ from splinefeed.errors import InputError
 from splinefeed.formats.gcode.moves import Mark
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.machine.control import AxisControl, Control, changed, values
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.blocks import Blocks, read_blocks
 from splinefeed.pipeline.control_planning import BlockTimes, block_times
 from splinefeed.records import Array, IntArray
@@ -29,7 +29,7 @@ PLACES, BETTER = 10, 0.2
 RPM = 30.0 / np.pi
 #: Parameters whose decrease saves time; all other numbers of a control save it by growing.
 _LESS = ("stop_time", "block_time", "tool_change", "start_time", "spindle.start", "spindle.stop")
-#: Numbers of a control that are no performance.
+#: Numbers of a control that are not performance.
 _NEITHER = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed")
 
 
@@ -48,7 +48,7 @@ class CycleTime:
     """The time of a program, s, in all and of each block (n,), wait (m,), operation and tool. Made by `cycle_time`.
 
     blocks, times  what moves, and how long; waits  what is between; tools  (block from which it cuts, line, its name)
-    Raises InputError where a machine with other limits says too little. Source: docs/cycle-time.md.
+    Raises InputError where the machine file has too little. Source: docs/cycle-time.md.
 
     Example:
         >>> from pathlib import Path
@@ -103,7 +103,7 @@ class CycleTime:
 
     @property
     def tools(self) -> list[dict[str, Any]]:
-        """Times of each tool, in the order of their first use; what is before the first change is of tool ""."""
+        """Times of each tool, in the order of their first use; time before the first change belongs to tool ""."""
         found: dict[str, dict[str, Any]] = {}
         for each in self.operations:
             tool = found.setdefault(each["tool"], {"tool": each["tool"]})
@@ -138,7 +138,7 @@ class CycleTime:
         return {self.times.limits[k]: float(sums[k]) for k in np.argsort(-sums) if sums[k] > 0.0}
 
     def saves(self, better: float = BETTER) -> list[dict[str, Any]]:
-        """What each parameter of the control saves if it were better by this share, s: planned anew, most first."""
+        """What each parameter of the control saves if it were better by this share, s: planned again, most first."""
         control = self.machine.control
         assert control is not None
         found = [{"what": "programmed feeds", "saves_s": self.total - self._again(control, 1.0 + better)}]
@@ -187,7 +187,7 @@ def cycle_time(
     backward, then a trapezoid or S-curve between them (`pipeline.control_planning`); docs/cycle-time.md says what is
     modelled. A machine without [control] is taken to blend within the limits of its axes, with exact stops at corners.
 
-    Raises FormatError for a program that cannot be read, InputError where the machine says too little.
+    Raises FormatError for a program that cannot be read, InputError where the machine file has too little.
 
     Example:
         >>> from pathlib import Path
@@ -197,14 +197,14 @@ def cycle_time(
         >>> 6.0 < time.tools[0]["cutting_s"] < 6.5
         True
     """
-    table = Machine.load(machine) if isinstance(machine, str) else machine
-    table = table if table.control is not None else replace(table, control=Control(axes=_limits(table)))
-    assert table.control is not None
+    model = Machine.load(machine) if isinstance(machine, str) else machine
+    model = model if model.control is not None else replace(model, control=Control(axes=_limits(model)))
+    assert model.control is not None
     blocks = read_blocks(
-        program, table.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
+        program, model.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
         from_line=from_line,
     )  # fmt: skip
-    return timed(blocks, table, Path(program).stem)
+    return timed(blocks, model, Path(program).stem)
 
 
 def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
@@ -215,15 +215,15 @@ def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
     return CycleTime(name, machine, blocks, times, waits, changes)
 
 
-def _limits(table: Machine) -> dict[str, AxisControl]:
-    """The axes of a machine that says nothing of its control; InputError where they have no limits."""
+def _limits(model: Machine) -> dict[str, AxisControl]:
+    """The axes of a machine without [control]; InputError where they have no limits."""
     found = {}
-    for name, axis in table.axes.items():
+    for name, axis in model.axes.items():
         one = axis.limits
         if one.velocity is not None and one.acceleration is not None:
             found[name] = AxisControl(rapid=one.velocity, acceleration=one.acceleration, jerk=one.jerk)
     if not found:
-        raise InputError(f"{table.name}: control: missing, and its axes have no limits; give a section [control]")
+        raise InputError(f"{model.name}: control: missing, and its axes have no limits; give a section [control]")
     return found
 
 
@@ -261,7 +261,7 @@ def _waits(blocks: Blocks, seconds: Array, control: Control) -> tuple[Waits, tup
             passed += time
 
     def settle(block: int, line: int) -> None:
-        """Wait until the spindle turns as commanded, or stands."""
+        """Wait until the spindle turns as commanded, or has stopped."""
         wait(block, line, spindle.ready - (clock[block] + passed), SPINDLE)
 
     due: tuple[int, int] | None = None  # the block before which a start of the spindle is waited for
@@ -279,7 +279,7 @@ def _waits(blocks: Blocks, seconds: Array, control: Control) -> tuple[Waits, tup
                     continue
             if code[0] == "S" or code in ("M3", "M4"):
                 if code[0] == "M" and spindle.ready > clock[mark.move] + passed and spindle.speed == 0.0:
-                    settle(mark.move, mark.line)  # it comes to rest before it turns again
+                    settle(mark.move, mark.line)  # it stops before it turns again
                 spindle.turning = True
                 spindle.to(spindle.asked, clock[mark.move] + passed)
                 due = (_behind(blocks, mark), mark.line)

@@ -1,4 +1,4 @@
-"""A machine tuned, by a rule or on a path: the new one, its page of numbers, and what figures show of its axes."""
+"""A machine tuned, by a rule or on a path: the new one, its numbers, and what figures show of its axes."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from splinefeed.geometry.path import Path
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.table import Machine
 from splinefeed.pipeline.tuning import EVALUATIONS, Progress, tune_on_path
 from splinefeed.records import Setpoints
 from splinefeed.simulation.curves import TunedAxis, hunts, rest_swing, tuned_axis
@@ -23,7 +23,7 @@ class TunedMachine:
     page    what was found: gains and margins of each axis before and after; curves  what figures show, made on request
     """
 
-    table: Machine
+    machine: Machine
     page: dict[str, Any]
     curves: Callable[[], list[TunedAxis]]
 
@@ -63,7 +63,7 @@ def by_rule(
 
 def along_path(
     machine: Machine,
-    points: Setpoints,
+    setpoints: Setpoints,
     path: Path,
     *,
     axes: Sequence[str] | None = None,
@@ -75,7 +75,7 @@ def along_path(
     """Gains of all axes together that make contour error small on a path; see `pipeline.tuning.tune_on_path`."""
     found = tune_on_path(
         machine,
-        points,
+        setpoints,
         path,
         axes=axes,
         evaluations=evaluations,
@@ -85,7 +85,7 @@ def along_path(
     )
     numbers = {
         name: {
-            **_numbers(each.old, each.axis, each.before, each.margins, points.period),
+            **_numbers(each.old, each.axis, each.before, each.margins, setpoints.period),
             "tracking_error_max_before": each.tracking_before,
             "tracking_error_max": each.tracking,
             "tracking_unit": "rad" if each.axis.rotary else "mm",
@@ -93,7 +93,7 @@ def along_path(
         for name, each in found.axes.items()
     }
     page = {
-        "period_s": points.period,
+        "period_s": setpoints.period,
         "path_name": path.name,
         "bound": found.bound.words,
         "runs": found.evaluations,
@@ -104,7 +104,7 @@ def along_path(
     }
 
     def curves() -> list[TunedAxis]:
-        return [tuned_axis(t.old, t.axis, f"rule path, {path.name}", points.period) for t in found.axes.values()]
+        return [tuned_axis(t.old, t.axis, f"rule path, {path.name}", setpoints.period) for t in found.axes.values()]
 
     return TunedMachine(found.machine, page, curves)
 

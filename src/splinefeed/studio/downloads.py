@@ -58,9 +58,9 @@ def make(what: str, form: str | None, settings: Mapping[str, Any], bench: Bench,
 
 
 def _machine(settings: Mapping[str, Any], bench: Bench, place: File) -> File:
-    table = resolve(settings, bench.uploads).table
-    if table is None:
+    machine = resolve(settings, bench.uploads).machine
+    if machine is None:
         raise InputError("no machine is chosen")
     file = place / "machine.toml"
-    writing.save(table, file)
+    writing.save(machine, file)
     return file

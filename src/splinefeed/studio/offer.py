@@ -10,7 +10,7 @@ def offer() -> dict[str, Any]:
     from splinefeed.feed.planning import STRATEGIES
     from splinefeed.geometry import shapes
     from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.report.files import SETPOINTS
     from splinefeed.studio.downloads import PATHS
     from splinefeed.studio.settings import USUAL

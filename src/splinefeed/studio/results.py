@@ -28,8 +28,8 @@ PICTURE, PICTURE_POINTS = 96.0, 300
 def numbers(wanted: Wanted, run: Run, formats: tuple[str, ...] = ("hdf5",)) -> dict[str, Any]:
     """The page of numbers of a run, as `splinefeed run` writes it, with the source called as the user does."""
     servo = None
-    if run.served is not None and wanted.table is not None:
-        servo = {**servo_numbers([run.served], wanted.table, False), "machine_file": machine_name(wanted)}
+    if run.served is not None and wanted.machine is not None:
+        servo = {**servo_numbers([run.served], wanted.machine, False), "machine_file": machine_name(wanted)}
     origin = wanted.origin
     said = {"text": origin.text, **({} if origin.sha256 is None else {"sha256": origin.sha256})}
     machine = None if servo is None and wanted.followed else machine_name(wanted)
@@ -42,9 +42,9 @@ def numbers(wanted: Wanted, run: Run, formats: tuple[str, ...] = ("hdf5",)) -> d
 def machine_name(wanted: Wanted) -> str | None:
     """What a command line calls the machine: its name, or that of the file that a page offers."""
     given = wanted.given["machine"]
-    if wanted.table is None:
+    if wanted.machine is None:
         return None
-    return f"{wanted.table.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.table.name
+    return f"{wanted.machine.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.machine.name
 
 
 def result(wanted: Wanted, run: Run, look: Mapping[str, Any] | None = None) -> dict[str, Any]:

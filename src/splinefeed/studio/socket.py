@@ -75,7 +75,7 @@ class Socket(WebSocketHandler):
         except SplinefeedError as error:
             self.send("refused", n=said.get("n"), error={"fields": {"": str(error)}, "fault": False})
         except (ValueError, TypeError, KeyError, RecursionError):
-            self.send("refused", n=None, error={"fields": {"": "the page sent what is not a request"}, "fault": True})
+            self.send("refused", n=None, error={"fields": {"": "the page sent an invalid request"}, "fault": True})
 
     def _hello(self, said: dict[str, Any]) -> None:
         name = str(said["tab"])

@@ -64,7 +64,7 @@ def _plain_path(text: str, folder: File) -> tuple[Path, Origin]:
     if "shape" in source:
         shape = source["shape"]
         if not isinstance(shape, str) or not shapes.is_shape(shape):
-            raise InputError(f"{str(shape)[:80]!r} is no shape; there are {', '.join(shapes.names())}")
+            raise InputError(f"{str(shape)[:80]!r} is not a shape; there are {', '.join(shapes.names())}")
         return shapes.from_text(shape), Origin(shape, None, {})
     if "curves" in source:
         return edited(source["curves"])

@@ -52,7 +52,7 @@ class Bench:
             made = run(
                 wanted.moved,
                 wanted.limits,
-                machine=wanted.table if follow and wanted.followed else None,
+                machine=wanted.machine if follow and wanted.followed else None,
                 period=wanted.period,
                 strategy=wanted.strategy,
                 method=wanted.method,
@@ -183,6 +183,6 @@ def error_of(error: BaseException) -> dict[str, Any]:
     if isinstance(error, SplinefeedError):
         return {"fields": {"": " ".join(str(error).split())}, "fault": False}
     if isinstance(error, MemoryError):
-        words = "not enough memory for this; raise the period, or take a smaller path"
+        words = "not enough memory for this; choose a longer period or a shorter path"
         return {"fields": {"": words}, "fault": False}
     return {"fields": {"": f"internal fault, please report it: {type(error).__name__}: {error}"}, "fault": True}

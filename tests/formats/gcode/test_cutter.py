@@ -32,7 +32,7 @@ REFUSED = [
     ("G42.1 D40\nG1 X0 Y0\nX10", 4, "the line on which cutter compensation begins must be longer than the tool's rad"),
     ("G41.1 D4\nG1 X0 Y0\nX10\nG3 X15 Y5 I0 J1.5", 6, ""),
     ("G41.1 D4\nG1 X0 Y0\nX10\nG3 X10 Y3 I0 J1.5", 6, "the arc's radius 1.5 mm is too small for the tool's 2 mm"),
-    ("G41.1 D4\nG1 X0 Y0\nG55\nX10", 5, "G55 cannot stand between G41 or G42 and G40"),
+    ("G41.1 D4\nG1 X0 Y0\nG55\nX10", 5, "G55 is not allowed between G41 or G42 and G40"),
     ("G41.1 D4\nG41.1 D4\nX10", 4, "G41.1: cutter compensation is on; write G40 before it"),
     ("G19\nG41.1 D4\nX10", 4, "G41.1: there is no cutter compensation in G19; choose G17 or G18"),
     ("G41.1\nX10", 3, "G41.1 needs D"),

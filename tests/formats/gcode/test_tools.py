@@ -83,7 +83,7 @@ def test_a_tool_that_is_missing(tmp_path: Path, line: str, reason: str) -> None:
     [
         ("T1 Z5\nZ5 D3\n", "a.tbl", "line 2: expected T1 P1 Z50.2 D6, got 'Z5 D3'"),
         ("T1 Z5 hello\n", "a.tbl", "line 1: expected T1 P1 Z50.2 D6, got 'T1 Z5 hello'"),
-        ("T1 Z5\nT1 Z6\n", "a.tbl", "line 2: T1 stands twice, or is not a number of a tool"),
+        ("T1 Z5\nT1 Z6\n", "a.tbl", "line 2: T1 appears twice, or is not a tool number"),
         ("T1 Z1e9\n", "a.tbl", "line 1: expected T1 P1 Z50.2 D6"),
         ("T1 Z99999999999\n", "a.tbl", "an offset or diameter of a tool is beyond 1e+09 mm"),
         ("[tools.1]\nlength = nan\n", "a.toml", "tools.1.z: "),

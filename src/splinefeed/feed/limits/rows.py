@@ -24,7 +24,7 @@ class Places:
     linear                 how many axes the arc length counts
     axes                   names of the axes
     period                 servo period, s, or None
-    feed    (n,)           feed that the path asks for, mm/s, infinite where it says nothing
+    feed    (n,)           feed that the path asks for, mm/s, infinite where none is given
     corner  (n,)           largest feed at a corner that is passed here, mm/s, infinite elsewhere
     turn, bend (2, axes, n)  the sum of the jumps of r' and of r'' within reach of the place, those up and those down
     chord   (n,)           curvature that a chord from tick to tick leaves, 1/mm, where it is not that of the path

@@ -147,7 +147,7 @@ def _check_radii(
     if not repair or findings is None:
         raise ArcError(moves, int(chosen[int(np.argmax(missed))]), said[0])
     for line, each in zip(lines.tolist(), said, strict=True):
-        findings.say(f"line {line}: {each}: read as a spiral from the one to the other")
+        findings.say(f"line {line}: {each}: read as a spiral between them")
 
 
 class ArcError(LineError):

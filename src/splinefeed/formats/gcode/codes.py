@@ -39,17 +39,17 @@ M_GROUP_OF = {code: group for group, codes in M_GROUPS.items() for code in codes
 CYCLES_OF_SOME = (760, 870, 880)
 #: What cannot be a path, or not without the machine: what it is, and what to do.
 REFUSED: dict[int, str] = {
-    310: "a probe move: where it ends is known on the machine only; leave it out",
-    382: "a probe move: where it ends is known on the machine only; leave it out",
-    383: "a probe move: where it ends is known on the machine only; leave it out",
-    384: "a probe move: where it ends is known on the machine only; leave it out",
-    385: "a probe move: where it ends is known on the machine only; leave it out",
+    310: "a probe move: only the machine knows where it ends; leave it out",
+    382: "a probe move: only the machine knows where it ends; leave it out",
+    383: "a probe move: only the machine knows where it ends; leave it out",
+    384: "a probe move: only the machine knows where it ends; leave it out",
+    385: "a probe move: only the machine knows where it ends; leave it out",
     410: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
     411: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
     420: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
     421: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
-    650: "a macro call; only plain programs are read",
-    660: "a modal macro call; only plain programs are read",
+    650: "a macro call, which is not supported; write plain lines",
+    660: "a modal macro call, which is not supported; write plain lines",
     680: "a turned coordinate system; write the turned coordinates",
     510: "scaling or mirroring; write the scaled coordinates",
     160: "polar coordinates; write X and Y",
@@ -57,7 +57,7 @@ REFUSED: dict[int, str] = {
     171: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
     181: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
     191: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
-    **{code: "a canned cycle that is not read; let the CAM system write its moves" for code in CYCLES_OF_SOME},
+    **{code: "a canned cycle that is not supported; let the CAM system write its moves" for code in CYCLES_OF_SOME},
 }
 
 #: Cutter compensation can be read as it stands, if the user says so with `repair`.

@@ -210,7 +210,7 @@ class _Hole(Along):
         if not self.peck > 0.0:
             raise LineError(f"{g_name(self.code)} Q{self.cycles._kept['Q']:g}: the depth of a peck is greater than 0")
         if times * 3.0 * (self.retract - self.bottom) > MAX_MOVES * self.peck:
-            raise LineError(f"{g_name(self.code)} stands for more than {MAX_MOVES} moves; drill deeper at a time (Q)")
+            raise LineError(f"{g_name(self.code)} makes more than {MAX_MOVES} moves; drill deeper at a time (Q)")
 
     @property
     def peck(self) -> float:

@@ -52,7 +52,7 @@ class Interpreter(OffsetWords):
             text = self._closed(text)
         block = parse(text, self.parameters, exponents=self.repair)
         if block.deletable:
-            self.findings.count("lines with / are carried out, as if block delete were off", line)
+            self.findings.count("lines with / are executed, as with block delete off", line)
         if block.percent:
             self._percent()
         if not block.empty:
@@ -85,7 +85,7 @@ class Interpreter(OffsetWords):
         try:
             without_comments(text)
         except LineError as fault:
-            self.findings.count(f"{fault}; comments are taken to their last bracket, or to the end", self.line)
+            self.findings.count(f"{fault}; a comment ends at its last bracket, or at the end of the line", self.line)
             text = without_nested(text)
         return text
 
@@ -139,7 +139,7 @@ class Interpreter(OffsetWords):
         if self._words:
             letter, value = next(iter(self._words.items()))
             hint = "; a number cannot have an exponent" if letter == "E" else ""
-            raise LineError(f"{letter}{value:g} belongs to no code of the line{hint}")
+            raise LineError(f"{letter}{value:g} is used by no code of the line{hint}")
 
     def _refuse(self, code: int, known: set[int]) -> None:
         reason = codes.REFUSED.get(code)
@@ -199,17 +199,17 @@ class Interpreter(OffsetWords):
         if inch != self.state.inch:
             if "F" in self._words:
                 unit = "inches" if inch else "mm"
-                self.findings.count(f"F stands with a change of units and is taken in {unit} a minute", self.line)
+                self.findings.count(f"F on a line that changes units is taken in {unit} a minute", self.line)
             self.state.set_units(inch=inch)
 
     def _feed_word(self, motion: int | None) -> None:
         feed, state = self._words.get("F"), self.state
         if motion in (330, 331) and feed is not None:
             if self.dialect.lead != "F":
-                raise LineError(f"F cannot stand with {g_name(motion)}, whose feed is K times the spindle's speed")
+                raise LineError(f"F is not allowed with {g_name(motion)}, whose feed is K times the spindle's speed")
             return
         if feed is not None and not 0.0 <= feed <= layout.LARGEST:
-            raise LineError(f"F{feed:g} is no feed")
+            raise LineError(f"F{feed:g} is not a feed")
         if feed is not None and state.modes[layout.FEED_MODE] != layout.INVERSE:
             state.set_feed(feed)
             self._take("F")
@@ -243,11 +243,11 @@ class Interpreter(OffsetWords):
     def _subprogram(self, code: int, block: Block) -> None:
         """M98: what `Flow` calls behind this line, P by number and L times; Fanuc's P may say both."""
         if code != 98 or not self.dialect.jumps:
-            raise LineError(f"M{code}: subprograms are not read; write the program in one piece")
+            raise LineError(f"M{code}: subprograms are not supported here; write the program in one piece")
         if "P" not in self._words:
             raise LineError("M98 needs P, the number of the subprogram")
         if self.dialect.name == "linuxcnc" and (block.g or self._words.keys() - {"P", "L"}):
-            raise LineError("M98 stands alone on its line; LinuxCNC loses what else the line says")
+            raise LineError("M98 must be alone on its line; LinuxCNC ignores the rest of it")
         packed = self.dialect.keeps_cycles and "L" not in self._words
         number = self._whole_m("P", 98)
         times, number = divmod(number, 10_000) if packed and number > 9_999 else (1, number)
@@ -369,7 +369,7 @@ class Interpreter(OffsetWords):
         for code in block.m:
             if code == 99:
                 if not self.dialect.jumps or "P" in self._words:
-                    raise LineError("M99 with P, or in this dialect, is not read; write the program in one piece")
+                    raise LineError("M99 with P, or in this dialect, is not supported; write the program in one piece")
                 self._take("L")
                 self.returns = True
             elif code in codes.M_GROUPS["stop"]:

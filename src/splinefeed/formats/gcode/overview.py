@@ -154,7 +154,7 @@ def summary(
             _add(found, piece, joint)
     path_columns(found.used, file)
     if not found.degrees:
-        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+        raise FormatError(f"{file}: no move has a length; is the program complete?")
     found.dialect = "" if reading.dialect is None else reading.dialect.name
     found.lines, found.ends, found.units = reading.lines, reading.ended, "in" if reading.inch else "mm"
     found.findings = reading.findings.all()

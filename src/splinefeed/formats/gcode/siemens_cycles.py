@@ -50,7 +50,7 @@ def call_of(name: str, text: str) -> Call:
         if not each.strip():
             continue
         if i >= len(names):
-            raise LineError(f"{name}: parameter {i + 1} is not read; leave out what follows {names[-1]}")
+            raise LineError(f"{name}: parameter {i + 1} is not supported; leave out what follows {names[-1]}")
         try:
             given[names[i]] = float(each)
         except ValueError:
@@ -111,7 +111,7 @@ def _depths(first: float, total: float, less: float) -> list[float]:
     stroke, depths = first, [first]
     while (rest := total - depths[-1]) > SAME_LEVEL:
         if len(depths) > MAX_MOVES // 4:
-            raise LineError(f"CYCLE83 stands for more than {MAX_MOVES} moves; drill deeper at a time (FDPR, DAM)")
+            raise LineError(f"CYCLE83 makes more than {MAX_MOVES} moves; drill deeper at a time (FDPR, DAM)")
         if less > 0.0:
             stroke = 0.5 * rest if less < rest <= 2.0 * less else max(stroke - less, less)  # the last two are alike
         elif less < 0.0:

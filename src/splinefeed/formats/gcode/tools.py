@@ -76,7 +76,7 @@ def _of_lines(text: str, file: str | os.PathLike[str]) -> dict[int, Tool]:
             continue
         number = words["T"]
         if number in found or number < 0 or number != int(number):
-            raise FormatError(f"{file}: line {line}: T{number:g} stands twice, or is not a number of a tool")
+            raise FormatError(f"{file}: line {line}: T{number:g} appears twice, or is not a tool number")
         found[int(number)] = _tool({each: words[each] for each in LETTERS if each in words}, words.get("D", 0.0), file)
     return found
 

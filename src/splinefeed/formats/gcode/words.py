@@ -50,13 +50,13 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
             scanner.at += 1  # /2: the number of a switch
     if scanner.peek() == "%":
         if scanner.text[scanner.at + 1 :].strip():
-            raise LineError("% stands alone on its line")
+            raise LineError("% must be alone on its line")
         block.percent = True
         return block
     macro = _MACRO.match("".join(scanner.text.split()))
     if macro is not None:
         raise LineError(
-            f"{macro[1].upper()}: programs that jump or loop are not read; let the CAM system write plain lines"
+            f"{macro[1].upper()}: jumps and loops are not supported here; let the CAM system write plain lines"
         )
     count = 0
     while c := scanner.peek().upper():
@@ -135,7 +135,7 @@ def _program_number(scanner: Scanner, text: str) -> None:
     """Behind O, : or :O: the number of a program alone is only its name; everything else is a subprogram."""
     if not re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
         raise LineError(
-            f"{_shown(text)[1:-1]}: subprograms, loops and jumps are not read; write the program in one piece"
+            f"{_shown(text)[1:-1]}: subprograms, loops and jumps are not supported here; write the program in one piece"
         )
     scanner.at = len(scanner.text)
 
@@ -160,7 +160,7 @@ def _add(block: Block, letter: str, value: float) -> None:
         block.m.append(code)
     else:
         if letter in block.words:
-            raise LineError(f"{letter} stands twice")
+            raise LineError(f"{letter} appears twice")
         block.words[letter] = value
 
 

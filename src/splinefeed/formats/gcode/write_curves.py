@@ -228,7 +228,7 @@ def _bspline(task: Task, text: Text) -> None:
         multiple = len(curve.knots) > 2 * (curve.degree + 1) + len(curve.breaks) - 2
         if np.max(weights) > HIGHEST_WEIGHT or multiple:
             # PW ends at 3, and a step PL of 0 within a curve is not what the manual describes: piece by piece then
-            _chords(task, text, "with weights above 3 or knots that stand several times, written as lines (G1)")
+            _chords(task, text, "with weights above 3 or repeated knots, written as lines (G1)")
             return
         steps = np.zeros(len(weights) - 1)
         spans = np.diff(curve.breaks)

@@ -21,7 +21,7 @@ SAME_POINT = 1e-15
 STEPS = 8
 #: Samples a span for points that seem too far off, and how many of these at most.
 FINER, MOST_AGAIN = 16, 2000
-#: Points among which the farthest is looked for at once.
+#: Points among which the farthest is searched at once.
 AT_ONCE = 20_000
 #: Candidates that are refined at once, so that memory stays small.
 CHUNK = 400_000
@@ -47,7 +47,7 @@ def nearest_parameter(curve: NurbsCurve, point: Array) -> float:
 def distances(curves: Sequence[NurbsCurve], points: Array) -> Array:
     """Distance (n,), mm, of every point (n, axes) from the nearest point of all curves.
 
-    Found from a sampling of the curves alone, with nothing that a fitter knows: candidates by a k-d tree, then Newton's
+    Found from a sampling of the curves alone, without data of the fit: candidates by a k-d tree, then Newton's
     method between the neighbouring samples. A nearest point is at most half a spacing from a sample, so that samples
     further off than the best distance and that need not be tried.
     """
@@ -57,9 +57,9 @@ def distances(curves: Sequence[NurbsCurve], points: Array) -> Array:
 def largest_distance(curves: Sequence[NurbsCurve], points: Array, allowed: float) -> float:
     """The greatest of `distances`, mm, searched for in full only where it may be.
 
-    Steps from the nearest sample bound every distance from above; points are looked at the farthest first until none
+    Steps from the nearest sample bound every distance from above; points are searched the farthest first until none
     that is left can be farther. Where curves follow noise a span may hold more than one nearest place: points that
-    seem farther off than `allowed`, mm, are looked at again among FINER samples a span.
+    seem farther off than `allowed`, mm, are searched again among FINER samples a span.
     """
     bound = np.full(len(points), np.inf) if len(points) <= AT_ONCE else _bounds(curves, points)
     order = np.argsort(-bound, kind="stable")

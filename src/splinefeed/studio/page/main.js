@@ -136,7 +136,7 @@ link.on("refused", (message) => {
   delete document.body.dataset.busy;
   settings.problems(message.error.fields);
   $("verdict").className = "verdict bad";
-  $("verdict").textContent = "These settings cannot be run; see the words beside them.";
+  $("verdict").textContent = "These settings cannot be run; see the messages beside them.";
 });
 link.on("done", (message) => {
   const { kind } = message.job;
