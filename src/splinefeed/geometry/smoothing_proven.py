@@ -1,4 +1,4 @@
-"""Smoothing that is proven afterwards, and repeated with a smaller tolerance where new self-crossings appear.
+"""Smoothing that is proven afterwards, and repeated with a smaller tolerance where new self-crossings appear."""
 
 from __future__ import annotations
 
