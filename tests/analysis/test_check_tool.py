@@ -74,6 +74,16 @@ def test_feed_and_travel_are_held() -> None:
     assert any(each.startswith("travel.z: ") for each in verdict.problems)
 
 
+def test_a_program_s_own_feeds_are_held_curve_by_curve() -> None:
+    path, _, points = planned()
+    tool = path.tool
+    slow = sf.ToolPath(sf.Path(tool.curves, tool.axes, feeds=[20.0]), tool.tool_axis)
+    verdict = sf.check(points, sf.JointPath(slow, path.kinematics), FLANK)
+    assert verdict.limits["feed"].limit == 20.0
+    (said,) = (each for each in verdict.problems if each.startswith("feed: "))
+    assert "mm/s " in said
+
+
 def test_a_missing_end_and_an_uneven_tick_are_said() -> None:
     path, _, points = planned()
     verdict = sf.check(points.part(0, 3000), path, FLANK)

@@ -1,4 +1,4 @@
-"""A five-axis program from the command line, from an empty folder to a report and a check."""
+"""Five-axis programs from an empty folder to a report and a check: the how-to's, and such that CAM systems made."""
 
 from __future__ import annotations
 
@@ -7,12 +7,22 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import Result
+
+import splinefeed as sf
+from splinefeed.formats.registry import read_all
+from splinefeed.kinematics import kinematics
 
 #: The program that the how-to shows.
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "five-axis.md").read_text(encoding="utf-8")
 BLADE = re.findall(r"```\n(%\nO0012.*?)```", PAGE, re.DOTALL)[0]
+#: Programs that CAM systems made, as LinuxCNC brings them for its simulated trunnions; they are not ours to pass on.
+DEMOS = Path("/usr/share/doc/linuxcnc/examples/sample-configs/sim/axis/vismach/5axis/table-rotary-tilting/demos")
+needs_demos = pytest.mark.skipif(
+    not DEMOS.is_dir(), reason="no LinuxCNC; on Debian 12: apt-get install linuxcnc-uspace"
+)
 QUICK = ("--strategy", "look-ahead", "--period", "4ms", "--json")
 
 
@@ -56,3 +66,45 @@ def test_errors_name_line_axis_and_mend(splinefeed: Callable[..., Result], folde
         assert done.exit_code == 2, words
         assert said in done.stderr, (words, done.stderr)
         assert len(done.stderr.strip().splitlines()) == 1
+
+
+def words_of(line: str) -> dict[str, float]:
+    """Letters and numbers of a line, comments left out."""
+    found = re.findall(r"([A-Z])\s*(-?[\d.]+)", re.sub(r"\(.*?\)", "", line))
+    return {letter: float(number) for letter, number in found}
+
+
+@pytest.mark.slow
+@pytest.mark.linuxcnc
+@needs_demos
+def test_a_cam_program_of_an_impeller_keeps_every_limit(splinefeed: Callable[..., Result], folder: Path) -> None:
+    lines = (DEMOS / "impeller-7bl-xyzac.ngc").read_text(encoding="utf-8").splitlines()[:250]
+    (folder / "impeller.ngc").write_text("\n".join([*lines, "M30", ""]), encoding="utf-8")
+    path = sf.read(folder / "impeller.ngc")
+    assert isinstance(path, sf.ToolPath) and path.lines is not None and path.tool_axis is not None
+    assert len(path.curves) > 200 and path.rotary == ("a", "c")
+    for curve, axis, number in zip(path.curves, path.tool_axis, path.lines, strict=True):
+        said = words_of(lines[number - 1])
+        assert np.array_equal(curve.control_points[-1], [said["X"], said["Y"], said["Z"]])
+        assert np.array_equal(np.degrees(axis.control_points[-1]).round(9), [said["A"], said["C"]])
+    given = ("--machine", "trunnion", "--smooth", "10um", "--angle-tolerance", "0.1deg", "--no-figures")
+    page = json.loads(splinefeed("run", "impeller.ngc", *given, "-o", "out", *QUICK).stdout)
+    assert page["ok"] and max(limit["share"] for limit in page["limits"].values()) <= 1.0 + 1e-6
+    checked = splinefeed("check", "out/setpoints.h5", "--json")
+    assert checked.exit_code == 0 and json.loads(checked.stdout)["off_curve_max_mm"] < 1e-12
+
+
+@pytest.mark.slow
+@pytest.mark.linuxcnc
+@needs_demos
+def test_cam_programs_of_a_boat_keep_every_limit() -> None:
+    for letters, machine in (("xyzac", kinematics("xyzac-trt")), ("xyzbc", kinematics("xyzbc-trt"))):
+        limits = sf.Limits(axis_velocity=100.0, axis_acceleration=500.0, axis_jerk=3000.0, feed=50.0)
+        limits = limits.for_axes(machine.joints)
+        paths = read_all(DEMOS / f"boat-{letters}.ngc")
+        assert len(paths) >= 10
+        for tool in paths[1::3]:
+            path = sf.JointPath(tool, machine)
+            law = sf.plan(path, limits, period=2e-3, strategy="look-ahead")
+            verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
+            assert verdict.ok, (tool.name, verdict.problems)

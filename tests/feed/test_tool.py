@@ -26,6 +26,7 @@ QUICK = (12, 17, 15, 14, 20, 37, 38, 39, 40, 46)
 KEPT = {
     24: "one way to turn takes a linear joint out of its travel, the other does not",
     1380: "next to the pole no motion is found in cells as long as look-ahead has them",
+    99001113: "the tool axis is nearest to the pole half a nanometre from the start",
 }
 
 
@@ -159,6 +160,22 @@ def test_joints_near_the_pole_turn_within_their_limits() -> None:
         points = sf.interpolate(path, law)
         assert np.max(differences(points, FLANK)) <= 1.0 + 1e-6
         assert np.ptp(points.position[:, 4]) > 2.5
+
+
+def test_a_knot_that_is_nearest_to_the_pole_is_one_place_and_not_two() -> None:
+    # the golden section finds the place nearest to the pole beside the knot by some 1e-7 mm
+    knots = [0, 0, 0, 0, 0.5, 1, 1, 1, 1]
+    tip = sf.NurbsCurve(3, knots, [[0, 0, 0], [20, 25, 0], [40, -15, 2], [60, 10, 2], [80, 0, 0]])
+    for vectors, seconds in (
+        ([[0.3, 0, 1], [0.15, 0, 1], [0, 0, 1], [0, 0.15, 1], [0, 0.3, 1]], 5.2),
+        ([[0.3, 1e-3, 1], [0.15, 1e-3, 1], [0, 1e-3, 1], [-0.15, 1e-3, 1], [-0.3, 1e-3, 1]], 8.0),
+    ):
+        tool = sf.ToolPath(tip, sf.NurbsCurve(3, knots, vectors), kind="vectors")
+        path = sf.JointPath(tool, kinematics("xyzac-trt"))
+        assert len(path.breaks) == 1
+        law = sf.plan(path, FLANK, period=FLANK_PERIOD, strategy="look-ahead")
+        assert law.duration < seconds
+        assert not law.notes
 
 
 def test_a_tool_tilts_through_the_upright_without_slowing_down() -> None:

@@ -175,6 +175,15 @@ def test_turning_off_or_staying_at_the_pole_is_refused_and_a_path_beside_it_turn
     assert np.min(np.abs(path.breaks - 50.0)) < 1e-6  # the planner looks at it
 
 
+def test_a_start_at_the_pole_is_told_as_a_place() -> None:
+    upright = [(0.0, 0.0, 1.0)] * 4
+    knots = [0, 0, 0, 0, 0.5, 1, 1, 1, 1]
+    tip = sf.NurbsCurve(3, knots, [[0, 0, 0], [20, 25, 0], [40, -15, 2], [60, 10, 2], [80, 0, 0]])
+    tool = sf.ToolPath(tip, sf.NurbsCurve(3, knots, [*upright, (0.3, 0.2, 1.0)]), kind="vectors")
+    with pytest.raises(CurveError, match=r"at s = 0 mm the tool axis is that of joint c \(within 1e-05 rad\)"):
+        sf.JointPath(tool, kinematics("xyzac-trt"))
+
+
 def test_an_upright_tool_leaves_the_rotary_joints_where_they_are() -> None:
     machine = kinematics("xyzac-trt")
     for tool in (leaning((0.0, 0.0, 1.0), (0.0, 0.0, 2.0)), sf.ToolPath(LINE)):

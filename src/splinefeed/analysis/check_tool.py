@@ -134,16 +134,23 @@ def _between(path: JointPath, curve: IntArray, u: Array, axis: Array) -> Array:
 
 
 def _see(
-    found: Judged, name: str, limit: float, worst: Array, floor: float, points: Setpoints, axis: str | None = None
+    found: Judged,
+    name: str,
+    limit: float | Array,
+    worst: Array,
+    floor: float,
+    points: Setpoints,
+    axis: str | None = None,
 ) -> None:
-    """Remember how a limit fares over values (n,), one from each of the first ticks on."""
-    if not np.isfinite(limit) or not len(worst):
+    """Remember how a limit, one or (n,), fares over values (n,), one from each of the first ticks on."""
+    limit = np.broadcast_to(limit, worst.shape)
+    if not np.any(np.isfinite(limit)):
         return
-    k = int(np.argmax(worst))
+    k = int(np.argmax(worst / limit))
     at = min(k, len(points) - 1)
     over = int(np.sum(worst > limit * (1.0 + 1e-9) + floor))
     found.results[name] = LimitResult(
-        limit=limit,
+        limit=float(limit[k]),
         worst=float(worst[k]),
         at_s=float(points.s[at]),
         at_t=float(points.t[at]),
@@ -159,13 +166,10 @@ def _along(found: Judged, points: Setpoints, path: JointPath, limits: Limits, tr
     floor = ROUNDINGS * EPSILON * path.length
     seconds = np.maximum(np.diff(points.t), period * ON_TIME)
     feed = travelled / seconds
-    _see(found, "feed", limits.feed, feed, 2.0 * floor / period, points)
-    if tool.feeds is not None and len(feed):
-        own = np.maximum(tool.feeds[points.curve[:-1]], tool.feeds[points.curve[1:]])  # a step over a joint has both
-        if np.any(np.isfinite(own)):
-            share = np.where(np.isfinite(own), feed / own, 0.0)
-            k = int(np.argmax(share))
-            _see(found, "programmed_feed", float(own[k]), np.where(np.arange(len(feed)) == k, feed, 0.0), floor, points)
+    most = np.full(len(feed), limits.feed)
+    if tool.feeds is not None:  # a step over a joint of curves has the feeds of both
+        most = np.minimum(most, np.maximum(tool.feeds[points.curve[:-1]], tool.feeds[points.curve[1:]]))
+    _see(found, "feed", most, feed, 2.0 * floor / period, points)
     steps_at_rest = _padded(travelled[:, None], limits)[:, 0]
     for order, names in ((2, ("acceleration", "deceleration")), (3, ("jerk", "jerk"))):
         value = np.diff(steps_at_rest, n=order - 1) / period**order

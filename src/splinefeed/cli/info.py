@@ -126,12 +126,12 @@ def _print(page: dict[str, Any]) -> None:
         shape = "closed" if path["closed"] else "open"
         unit = unit_along(path["axes"])
         print_text(f"{path['name']}: {shape}, {words(path['length_mm'], 7)} {unit}, axes {' '.join(path['axes'])}")
-        for axis, unit, low, high in zip(
+        for axis, axis_unit, low, high in zip(
             path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True
         ):
             noise = ROUNDING * max(abs(low), abs(high))
             ends = [words(0.0 if abs(end) < noise else end, 6) for end in (low, high)]
-            print_text(f"  {axis:<8}{' to '.join(ends)} {unit}")
+            print_text(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
         if unit == "mm":
             print_text(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
         corners = counted(path["corners"], "corner")

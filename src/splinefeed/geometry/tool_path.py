@@ -23,6 +23,8 @@ POINTS, VECTORS, ANGLES = "points", "vectors", "angles"
 SHORTEST = 1e-6
 #: A tool axis that differs by more than this between neighbouring curves, rad, jumps.
 JUMP = 1e-6
+#: Places are told to the resolution of geometry, 1 nm: what is less is rounding.
+PLACE_DECIMALS = 6
 #: Places of each knot span at which the tool axis is looked at.
 SAMPLES = 33
 #: Ends of parameters further apart than this, as a share of the domain, are different ones.
@@ -103,10 +105,9 @@ class ToolPath(Path):
 
     def place(self, s: float) -> str:
         """Where the tip is at arc length s, mm, in words: with the line of the program, where there is one."""
-        if self.lines is None:
-            return f"s = {s:.6g} mm"
-        curve = min(max(int(np.searchsorted(self.curve_starts, s)) - 1, 0), len(self.lines) - 1)
-        return f"s = {s:.6g} mm (line {self.lines[curve]})"
+        curve = min(max(int(np.searchsorted(self.curve_starts, s)) - 1, 0), len(self.curves) - 1)
+        line = "" if self.lines is None else f" (line {self.lines[curve]})"
+        return f"s = {round(s, PLACE_DECIMALS):.6g} mm{line}"
 
     def with_joints(self, names: Sequence[str]) -> ToolPath:
         """The same tool path, its angles those of the rotary joints of these names, which are 0 where none is given.
@@ -119,7 +120,8 @@ class ToolPath(Path):
         for k, name in enumerate(self.rotary):
             used = [i for i, curve in enumerate(self.tool_axis) if np.any(curve.control_points[:, k] != 0.0)]
             if name not in names and used:
-                place, there = self.place(float(self.curve_starts[used[0] + 1])), ", ".join(names).upper() or "none"
+                there = ", ".join(names).upper() or "none"
+                place = self.place(float(np.mean(self.curve_starts[used[0] : used[0] + 2])))
                 raise CurveError(
                     f"at {place} the tool path turns {name.upper()}, a rotary axis that the machine does not have; it "
                     f"has {there}: choose the machine that the program is for"

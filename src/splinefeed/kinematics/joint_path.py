@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.resolution import RESOLUTION
 from splinefeed.geometry.tool_path import ANGLES, ToolPath
 from splinefeed.kinematics.chains import Kinematics
 from splinefeed.kinematics.jets import Jet, root
@@ -31,14 +32,14 @@ PASS, OFF_AXIS, SAMPLES_OF_PASS = 1e-2, 2e-10, 65
 SAMPLE_TURN, HALVINGS, MOST_SAMPLES = 0.5, 48, 2_000_000
 #: Golden section, and the steps that bring it from one sample to rounding.
 GOLDEN, SECTIONS = 0.5 * (5.0**0.5 - 1.0), 60
+#: ... as a share of the path: a place found so that is nearer to a knot is the knot.
+FOUND = 1e-7
 #: The tool axis is looked at closely where it comes nearer to the pole than this, rad: joints turn fast there.
 NEAR_POLE = 0.1
 #: A path in joints turns sharply where a joint's r' jumps by more than this share of the largest one: it stops there.
 KINK = 1e-6
 #: How far beside a joint of curves derivatives are taken, as a share of the path.
 BESIDE = 1e-9
-#: Places nearer to each other than this share of the path are one.
-SAME = 1e-12
 #: Travel is left by more than this, mm or rad: rounding is not.
 LEFT = 1e-9
 #: Places beside the sample at which a joint is furthest, at which it is looked at once more.
@@ -143,19 +144,22 @@ class JointPath:
     def breaks(self) -> Array:
         """Arc lengths (k,) strictly inside, mm: knots and joints of tip and tool axis, corners, nearest to the pole."""
         tool = self.tool
-        places = [tool.curve_starts[1:-1], tool.corners.s, self._dips]
+        places = [tool.curve_starts[1:-1], tool.corners.s]
         for i, curve in enumerate(tool._joined):
             knots = curve.breaks if tool.tool_axis is None else np.union1d(curve.breaks, tool.tool_axis[i].breaks)
             places.append(tool.arc_length(np.full(len(knots), i), knots))
         s = np.unique(np.concatenate(places))
-        s = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
-        return s[np.diff(s, prepend=0.0) > SAME * self.length]
+        k = np.clip(np.searchsorted(s, self._dips), 1, len(s) - 1)
+        own = np.minimum(self._dips - s[k - 1], s[k] - self._dips) > FOUND * self.length
+        s = np.unique(np.append(s, self._dips[own]))
+        s = s[s < self.length - RESOLUTION]
+        return s[np.diff(s, prepend=0.0) > RESOLUTION]
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
         """Arc lengths strictly inside, mm, at which the tool must rest: those of the tip, and kinks of a joint."""
         away = BESIDE * self.length
-        b = self.breaks
+        b = self.breaks[(self.breaks > away) & (self.breaks < self.length - away)]
         if not len(b):
             return self.tool.stops
         before, after = (self.derivatives(b + way)[:, :, 3:] for way in (-away, away))

@@ -43,7 +43,12 @@ def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits,
         top, rapids = float(np.max(known, initial=0.0)), len(known) < len(path.feeds)
     else:
         top, rapids = path.feeds
-    note = f"no feed is given: curves run at the program's feeds, {top:.6g} mm/s at most"
+    said = (
+        f"curves run at the program's feeds, {top:.6g} mm/s at most"
+        if top
+        else "the program has rapid moves alone here"
+    )
+    note = f"no feed is given: {said}"
     if not rapids:
         return replace(limits, feed=top), [note]
     if limits.axis_velocity is not None:
