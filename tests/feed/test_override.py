@@ -173,6 +173,16 @@ def test_the_same_script_in_pieces_gives_the_same_bits() -> None:
     np.testing.assert_array_equal(np.concatenate([piece.tau for piece in pieces]), whole.tau)
 
 
+@pytest.mark.parametrize("turns", [(1.0,), (1.9, 0.3), (1.0, 1.0, -1.0, -2.0, 1.5)])
+def test_how_much_of_the_law_is_in_memory_changes_nothing(turns: tuple[float, ...], monkeypatch) -> None:
+    path, limits, law = case("butterfly, look-ahead")
+    wanted = np.concatenate([np.repeat(turns, 900), np.ones(9000)])
+    whole = Override(LawCourse(path, law), limits).run(wanted)
+    monkeypatch.setattr("splinefeed.feed.override.BLOCK", 70)
+    parts = Override(LawCourse(path, law), limits).run(wanted)
+    np.testing.assert_allclose(parts.tau, whole.tau, atol=1e-9)
+
+
 def test_a_law_without_reserve_is_refused() -> None:
     path, limits, _ = case("butterfly")
     with pytest.raises(LimitsError, match=r"leaves no reserve to slow down; plan it under with_reserve"):

@@ -94,6 +94,7 @@ class Override:
         self._cells = math.ceil(course.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)
         self._first, self._loaded = 0, 0
+        self._looked_at = np.zeros((0, 3, len(axes) + 1))
         self._ahead = np.zeros((len(WINDOWS), 0, 3, len(axes) + 1))
         self._caps = np.zeros((len(WINDOWS), 0))
         bend = course.bend_share(limits)
@@ -199,13 +200,15 @@ class Override:
 
     def _load(self, cell: int, direction: int) -> None:
         """Have the demands from tick `cell` on, in that direction, in memory."""
-        if direction == self._loaded and 0 <= direction * (cell - self._first) < self._ahead.shape[1]:
+        passed = direction * (cell - self._first) if direction == self._loaded else -1
+        if 0 <= passed < self._ahead.shape[1]:
             return
-        longest = WINDOWS[-1]
         count = max(min(BLOCK, self._cells - cell if direction > 0 else cell + 1), 1)
-        cells = self.course.asked(cell if direction > 0 else cell + 1 - count - longest, count + longest)
-        cells = BETWEEN * np.ascontiguousarray(cells[::direction])
-        self._first, self._loaded = cell, direction
+        known = self._looked_at[passed:] if passed >= 0 else self._looked_at[:0]
+        more = count + WINDOWS[-1] - len(known)
+        cells = self.course.asked(cell + len(known) if direction > 0 else cell + 1 - len(known) - more, more)
+        cells = np.concatenate([known, BETWEEN * cells[::direction]])
+        self._first, self._loaded, self._looked_at = cell, direction, cells
         self._ahead = np.empty((len(WINDOWS), count, *cells.shape[1:]))
         for window, out in zip(WINDOWS, self._ahead, strict=True):
             out[:] = maximum_filter1d(cells[: count + window], window, axis=0, origin=-(window // 2))[:count]

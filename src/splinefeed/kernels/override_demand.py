@@ -97,6 +97,8 @@ def ask(
     here = np.zeros((3, axes + 1))
     before = np.zeros((3, axes + 1))
     seen = False  # whether `before` holds the motion at the instant before
+    smooth = False  # whether nothing can jump there
+    t = 0.0
     out[:] = 0.0
     jumps[:] = 0.0
     start = max(first, 0) * period
@@ -119,14 +121,17 @@ def ask(
                 row < last_row and law_in_piece(coefficients, piece, low - begin)[0] >= table[row + 1, START] - rounding
             ):
                 row += 1
+                smooth = False
             cut = (
                 row < last_row and law_in_piece(coefficients, piece, high - begin)[0] > table[row + 1, START] + rounding
             )
             if cut:
                 high = _time_at(coefficients, piece, begin, table[row + 1, START], low, high)
-            for k in range(INSTANTS):
+            if smooth and seen:
+                np.maximum(out[i], np.abs(before), out[i])
+            for k in range(1 if smooth and seen else 0, INSTANTS):
                 s, v, a, j = law_in_piece(coefficients, piece, low + (high - low) * (k / (INSTANTS - 1)) - begin)
-                t = parameter_in_row(table, row, s, 0.0)
+                t = parameter_in_row(table, row, s, t)
                 if not _motion(table, row, shape, t, v, a, j, work, here):
                     seen = False
                     continue
@@ -138,9 +143,11 @@ def ask(
                 seen = True
                 before[:] = here
             low = high
+            ends = high >= breaks[piece + 1] and piece < last_piece
+            smooth = not cut and not ends
             if cut:
                 row += 1
-            if not cut and high >= breaks[piece + 1] and piece < last_piece:
+            elif ends:
                 piece += 1
             if not cut and high >= tick_end:
                 break
