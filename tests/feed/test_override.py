@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from benchmarks import curves
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
@@ -35,6 +36,12 @@ CASES = {
     "feed to spare": ("oblong", Limits(feed=80, axis_acceleration=900, axis_jerk=6e4), "time-optimal", 1.0),
     "feed to spare, look-ahead": ("oblong", Limits(feed=50, axis_acceleration=900, axis_jerk=6e4), "look-ahead", 1.0),
 }
+#: Curvature jumps 28 times in the star, where the motion is slowest, and four times between the slot's lines and arcs.
+CASES |= {
+    f"{name}, {strategy}": (name, Limits(feed=feed, axis_acceleration=3000, axis_jerk=5e4), strategy, top)
+    for name, feed, top in (("quadratic", 200, 1.0), ("slot", 60, 1.0), ("small bend", 40, 1.3))
+    for strategy in ("time-optimal", "look-ahead")
+}
 #: The programmed feed of the cases with a feed to spare is this share of the limit.
 PROGRAMMED = 0.5
 
@@ -54,6 +61,12 @@ def case(name: str) -> tuple[sf.Path, Limits, TimeLaw]:
         side = sf.NurbsCurve(1, [0, 0, 1, 1], [(0, 0), (45, 0)])
         bend = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [(45, 0), (60, 0), (60, 15)], [1, 0.5**0.5, 1])
         path = sf.Path([side, bend, sf.NurbsCurve(1, [0, 0, 1, 1], [(60, 15), (60, 45)])])
+    elif source == "small bend":
+        bend = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [(3, 0), (3.2, 0), (3.2, 0.2)], [1, 0.5**0.5, 1])
+        lines = [sf.NurbsCurve(1, [0, 0, 1, 1], points) for points in ([(0, 0), (3, 0)], [(3.2, 0.2), (3.2, 2)])]
+        path = sf.Path([lines[0], bend, lines[1]])
+    elif source in ("quadratic", "slot"):
+        path = getattr(curves, source)()
     else:
         path = sf.shapes.from_text(source)
     programmed = replace(limits, feed=PROGRAMMED * limits.feed) if source == "oblong" else limits

@@ -30,6 +30,8 @@ BLOCK = 4096
 BETWEEN = 1.01
 #: A share below this is as good as none.
 LEAST = 1e-12
+#: Rates below 1 at which the jerk of a law with jumps is looked at.
+BELOW_1 = np.linspace(0.0, 1.0, 1001)
 #: Largest share of acceleration or jerk that a law may use at its highest rate and still be slowed.
 MOST = 0.97
 
@@ -94,8 +96,8 @@ class Override:
         self._cells = math.ceil(course.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)
         self._first, self._loaded = 0, 0
-        self._looked_at = np.zeros((0, 3, len(axes) + 1))
-        self._ahead = np.zeros((len(WINDOWS), 0, 3, len(axes) + 1))
+        self._looked_at = np.zeros((0, 4, len(axes) + 1))
+        self._ahead = np.zeros((len(WINDOWS), 0, 4, len(axes) + 1))
         self._caps = np.zeros((len(WINDOWS), 0))
         bend = course.bend_share(limits)
         self.top = min(self._top(bend, min(highest, 1.0)), highest)
@@ -120,26 +122,34 @@ class Override:
 
         LimitsError unless the rate `least` leaves something to slow it with.
         """
-        most = np.zeros_like(self._limit)
+        most = np.zeros((4, len(self.course.axes) + 1))
         for first in range(0, self._cells, BLOCK):
             cells = self.course.asked(first, min(BLOCK, self._cells - first))
             most = np.maximum(most, np.max(cells, axis=0))
-        shares = np.max(most / self._limit, axis=1)
+        shares = np.max(most / self._limit[[0, 1, 2, 2]], axis=1)
         speed = max(float(shares[0]), bend, LEAST)
-        second, third = (max(float(share), LEAST) for share in shares[1:])
-        top = min(1.0 / speed, second**-0.5, third ** (-1.0 / 3.0))
+        second, third, jumps = (max(float(share), LEAST) for share in shares[1:])
+
+        def fastest(acceleration: float, jerk: float) -> float:
+            """The highest rate at which it takes these shares of the limits."""
+            if third <= jerk:
+                return float(min((acceleration / second) ** 0.5, (jerk / third) ** (1.0 / 3.0)))
+            takes = [kernels.own_jerk(rate, third, jumps) for rate in BELOW_1]
+            return float(min((acceleration / second) ** 0.5, np.interp(jerk, takes, BELOW_1)))
+
+        top = min(1.0 / speed, fastest(1.0, 1.0))
         if (1.0 - AT_LIMITS) * least < top < least:
             top = least
-        if top < least or max(second * least**2, third * least**3) > MOST:
-            name = ("velocity", "acceleration", "jerk")[int(np.argmax(shares))]
-            slower = min((ACCELERATION_SHARE / second) ** 0.5, (JERK_SHARE / third) ** (1.0 / 3.0), 1.0 / speed)
+        if top < least or max(second * least**2, kernels.own_jerk(least, third, jumps)) > MOST:
+            name = ("velocity", "acceleration", "jerk")[int(np.argmax(shares[:3]))]
+            slower = min(fastest(ACCELERATION_SHARE, JERK_SHARE), 1.0 / speed)
             raise LimitsError(
-                f"the law uses {100.0 * float(np.max(shares)):.3g} % of the {name}, which leaves no reserve to "
+                f"the law uses {100.0 * float(np.max(shares[:3])):.3g} % of the {name}, which leaves no reserve to "
                 f"slow down; plan it under with_reserve(limits), or run it at {math.floor(100.0 * slower)} % at "
                 "most"
             )
         # at the highest rate too something must be left to slow it with
-        return float(min(top, (MOST / second) ** 0.5, (MOST / third) ** (1.0 / 3.0)))
+        return min(top, fastest(MOST, MOST))
 
     @property
     def tau(self) -> float:

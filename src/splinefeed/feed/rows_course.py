@@ -62,7 +62,7 @@ class RowsCourse:
             bend = np.nan_to_num(np.clip(-c2 / (3.0 * c3), 0.0, 1.0))
         velocity = [(c1 + x * (2.0 * c2 + x * 3.0 * c3)) / T for x in (0.0, bend, 1.0)]
         acceleration = [(2.0 * c2 + x * 6.0 * c3) / T**2 for x in (0.0, 1.0)]
-        cells = np.zeros((count, 3, len(self.axes) + 1))
+        cells = np.zeros((count, 4, len(self.axes) + 1))
         for order, each in enumerate((velocity, acceleration, [6.0 * c3 / T**3])):
             most = np.max(np.abs(each), axis=0)
             cells[:, order, :-1] = most

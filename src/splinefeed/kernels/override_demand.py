@@ -1,4 +1,4 @@
-"""What a law asks of the axes in each of its ticks, run as planned: the largest |q'|, |q''| and |q'''| of every axis.
+"""What a law asks of the axes from time to time, run as planned: the largest |q'|, |q''|, q''' and -q'''.
 
 docs/math/override.md says what becomes of them at another rate.
 """
@@ -73,25 +73,35 @@ def _time_at(coefficients: Array, piece: int, begin: float, s: float, low: float
 
 
 @kernel
+def _keep(found: Array, out: Array) -> None:
+    """The larger of what is in `out` (4, columns) and |q'|, |q''|, q''' and -q''' of `found` (3, columns)."""
+    for k in range(out.shape[1]):
+        out[0, k] = max(out[0, k], abs(found[0, k]))
+        out[1, k] = max(out[1, k], abs(found[1, k]))
+        out[2, k] = max(out[2, k], found[2, k])
+        out[3, k] = max(out[3, k], -found[2, k])
+
+
+@kernel
 def ask(
     breaks: Array,
     coefficients: Array,
     table: Array,
     shape: Shape,
-    period: float,
-    first: int,
+    low: Array,
+    high: Array,
     out: Array,
+    at: Array,
     jumps: Array,
-) -> None:
-    """Largest |q'|, |q''|, |q'''| of every axis, and of the arc length, in ticks first ... of a law.
+) -> int:
+    """Largest |q'|, |q''|, q''' and -q''' of every axis, and of the arc length, from times low to high (n,), s.
 
-    out (n, 3, axes + 1), for plan times (first + i) T to (first + i + 1) T; 0 beyond both ends of the law.
-    jumps (n, axes + 1)  by how much q'' jumps there, all jumps together.
+    low, high increase; out (n, 4, axes + 1): 0, and minus infinity for q''', where nothing is between them.
+    at (k,), jumps (k, axes + 1)  when q'' can jump, s, and by how much; how many such times there are is returned.
     """
     axes = shape[1]
     last_row = table.shape[0] - 1
     last_piece = coefficients.shape[0] - 1
-    end = breaks[last_piece + 1]
     rounding = ROUNDINGS * (table[last_row, START] + coefficients[last_piece, 0])
     work = np.empty((4, axes))
     here = np.zeros((3, axes + 1))
@@ -99,55 +109,62 @@ def ask(
     seen = False  # whether `before` holds the motion at the instant before
     smooth = False  # whether nothing can jump there
     t = 0.0
-    out[:] = 0.0
-    jumps[:] = 0.0
-    start = max(first, 0) * period
+    count = 0
+    out[:, :2] = 0.0
+    out[:, 2:] = -np.inf
     piece = 0
-    while piece < last_piece and start >= breaks[piece + 1]:
-        piece += 1
-    row = find_row(
-        table, 0, last_row, START, law_in_piece(coefficients, piece, max(start - breaks[piece], 0.0))[0] + rounding
-    )
-    for i in range(max(-first, 0), out.shape[0]):
-        low = (first + i) * period
-        if low >= end:
-            break
-        tick_end = min((first + i + 1) * period, end)
-        # parts of the tick that lie in one piece of the law and one row of the path: there everything is smooth
+    row = 0
+    last = -1.0
+    for i in range(out.shape[0]):
+        begin_at = low[i]
+        end_at = high[i]
+        if not begin_at < end_at:
+            continue
+        if begin_at != last:
+            seen = False
+            piece = np.searchsorted(breaks[1 : last_piece + 1], begin_at, side="right")
+            s = law_in_piece(coefficients, piece, begin_at - breaks[piece])[0]
+            row = find_row(table, 0, last_row, START, s + rounding)
+        last = end_at
+        # parts that lie in one piece of the law and one row of the path: there everything is smooth
         for _ in range(table.shape[0] + coefficients.shape[0]):
-            high = min(tick_end, breaks[piece + 1])
+            end = min(end_at, breaks[piece + 1])
             begin = breaks[piece]
             while (
-                row < last_row and law_in_piece(coefficients, piece, low - begin)[0] >= table[row + 1, START] - rounding
+                row < last_row
+                and law_in_piece(coefficients, piece, begin_at - begin)[0] >= table[row + 1, START] - rounding
             ):
                 row += 1
                 smooth = False
             cut = (
-                row < last_row and law_in_piece(coefficients, piece, high - begin)[0] > table[row + 1, START] + rounding
+                row < last_row and law_in_piece(coefficients, piece, end - begin)[0] > table[row + 1, START] + rounding
             )
             if cut:
-                high = _time_at(coefficients, piece, begin, table[row + 1, START], low, high)
+                end = _time_at(coefficients, piece, begin, table[row + 1, START], begin_at, end)
             if smooth and seen:
-                np.maximum(out[i], np.abs(before), out[i])
+                _keep(before, out[i])
             for k in range(1 if smooth and seen else 0, INSTANTS):
-                s, v, a, j = law_in_piece(coefficients, piece, low + (high - low) * (k / (INSTANTS - 1)) - begin)
+                s, v, a, j = law_in_piece(
+                    coefficients, piece, begin_at + (end - begin_at) * (k / (INSTANTS - 1)) - begin
+                )
                 t = parameter_in_row(table, row, s, t)
                 if not _motion(table, row, shape, t, v, a, j, work, here):
                     seen = False
                     continue
-                for q in range(axes + 1):
-                    for order in range(3):
-                        out[i, order, q] = max(out[i, order, q], abs(here[order, q]))
-                    if k == 0 and seen:
-                        jumps[i, q] += abs(here[1, q] - before[1, q])
+                _keep(here, out[i])
+                if k == 0 and seen:
+                    at[count] = begin_at
+                    jumps[count] = here[1] - before[1]
+                    count += 1
                 seen = True
                 before[:] = here
-            low = high
-            ends = high >= breaks[piece + 1] and piece < last_piece
+            begin_at = end
+            ends = end >= breaks[piece + 1] and piece < last_piece
             smooth = not cut and not ends
             if cut:
                 row += 1
             elif ends:
                 piece += 1
-            if not cut and high >= tick_end:
+            if not cut and end >= end_at:
                 break
+    return count
