@@ -20,7 +20,7 @@ def main() -> None:
     butterfly = sf.run(sf.shapes.butterfly(), limits, strategy="time-optimal")
     butterfly.plot().save(HERE / "overview.svg")
     law = butterfly.law
-    print(f"butterfly: {law.duration:.3f} s, lower bound on the grid {law.settings['lower_bound_s']:.3f} s")
+    print(f"butterfly: {law.duration:.3f} s, lower bound {law.settings['lower_bound_s']:.3f} s")
     classic = sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, acceleration=500, jerk=20000))
     peaks = classic.axis_peaks()["x"]
     print(f"seven phases: {classic.law.duration:.3f} s, and {peaks['acceleration']:.3g} mm/s^2 on x")

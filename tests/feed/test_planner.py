@@ -22,7 +22,7 @@ from splinefeed.feed.limits import LIMITS
 from splinefeed.feed.limits.chord_error import within_reach
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.seven_phase import SevenPhase
-from splinefeed.feed.solve import End, Problem, lower_bound, solve
+from splinefeed.feed.solve import End, Problem, solve
 from splinefeed.feed.spline import Spline
 from splinefeed.feed.straight import seven_phases
 from splinefeed.feed.ticks import held_at_ticks
@@ -57,15 +57,14 @@ def test_as_fast_as_the_best_known_within_every_limit(name: str, setting: str, s
 
 
 def test_the_bound_knows_the_jerk() -> None:
-    """Where the Lagrangian is convex the plan is the best on its cells: the gap is what the optimiser leaves."""
-    for setting, least in (("A", 0.999), ("B", 0.9), ("C", 0.999)):
+    for setting, least in (("A", 0.997), ("B", 0.99), ("C", 0.997)):
         law = planner.plan_in_mode(cases.butterfly(), cases.axis_limits(setting), None, "time-optimal")
         assert law is not None
         assert least * law.duration <= law.settings["lower_bound_s"] <= law.duration
     without = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500)
     law = planner.plan_in_mode(cases.butterfly(), without, None, "time-optimal")
     assert law is not None
-    assert law.settings["lower_bound_s"] < 7.67  # 7.709 s with the jerk
+    assert 7.63 < law.settings["lower_bound_s"] < 7.67  # 7.709 s with the jerk
 
 
 def test_splines_are_those_of_scipy() -> None:
@@ -109,7 +108,6 @@ def test_between_two_feeds_the_optimum_is_up_and_down_at_the_limit() -> None:
     v = np.sqrt(250.0 + 10.0 * 500.0)
     assert found.kept
     assert found.time == pytest.approx((v - 10.0) / 500.0 + (v - 20.0) / 500.0, rel=1e-2)
-    assert lower_bound(problem, found, 1e-6) <= found.time
 
 
 def test_a_window_goes_from_state_to_state() -> None:

@@ -48,9 +48,8 @@ ROUNDING, LATE = 1e-12, 1e-9
 
 #: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
 TIP = ("tip.x", "tip.y", "tip.z")
-#: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes. Its lower bound
-#: leaves out most of the jerk where joints curve against one another, and is 17 % below the motion: it is not reported.
-OF_JOINTS = {**MODES, TIME_OPTIMAL: replace(MODES[TIME_OPTIMAL], beat=0.1, bounded=False)}
+#: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes.
+OF_JOINTS = {**MODES, TIME_OPTIMAL: replace(MODES[TIME_OPTIMAL], beat=0.1)}
 #: Where no motion is found next to the pole, cells are half as long again.
 BESIDE_POLE = 0.05
 

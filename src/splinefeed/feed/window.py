@@ -10,12 +10,13 @@ import numpy as np
 
 from splinefeed.errors import InputError, PlanError
 from splinefeed.feed.audit import worst_shares
+from splinefeed.feed.bound import lower_bound
 from splinefeed.feed.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.feed.solve import FAR, End, Problem, lower_bound, solve
+from splinefeed.feed.solve import FAR, End, Problem, solve
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -191,11 +192,6 @@ class Window:
                 c = np.maximum(c, end.q - 2.0 * self.samples.push * away)
         return c
 
-    def least_ramps(self) -> float:
-        """What the ramps at rest take at least, s."""
-        tops = self.problem.rows.top[[0, -1]]
-        return float(sum(3.0 * end.ramp / top**0.5 for end, top in zip(self.ends, tops, strict=True)))
-
     def q_at_samples(self, c: Array) -> Array:
         """q (n,) of coefficients at the samples."""
         found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
@@ -278,7 +274,7 @@ def plan_window(
         solution = solve(window.problem, c, mode.gap, z, begin)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
-            bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
+            bound = lower_bound(setting, window.problem, solution, low, high)
         pieces = pieces_of(window.spline, c, ends)
         shares = worst_shares(setting, pieces, high, closely=closely)
         hopeless = exact and not solution.kept and (k == 0 or np.max(shares) > HOPELESS)

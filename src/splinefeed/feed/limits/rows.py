@@ -135,11 +135,6 @@ class Rows:
             names=(self.names[0], (*self.names[1], "turn"), self.names[2]),
         )
 
-    def without_jerk(self) -> Rows:
-        """All but the rows of jerk."""
-        names = (*self.names[:2], ())
-        return dataclasses.replace(self, jerk=self.jerk[:0], jump=self.jump[:, :, :0], names=names)
-
     def by_kind(self, shares: Array) -> Array:
         """The largest of shares (t + m + k, ...) among tops, linear rows and those of jerk, (3, ...)."""
         edges = np.cumsum([0, *(len(names) for names in self.names)])

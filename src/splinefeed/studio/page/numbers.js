@@ -23,7 +23,7 @@ const percent = (share, count = 4) => `${digits(100 * share, count)} %`;
 // title, key of the page of numbers, text, and words below
 const cardsOf = (n, words) => {
   const cards = [["cycle time", "duration_s", `${digits(n.duration_s)} s`, `${n.ticks} setpoints`]];
-  if (n.lower_bound_s) cards.push(["lower bound", "lower_bound_s", `${digits(n.lower_bound_s)} s`, "no plan on this grid is faster"]);
+  if (n.lower_bound_s) cards.push(["lower bound", "lower_bound_s", `${digits(n.lower_bound_s)} s`, "no motion within these limits is faster"]);
   const top = worst(n);
   if (top) cards.push(["largest share", "share", percent(top[1].share), words[top[0]] ?? top[0]]);
   cards.push(["feed ripple", "ripple_max", digits(n.ripple_max, 2), `rounding alone ${digits(n.ripple_floor, 2)}`]);
