@@ -28,7 +28,7 @@ def plate(data: Path) -> str:
 
 @pytest.mark.parametrize(("name", "curves", "length", "tools"), [
     ("box-op2", 1168, 1735.63, ["T3 M6", "T21 M6"]),
-    pytest.param("box-op3", 2954, 5206.66, ["T3 M6", "T4 M6", "T21 M6"], marks=pytest.mark.slow),
+    ("box-op3", 2954, 5206.66, ["T3 M6", "T4 M6", "T21 M6"]),
 ])  # fmt: skip
 def test_a_box_is_run_and_reported(
     tmp_path: Path, data_dir: Path, name: str, curves: int, length: float, tools: list[str]
@@ -37,11 +37,6 @@ def test_a_box_is_run_and_reported(
     assert len(run.path.curves) == curves
     assert run.path.length == pytest.approx(length, abs=0.01)
     assert [marker.text for marker in run.path.markers if "M6" in marker.text] == tools
-
-
-def test_the_last_tool_of_a_box_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
-    run = ran(data_dir / "cycle-time" / "box-op3.nc", tmp_path, from_line=2936)
-    assert "T21 M6" in {marker.text for marker in run.path.markers}
 
 
 def test_one_tool_of_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.cycles import ACROSS, MAX_MOVES, SAME_LEVEL, Along
+from splinefeed.formats.gcode.cycles import MAX_MOVES, SAME_LEVEL, Along
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LINE, RAPID, Findings
 from splinefeed.formats.gcode.state import State, check_size
@@ -62,7 +62,7 @@ def call_of(name: str, text: str) -> Call:
 def drill(call: Call, state: State, line: int, findings: Findings) -> None:
     """Carry out the cycle where the tool is."""
     name, given = call.name, call.given
-    across = ACROSS[int(state.modes[layout.PLANE])]
+    across = state.across
     zero, scale = float(state.values[layout.OFFSET + across]), float(state.values[layout.SCALE + across])
     for needed in ("RTP", "RFP"):
         if needed not in given:
