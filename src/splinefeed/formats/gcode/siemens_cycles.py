@@ -15,6 +15,7 @@ from splinefeed.formats.gcode.cycles import MAX_MOVES, SAME_LEVEL, Along
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LINE, RAPID, Findings
 from splinefeed.formats.gcode.state import State, check_size
+from splinefeed.formats.gcode.threads import TIED
 
 #: Names of the parameters in their order; behind those, others for special machines may stand, which must be empty.
 _HOLE = ("RTP", "RFP", "SDIS", "DP", "DPR")
@@ -162,11 +163,7 @@ def _tap(call: Call, hole: Along, begin: float, bottom: float, findings: Finding
     after = int(given.get("SDAC", 5.0) or 5.0)
     if after not in (3, 4, 5):
         raise LineError(f"CYCLE84: SDAC={given['SDAC']:g}; the spindle goes on by 3, 4 or 5 (M3, M4, M5)")
-    findings.count(
-        "moves tied to the spindle have the feed of their lead times its speed S, taken as constant; waits for its "
-        "index are left out",
-        hole.line,
-    )
+    findings.count(TIED, hole.line)
     turning = 3 if math.copysign(1.0, pitch or size) > 0.0 else 4
     state.say(hole.line, f"M19 S{speed:g} M{turning}")
     hole.move(LINE, bottom, lead * speed)
