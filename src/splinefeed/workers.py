@@ -150,10 +150,10 @@ def spread(function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any
 
     The function is one of a module. What cannot be pickled stays here. An exception comes where its result would.
     """
-    began, many = time.thread_time(), cores()
+    began, many = time.monotonic(), cores()
     done = 0
     for item in items:
-        spent = time.thread_time() - began
+        spent = time.monotonic() - began
         if many > 1 and spent > WORTH_SPREADING and spent * (len(items) - done) > 2.0 * WORTH_SPREADING * done:
             break
         yield function(shared, item)

@@ -40,6 +40,15 @@ def test_what_a_cycle_stands_for(tmp_path: Path, lines: list[str], wanted: str) 
     assert holes(tmp_path, *lines) == wanted.split(";")
 
 
+def test_within_cycles_linuxcnc_keeps_to_the_path(tmp_path: Path) -> None:
+    lines = [*BEGIN, "G64 P.1", "G1 X1", "G81 X2 Z-3 R1", "G0 X3"]
+    path = path_of(tmp_path, *lines)
+    assert path.tolerances is not None
+    assert path.tolerances.tolist() == [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.1]
+    path = path_of(tmp_path, *lines, dialect="mach3")
+    assert path.tolerances is not None and path.tolerances.tolist()[1:] == [0.1] * (len(path.curves) - 1)
+
+
 @pytest.mark.parametrize(
     ("lines", "wanted"),
     [

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gcode_programs import path_of, program, refusal
+from gcode_programs import path_of, program, refusal, said
 from rs274_held import held_against
 from rs274_twin import PROGRAM
 from splinefeed.formats.gcode import flow
@@ -179,6 +179,22 @@ def test_random_jumps_are_those_of_linuxcnc(tmp_path: Path, seed: int) -> None:
 def test_a_loop_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: list[str]) -> None:
     monkeypatch.setattr(flow, "MAX_STEPS", 20_000)
     assert "more than 20000 lines are executed; is there an endless loop near here?" in refusal(tmp_path, *loop)
+
+
+def test_modes_are_kept_and_restored(tmp_path: Path) -> None:
+    lines = ["G21 G91 F60 S500 M3 M8", "G64 P.1", "M70", "G20 G90 F9 S20 M5 M9", "G64 P1", "G1 X1", "M72", "X1", "M30"]
+    path = path_of(tmp_path, *lines)
+    assert said(path) == ["S500 M3 M8", "S20 M5 M9", "F25.4", "S500 M3 M9 M8", "F26.4", "M30"]
+    assert path.feeds is not None and path.feeds.tolist() == [pytest.approx(0.15), 1.0]
+    assert path.tolerances is not None and path.tolerances.tolist() == [25.4, 0.1]
+    sub = ["o1 sub", "M73", "G91 G1 X2 F9", "o1 endsub", "G90 G1 X1 F60", "o1 call", "X5"]
+    assert said(path_of(tmp_path, *sub)) == ["F1", "F3", "F5"]
+    assert refusal(tmp_path, "o1 sub", "M72", "o1 endsub", "M70", "o1 call") == (
+        "line 2: M72: nothing is kept here; write M70 before it, in the same sub"
+    )
+    compensated = ["G41.1 D2", "G1 X9 F60", "M70"]
+    assert refusal(tmp_path, *compensated) == "line 3: M70 to M73 are not allowed between G41 or G42 and G40"
+    assert said(path_of(tmp_path, "G1 X1 F60", "M70", "X2", dialect="mach3")) == ["F1", "M70", "F2"]
 
 
 def test_subprograms_of_fanuc(tmp_path: Path) -> None:

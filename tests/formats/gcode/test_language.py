@@ -53,6 +53,19 @@ def test_units_distances_and_rotary_axes(tmp_path: Path) -> None:
     assert path.feeds[3] == pytest.approx(25.4 * math.sqrt(59.8**2 + 2**2) / 59.8, rel=1e-12)  # F is of X, not of U
 
 
+def test_feeds_beside_a_change_of_units(tmp_path: Path) -> None:
+    """LinuxCNC knows the units of the lines before; where the program says none, and elsewhere, the new ones count."""
+    lines = ["G20 F60 G1 X1", "G21 F60 X2", "G20 F60 X3"]
+    path = path_of(tmp_path, *lines)
+    assert path.feeds is not None and path.feeds.tolist() == pytest.approx([25.4, 25.4, 1.0])
+    assert path.findings == (
+        "F on a line that changes units is taken in inches a minute: line 1, 2",
+        "F on a line that changes units is taken in mm a minute: line 3",
+    )
+    path = path_of(tmp_path, *lines, dialect="fanuc")
+    assert path.feeds is not None and path.feeds.tolist() == pytest.approx([25.4, 1.0, 25.4])
+
+
 def test_offsets_of_coordinate_systems(tmp_path: Path) -> None:
     lines = ["F60 G1 X1", "G10 L2 P2 X100 Y5", "G55 X1 Y1", "G92 X0", "X1", "G92.2", "X1", "G92.3", "X1", "G92.1 X1",
              "G52 X10", "X1", "G52 X0", "G10 L20 P0 X0 Y0", "X1 Y1"]  # fmt: skip

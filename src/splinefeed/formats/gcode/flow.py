@@ -362,7 +362,7 @@ class Flow:
         if end is None:
             raise LineError(f"o{name} sub has no o{name} endsub behind it")
         self._enter(_Call(name, text, first, end, (self.text, self.at + 1), self.shown))
-        self._parameters.enter(arguments)
+        self._run.enter(arguments)
 
     def _enter(self, call: _Call) -> None:
         if len(self._calls) >= MAX_CALLS:
@@ -392,7 +392,7 @@ class Flow:
         if jump.word == "endsub" and self.at != self._calls[-1].end:
             raise LineError(f"{jump.said} is inside o{self._scope}, which has an endsub of its own name")
         value = self._values(jump, 1)
-        self._parameters.leave()
+        self._run.leave()
         self._parameters.set("_value", value[0] if value else 0.0)
         self._parameters.set("_value_returned", float(len(value)))
         self.text, self.at = self._calls.pop().back
@@ -411,7 +411,7 @@ class Flow:
             name = str(number)
             text, first = self._target(name, ("",), f"begin it with O{number}")
             self._enter(_Call(name, text, first, None, (self.text, self.at + 1), self.shown, repeats, own=False))
-            self._parameters.enter()
+            self._run.enter()
         else:
             self.at += 1
 
@@ -424,10 +424,10 @@ class Flow:
         if call.own:
             raise LineError(f"M99 is inside o{call.name} sub; write endsub or return")
         call.repeats -= 1
-        self._parameters.leave()
+        self._run.leave()
         if call.repeats > 0:
             self.text, self.at = call.text, call.first + 1
-            self._parameters.enter()
+            self._run.enter()
             return
         self.text, self.at = self._calls.pop().back
 

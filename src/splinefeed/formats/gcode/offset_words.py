@@ -54,13 +54,12 @@ class OffsetWords(ToolWords):
 
     def _set_system(self) -> None:
         kind, state = self._whole("L", 100), self.state
-        if kind in (1, 10) and state.tools is not None:
+        if kind in (1, 10, 11) and state.tools is not None:
             number, radius, axes = self._whole("P", 100), self._take("R"), self._axes()
             tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
             offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
-            bare = state.position - state.offsets.total + state.offsets.length
-            for axis, value in axes.items():
-                offset[axis] = value if kind == 1 else bare[axis] - value
+            for axis, value in (axes if kind == 1 else state.offsets.tool_by(axes, state.place, kind == 11)).items():
+                offset[axis] = value
             by_number = {**state.tools.by_number, number: Tool(offset, diameter)}
             state.tools = replace(state.tools, by_number=by_number)
             return

@@ -41,6 +41,7 @@ class ToolWords(LineWords):
                 )
             return
         offset = state.offsets.tool
+        state.length_code = 490 if code == 490 else 430
         if code == 432 and (number is None) == (not axes):
             raise LineError("G43.2 needs H, or axes, and not both")
         if code in (430, 490):
@@ -100,5 +101,7 @@ class ToolWords(LineWords):
         for code in sorted(known - allowed - same):
             if 400 not in known and codes.GROUP_OF.get(code) in groups:
                 raise LineError(f"{g_name(code)} is not allowed between G41 or G42 and G40")
+        if any(70 <= code <= 73 for code in block.m):
+            raise LineError("M70 to M73 are not allowed between G41 or G42 and G40")
         if 6 in block.m or self.state.modes[layout.FEED_MODE] == layout.INVERSE:
             raise LineError("a change of tool and G93 are not allowed between G41 or G42 and G40")

@@ -48,7 +48,9 @@ class Tools:
             return self.by_number.get(0, Tool(np.zeros(AXES)))
         found = self.by_number.get(int(number)) if number == int(number) else None
         if found is None:
-            raise LineError(f"tool {number:g} is not in the tool table, which has {_listed(self.by_number)}")
+            raise LineError(
+                f"tool {number:g} is not in the tool table, which has {_listed(self.by_number)}; add it there"
+            )
         return found
 
 

@@ -14,6 +14,8 @@ MAX_CODE = 999
 MAX_WORDS = 100
 _CODE_SLACK = 1e-4
 
+#: What stands in brackets, and from a semicolon on.
+_COMMENT = re.compile(r"\([^)]*\)|;.*", re.DOTALL)
 _BLANKS, _BLANKS_BUT_E = re.compile(r"\s+"), re.compile(r"\s+(?![eE])")
 _MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]", re.IGNORECASE)
 
@@ -88,25 +90,10 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
 
 def without_comments(text: str) -> str:
     """The line up to a semicolon, without what stands in brackets; LineError for a bracket that is not closed."""
-    if ";" not in text and "(" not in text and ")" not in text:
-        return text
-    kept = []
-    at = 0
-    while at < len(text):
-        c = text[at]
-        if c == ";":
-            break
-        if c == "(":
-            end = text.find(")", at)
-            if end < 0:
-                raise LineError("a comment opens with ( and is not closed with )")
-            at = end + 1
-            continue
-        if c == ")":
-            raise LineError(") closes no comment")
-        kept.append(c)
-        at += 1
-    return "".join(kept)
+    plain = _COMMENT.sub("", text)
+    if left := re.search(r"[()]", plain):
+        raise LineError(") closes no comment" if left[0] == ")" else "a comment opens with ( and is not closed with )")
+    return plain
 
 
 def without_nested(text: str) -> str:

@@ -164,7 +164,7 @@ def _planar_nurbs(task: Task, text: Text) -> None:
     pieces = [whole]
     if not _uniform(whole):
         pieces = whole.split(*whole.breaks[1:-1].tolist())
-        text.say(f"curve {task.number}: its knots are not uniform, so that it is written as {len(pieces)} pieces")
+        text.said.say(f"curve {task.number}: its knots are not uniform, so that it is written as {len(pieces)} pieces")
     columns = [task.letters.index("X"), task.letters.index("Y")]
     text.set_plane("G17")
     for piece in pieces:
