@@ -212,27 +212,29 @@ class JointPath:
                     "points or vectors of the tool axis, or the angles of this machine"
                 )
             return
+        tilt = 0.0
         if tool.columns:
             curve, u = tool.samples
             away = self._from_pole(curve, u)
-            k = int(np.argmax(away))
-            if away[k] > UPRIGHT and rotary == 2:
+            if rotary == 2 and np.max(away) > UPRIGHT:
                 self._unwind(curve, u, away)
                 return
-            if away[k] > UPRIGHT:
+            down = tool.orientation(curve, u)[:, 0, 2] < 0.0
+            tilts = np.where(down, math.pi - away, away)
+            k = int(np.argmax(tilts))
+            tilt = math.pi if down[k] else 0.0
+            if rotary < 2 and tilts[k] > UPRIGHT:
                 place = tool.place(float(tool.arc_length(curve[k], u[k])))
                 raise CurveError(
-                    f"the tool axis tilts by {math.degrees(away[k]):.3g} deg at {place}; {self.kinematics.kind} "
+                    f"the tool axis tilts by {math.degrees(tilts[k]):.3g} deg at {place}; {self.kinematics.kind} "
                     "cannot tilt the tool: choose a machine with two rotary joints"
                 )
-        # upright all along: joints that turn stay where they are, inside their travel
-        fixed = self._start.copy()
+        # upright all along, or upside down: the joint that turns about the tool stays where it is, inside its travel
+        ends = [self.travel.get(name, (-math.inf, math.inf)) for name in self.axes[self.linear :]]
+        fixed = [min(max(at, low), high) for at, (low, high) in zip(self._start, ends, strict=True)]
         if rotary == 2:
-            fixed[0] = 0.0
-        for k, name in enumerate(self.axes[self.linear :]):
-            if name in self.travel:
-                fixed[k] = min(max(fixed[k], self.travel[name][0]), self.travel[name][1])
-        self._fixed = fixed
+            fixed[0] = -tilt if ends[0][1] < tilt else tilt
+        self._fixed = np.array(fixed)
 
     def _from_pole(self, curve: IntArray, u: Array) -> Array:
         """Angle between tool axis and the axis of the last rotary joint, either way along it, rad, (n,)."""
