@@ -191,6 +191,22 @@ def test_an_upright_tool_leaves_the_rotary_joints_where_they_are() -> None:
         assert np.allclose(path(50.0)[3:], [0.0, 1.0])
     with pytest.raises(CurveError, match=r"tilts by 5\.71 deg at s = 100 mm; gantry cannot tilt the tool"):
         sf.JointPath(leaning((0.0, 0.0, 1.0), (0.1, 0.0, 1.0)), kinematics("gantry"))
+    with pytest.raises(LimitsError, match=r"travel\.a: the path takes joint a from 0 to 0 deg"):
+        sf.JointPath(sf.ToolPath(LINE), machine, travel={"a": (0.1, 1.0)})
+
+
+@pytest.mark.parametrize("machine", [each for each in MACHINES if each.rotary == 2], ids=lambda machine: machine.kind)
+def test_a_tool_that_stands_upside_down_is_half_a_turn_away(machine: sf.Kinematics) -> None:
+    tool, tilting = sf.ToolPath(LINE, [0.0, 0.0, -2.0], kind="vectors"), machine.joints[3]
+    for travel, tilt in ((4.0, math.pi), (3.0, -math.pi)):
+        path = sf.JointPath(tool, machine, travel={tilting: (-4.0, travel)}, start={"c": 1.0})
+        assert np.allclose(path(50.0)[3:], [tilt, 1.0])
+        tip, axis = machine.forward(path(np.array([0.0, 50.0])))
+        assert np.allclose(axis, [0.0, 0.0, -1.0]) and np.allclose(tip[1], [50.0, 0.0, 0.0])
+    with pytest.raises(LimitsError, match=f"travel.{tilting}: the path takes joint {tilting} from -180 to -180 deg"):
+        sf.JointPath(tool, machine, travel={tilting: (-2.0, 2.0)})
+    with pytest.raises(CurveError, match="tilts by 180 deg at s = 0 mm; gantry cannot tilt the tool"):
+        sf.JointPath(tool, kinematics("gantry"))
 
 
 def test_a_kink_of_the_tool_axis_is_a_stop() -> None:

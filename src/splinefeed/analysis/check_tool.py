@@ -136,14 +136,14 @@ def _between(path: JointPath, curve: IntArray, u: Array, axis: Array) -> Array:
 def _see(
     found: Judged,
     name: str,
-    limit: float | Array,
+    limit: float | Array | None,
     worst: Array,
     floor: float,
     points: Setpoints,
     axis: str | None = None,
 ) -> None:
-    """Remember how a limit, one or (n,), fares over values (n,), one from each of the first ticks on."""
-    limit = np.broadcast_to(limit, worst.shape)
+    """Remember how a limit, one or (n,) or none, fares over values (n,), one from each of the first ticks on."""
+    limit = np.broadcast_to(np.inf if limit is None else limit, worst.shape)
     if not np.any(np.isfinite(limit)):
         return
     k = int(np.argmax(worst / limit))
@@ -170,17 +170,15 @@ def _along(found: Judged, points: Setpoints, path: JointPath, limits: Limits, tr
     if tool.feeds is not None:  # a step over a joint of curves has the feeds of both
         most = np.minimum(most, np.maximum(tool.feeds[points.curve[:-1]], tool.feeds[points.curve[1:]]))
     _see(found, "feed", most, feed, 2.0 * floor / period, points)
-    steps_at_rest = _padded(travelled[:, None], limits)[:, 0]
-    for order, names in ((2, ("acceleration", "deceleration")), (3, ("jerk", "jerk"))):
-        value = np.diff(steps_at_rest, n=order - 1) / period**order
-        if order == 3:
-            value = np.abs(value)
-        for sign, name in zip((1.0, -1.0), names, strict=True):
-            limit = getattr(limits, name)
-            if limit is not None and (order == 2 or sign > 0.0):
-                bound = max(limit, limits.deceleration_jerk or 0.0) if order == 3 else limit
-                seen = value if order == 3 else sign * value
-                _see(found, name, bound, seen, 2.0**order * floor / period**order, points)
+    rest = _padded(travelled[:, None], limits)[:, 0]
+    change, jerks = np.diff(rest) / period**2, np.abs(np.diff(rest, n=2)) / period**3
+    jerk = None if limits.jerk is None else max(limits.jerk, limits.deceleration_jerk or 0.0)
+    for name, order, limit, seen in (
+        ("acceleration", 2, limits.acceleration, change),
+        ("deceleration", 2, limits.deceleration, -change),
+        ("jerk", 3, jerk, jerks),
+    ):
+        _see(found, name, limit, seen, 2.0**order * floor / period**order, points)
     if limits.centripetal is not None:
         kappa = curvatures(tool.evaluate(points.curve, points.u, 2), 3)[:-1]
         _see(found, "centripetal", limits.centripetal, kappa * feed**2, 0.0, points)
@@ -265,6 +263,6 @@ def _chords(found: Judged, points: Setpoints, path: JointPath, limits: Limits) -
         turned = np.maximum(turned, np.where(first, options[0][1], options[1][1]))
     found.numbers["chord_error_max_mm"] = float(np.max(worst))
     floor = ROUNDINGS * EPSILON * max(float(np.max(np.abs(points.position))), path.length)
-    _see(found, "chord_error", limits.chord_error or np.inf, worst, floor, points)
-    _see(found, "orientation_error", limits.orientation_error or np.inf, turned, ROUNDINGS * EPSILON, points)
+    _see(found, "chord_error", limits.chord_error, worst, floor, points)
+    _see(found, "orientation_error", limits.orientation_error, turned, ROUNDINGS * EPSILON, points)
     return float(np.max(turned))

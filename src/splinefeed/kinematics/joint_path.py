@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,9 @@ from splinefeed.geometry.tool_path import ANGLES, ToolPath
 from splinefeed.kinematics.chains import Kinematics
 from splinefeed.kinematics.jets import Jet, root
 from splinefeed.records import ROTARY_AXES, Array, IntArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import KroghInterpolator
 
 #: A tool axis nearer to the axis of the last rotary joint than this, rad, is at the pole: the joint may turn anyhow.
 POLE = 1e-5
@@ -44,6 +47,9 @@ BESIDE = 1e-9
 LEFT = 1e-9
 #: Places beside the sample at which a joint is furthest, at which it is looked at once more.
 CLOSER = 257
+
+Pass = tuple[float, float, "KroghInterpolator"]
+"""Arc lengths, mm, between which the last joint passes the pole, and its polynomial there."""
 
 
 class JointPath:
@@ -84,7 +90,7 @@ class JointPath:
                 raise InputError(f"{name}: {kinematics.kind} has no such joint; it has {', '.join(self.axes)}")
         self._start = np.array([(start or {}).get(name, 0.0) for name in self.axes[self.linear :]])
         self._fixed: Array | None = None  # where the rotary joints stay all along
-        self._passes: tuple[tuple[float, float, float, Array], ...] = ()  # windows in which a joint passes the pole
+        self._passes: tuple[Pass, ...] = ()  # windows in which a joint passes the pole
         self._s, self._turns = np.zeros(0), np.zeros(0)  # the last joint at samples, without jumps of whole turns
         self._dips = np.zeros(0)  # arc lengths where the tool axis is nearest to the pole
         self._choose()
@@ -131,11 +137,10 @@ class JointPath:
             turn = self.kinematics.turn(axis)
         near = np.interp(s, self._s, self._turns)
         turn = turn + math.pi * np.round((near - turn.value) / math.pi)
-        for low, high, origin, taylor in self._passes:
+        for low, high, through in self._passes:
             inside = np.flatnonzero((s >= low) & (s <= high))
-            x = s[inside] - origin
-            for order in range(len(turn.c)):
-                turn.c[order, inside] = _taylor(taylor, x, order)
+            if len(inside):
+                turn.c[:, inside] = Jet.of_derivatives(through.derivatives(s[inside], len(turn.c))).c
         return self.kinematics.tilted(axis, turn), turn
 
     # --- what the planner asks for ----------------------------------------------------------------------------------
@@ -207,30 +212,29 @@ class JointPath:
                     "points or vectors of the tool axis, or the angles of this machine"
                 )
             return
-        if rotary == 2 and tool.columns:
+        tilt = 0.0
+        if tool.columns:
             curve, u = tool.samples
             away = self._from_pole(curve, u)
-            if np.max(away) > UPRIGHT:
+            if rotary == 2 and np.max(away) > UPRIGHT:
                 self._unwind(curve, u, away)
                 return
-        elif tool.columns:
-            curve, u = tool.samples
-            away = self._from_pole(curve, u)
-            k = int(np.argmax(away))
-            if away[k] > UPRIGHT:
+            down = tool.orientation(curve, u)[:, 0, 2] < 0.0
+            tilts = np.where(down, math.pi - away, away)
+            k = int(np.argmax(tilts))
+            tilt = math.pi if down[k] else 0.0
+            if rotary < 2 and tilts[k] > UPRIGHT:
                 place = tool.place(float(tool.arc_length(curve[k], u[k])))
                 raise CurveError(
-                    f"the tool axis tilts by {math.degrees(away[k]):.3g} deg at {place}; {self.kinematics.kind} "
+                    f"the tool axis tilts by {math.degrees(tilts[k]):.3g} deg at {place}; {self.kinematics.kind} "
                     "cannot tilt the tool: choose a machine with two rotary joints"
                 )
-        # upright all along: joints that turn stay where they are, inside their travel
-        fixed = self._start.copy()
+        # upright all along, or upside down: the joint that turns about the tool stays where it is, inside its travel
+        ends = [self.travel.get(name, (-math.inf, math.inf)) for name in self.axes[self.linear :]]
+        fixed = [min(max(at, low), high) for at, (low, high) in zip(self._start, ends, strict=True)]
         if rotary == 2:
-            fixed[0] = 0.0
-        for k, name in enumerate(self.axes[self.linear :]):
-            if name in self.travel:
-                fixed[k] = min(max(fixed[k], self.travel[name][0]), self.travel[name][1])
-        self._fixed = fixed
+            fixed[0] = -tilt if ends[0][1] < tilt else tilt
+        self._fixed = np.array(fixed)
 
     def _from_pole(self, curve: IntArray, u: Array) -> Array:
         """Angle between tool axis and the axis of the last rotary joint, either way along it, rad, (n,)."""
@@ -291,25 +295,27 @@ class JointPath:
                 self._refuse_pole(float(group[0]))
         return np.array([float(np.mean(group)) for group in groups])
 
-    def _pass(self, place: float) -> tuple[float, float, float, Array]:
-        """Between which arc lengths, mm, the last joint passes the pole at a place, and its Taylor coefficients (8,).
+    def _pass(self, place: float) -> Pass:
+        """Between which arc lengths, mm, the last joint passes the pole at a place, and as which polynomial.
 
         So near to the pole the direction of k_xy is lost in rounding. The joint goes on as the polynomial of degree 7
         that has its value and three derivatives at both ends of a window; at an end of the path, that of degree 3 from
         the one side that there is. CurveError where that leaves the tool axis by more than OFF_AXIS.
         """
+        from scipy.interpolate import KroghInterpolator
+
         ends = (0.0, self.length)
         for k in range(3, HALVINGS):
             reach = 0.5**k * self.length
             sides = [max(place - reach, 0.0), min(place + reach, self.length)]
             inner = [s for s, end in zip(sides, ends, strict=True) if abs(s - end) > 0.0]
             rho = [float(self._from_pole(*self.tool.locate(np.array([s])))[0]) for s in inner]
-            if max(rho) > PASS or not inner:
+            if max(rho) > PASS:
                 continue
             if min(rho) < 1e-2 * PASS:
                 break
             derivatives = np.array([self._last(s) for s in inner])
-            found = (sides[0], sides[1], place, _through(np.array(inner) - place, derivatives))
+            found = (sides[0], sides[1], KroghInterpolator(np.repeat(inner, 4), derivatives.ravel()))
             s = np.linspace(sides[0], sides[1], SAMPLES_OF_PASS)
             if self._off_axis(s, found) <= OFF_AXIS:
                 return found
@@ -321,7 +327,7 @@ class JointPath:
         jets = self._jets(*self.tool.locate(at), at, 3)
         return np.asarray(jets[-1].derivatives[:, 0])
 
-    def _off_axis(self, s: Array, window: tuple[float, float, float, Array]) -> float:
+    def _off_axis(self, s: Array, window: Pass) -> float:
         """How far the tool axis is from that of the path at s (n,) in a window, rad."""
         self._passes = (window,)
         curve, u = self.tool.locate(s)
@@ -407,29 +413,6 @@ def _unit(v: tuple[Jet, ...]) -> tuple[Jet, Jet, Jet]:
     x, y, z = v
     size = root(x * x + y * y + z * z)
     return x / size, y / size, z / size
-
-
-def _through(x: Array, derivatives: Array) -> Array:
-    """Taylor coefficients (8,) about 0 of the polynomial with these derivatives (k, 4) at x (k,), k = 1 or 2."""
-    scale = float(np.max(np.abs(x)))
-    rows, values = [], []
-    count = derivatives.size
-    for at, each in zip(x / scale, derivatives, strict=True):
-        for order in range(4):
-            powers = [math.perm(k, order) * at ** max(k - order, 0) if k >= order else 0.0 for k in range(count)]
-            rows.append(powers)
-            values.append(each[order] * scale**order)
-    found = np.zeros(8)
-    found[:count] = np.linalg.solve(np.array(rows), np.array(values)) / scale ** np.arange(count)
-    return found
-
-
-def _taylor(coefficients: Array, x: Array, order: int) -> Array:
-    """The Taylor coefficient of this order at x (n,), of a polynomial given by its own about 0."""
-    found = np.zeros(len(x))
-    for k in range(len(coefficients) - 1, order - 1, -1):
-        found = found * x + math.comb(k, order) * coefficients[k]
-    return found
 
 
 def _as_jet(value: object, like: Jet) -> Jet:
