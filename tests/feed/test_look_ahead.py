@@ -212,7 +212,7 @@ REFUSED = (
 )  # fmt: skip
 REASONS = (
     "stand still while", "would take", "the rounding of arc length shows", "no motion within the limits was found",
-    "leaves almost no feed",
+    "leaves almost no feed", "a limit leaves almost none",
 )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.feed.law import Pieces
+from splinefeed.feed.numbers import SAME, TOGETHER
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import Array, IntArray
 
@@ -12,14 +13,10 @@ from splinefeed.records import Array, IntArray
 LOOKED = (0.0, 0.2, 0.5, 0.8, 1.0)
 #: ... and closely, dense at both ends: first all pieces, then those that may be over what the others are.
 CLOSELY, MORE_CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (9, 33))
-#: Feed below 0 by more than this share of the top feed is motion that goes back.
-BACK = 1e-12
 #: An acceleration below this share of the largest one of its piece is none.
 STILL = 1e-9
 #: How much larger the rise of a peak between places is taken than a parabola says.
 MARGIN = 2.0
-#: Places that are looked at together, so that memory stays small.
-TOGETHER = 32768
 
 
 def worst_shares(setting: Setting, pieces: Pieces, end: float, *, closely: bool = False) -> Array:
@@ -60,7 +57,7 @@ def _looked_at(
             by_piece[:] = np.max(by_piece, axis=3, keepdims=True)
         rows = setting.rows(places)
         found = rows.shares(v.ravel(), a.ravel(), j.ravel())
-        found = np.where((v >= -BACK * np.max(v)).ravel() & np.isfinite(found), found, np.inf)
+        found = np.where((v >= -SAME * np.max(v)).ravel() & np.isfinite(found), found, np.inf)
         found = np.ascontiguousarray(np.moveaxis(found.reshape(-1, *s.shape), 2, 0))
         peaks, bends = _peaks(found)
         worst[:, block] = rows.by_kind(peaks)

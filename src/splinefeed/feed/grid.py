@@ -8,11 +8,12 @@ import numpy as np
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.limits.rows import FREE
+from splinefeed.feed.numbers import HALVINGS
 from splinefeed.feed.setting import INSIDE, REACH, Setting
 from splinefeed.records import Array, BoolArray
 
-#: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad; most halvings.
-SAMPLES, SAMPLE_TURN, HALVINGS = 5, 0.1, 40
+#: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad.
+SAMPLES, SAMPLE_TURN = 5, 0.1
 #: Most change of q from one sample to the next, as a share of it; q below this share of the greatest is slow.
 SAMPLE_CHANGE, SLOW = 0.4, 1e-3
 #: q is above this, mm^2/s^2, so that it can be divided by.

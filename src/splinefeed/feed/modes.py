@@ -14,6 +14,7 @@ import numpy as np
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.corners import passed_corners
+from splinefeed.feed.numbers import KEPT, SAME
 from splinefeed.feed.periods import in_periods
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
@@ -21,7 +22,7 @@ from splinefeed.feed.stretches import curve_feeds, lasting
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.track import PathTrack, Track
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
-from splinefeed.feed.windows import KEPT, OutOfReachError, Windows, plan_stretch
+from splinefeed.feed.windows import OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, BoolArray, Limits, TimeLaw, refuse_orientation
@@ -42,10 +43,8 @@ RESERVES = (5e-3, 2e-2, 0.1)
 SLIGHT = 0.125
 #: Halvings of a feed at an end until it is about the largest that limits allow.
 NEAREST = 10
-#: What rounding may make of a number of periods; a motion ends after a tick if it does by this share of a period.
-ROUNDING, LATE = 1e-12, 1e-9
-
-
+#: A motion ends after a tick if it does by this share of a period.
+LATE = 1e-9
 #: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
 TIP = ("tip.x", "tip.y", "tip.z")
 #: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes.
@@ -158,7 +157,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             before = float(instants[-1][-1])
             ends = before + np.cumsum(seconds)
             if period is not None:
-                many = np.maximum(np.ceil(seconds / period * (1.0 - ROUNDING) - ROUNDING), 1.0)
+                many = np.maximum(np.ceil(seconds / period * (1.0 - SAME) - SAME), 1.0)
                 slower = many * period / seconds
                 spans, shape = spans * slower[:, None], shape / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
                 ends = (tick + np.cumsum(many)) * period + late
@@ -228,13 +227,13 @@ def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, S
         pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
         if period is None:
             return replace(plan, pieces=pieces), 0
-        ticks = max(math.ceil(pieces.duration / period * (1.0 - ROUNDING) - ROUNDING), 1)
+        ticks = max(math.ceil(pieces.duration / period * (1.0 - SAME) - SAME), 1)
         return replace(plan, pieces=pieces.stretched(ticks * period / pieces.duration)), ticks
 
     def kept(tolerance: float) -> Plan | None:
         with suppress(OutOfReachError):
             found = plan_stretch(setting, low, high, start, stop, replace(mode, tolerance=tolerance))
-            return found if found.over <= KEPT else None
+            return found if found.over <= 1.0 + KEPT else None
         return None
 
     first = kept(mode.tolerance) or kept(SLIGHT * mode.tolerance)
@@ -247,10 +246,10 @@ def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, S
         if found is None:
             break
         whole = round(found.pieces.duration / period)
-        if abs(found.pieces.duration - whole * period) <= ROUNDING * found.pieces.duration + LATE * period:
+        if abs(found.pieces.duration - whole * period) <= SAME * found.pieces.duration + LATE * period:
             return found, whole
         slower = in_periods(found.pieces, high, (start.feed > 0.0, stop.feed > 0.0), period)
-        if slower is not None and np.max(worst_shares(setting, slower, high, closely=True)) <= KEPT:
+        if slower is not None and np.max(worst_shares(setting, slower, high, closely=True)) <= 1.0 + KEPT:
             return replace(found, pieces=slower), round(slower.duration / period)
         found = kept(tolerance) if tolerance > 0.0 else None
     return first, math.floor(first.pieces.duration / period)
@@ -286,7 +285,7 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
     def possible(first: State, last: State) -> bool:
         begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
         first, last = (first if begin == low else REST), (last if end == high else REST)
-        return plan_window(setting, begin, end, first, last, mode, exact=True).over <= KEPT
+        return plan_window(setting, begin, end, first, last, mode, exact=True).over <= 1.0 + KEPT
 
     def most(fits: Callable[[float], bool]) -> float:
         least, step = 0.0, 1.0

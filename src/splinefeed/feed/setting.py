@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.feed.limits import Places, Rows, rows_at
-from splinefeed.feed.track import SAME, Track
+from splinefeed.feed.numbers import SAME
+from splinefeed.feed.track import Track
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits
 

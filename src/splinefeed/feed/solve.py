@@ -20,13 +20,14 @@ from scipy.linalg import lapack
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.limits import Rows
+from splinefeed.feed.numbers import HALVINGS
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, IntArray
 
 #: Rows and columns of the upper triangle of the 4 x 4 matrix of a cell, and of the 3 x 3 matrix of a place.
 UPPER, UPPER_3 = np.triu_indices(DEGREE + 1), np.triu_indices(DEGREE)
-#: Most Newton steps, and halvings of one.
-STEPS, HALVINGS = 320, 40
+#: Most Newton steps: a motion whose jerk binds along a ramp takes hundreds.
+STEPS = 320
 #: Shares of the diagonal that are added to it until rounding leaves the matrix positive.
 RIDGES = (0.0, 1e-12, 1e-9, 1e-6)
 #: A slack keeps this share of itself in a step; q keeps this share of itself.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.feed.limits.rows import FREE
+from splinefeed.feed.numbers import SAME
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.feed.track import SAME
 from splinefeed.kernels.profile import UNSEEN
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
 

@@ -8,12 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
+from splinefeed.feed.numbers import SAME
 from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array
-
-#: Knots nearer to each other than this share of the path are one place: what lies between is rounding.
-SAME = 1e-12
 
 
 class Track(Protocol):

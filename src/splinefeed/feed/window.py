@@ -15,6 +15,7 @@ from splinefeed.feed.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
+from splinefeed.feed.numbers import HALVINGS, SAME
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.feed.solve import FAR, End, Problem, solve
 from splinefeed.feed.spline import DEGREE, Spline
@@ -26,8 +27,8 @@ RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
 RAMP_OF_WAY = 1e-5
 #: ... and of the way to the next knot, so that a cell fits in between.
 RAMP_OF_BREAK = 0.4
-#: Bending within a ramp costs at most this factor of the axis jerk; halvings until it does.
-RAMP_BEND, RAMP_HALVINGS = 1.3, 40
+#: Bending within a ramp costs at most this factor of the axis jerk.
+RAMP_BEND = 1.3
 #: The path turns by about this much within a ramp, rad, at most.
 RAMP_TURN = 0.3
 #: Jerk of a ramp as a share of the limit: an end is on a ramp all the time.
@@ -36,8 +37,6 @@ RAMP_JERK = 0.97
 FADE = 20.0
 #: Share of the time by which a solution may miss the optimum that tells how fast jumps are passed: FASTER covers it.
 ROUGH = 0.02
-#: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
-WIDEST = 1e-12
 #: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk, and
 #: the share of the time by which each may miss its optimum.
 TURNINGS, TURNING_GAP = 4, 2e-3
@@ -47,8 +46,6 @@ LEVEL, SLOPES = 2e-3, 5
 HOPELESS = 1.5
 #: What a solution says q is between its places is no less than this share of what was thought.
 SLOWEST = 1e-3
-#: What rounding may make of the share of a limit.
-ROUNDING = 1e-12
 #: No places.
 NOWHERE = np.zeros(0)
 #: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
@@ -245,12 +242,12 @@ def plan_window(
     samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf and samples.twist == np.inf:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
-    if np.min(samples.top) < WIDEST * np.max(samples.top):
+    if np.min(samples.top) < SAME * np.max(samples.top):  # feeds a million times lower
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves almost no feed")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
         most = float(np.max(worst_shares(setting, steady, high)))
-        return Plan(steady, steady.duration, most if most > 1.0 + ROUNDING else 0.0, True)
+        return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0, True)
     ends = _ends(setting, samples, low, high, start, stop)
     window, share = Window(setting, samples, samples.q, ends, low, high, mode), GUESS
     begin = FAR
@@ -349,7 +346,7 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         # a ramp is looked at in few places: it ends before the next knot
         beside = float(np.min(np.abs(setting.inside(low, high) - place), initial=np.inf))
         ramp = min(*ways, RAMP_OF_BREAK * beside)
-        for _ in range(RAMP_HALVINGS):
+        for _ in range(HALVINGS):
             bent = _ramp_units(setting, place, way * ramp)
             turn = ramp * float(setting.turning(setting.track.derivatives(np.array([place + way * 1e-3 * ramp])))[1][0])
             if not (np.max(bent) > RAMP_BEND * np.max(bent[:, :1]) or turn > RAMP_TURN):
