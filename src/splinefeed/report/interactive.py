@@ -160,6 +160,7 @@ def _line(mark: Line) -> Plain:
         "y": array(mark.y),
         "name": mark.name,
         "line": {"color": mark.colour, "width": mark.width, **({"dash": "dash"} if mark.dash else {})},
+        **({"fill": "toself", "hoverinfo": "name"} if mark.fill else {}),
     }
 
 
