@@ -17,7 +17,7 @@ from splinefeed.report.figure import Figure
 from splinefeed.report.motion_figures import motion_figure
 from splinefeed.report.path_figures import limits_figure, path_figure
 from splinefeed.report.record import about, record
-from splinefeed.report.servo_figures import errors_figure, spectra_figure
+from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
 from splinefeed.report.theme import limit_words
 from splinefeed.studio.settings import Wanted
 from splinefeed.studio.sources import MOST_EDITED
@@ -58,7 +58,7 @@ def result(wanted: Wanted, run: Run, look: Mapping[str, Any] | None = None) -> d
         figures["binding"] = limits_figure(run.use, run.kept, run.path.name)
     if response is not None and len(response):
         figures["errors"] = errors_figure({run.kept.method: response})
-        if run.whole:
+        if has_spectra(run, response):
             figures["spectra"] = spectra_figure(response)
     return {
         "numbers": numbers(wanted, run),

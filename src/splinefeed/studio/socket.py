@@ -11,10 +11,9 @@ from typing import Any
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from splinefeed.errors import SplinefeedError
-from splinefeed.studio import guard as guards
 from splinefeed.studio import share
-from splinefeed.studio.guard import Guard
-from splinefeed.studio.house import House, message
+from splinefeed.studio.guard import Guarded
+from splinefeed.studio.house import message
 
 #: What a tab calls itself, drawn at random by the page.
 _NAME = re.compile(r"[0-9a-f]{16}")
@@ -22,25 +21,10 @@ _NAME = re.compile(r"[0-9a-f]{16}")
 _TITLES = {"settle": "plan", "read": "read file", "make": "make file", "tune": "tune"}
 
 
-class Socket(WebSocketHandler):
+class Socket(Guarded, WebSocketHandler):
     """The socket of a tab."""
 
-    guard: Guard
-    house: House
     name = ""
-
-    def initialize(self, guard: Guard, house: House) -> None:
-        """Take the parts of the studio."""
-        self.guard, self.house = guard, house
-
-    def set_default_headers(self) -> None:
-        """The same headers as everywhere."""
-        for name, value in guards.headers(self.application.settings["port"]).items():
-            self.set_header(name, value)
-
-    def prepare(self) -> None:
-        """Check who asks."""
-        self.guard.check(self)
 
     def check_origin(self, origin: str) -> bool:
         """The guard has looked at it."""

@@ -70,6 +70,7 @@ const render = (result, shown, final, whole = true) => {
   settings.problems({});
   if (whose === "program") {
     Object.assign(now, { result: null, final });
+    editor.set(null);
     program.set(result, shown);
     document.body.dataset.shown = "final";
     return;
@@ -82,7 +83,7 @@ const render = (result, shown, final, whole = true) => {
   play.ready();
   tune.ready();
   figures.set(whole ? result.figures : { ...figures.sets, ...result.figures }, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
-  for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? null);
+  for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? settings.said(name));
   compare();
   $("pin").disabled = false;
   downloads.offer(result, final);

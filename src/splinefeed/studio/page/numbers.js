@@ -40,7 +40,7 @@ const cardsOf = (n, words) => {
 const valueOf = (n, key) => (key === "share" ? worst(n)[1].share : key.split(".").reduce((at, name) => at?.[name], n));
 
 const verdict = (n, words) => {
-  if (n.ok) return `Checked: every limit holds, in ${digits(n.duration_s)} s.`;
+  if (n.ok) return `Checked: every limit holds, in ${digits(n.duration_s)}\u00a0s.`;
   if (n.stopped) return `The machine stopped: ${n.stopped}`;
   const over = Object.entries(n.limits).filter(([, each]) => !each.ok).map(([name]) => words[name] ?? name);
   return over.length ? `Not kept: ${over.join(", ")}.` : `Not kept: ${n.problems[0] ?? "see the notes"}`;

@@ -91,13 +91,16 @@ export class Settings {
     text.addEventListener("change", () => {
       const value = text.value.trim();
       if (value) this.value.limits[name] = value; else delete this.value.limits[name];
-      this.slide(name, Number(value) || null);
+      this.slide(name, this.said(name));
       this.touched(false);
     });
     this.inputs.set(name, { text, slider, low, high, unit });
     return make("div", { class: "limit", data: { field: `limits.${name}` } },
       make("label", { for: `limit-${name}` }, label), text, make("span", { class: "unit", id: `unit-${name}` }, unit), slider, error);
   }
+
+  // a limit as it stands in its field; null for none, and for what is no bare number
+  said(name) { return Number(textOf(this.value.limits[name])) || null; }
 
   // put a slider where a value in base units is; null for none
   slide(name, value) {
@@ -119,7 +122,7 @@ export class Settings {
     this.value = structuredClone({ ...usual, ...settings, limits: { ...(settings?.limits ?? usual.limits) } });
     if (this.value.machine?.toml) this.ownMachine = this.value.machine;
     this.fill();
-    for (const [name] of this.inputs) this.slide(name, Number(textOf(this.value.limits[name])) || null);
+    for (const [name] of this.inputs) this.slide(name, this.said(name));
     $("more").open = MORE.some(([name]) => textOf(this.value.limits[name]));
     this.keep();
   }
@@ -144,10 +147,11 @@ export class Settings {
 
   // a program is run by a machine that has a control, a motion followed by one that has axes
   byControl(on) {
-    const named = this.offer.machines.find((each) => each.name === this.value.machine?.name);
+    const { machine } = this.value;
+    const { machines } = this.offer;
     this.value.by_control = on;
-    if (on) this.value.machine ??= { name: this.offer.machines.find((each) => each.control).name };
-    else if (named && !named.axes && !this.value.machine.toml) this.value.machine = null;
+    if (machine?.toml || machines.find((each) => each.name === machine?.name)?.[on ? "control" : "axes"]) return;
+    this.value.machine = on ? { name: machines.find((each) => each.control).name } : null;
   }
 
   fill() {
