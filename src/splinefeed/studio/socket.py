@@ -17,8 +17,6 @@ from splinefeed.studio.house import message
 
 #: What a tab calls itself, drawn at random by the page.
 _NAME = re.compile(r"[0-9a-f]{16}")
-#: Titles of jobs by their kind.
-_TITLES = {"settle": "plan", "read": "read file", "make": "make file", "tune": "tune"}
 
 
 class Socket(Guarded, WebSocketHandler):
@@ -75,8 +73,9 @@ class Socket(Guarded, WebSocketHandler):
 
     def _job(self, said: dict[str, Any]) -> None:
         kind = str(said["kind"])
-        request = {"task": kind, **{name: said[name] for name in _FIELDS[kind] if name in said}}
-        self.house.jobs.add(kind, f"{_TITLES[kind]} {str(said.get('title', ''))[:60]}".strip(), self.name, request)
+        words, fields = _JOBS[kind]
+        request = {"task": kind, **{name: said[name] for name in fields if name in said}}
+        self.house.jobs.add(kind, f"{words} {str(said.get('title', ''))[:60]}".strip(), self.name, request)
 
     def _cancel(self, said: dict[str, Any]) -> None:
         self.house.jobs.cancel(int(said["job"]))
@@ -106,12 +105,12 @@ class Socket(Guarded, WebSocketHandler):
             self.send("toml", text=share.to_toml(dict(said["settings"])))
 
 
-#: What each kind of job takes from the page.
-_FIELDS = {
-    "settle": ("settings",),
-    "read": ("source",),
-    "make": ("settings", "what", "form"),
-    "tune": ("settings", "how"),
+#: What each kind of job is called, and what it takes from the page.
+_JOBS = {
+    "settle": ("plan", ["settings"]),
+    "read": ("read file", ["source"]),
+    "make": ("make file", ["settings", "what", "form"]),
+    "tune": ("tune", ["settings", "how"]),
 }
 #: What a page may ask.
 _ASKED: dict[str, Callable[[Socket, dict[str, Any]], None]] = {

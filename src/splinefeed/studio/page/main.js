@@ -138,7 +138,7 @@ link.on("planned", (message) => {
   document.body.dataset.took = String(Math.round(performance.now() - asked.at));
   delete document.body.dataset.busy;
   if (!final && asked.rest && !planner.asked) {
-    link.send({ do: "job", kind: "settle", title: settings.value.strategy ?? "plan", settings: settings.value });
+    link.send({ do: "job", kind: "settle", title: settings.value.by_control ? settings.value.source.name : settings.value.strategy ?? "", settings: settings.value });
     document.body.dataset.busy = "settle";
   }
 });
