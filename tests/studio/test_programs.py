@@ -87,7 +87,7 @@ def test_a_tool_table_is_an_upload_that_gives_the_radius_of_compensation(bench):
         ({"source": {"file": PROGRAM, "offsets": 3}}, "source", "offsets: '3' is of the wrong kind"),
         ({"source": {"file": PROGRAM, "dialect": "basic"}}, "source", "dialect 'basic' is not known"),
         ({"by_control": 1}, "by_control", "of the wrong kind"),
-        ({"by_control": False}, "machine", "hurco-02 has a control but no axes: it runs whole programs only"),
+        ({"by_control": False}, "machine", "hurco-02 has a control but no axes; choose another machine"),
     ],
 )
 def test_what_is_wrong_is_said_by_field(bench, asked, field, words):

@@ -130,7 +130,7 @@ def resolve(given: object, folder: File) -> Wanted:
     smooth = _quantity(settings["smooth"], "length", "smooth", problems)
     machine = machine_of(settings["machine"], problems)
     if machine is not None and not machine.axes:
-        problems["machine"] = f"{machine.name} has a control but no axes: it runs whole programs only; choose another one"
+        problems["machine"] = f"{machine.name} has a control but no axes; choose another machine"
     try:
         path, origin = sources.path_of(settings["source"], folder, smooth=smooth, tangential=settings["tangential"])
     except (SplinefeedError, OSError) as error:
