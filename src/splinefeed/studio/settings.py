@@ -97,15 +97,8 @@ def complete(given: object) -> dict[str, Any]:
             hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(USUAL)}"
             raise SettingsError({"": f"{str(name)[:40]!r} is not a setting; {hint}"})
     settings = {**USUAL, **given}
-    kinds: dict[str, Any] = {
-        "source": Mapping,
-        "tangential": bool,
-        "limits": Mapping,
-        "strategy": str | None,
-        "method": str,
-        "by_control": bool,
-    }
-    for name, kind in kinds.items():
+    for name in ("source", "tangential", "limits", "strategy", "method", "by_control"):
+        kind = str | None if name == "strategy" else type(USUAL[name])
         if not isinstance(settings[name], kind):
             raise SettingsError({name: f"is {str(settings[name])[:40]!r}, which is of the wrong kind"})
     corrections = settings["corrections"]

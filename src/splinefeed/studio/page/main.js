@@ -71,6 +71,7 @@ const render = (result, shown, final, whole = true) => {
   if (whose === "program") {
     Object.assign(now, { result: null, final });
     editor.set(null);
+    play.order({ stop: true });
     program.set(result, shown);
     document.body.dataset.shown = "final";
     return;

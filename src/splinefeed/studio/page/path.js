@@ -94,7 +94,7 @@ export class PathPicture {
     this.clip();
     if (this.editor) this.editor.paint(pen, view, theme);
     if (this.program?.line) this.paintLine(this.program.line);
-    this.paintTool(theme);
+    if (!this.program) this.paintTool(theme);
     pen.restore();
   }
 

@@ -60,7 +60,7 @@ export class Program {
 
   places({ places, saves }) {
     const rows = places.map(({ line, seconds: s, beyond_feed_s: beyond, limit }) => make("tr", {},
-      make("td", {}, line ? make("button", { type: "button", onclick: () => this.choose(line) }, `line ${line}`) : "start"),
+      make("td", {}, line ? make("button", { type: "button", onclick: () => { this.choose(line); $("listing").focus(); } }, `line ${line}`) : "start"),
       ...[seconds(s), seconds(beyond), limit].map((text) => make("td", {}, text))));
     const better = saves.filter((each) => each.saves_s >= 0.005).map((each) => make("tr", {}, make("td", {}, each.what.replace(/[_.]/g, " ")), make("td", {}, seconds(each.saves_s))));
     return make("div", { class: "tuned" }, table(["place", "time", "beyond the programmed feed", "what binds"], rows), table(["20 % better", "saves"], better));
@@ -85,7 +85,8 @@ export class Program {
     const at = k ?? before;
     this.place = [this.x[at], this.y[at], this.z[at]];
     const place = ["x", "y", "z"].map((axis) => `${axis} ${this[axis][at].toFixed(3)}`).join(", ");
-    const beyond = this.beyond[at] >= 0.005 ? ` (${seconds(this.beyond[at])} beyond the programmed feed)` : "";
+    const beyond = this.beyond[at] >= 0.005 && this.beyond[at] < this.seconds[at] ? // not where no feed is programmed
+      ` (${seconds(this.beyond[at])} beyond the programmed feed)` : "";
     const took = k === undefined ? "no time" : `${seconds(this.seconds[k])}${beyond} from ${seconds(this.begin[k])} on, bound by ${this.limits[this.limit[k]]}`;
     $("line-said").textContent = `Line ${this.line}: ${took}; ${this.tools[this.operation[at]]}, ${place} mm.`;
   }
