@@ -12,6 +12,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.arcs import Arcs
 from splinefeed.formats.gcode.ends import Ends
 from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, RAPID, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import REFERENCES
