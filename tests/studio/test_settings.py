@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 import splinefeed as sf
 from splinefeed.formats import json_curve
 from splinefeed.studio import share
+from splinefeed.studio.bench import Bench
 from splinefeed.studio.settings import USUAL, SettingsError, complete, resolve
-from splinefeed.studio.tasks import Bench, plan
+from splinefeed.studio.tasks import plan
 
 
 def test_the_usual_settings_are_the_butterfly(tmp_path):

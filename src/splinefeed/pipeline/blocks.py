@@ -12,6 +12,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.arcs import Arcs
 from splinefeed.formats.gcode.ends import Ends
 from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, RAPID, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import REFERENCES
@@ -19,8 +20,10 @@ from splinefeed.formats.gcode.to_path import NO_LENGTH, Program
 from splinefeed.machine.control import Control, Place
 from splinefeed.records import Array, BoolArray, IntArray
 
-#: Places along a spline at which its radius is measured.
-_PLACES = 65
+#: Places along a spline at which its radius is measured, and chords of a trace for each of its control points.
+_PLACES, _CHORDS = 65, 8
+#: Turn of an arc within a chord of a trace at most, rad.
+_CHORD = np.pi / 36.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +36,8 @@ class Blocks:
     radius      mm, inf on lines, the least of a spline or spiral; tolerance  of G64 P, mm, NaN where none is given
     kink        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0
     stops       whether the tool stops at its end (G61.1)
+    end         row of `trace` at which it ends
+    trace       (k, 3) X, Y and Z along the program, from its start, mm: arcs and splines as chords
     marks       other events, each before the block of its number; findings  of the reader
     """
 
@@ -48,6 +53,8 @@ class Blocks:
     kink: Array
     tolerance: Array
     stops: BoolArray
+    end: IntArray
+    trace: Array
     marks: tuple[Mark, ...]
     findings: tuple[str, ...]
 
@@ -56,7 +63,8 @@ class Blocks:
 
 
 #: Fields of `Blocks` that have one row a block.
-_ARRAYS = ("line", "rapid", "length", "feed", "step", "moved", "first", "last", "radius", "kink", "tolerance", "stops")
+_ARRAYS = ("line", "rapid", "length", "feed", "step", "moved", "first", "last", "radius", "kink", "tolerance", "stops",
+           "end")  # fmt: skip
 
 
 def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) -> Blocks:
@@ -76,6 +84,7 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
         raise FormatError(f"{file}: no line moves an axis")
     (piece,) = program.pieces([moves], reading, np.arange(AXES), len(moves))
     step, rapid = moves.ends - moves.starts, moves.kind == RAPID
+    end, trace = _trace(moves, piece.arcs, step)
     ways = _by_way_of_changes(step, moves, control.change_place)
     length = np.where(rapid, _straight(step), piece.lengths)
     feed = piece.programmed_feeds
@@ -92,7 +101,8 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
     tolerance = moves.values[:, layout.ROW_TOLERANCE]
     made = Blocks(
         moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, moved, first, last, ends.radius,
-        kink, np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, tuple(moves.marks), (),
+        kink, np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, end, trace,
+        tuple(moves.marks), (),
     )  # fmt: skip
     made = _with_length(_with_ways(made, ways))
     if not len(made):
@@ -119,7 +129,7 @@ def _with_ways(blocks: Blocks, ways: Mapping[int, Array]) -> Blocks:
     more: dict[str, Any] = {
         "line": [blocks.marks[number].line for number in ways], "rapid": True, "length": size, "feed": np.inf,
         "step": steps, "moved": steps != 0.0, "first": straight, "last": straight, "radius": np.inf, "kink": 0.0,
-        "tolerance": np.nan, "stops": False,
+        "tolerance": np.nan, "stops": False, "end": np.append(blocks.end, 0)[np.array(at) - 1],
     }  # fmt: skip
     arrays = {name: np.insert(getattr(blocks, name), at, more[name], axis=0) for name in _ARRAYS}
     before = np.searchsorted(list(ways), np.arange(len(blocks.marks)), "left").tolist()
@@ -161,6 +171,34 @@ def _radius(spline: Spline) -> float:
     sizes = np.maximum(np.linalg.norm(legs, axis=1), 1e-300)
     turns = np.linalg.norm(np.diff(legs / sizes[:, None], axis=0), axis=1)
     return float(np.min(0.5 * (sizes[:-1] + sizes[1:]) / np.maximum(turns, 1e-12)))
+
+
+def _trace(moves: Moves, arcs: Arcs, step: Array) -> tuple[IntArray, Array]:
+    """The row (n,) at which each move ends, and X, Y and Z (k, 3) along all of them, the first row where they begin."""
+    count = np.ones(len(moves), dtype=np.int64)
+    count[arcs.move] = np.maximum(np.ceil(np.abs(arcs.sweep) / _CHORD), 1.0)
+    for i, spline in moves.spline_moves():
+        count[i] = _CHORDS * len(spline.points)
+    end = np.cumsum(count)
+    move = np.repeat(np.arange(len(moves)), count)
+    share = (np.arange(1, len(move) + 1) - (end - count)[move]) / count[move]
+    trace = moves.starts[move, :3] + share[:, None] * step[move, :3]
+    number = np.full(len(moves), -1)
+    number[arcs.move] = np.arange(len(arcs))
+    rows = np.flatnonzero(number[move] >= 0)
+    arc, part = number[move[rows]], share[rows]
+    angle = arcs.angle[arc] + part * arcs.sweep[arc]
+    radius = arcs.first[arc] + part * (arcs.last[arc] - arcs.first[arc])
+    trace[rows[:, None], arcs.axes[arc]] = (
+        arcs.centre[arc] + np.column_stack([np.cos(angle), np.sin(angle)]) * radius[:, None]
+    )
+    for i, spline in moves.spline_moves():
+        if spline.path is not None:
+            at = spline.path(np.linspace(0.0, spline.path.length, count[i] + 1)[1:])
+            for column, axis in enumerate(spline.path.axes):
+                if axis in "xyz":
+                    trace[end[i] - count[i] : end[i], "xyz".index(axis)] = at[:, column]
+    return end, np.concatenate([moves.start[None, :3], trace])
 
 
 def letter(axis: int) -> str:

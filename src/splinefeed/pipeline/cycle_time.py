@@ -44,6 +44,24 @@ class Waits:
 
 
 @dataclass(frozen=True, eq=False)
+class LineTimes:
+    """The time of each line of a program, (n,) each: a line that is carried out again counts each time.
+
+    line     of the file; seconds  in all, of which `beyond` are not length over programmed feed
+    begin    s from the start, when it is first carried out; limit  what binds longest there, by its number
+    place    (n, 3) X, Y and Z when it has been carried out, mm; operation  how many tool changes there were by then
+    """
+
+    line: IntArray
+    seconds: Array
+    beyond: Array
+    begin: Array
+    limit: IntArray
+    place: Array
+    operation: IntArray
+
+
+@dataclass(frozen=True, eq=False)
 class CycleTime:
     """The time of a program, s, in all and of each block (n,), wait (m,), operation and tool. Made by `cycle_time`.
 
@@ -112,25 +130,42 @@ class CycleTime:
                     tool[key] = tool.get(key, 0.0) + value
         return list(found.values())
 
+    @cached_property
+    def by_line(self) -> LineTimes:
+        """The time of each line that takes any, in the order of the file."""
+        line, seconds, kind, number = self.rows
+        lines, first, of = np.unique(line, return_index=True, return_inverse=True)
+        moving = number >= 0
+        ideal = np.zeros(len(line))
+        ideal[moving] = self.blocks.length[number[moving]] / self.blocks.feed[number[moving]]
+        order = np.lexsort((-np.arange(len(line)), seconds, of))
+        longest = order[np.searchsorted(of[order], np.arange(len(lines)), "right") - 1]
+        limit = np.where(moving, self.times.limit[number] + len(KINDS), kind)[longest]
+        last = np.zeros(len(lines), dtype=np.int64)
+        np.maximum.at(last, of, np.arange(len(line)))
+        block = np.maximum.accumulate(number)[last]
+        place = self.blocks.trace[np.append(self.blocks.end, 0)[block]]
+        operation = np.cumsum((kind == CHANGE) & ~moving)[last]
+        sums: Array = np.bincount(of, seconds).astype(np.float64)
+        beyond: Array = sums - np.bincount(of, ideal)
+        return LineTimes(lines, sums, beyond, (np.cumsum(seconds) - seconds)[first], limit, place, operation)
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """What `by_line` numbers: kinds of waits, then limits of moves."""
+        return (*(name.replace("_", " ") for name in KINDS), *self.times.limits)
+
     def places(self, most: int = PLACES) -> list[dict[str, Any]]:
         """The lines that take longest: seconds, those beyond length over programmed feed, and which limit binds."""
-        line, seconds, kind, number = self.rows
-        top = int(line.max(initial=0)) + 1
-        sums = np.bincount(line, seconds, top)
-        found = []
-        for at in np.argsort(-sums, kind="stable")[:most].tolist():
-            of = np.flatnonzero(line == at)
-            if not len(of) or sums[at] <= 0.0:
-                break
-            longest = of[int(np.argmax(seconds[of]))]
-            block = int(number[longest])
-            moving = number[of][number[of] >= 0]
-            ideal = float(np.sum(self.blocks.length[moving] / self.blocks.feed[moving]))
-            limit = KINDS[int(kind[longest])].replace("_", " ")
-            limit = limit if block < 0 else self.times.limits[int(self.times.limit[block])]
-            spent = float(sums[at])
-            found.append({"line": at, "seconds": spent, "beyond_feed_s": spent - ideal, "limit": limit})
-        return found
+        of = self.by_line
+        found = [k for k in np.argsort(-of.seconds, kind="stable")[:most].tolist() if of.seconds[k] > 0.0]
+        return [
+            {
+                "line": int(of.line[k]), "seconds": float(of.seconds[k]), "beyond_feed_s": float(of.beyond[k]),
+                "limit": self.limits[int(of.limit[k])],
+            }
+            for k in found
+        ]  # fmt: skip
 
     def bound_by(self) -> dict[str, float]:
         """Seconds of the blocks in which each limit binds, the longest first."""

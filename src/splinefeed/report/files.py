@@ -81,7 +81,7 @@ def of_run(run: Run, responses: Mapping[str, Response] | None = None, machine: s
     """The figures of a run for its page, by name; responses: what a machine did, by method, the run's own first."""
     from splinefeed.report.motion_figures import motion_figure
     from splinefeed.report.path_figures import limits_figure, path_figure
-    from splinefeed.report.servo_figures import errors_figure, spectra_figure
+    from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
 
     followed = {name: each for name, each in (responses or {}).items() if len(each)}
     own = next(iter(followed.values()), None)
@@ -90,7 +90,7 @@ def of_run(run: Run, responses: Mapping[str, Response] | None = None, machine: s
         found["limits"] = limits_figure(run.use, run.kept, run.path.name)
     if own is not None:
         found["errors"] = errors_figure(followed, run.path.name, machine)
-        if run.whole:  # a spectrum needs every tick
+        if has_spectra(run, own):
             found["spectra"] = spectra_figure(own)
     return found
 

@@ -159,7 +159,12 @@ def _line(mark: Line) -> Plain:
         "x": array(mark.x),
         "y": array(mark.y),
         "name": mark.name,
-        "line": {"color": mark.colour, "width": mark.width, **({"dash": "dash"} if mark.dash else {})},
+        "line": {
+            "color": mark.colour,
+            "width": 0 if mark.fill else mark.width,
+            **({"dash": "dash"} if mark.dash else {}),
+        },
+        **({"fill": "toself", "hoverinfo": "name"} if mark.fill else {}),
     }
 
 

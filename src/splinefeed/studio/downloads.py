@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from splinefeed.errors import InputError
 from splinefeed.formats import registry
@@ -14,10 +14,8 @@ from splinefeed.machine import writing
 from splinefeed.report import files, html
 from splinefeed.report.record import documented
 from splinefeed.studio import results
+from splinefeed.studio.bench import Bench
 from splinefeed.studio.settings import resolve
-
-if TYPE_CHECKING:
-    from splinefeed.studio.tasks import Bench
 
 #: Formats that a path is offered in.
 PATHS = ("json", "dxf", "svg", "ngc")

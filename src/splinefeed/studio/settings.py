@@ -36,6 +36,7 @@ USUAL: dict[str, Any] = {
     "corrections": 1,
     "period": "1 ms",
     "machine": None,
+    "by_control": False,  # a whole program, as the control of the machine plans it
 }
 #: Stands for a feed where the program of the path says it.
 _ANY_FEED = 1.0
@@ -96,14 +97,8 @@ def complete(given: object) -> dict[str, Any]:
             hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(USUAL)}"
             raise SettingsError({"": f"{str(name)[:40]!r} is not a setting; {hint}"})
     settings = {**USUAL, **given}
-    kinds: dict[str, Any] = {
-        "source": Mapping,
-        "tangential": bool,
-        "limits": Mapping,
-        "strategy": str | None,
-        "method": str,
-    }
-    for name, kind in kinds.items():
+    for name in ("source", "tangential", "limits", "strategy", "method", "by_control"):
+        kind = str | None if name == "strategy" else type(USUAL[name])
         if not isinstance(settings[name], kind):
             raise SettingsError({name: f"is {str(settings[name])[:40]!r}, which is of the wrong kind"})
     corrections = settings["corrections"]
@@ -126,7 +121,9 @@ def resolve(given: object, folder: File) -> Wanted:
         problems["method"] = f"{method[:40]!r} is not known; there are {', '.join(methods.methods())}"
     period = _quantity(settings["period"], "time", "period", problems) or PAPER_PERIOD
     smooth = _quantity(settings["smooth"], "length", "smooth", problems)
-    machine = _machine(settings["machine"], problems)
+    machine = machine_of(settings["machine"], problems)
+    if machine is not None and not machine.axes:
+        problems["machine"] = f"{machine.name} has a control but no axes; choose another machine"
     try:
         path, origin = sources.path_of(settings["source"], folder, smooth=smooth, tangential=settings["tangential"])
     except (SplinefeedError, OSError) as error:
@@ -179,7 +176,7 @@ def _quantity(value: object, kind: str, field: str, problems: dict[str, str]) ->
         return None
 
 
-def _machine(given: object, problems: dict[str, str]) -> Machine | None:
+def machine_of(given: object, problems: dict[str, str]) -> Machine | None:
     """The machine by its name, or from the text of a machine file."""
     if given is None or given == "":
         return None

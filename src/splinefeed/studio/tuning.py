@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.formats.plain import plain
 from splinefeed.machine import writing
 from splinefeed.pipeline.experiment import serve
+from splinefeed.pipeline.run import Run
 from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
 from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.studio import sources
+from splinefeed.studio.bench import Bench
 from splinefeed.studio.settings import SettingsError, Wanted
-
-if TYPE_CHECKING:
-    from splinefeed.pipeline.run import Run
-    from splinefeed.studio.tasks import Bench
 
 #: Runs of the path that a page may ask for.
 MOST_RUNS = 5000
