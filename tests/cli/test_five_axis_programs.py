@@ -48,6 +48,19 @@ def test_the_how_to_s_program_goes_to_a_report_that_the_check_agrees_with(
     assert page["limits"]["travel.z"]["worst"] > 80.0
 
 
+def test_a_program_that_begins_upright_turns_its_table_before_the_tool_tilts(
+    splinefeed: Callable[..., Result], folder: Path
+) -> None:
+    lines = ["TRAORI", "G0 X0 Y0 Z30 A3=0 B3=0 C3=1", "G1 Z0 F1000", "X20", "X30 A3=0 B3=0.3 C3=1"]
+    lines += ["X60 Y10 A3=0.2 B3=0.3 C3=1", "X70 A3=0 B3=0 C3=1", "X80", "X90 A3=-0.3 B3=0.1 C3=1", "TRAFOOF", "M30"]
+    (folder / "up.mpf").write_text("\n".join([*lines, ""]))
+    done = splinefeed("run", "up.mpf", "--machine", "trunnion", "--no-figures", "-o", "out", *QUICK)
+    page = json.loads(done.stdout)
+    assert done.exit_code == 0 and page["ok"] and page["axes"]["c"]["velocity"] > 1.0
+    checked = json.loads(splinefeed("check", "out/setpoints.h5", "--json").stdout)
+    assert checked["ok"] and checked["off_axis_max_rad"] < 1e-9
+
+
 def test_errors_name_line_axis_and_mend(splinefeed: Callable[..., Result], folder: Path) -> None:
     (folder / "blade.nc").write_text(BLADE)
     (folder / "b.nc").write_text("G21\n(B1 is a comment)\nG0 X0 Y0 Z0 B0\nG1 X10 B20 F300\nM2\n")

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 POLE = 1e-5
 #: A tool axis that is nowhere further from the pole than this, rad, is upright.
 UPRIGHT = 1e-9
-#: Places at the pole nearer than this share of the path are one; a single one is no longer than that.
-APART, SINGLE = 1e-3, 1e-5
+#: Places at the pole nearer than this share of the path are one.
+APART = 1e-3
 #: How far from the pole, rad, the window ends in which a joint passes it by a polynomial; and how far the tool axis may
 #: be off there, rad.
 PASS, OFF_AXIS, SAMPLES_OF_PASS = 1e-2, 2e-10, 65
@@ -62,8 +62,8 @@ class JointPath:
     Of the two ways to turn to a tool axis, and all whole turns of the last joint, one is taken for the whole path: the
     nearest to `start` that stays inside the travel. Near the pole, where the tool axis is the axis of the last joint,
     that turns fast, and its limits slow the tip down. A path that goes straight through the pole tilts on to the other
-    side, and no joint turns fast.
-    Raises CurveError where the tool turns off or stays at the pole, or tilts and the machine cannot; LimitsError where
+    side, and no joint turns fast; where the tool stays at the pole for a while, the joint turns meanwhile.
+    Raises CurveError where the tool turns off at the pole, or tilts and the machine cannot; LimitsError where
     it leaves the travel of a joint: with the joint, the place and the mend.
     Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad.
     Source: docs/how-to/five-axis.md. Example: `sf.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
@@ -263,15 +263,21 @@ class JointPath:
         if len(low):
             near = self._from_pole(owner, nearest) < NEAR_POLE
             self._dips = self.tool.arc_length(owner[near], nearest[near])
-        at_pole = self._places_at_pole(s, away)
+        stays = self._at_pole(s, away)
+        at_pole = np.array([0.5 * (first + last) for first, last in stays])
+        turnable = np.array([*(last - first > RESOLUTION for first, last in stays), False])  # there it may turn anyhow
+        for first, last in stays:
+            self._dips = self._dips[(self._dips < first) | (self._dips > last)]
         clear = away >= POLE
         curve, u, s = curve[clear], u[clear], s[clear]
         turn = self._turn_at(curve, u)
         for _ in range(HALVINGS):
-            through = np.searchsorted(at_pole, s[1:]) > np.searchsorted(at_pole, s[:-1])
+            before = np.searchsorted(at_pole, s)
+            through, anyhow = np.diff(before) > 0, turnable[before[:-1]]
             whole_turn = np.where(through, math.pi, 2.0 * math.pi)  # through the pole it may be half a turn further
             step = (np.diff(turn) + 0.5 * whole_turn) % whole_turn - 0.5 * whole_turn
-            more = np.flatnonzero((np.abs(step) > SAMPLE_TURN) & (np.diff(curve) == 0) & (np.diff(u) > 0.0))
+            turns = (np.abs(step) > SAMPLE_TURN) & ~(through & anyhow)
+            more = np.flatnonzero(turns & (np.diff(curve) == 0) & (np.diff(u) > 0.0))
             if not len(more):
                 break
             if len(u) + len(more) > MOST_SAMPLES or np.any(through[more]):
@@ -282,44 +288,49 @@ class JointPath:
             s = self.tool.arc_length(curve, u)
         self._s = s
         self._take_turn(np.concatenate([turn[:1], turn[0] + np.cumsum(step)]), curve, u)
-        self._passes = tuple(self._pass(place) for place in at_pole)
+        self._passes = tuple(window for each in stays for window in self._pass(*each))
 
-    def _places_at_pole(self, s: Array, away: Array) -> Array:
-        """Arc lengths (k,) of single places at the pole, mm; CurveError where the tool stays there for longer."""
-        found = s[away < POLE]
+    def _at_pole(self, s: Array, away: Array) -> list[tuple[float, float]]:
+        """From where to where, mm, the tool is at the pole; often one place."""
+        found = np.flatnonzero(away < POLE)
         if not len(found):
-            return found
-        groups = np.split(found, np.flatnonzero(np.diff(found) > APART * self.length) + 1)
-        for group in groups:
-            if np.ptp(group) > SINGLE * self.length:
-                self._refuse_pole(float(group[0]))
-        return np.array([float(np.mean(group)) for group in groups])
+            return []
+        ends = np.flatnonzero((np.diff(found) > 1) & (np.diff(s[found]) > APART * self.length)) + 1
+        return [(float(s[group[0]]), float(s[group[-1]])) for group in np.split(found, ends)]
 
-    def _pass(self, place: float) -> Pass:
-        """Between which arc lengths, mm, the last joint passes the pole at a place, and as which polynomial.
+    def _pass(self, first: float, last: float) -> tuple[Pass, ...]:
+        """Windows of arc length, mm, in which the last joint passes the pole at first to last, as polynomials.
 
         So near to the pole the direction of k_xy is lost in rounding. The joint goes on as the polynomial of degree 7
-        that has its value and three derivatives at both ends of a window; at an end of the path, that of degree 3 from
-        the one side that there is. CurveError where that leaves the tool axis by more than OFF_AXIS.
+        that has its value and three derivatives at both ends of a window. Where the tool stays, and at an end of the
+        path, each side goes on as that of degree 3, and what is between them is turned while the tool is at the pole.
+        CurveError where that leaves the tool axis by more than OFF_AXIS.
         """
         from scipy.interpolate import KroghInterpolator
+
+        def through(*places: float, d: Array) -> KroghInterpolator:
+            return KroghInterpolator(np.repeat(places, 4), d.ravel())
 
         ends = (0.0, self.length)
         for k in range(3, HALVINGS):
             reach = 0.5**k * self.length
-            sides = [max(place - reach, 0.0), min(place + reach, self.length)]
-            inner = [s for s, end in zip(sides, ends, strict=True) if abs(s - end) > 0.0]
+            sides = (max(first - reach, 0.0), min(last + reach, self.length))
+            inner = [s for s, end in zip(sides, ends, strict=True) if s != end]
             rho = [float(self._from_pole(*self.tool.locate(np.array([s])))[0]) for s in inner]
             if max(rho) > PASS:
                 continue
             if min(rho) < 1e-2 * PASS:
                 break
-            derivatives = np.array([self._last(s) for s in inner])
-            found = (sides[0], sides[1], KroghInterpolator(np.repeat(inner, 4), derivatives.ravel()))
-            s = np.linspace(sides[0], sides[1], SAMPLES_OF_PASS)
-            if self._off_axis(s, found) <= OFF_AXIS:
+            d = np.array([self._last(s) for s in inner])
+            found: tuple[Pass, ...] = ((*sides, through(*inner, d=d)),)
+            if len(inner) == 2 and last - first > RESOLUTION:
+                left, right = through(inner[0], d=d[0]), through(inner[1], d=d[1])
+                between = np.array([left.derivatives(first, 4), right.derivatives(last, 4)])
+                found = (sides[0], first, left), (last, sides[1], right), (first, last, through(first, last, d=between))
+            places = np.linspace([sides[0], first, last], [first, last, sides[1]], SAMPLES_OF_PASS, axis=1)
+            if self._off_axis(places.ravel(), found) <= OFF_AXIS:
                 return found
-        self._refuse_pole(place)
+        self._refuse_pole(first)
 
     def _last(self, s: float) -> Array:
         """The last joint and its first three derivatives by arc length, (4,), at s."""
@@ -327,9 +338,9 @@ class JointPath:
         jets = self._jets(*self.tool.locate(at), at, 3)
         return np.asarray(jets[-1].derivatives[:, 0])
 
-    def _off_axis(self, s: Array, window: Pass) -> float:
-        """How far the tool axis is from that of the path at s (n,) in a window, rad."""
-        self._passes = (window,)
+    def _off_axis(self, s: Array, windows: tuple[Pass, ...]) -> float:
+        """How far the tool axis is from that of the path at s (n,) in windows, rad."""
+        self._passes = windows
         curve, u = self.tool.locate(s)
         _, axis = self.kinematics.forward(self.joints(curve, u, s))
         self._passes = ()
@@ -379,8 +390,8 @@ class JointPath:
     def _refuse_pole(self, s: float) -> NoReturn:
         names = self.axes[self.linear :]
         raise CurveError(
-            f"at {self.tool.place(s)} the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off or "
-            "stays, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or "
+            f"at {self.tool.place(s)} the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off "
+            "there, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or "
             f"give the angles of {' and '.join(names)}"
         )
 
