@@ -149,9 +149,9 @@ def bound() -> str:
     middle = sorted(gaps.values())[len(gaps) // 2]
     worst = max(gaps, key=lambda case: gaps[case])
     return words(
-        f"""On {len(shapes)} smooth curves under {len(cases.SETTINGS)} sets of limits it is {min(gaps.values()):.2f} to
-        {max(gaps.values()):.2f} % below the plan (median {middle:.2f} %, most on the {worst[0]}, {worst[1]}), and
-        {-max(over):.2f} % or more below the best known time."""
+        f"""On {len(shapes)} smooth curves under {len(cases.SETTINGS)} sets of limits it is {min(gaps.values()):.1f} to
+        {max(gaps.values()):.1f} % below the plan (median {middle:.1f} %, most on the {worst[0]}, {worst[1]}), and
+        {"never" if max(over) < 0.0 else "once at least"} above the best known time."""
     )
 
 
