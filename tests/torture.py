@@ -62,7 +62,7 @@ class Outcome:
 
 def profiles(seed: int) -> Outcome:
     """Seven phases alone: ends, lengths and limits by sums in extended precision."""
-    from feed.test_profile_kernel import check_motion, drawn
+    from feed.test_profiles import check_motion, drawn
 
     check_motion(*drawn(seed, (2, 9)[seed % 2], PROFILES_A_CASE))
     return Outcome()

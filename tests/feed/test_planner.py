@@ -20,11 +20,11 @@ from splinefeed.feed.grid import counted
 from splinefeed.feed.law import quintics
 from splinefeed.feed.limits import LIMITS
 from splinefeed.feed.limits.chord_error import within_reach
+from splinefeed.feed.profiles import pieces, solve_in_row
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.feed.solve import End, Problem, solve
 from splinefeed.feed.spline import Spline
-from splinefeed.feed.straight import seven_phases
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.track import PathTrack
 from splinefeed.feed.window import REST, Mode, State, plan_window
@@ -243,7 +243,8 @@ def test_many_profiles_at_once_are_those_of_one_by_one() -> None:
     rng = np.random.default_rng(1)
     ranges = ((-3, 3), (-1, 3), (1, 5), (1, 5), (2, 7), (2, 7))
     given = [10.0 ** rng.uniform(*each, 300) for each in ranges]
-    spans, c = seven_phases(*given)
+    found = solve_in_row(*given)
+    spans, c = found.durations.T, pieces(found, np.zeros(300), given[0])
     names = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
     for k, (length, *values) in enumerate(zip(*given, strict=True)):
         one = SevenPhase.solve(length, sf.Limits(**dict(zip(names, values, strict=True))))
