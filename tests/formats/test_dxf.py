@@ -366,6 +366,12 @@ KNOTS = "".join(f"40\n{k}\n" for k in (0, 0, 0, 0, 1, 1, 1, 1))
 CONTROL = "".join(f"10\n{x}\n20\n{y}\n30\n0\n" for x, y in ((0, 0), (1, 2), (3, 2), (4, 0)))
 
 
+def test_a_spline_lies_where_it_is_whatever_its_extrusion(tmp_path: Path) -> None:
+    file = tmp_path / "drawing.dxf"
+    file.write_text(START + f"0\nSPLINE\n210\n0\n220\n0\n230\n0\n71\n3\n{KNOTS}{CONTROL}" + END)
+    assert np.array_equal(read_all(file)[0].curves[0].control_points, [[0, 0], [1, 2], [3, 2], [4, 0]])
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

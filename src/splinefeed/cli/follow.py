@@ -70,7 +70,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     import splinefeed
     from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
     from splinefeed.errors import FormatError, InputError
-    from splinefeed.formats import response_hdf5
+    from splinefeed.formats import records_hdf5
     from splinefeed.formats.plain import plain
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.follow import Servo
@@ -97,7 +97,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
-            response_hdf5.save(
+            records_hdf5.save_response(
                 _responses(chain([first], chunks), servo, overview, pictured, say), stage / files.RESPONSE
             )
         except FormatError:

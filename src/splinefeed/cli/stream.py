@@ -85,7 +85,7 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     from splinefeed.cli.output import print_json
     from splinefeed.cli.progress import busy
     from splinefeed.cli.stream_orders import ended_by_signals
-    from splinefeed.formats import response_hdf5
+    from splinefeed.formats import records_hdf5
     from splinefeed.live.recording import response_of
 
     operator = _operator(given)
@@ -96,7 +96,8 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     files = [given["output"]] if given["to"] == "file" else []
     if given["record_file"]:
         settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
-        response_hdf5.save(response_of(sink.samples, motion.axes, motion.period, settings), given["record_file"])
+        response = response_of(sink.samples, motion.axes, motion.period, settings)
+        records_hdf5.save_response(response, given["record_file"])
         files.append(given["record_file"])
     page = {
         "ok": state.done or operator.stopping,
