@@ -154,8 +154,8 @@ def _with_peak(profile: Profile[Array], excess: Array) -> Profile[Array]:
     rest = profile.length - way
     t4 = np.where(rest > 2.0 * ROUNDING * profile.length, rest / peak, 0.0)  # eq. (22)
     times = np.stack([t1, t2, t1, t4, t7, t6, t7])
-    found = replace(profile, durations=times, duration=np.sum(times, axis=0), peak_feed=peak)
-    return replace(found, acceleration=up, deceleration=down)
+    reached = {"peak_feed": peak, "acceleration": up, "deceleration": down}
+    return replace(profile, durations=times, duration=np.sum(times, axis=0), **reached)
 
 
 def to_periods(profile: Profile[Array], period: float, offset: Numbers) -> tuple[Profile[Array], Array, Array]:
@@ -178,15 +178,11 @@ def to_periods(profile: Profile[Array], period: float, offset: Numbers) -> tuple
     moving = ~whole & (np.maximum(profile.start_feed, profile.end_feed) > 0.0)
     if np.any(moving):
         lowered, can = _lowered(profile, duration)
-        slower = _choose(moving, _choose(can, lowered, profile), slower)
-        passed = np.where(moving & ~can, np.floor(ticks), passed)
-        late = np.where(moving & ~can, profile.duration + offset - passed * period, 0.0)
+        which = np.where(moving, np.where(can, 0, 1), 2)
+        slower = Profile(*each_field(lambda *each: np.choose(which, each), lowered, profile, slower))
+        passed = np.where(which == 1, np.floor(ticks), passed)
+        late = np.where(which == 1, profile.duration + offset - passed * period, 0.0)
     return slower, passed, late
-
-
-def _choose(first: BoolArray, one: Profile[Array], other: Profile[Array]) -> Profile[Array]:
-    """The profiles of one where `first` (n,), else those of the other."""
-    return Profile(*each_field(lambda *both: np.where(first, *both), one, other))
 
 
 def _lowered(profile: Profile[Array], duration: Array) -> tuple[Profile[Array], BoolArray]:
