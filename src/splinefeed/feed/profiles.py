@@ -98,15 +98,14 @@ def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile[Array]:
 
     The highest f <= feed with L >= (fs + f)/2 Tu(f - fs) + (f + fe)/2 Td(f - fe) (eq. 21), where Tu and Td follow
     (17)-(20) at that very f: so (18), (20) and (22) hold together. T4 covers what is left (eq. 22).
-    limits: acceleration, deceleration, their jerks, start and end feed, 0 if left out; mm/s, mm/s^2, mm/s^3.
+    limits: acceleration, deceleration, their jerks, start and end feed; mm/s, mm/s^2, mm/s^3.
     With f = fast + w^2, fast being the faster end, the length of the ramps is convex in w: (fast + w^2/2) times
     2 w/sqrt(J), or times w^2/A + A/J, and so is the slower ramp. So Newton's steps come down to the answer: from the
     limit on the feed, or where w^2/2 times the least times of the ramps, 2 w/sqrt(J) and w^2/A, would be all of L.
     Between logarithms, what the length has over that at w = 0 has a slope between 1 and 4 in w: so the share by which
     it is too much bounds the step, whatever the decade.
     """
-    ends = () if len(limits) > 4 else (0.0, 0.0)
-    length, feed, *given = np.broadcast_arrays(length, feed, *limits, *ends)
+    length, feed, *given = np.broadcast_arrays(length, feed, *limits)
     if len(length) > TOGETHER:
         cuts = [slice(k, k + TOGETHER) for k in range(0, len(length), TOGETHER)]
         parts = [solve(length[some], feed[some], *(each[some] for each in given)) for some in cuts]
