@@ -269,6 +269,8 @@ class JointPath:
         for first, last in stays:
             self._dips = self._dips[(self._dips < first) | (self._dips > last)]
         clear = away >= POLE
+        if not np.any(clear):
+            self._refuse_pole(0.0)
         curve, u, s = curve[clear], u[clear], s[clear]
         turn = self._turn_at(curve, u)
         for _ in range(HALVINGS):
@@ -317,7 +319,7 @@ class JointPath:
             sides = (max(first - reach, 0.0), min(last + reach, self.length))
             inner = [s for s, end in zip(sides, ends, strict=True) if s != end]
             rho = [float(self._from_pole(*self.tool.locate(np.array([s])))[0]) for s in inner]
-            if max(rho) > PASS:
+            if not rho or max(rho) > PASS:
                 continue
             if min(rho) < 1e-2 * PASS:
                 break
