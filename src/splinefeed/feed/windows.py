@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -202,6 +202,7 @@ def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: 
     if windows.reach(setting, mode, high) == high:
         exact = max(start.feed, stop.feed) > 0.0
         return plan_window(setting, low, high, start, stop, mode, exact=exact, known=windows.samples)
+    mode = replace(mode, bounded=False)  # bounds of windows do not add up to one
     parts = []
     while windows.low < high:
         near = windows.reach(setting, mode, high)
