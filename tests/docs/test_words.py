@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from docs_pages import PAGES, name
+from docs_pages import PAGES, ROOT, name
+from strings import SOURCE, strings
 
-ROOT = Path(__file__).resolve().parents[2]
 GLOSSARY = (ROOT / "docs/glossary.md").read_text(encoding="utf-8").split("## The field's words")[1]
 #: The last column of the glossary's second table: the words that the project does not use.
 OLD = [
@@ -32,14 +32,15 @@ STABLE = ("tracking_error",)
 
 
 def prose(file: Path) -> Iterator[tuple[int, str]]:
-    """Line and text of every string with a blank in it, comment and name of a module."""
-    old = file.relative_to(ROOT / "src/splinefeed").parts[0] in OLD_ROOMS
+    """Line and text of every string of a module, and of its docstrings, comments and names but in OLD_ROOMS."""
+    yield from strings(file)
+    if file.relative_to(SOURCE).parts[0] in OLD_ROOMS:
+        return
     for token in tokenize.generate_tokens(io.StringIO(file.read_text(encoding="utf-8")).readline):
         text = token.string
-        shown = token.type == tokenize.STRING and " " in text and not (old and text.startswith('"""'))
-        if shown or (not old and token.type == tokenize.COMMENT):
-            yield token.start[0], " ".join(re.sub(r"\{[^{}]*\}", "{}", text).split())
-        elif not old and token.type == tokenize.NAME and not text.startswith(STABLE):
+        if token.type == tokenize.COMMENT or (token.type == tokenize.STRING and text.startswith('"""')):
+            yield token.start[0], " ".join(text.split())
+        elif token.type == tokenize.NAME and not text.startswith(STABLE):
             yield token.start[0], text.replace("_", " ")
 
 
@@ -61,7 +62,7 @@ def test_pages(page: Path):
 def test_messages_docstrings_comments_and_names():
     found = [
         f"{file.relative_to(ROOT)}:{line}: {match[0]}"
-        for file in sorted((ROOT / "src").rglob("*.py"))
+        for file in sorted(SOURCE.rglob("*.py"))
         for line, text in prose(file)
         for match in PATTERN.finditer(text)
     ]
@@ -69,7 +70,7 @@ def test_messages_docstrings_comments_and_names():
 
 
 def test_the_studio():
-    pages = sorted(file for file in (ROOT / "src/splinefeed/studio/page").iterdir() if file.suffix in (".html", ".js"))
+    pages = sorted(file for file in (SOURCE / "studio/page").iterdir() if file.suffix in (".html", ".js"))
     assert pages
     for file in pages:
         text = file.read_text(encoding="utf-8")
