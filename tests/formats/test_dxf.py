@@ -269,7 +269,7 @@ def test_layers_are_chosen_by_name(layered: Path) -> None:
     assert [path.name for path in read_all(layered)] == ["Cut#1", "Cut#2", "engrave#3"]
     assert [path.name for path in read_all(layered, layer="cut")] == ["Cut#1", "Cut#2"]
     (path,) = read_all(layered, layer="engrave")
-    assert path.findings == ("layer 'engrave' is off in the drawing; its 1 curves are read all the same",)
+    assert path.findings == ("layer 'engrave' is off in the drawing; its 1 curves are read anyway",)
     with pytest.raises(FormatError, match=r"part\.dxf: has no layer 'Fold'; there are '0', 'Defpoints', 'Cut', 'eng"):
         read_all(layered, layer="Fold, Cut")
     with pytest.raises(FormatError, match="holds no curves"):

@@ -30,7 +30,7 @@ Examples:
 @options.reading
 @options.as_json
 def command(source: str | None, as_json: bool, names: tuple[str, ...] | None, **given: Any) -> None:
-    """Run every method over the motion along SOURCE and print one table of what each did.
+    """Run every method over the motion along SOURCE and print a table of the results.
 
     \b
     ripple       error of each step's length against the planned one, relative

@@ -38,7 +38,7 @@ Examples:
 @click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
-@click.option("--linear", is_flag=True, help="Without friction, play, counts, converter codes and limits.")
+@click.option("--linear", is_flag=True, help="Without friction, backlash, counts, converter codes and limits.")
 @options.figures
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
 @options.as_json

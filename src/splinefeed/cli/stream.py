@@ -31,7 +31,7 @@ Examples:
   splinefeed stream part.dxf --machine router --to file -o rows.txt
   splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
 
-Keys while it streams: + and - change the override by 10 %, h or space holds, b goes back along the path, r goes on,
+Keys during the stream: + and - change the feedrate override by 10 %, h or space is feed hold, b retraces, r resumes,
 s stops. The same by JSON lines on the local port that it prints, with the token: {"token": "...", "override": 80},
 "hold": true, "reverse": true, "stop": true.
 
@@ -46,7 +46,7 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 @click.option("-o", "--output", metavar="FILE", help="The file of --to file.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address for --to udp.")
 @click.option("--port", type=int, default=5010, show_default=True, help="Port for --to udp.")
-@options.quantity("--ahead", kind="time", text="Look-ahead kept in the controller's buffer.  [default: 300 ms]")
+@options.quantity("--ahead", kind="time", text="Lookahead kept in the controller's buffer.  [default: 300 ms]")
 @click.option(
     "--override", default="100%", show_default=True, metavar="PERCENT", help="Feedrate override at the start."
 )

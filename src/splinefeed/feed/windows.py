@@ -152,7 +152,7 @@ class Windows:
             found = self._found(setting, mode, middle)
             least, most, best = (middle, most, best) if found is None else (least, middle, found)
         if best is None:
-            raise OutOfReachError(f"from {self.state} at s = {self.low:.6g} mm no way to rest was found")
+            raise OutOfReachError(f"from {self.state} at s = {self.low:.6g} mm no stop within the limits was found")
         return best, most
 
     def reach(self, setting: Setting, mode: Mode, high: float) -> float:

@@ -64,7 +64,7 @@ class JointPath:
     that turns fast, and its limits slow the tip down. A path that goes straight through the pole tilts on to the other
     side, and no joint turns fast; where the tool stays at the pole for a while, the joint turns meanwhile.
     Raises CurveError where the tool turns off at the pole, or tilts and the machine cannot; LimitsError where
-    it leaves the travel of a joint: with the joint, the place and the mend.
+    it leaves the travel of a joint: with the joint, the place and how to fix it.
     Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad.
     Source: docs/how-to/five-axis.md. Example: `sf.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
     """

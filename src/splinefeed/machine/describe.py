@@ -116,8 +116,8 @@ def control_numbers(control: Control) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, one, value, rotary in values(control):
         kind = one.metadata.get("kind")
-        told = {"value": shown(value, kind, rotary), "unit": unit_shown(kind, rotary)} if kind in KINDS else value
-        found[name] = told
+        quantity = {"value": shown(value, kind, rotary), "unit": unit_shown(kind, rotary)} if kind in KINDS else value
+        found[name] = quantity
     return found
 
 

@@ -27,7 +27,7 @@ from splinefeed.interpolation import registry
 from splinefeed.machine.machine import Machine
 from splinefeed.records import BY_AXIS
 
-#: More runs than this are a slip of the hand.
+#: More runs than this are refused as a mistake.
 MOST_RUNS = 100_000_000
 #: More values than this of one setting in a grid or a list.
 MOST_VALUES = 1_000_000
@@ -42,7 +42,7 @@ Settings = dict[str, Any]
 
 
 class SpecError(FormatError):
-    """A sweep file with errors: the first line names the file, each of `problems` its place and the mend."""
+    """A sweep file with errors: the first line names the file, each of `problems` its place and how to fix it."""
 
     def __init__(self, name: object, problems: Iterable[str]) -> None:
         self.problems = tuple(problems)
