@@ -261,10 +261,11 @@ def lay_out(profile: Profile[Array], marks: Array, period: float | None) -> tupl
         made = pieces(part, marks[low:high], marked).reshape(-1, LAW_COEFFICIENTS)
         np.compress(kept.ravel(), edges[:-1].T, out=breaks[count:more])
         np.compress(kept.ravel(), made, axis=0, out=coefficients[count:more])
-        # the last of several pieces ends at its mark to the bit, as Horner's rule will evaluate it
+        # the last of several pieces ends at its mark and its feed to the bit, as Horner's rule will evaluate them
         several = number > 1
         last = (count + np.cumsum(number) - 1)[several]
-        tau, (_, c1, c2, c3, _, _) = end[several] - breaks[last], coefficients[last].T
+        tau, (_, _, c2, c3, _, _) = end[several] - breaks[last], coefficients[last].T
+        coefficients[last, 1] = c1 = part.end_feed[several] - (3.0 * c3 * tau + 2.0 * c2) * tau
         coefficients[last, 0] = marked[several] - ((c3 * tau + c2) * tau + c1) * tau
         count, breaks[more] = more, end[-1]
     return breaks[: count + 1], coefficients[:count], late
