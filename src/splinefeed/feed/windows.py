@@ -89,7 +89,7 @@ class Windows:
             pieces, end = self.left, self.end
         elif not plan.over < POOR and not moving:
             raise PlanError(
-                f"no motion from s = {self.low:.6g} to {near:.6g} mm was found within these limits: the path bends or "
+                f"from s = {self.low:.6g} to {near:.6g} mm no motion within the limits was found: the path bends or "
                 "turns too sharply there; smooth it"
             )
         elif plan.over > 1.0 + KEPT and moving:
