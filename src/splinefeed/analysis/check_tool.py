@@ -42,44 +42,44 @@ class Judged:
     numbers: dict[str, Any] = field(default_factory=dict)
 
 
-def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float) -> Judged:
+def judge_tool(setpoints: Setpoints, path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float) -> Judged:
     """Hold joint setpoints to their tool path and to limits; see `check`.
 
     tolerance  mm that the tip may be off its curve, and rad that the tool axis may be off its direction
     Raises InputError for setpoints of other joints, for no setpoints, and for setpoints without u.
     """
-    if points.axes != path.axes:
-        raise InputError(f"the setpoints have axes {points.axes}, the machine {path.axes}; they must be the same")
-    if not len(points):
+    if setpoints.axes != path.axes:
+        raise InputError(f"the setpoints have axes {setpoints.axes}, the machine {path.axes}; they must be the same")
+    if not len(setpoints):
         raise InputError("there are no setpoints to check")
-    if np.isnan(points.u).any():
+    if np.isnan(setpoints.u).any():
         raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
     found = Judged()
-    finite = np.isfinite(points.position).all(axis=1)
+    finite = np.isfinite(setpoints.position).all(axis=1)
     if not finite.all():
         found.problems.append(f"tick {int(np.argmin(finite))}: a joint is not a finite number")
         return found
-    tool, period = path.tool, points.period
-    dt = np.diff(points.t)
+    tool, period = path.tool, setpoints.period
+    dt = np.diff(setpoints.t)
     late = np.abs(dt[:-1] - period) > ON_TIME * period
     if late.any():
         found.problems.append(f"tick {int(np.argmax(late)) + 1}: is early or late: the period is not kept")
-    whole = len(points)
+    whole = len(setpoints)
     if len(dt) and dt[-1] < period * (1.0 - ON_TIME):
         whole -= 1
         found.notes.append(f"the last period is short, {dt[-1]:.9g} s; no difference uses it")
-    tip, axis = path.kinematics.forward(points.position)
-    off_tip = np.linalg.norm(tip - tool.evaluate(points.curve, points.u, 0)[:, 0], axis=1)
-    off_axis = _axis_errors(path, points.curve, points.u, axis, points.position)
-    allowed = tolerance + ROUNDINGS * EPSILON * max(float(np.max(np.abs(points.position))), path.length)
+    tip, axis = path.kinematics.forward(setpoints.position)
+    off_tip = np.linalg.norm(tip - tool.evaluate(setpoints.curve, setpoints.u, 0)[:, 0], axis=1)
+    off_axis = _axis_errors(path, setpoints.curve, setpoints.u, axis, setpoints.position)
+    allowed = tolerance + ROUNDINGS * EPSILON * max(float(np.max(np.abs(setpoints.position))), path.length)
     for name, off, unit in (("tool tip", off_tip, "mm"), ("tool axis", off_axis, "rad")):
         worst = int(np.argmax(off))
         if off[worst] > allowed:
             found.problems.append(
-                f"tick {worst} (t = {points.t[worst]:.9g} s, s = {points.s[worst]:.9g} mm): the {name} is off its path "
-                f"by {off[worst]:.6g} {unit}; {int(np.sum(off > allowed))} ticks in all"
+                f"tick {worst} (t = {setpoints.t[worst]:.9g} s, s = {setpoints.s[worst]:.9g} mm): the {name} is off "
+                f"its path by {off[worst]:.6g} {unit}; {int(np.sum(off > allowed))} ticks in all"
             )
-    travelled = steps(points, tool)
+    travelled = steps(setpoints, tool)
     back = travelled < -allowed
     if back.any():
         k = int(np.argmin(travelled))
@@ -89,16 +89,16 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     for which, error in (("first", start_error), ("last", end_error)):
         if error > allowed:
             found.problems.append(f"the {which} setpoint is {error:.6g} mm from its end of the path")
-    _along(found, points, path, limits, travelled)
-    _joints(found, points, path, limits, travelled, whole)
-    turned = _chords(found, points, path, limits)
+    _along(found, setpoints, path, limits, travelled)
+    _joints(found, setpoints, path, limits, travelled, whole)
+    turned = _chords(found, setpoints, path, limits)
     found.numbers |= {
-        "duration_s": float(points.t[-1] - points.t[0]),
+        "duration_s": float(setpoints.t[-1] - setpoints.t[0]),
         "length_mm": path.length,
-        "ticks": len(points),
+        "ticks": len(setpoints),
         "period_s": period,
-        "method": points.method,
-        "strategy": points.settings.get("strategy") if law is None else law.strategy,
+        "method": setpoints.method,
+        "strategy": setpoints.settings.get("strategy") if law is None else law.strategy,
         "start_error_mm": start_error,
         "end_error_mm": end_error,
         "end_reached": end_error <= allowed,
@@ -108,7 +108,7 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
         "tolerance_mm": allowed,
     }
     if law is not None:
-        found.numbers["law_drift_max_mm"] = float(np.max(np.abs(points.s - law(points.t))))
+        found.numbers["law_drift_max_mm"] = float(np.max(np.abs(setpoints.s - law(setpoints.t))))
     return found
 
 
@@ -139,7 +139,7 @@ def _see(
     limit: float | Array | None,
     worst: Array,
     floor: float,
-    points: Setpoints,
+    setpoints: Setpoints,
     axis: str | None = None,
 ) -> None:
     """Remember how a limit, one or (n,) or none, fares over values (n,), one from each of the first ticks on."""
@@ -147,29 +147,29 @@ def _see(
     if not np.any(np.isfinite(limit)):
         return
     k = int(np.argmax(worst / limit))
-    at = min(k, len(points) - 1)
+    at = min(k, len(setpoints) - 1)
     over = int(np.sum(worst > limit * (1.0 + 1e-9) + floor))
     found.results[name] = LimitResult(
         limit=float(limit[k]),
         worst=float(worst[k]),
-        at_s=float(points.s[at]),
-        at_t=float(points.t[at]),
+        at_s=float(setpoints.s[at]),
+        at_t=float(setpoints.t[at]),
         floor=floor,
         axis=axis,
         over=over,
     )
 
 
-def _along(found: Judged, points: Setpoints, path: JointPath, limits: Limits, travelled: Array) -> None:
+def _along(found: Judged, setpoints: Setpoints, path: JointPath, limits: Limits, travelled: Array) -> None:
     """Limits of the tip along its path, by differences of arc length over each step."""
-    tool, period = path.tool, points.period
+    tool, period = path.tool, setpoints.period
     floor = ROUNDINGS * EPSILON * path.length
-    seconds = np.maximum(np.diff(points.t), period * ON_TIME)
+    seconds = np.maximum(np.diff(setpoints.t), period * ON_TIME)
     feed = travelled / seconds
     most = np.full(len(feed), limits.feed)
     if tool.feeds is not None:  # a step over a joint of curves has the feeds of both
-        most = np.minimum(most, np.maximum(tool.feeds[points.curve[:-1]], tool.feeds[points.curve[1:]]))
-    _see(found, "feed", most, feed, 2.0 * floor / period, points)
+        most = np.minimum(most, np.maximum(tool.feeds[setpoints.curve[:-1]], tool.feeds[setpoints.curve[1:]]))
+    _see(found, "feed", most, feed, 2.0 * floor / period, setpoints)
     rest = _padded(travelled[:, None], limits)[:, 0]
     change, jerks = np.diff(rest) / period**2, np.abs(np.diff(rest, n=2)) / period**3
     jerk = None if limits.jerk is None else max(limits.jerk, limits.deceleration_jerk or 0.0)
@@ -178,10 +178,10 @@ def _along(found: Judged, points: Setpoints, path: JointPath, limits: Limits, tr
         ("deceleration", 2, limits.deceleration, -change),
         ("jerk", 3, jerk, jerks),
     ):
-        _see(found, name, limit, seen, 2.0**order * floor / period**order, points)
+        _see(found, name, limit, seen, 2.0**order * floor / period**order, setpoints)
     if limits.centripetal is not None:
-        kappa = curvatures(tool.evaluate(points.curve, points.u, 2), 3)[:-1]
-        _see(found, "centripetal", limits.centripetal, kappa * feed**2, 0.0, points)
+        kappa = curvatures(tool.evaluate(setpoints.curve, setpoints.u, 2), 3)[:-1]
+        _see(found, "centripetal", limits.centripetal, kappa * feed**2, 0.0, setpoints)
 
 
 def _padded(values: Array, limits: Limits) -> Array:
@@ -194,59 +194,65 @@ def _padded(values: Array, limits: Limits) -> Array:
     return np.concatenate(parts)
 
 
-def _joints(found: Judged, points: Setpoints, path: JointPath, limits: Limits, travelled: Array, whole: int) -> None:
+def _joints(found: Judged, setpoints: Setpoints, path: JointPath, limits: Limits, travelled: Array, whole: int) -> None:
     """Limits of each joint by differences of its setpoints, the first `whole` ones, and its travel."""
-    period = points.period
-    change = _padded(np.diff(points.position[:whole], axis=0), limits)
+    period = setpoints.period
+    change = _padded(np.diff(setpoints.position[:whole], axis=0), limits)
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.abs(np.diff(points.position, axis=0)) / np.abs(travelled)[:, None]
+        slope = np.abs(np.diff(setpoints.position, axis=0)) / np.abs(travelled)[:, None]
     moving = np.abs(travelled) > 0.01 * np.max(np.abs(travelled), initial=0.0)
     steep = np.max(np.where(moving[:, None] & np.isfinite(slope), slope, 0.0), axis=0, initial=0.0)
-    rounding = ROUNDINGS * EPSILON * (np.max(np.abs(points.position), axis=0) + steep * path.length)
+    rounding = ROUNDINGS * EPSILON * (np.max(np.abs(setpoints.position), axis=0) + steep * path.length)
     for order, kind in enumerate(AXIS_LIMITS, start=1):
         values = np.abs(np.diff(change, n=order - 1, axis=0)) / period**order
         given = getattr(limits, kind)
         bounds = limits.of_axes(kind, path.axes) if given is not None else np.full(len(path.axes), np.inf)
         for k, name in enumerate(path.axes):
             floor = float(2.0**order * rounding[k] / period**order)
-            _see(found, f"{kind}.{name}", float(bounds[k]), values[:, k], floor, points, name)
+            _see(found, f"{kind}.{name}", float(bounds[k]), values[:, k], floor, setpoints, name)
     for label, each in (limits.combinations or {}).items():
         w = each.on(path.axes)
         for order, kind in enumerate(BOUNDED, start=1):
             values = np.abs(np.diff(change, n=order - 1, axis=0) @ w) / period**order
             floor = float(2.0**order * np.abs(w) @ rounding / period**order)
-            _see(found, f"combinations.{label}.{kind}", getattr(each, kind), values, floor, points)
+            _see(found, f"combinations.{label}.{kind}", getattr(each, kind), values, floor, setpoints)
     if limits.torque is not None:
         before, after = (2 * (feed == 0.0) for feed in (limits.start_feed, limits.end_feed))
-        q = np.pad(points.position[:whole], ((before, after), (0, 0)), mode="edge")
+        q = np.pad(setpoints.position[:whole], ((before, after), (0, 0)), mode="edge")
         columns = limits.torque.columns(path.axes)
         torques, _, floors = limits.torque.by_differences(q[:, columns], period, rounding[columns])
         for k, (name, most) in enumerate(limits.torque.most.items()):
-            _see(found, f"torque.{name}", most, np.abs(torques[:, k]), float(np.max(floors[:, k])), points, name)
+            _see(found, f"torque.{name}", most, np.abs(torques[:, k]), float(np.max(floors[:, k])), setpoints, name)
     for name, (low, high) in limits.travel_of(path.axes).items():
-        away = np.abs(points.position[:, path.axes.index(name)] - 0.5 * (low + high))
-        _see(found, f"travel.{name}", 0.5 * (high - low), away, 0.0, points, name)
+        away = np.abs(setpoints.position[:, path.axes.index(name)] - 0.5 * (low + high))
+        _see(found, f"travel.{name}", 0.5 * (high - low), away, 0.0, setpoints, name)
 
 
-def _chords(found: Judged, points: Setpoints, path: JointPath, limits: Limits) -> float:
+def _chords(found: Judged, setpoints: Setpoints, path: JointPath, limits: Limits) -> float:
     """The chord error: how far the tip is from its path while joints move straight from one setpoint to the next.
 
     Returns how far the tool axis is from that of the path meanwhile, rad, at most.
     """
     tool = path.tool
-    if len(points) < 2:
+    if len(setpoints) < 2:
         return 0.0
-    same = points.curve[1:] == points.curve[:-1]
-    worst, turned = np.zeros((2, len(points) - 1))
+    same = setpoints.curve[1:] == setpoints.curve[:-1]
+    worst, turned = np.zeros((2, len(setpoints) - 1))
     domains = tool.flat.domains
     for share in BETWEEN:
-        joints = (1.0 - share) * points.position[:-1] + share * points.position[1:]
+        joints = (1.0 - share) * setpoints.position[:-1] + share * setpoints.position[1:]
         tip, axis = path.kinematics.forward(joints)
         # a step over the joint of two curves is looked at on the one behind it, or before it, whichever is nearer
         options = []
         for curve, u in (
-            (points.curve[:-1], np.where(same, (1.0 - share) * points.u[:-1] + share * points.u[1:], points.u[:-1])),
-            (points.curve[1:], np.where(same, (1.0 - share) * points.u[:-1] + share * points.u[1:], points.u[1:])),
+            (
+                setpoints.curve[:-1],
+                np.where(same, (1.0 - share) * setpoints.u[:-1] + share * setpoints.u[1:], setpoints.u[:-1]),
+            ),
+            (
+                setpoints.curve[1:],
+                np.where(same, (1.0 - share) * setpoints.u[:-1] + share * setpoints.u[1:], setpoints.u[1:]),
+            ),
         ):
             low, high = domains[curve].T
             for _ in range(NEWTON):
@@ -262,7 +268,7 @@ def _chords(found: Judged, points: Setpoints, path: JointPath, limits: Limits) -
         worst = np.maximum(worst, np.where(first, options[0][0], options[1][0]))
         turned = np.maximum(turned, np.where(first, options[0][1], options[1][1]))
     found.numbers["chord_error_max_mm"] = float(np.max(worst))
-    floor = ROUNDINGS * EPSILON * max(float(np.max(np.abs(points.position))), path.length)
-    _see(found, "chord_error", limits.chord_error, worst, floor, points)
-    _see(found, "orientation_error", limits.orientation_error, turned, ROUNDINGS * EPSILON, points)
+    floor = ROUNDINGS * EPSILON * max(float(np.max(np.abs(setpoints.position))), path.length)
+    _see(found, "chord_error", limits.chord_error, worst, floor, setpoints)
+    _see(found, "orientation_error", limits.orientation_error, turned, ROUNDINGS * EPSILON, setpoints)
     return float(np.max(turned))
