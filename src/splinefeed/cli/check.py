@@ -8,10 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import counted, number, print_table, print_text
+from splinefeed.cli.progress import Say
+from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
+from splinefeed.cli.summary import print_notes, unit_of
+from splinefeed.errors import FormatError, LimitsError
 
 if TYPE_CHECKING:
-    from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict
+    from splinefeed.records import Limits, Setpoints, TimeLaw
 
 EXAMPLES = """\b
 Examples:
@@ -22,107 +27,7 @@ Examples:
 """
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
-@click.argument("setpoints")
-@click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: as the setpoints say]")
-@click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
-@click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
-@options.limits_alone("as the setpoints say")
-@click.option("--law", "law_file", metavar="FILE", help="The time law (.h5): exact derivatives are checked too.")
-@click.option(
-    "--tolerance",
-    type=options.Quantity("length"),
-    metavar="LENGTH",
-    help="Largest distance of a setpoint from the curve.  [default: 1e-9 mm]",
-)
-@click.option("--resolution", type=options.Quantity("length"), metavar="LENGTH", help="Last digit of the positions.")
-@click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
-@click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
-@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: whose joints these are.  [default: as they say]")
-@click.option("--certificate", "certificate_file", metavar="FILE", help="Write a certificate, JSON.")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) -> None:
-    """Check SETPOINTS against their path and limits, independently of whatever planned them.
-
-    SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), which says by itself what its path and limits are if a
-    run wrote it, or a CSV of another program with columns t and axes. Options replace single limits of the file. The
-    exit code is 1 where a limit or a check does not hold.
-    """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        verdict, page = _check(setpoints, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(verdict, page)
-    ctx.exit(DONE if verdict.ok else NOT_KEPT)
-
-
-def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict[str, Any]]:
-    from splinefeed.analysis.certificate import certificate, write_certificate
-    from splinefeed.analysis.check import check
-    from splinefeed.analysis.check_bounds import TOLERANCE
-    from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
-
-    say(f"reading {file}")
-    points, notes = read_setpoints(file, given)
-    limits = _limits(points, given, file)
-    path, source = path_of(points.settings, given, file)
-    law = _law(given["law_file"])
-    say("checking")
-    verdict = check(
-        points,
-        on_its_machine(path, points.settings, given["machine"], limits),
-        limits,
-        law=law,
-        tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
-        resolution=given["resolution"] or 0.0,
-    )
-    page = {"file": file, "path": source, "axes": list(points.axes), **verdict.as_dict()}
-    page["notes"] = [*notes, *page["notes"]]
-    page["files"] = []
-    if given["certificate_file"]:
-        write_certificate(certificate(points, path, limits, verdict, law), given["certificate_file"])
-        page["files"] = [given["certificate_file"]]
-    return verdict, page
-
-
-def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
-    """Limits of the file of limits, or else of the settings, with those of the options in their place."""
-    from splinefeed.errors import LimitsError
-    from splinefeed.formats import limits_toml
-    from splinefeed.records import Limits
-
-    flat: dict[str, float] = {}
-    if given["limits_file"]:
-        flat = limits_toml.read(given["limits_file"]).as_dict()
-    elif isinstance(settings := points.settings.get("limits"), Mapping):
-        flat = dict(settings)
-    flat = options.replaced(flat, given)
-    if not flat:
-        raise LimitsError(f"{file}: says no limits; give --limits FILE or --feed, --axis-jerk and the like")
-    return Limits.from_dict(flat)
-
-
-def _law(file: str | None) -> TimeLaw | None:
-    from splinefeed.errors import FormatError
-    from splinefeed.formats.setpoints import load
-    from splinefeed.records import TimeLaw
-
-    if file is None:
-        return None
-    law = load(file)
-    if not isinstance(law, TimeLaw):
-        raise FormatError(f"{file}: holds {type(law).__name__}, not a time law")
-    return law
-
-
-def _print(verdict: Verdict, page: Mapping[str, Any]) -> None:
-    from splinefeed.cli.output import counted, number, print_table, print_text
-    from splinefeed.cli.summary import print_notes, unit_of
+def _print(page: Page) -> None:
     from splinefeed.records import unit_along
 
     unit = unit_along(page["axes"])
@@ -143,8 +48,87 @@ def _print(verdict: Verdict, page: Mapping[str, Any]) -> None:
         rows.append([name, *values, *place, "holds" if each["ok"] else "OVER"])
     print_table(["limit", "worst", "allowed", "share", "floor", "at", "at time", "by", ""], rows)
     print_text()
-    for problem in verdict.problems:
+    for problem in page["problems"]:
         print_text(f"problem   {problem}")
-    print_text("all limits and checks hold" if verdict.ok else f"NOT KEPT: {counted(len(verdict.problems), 'problem')}")
-    for name in page["files"]:
-        print_text(f"wrote {name}")
+    print_text("all limits and checks hold" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}")
+
+
+@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.argument("setpoints")
+@click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: as the setpoints say]")
+@click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
+@click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
+@options.limits_alone("as the setpoints say")
+@click.option("--law", "law_file", metavar="FILE", help="The time law (.h5): exact derivatives are checked too.")
+@click.option(
+    "--tolerance",
+    type=options.Quantity("length"),
+    metavar="LENGTH",
+    help="Largest distance of a setpoint from the curve.  [default: 1e-9 mm]",
+)
+@click.option("--resolution", type=options.Quantity("length"), metavar="LENGTH", help="Last digit of the positions.")
+@click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
+@click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
+@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: whose joints these are.  [default: as they say]")
+@click.option("--certificate", "certificate_file", metavar="FILE", help="Write a certificate, JSON.")
+@answers(_print)
+def command(say: Say, setpoints: str, **given: Any) -> Page:
+    """Check SETPOINTS against their path and limits, independently of whatever planned them.
+
+    SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), which says by itself what its path and limits are if a
+    run wrote it, or a CSV of another program with columns t and axes. Options replace single limits of the file. The
+    exit code is 1 where a limit or a check does not hold.
+    """
+    from splinefeed.analysis.certificate import certificate, write_certificate
+    from splinefeed.analysis.check import check
+    from splinefeed.analysis.check_bounds import TOLERANCE
+
+    say(f"reading {setpoints}")
+    points, notes = read_setpoints(setpoints, given)
+    limits = _limits(points, given, setpoints)
+    path, source = path_of(points.settings, given, setpoints)
+    law = _law(given["law_file"])
+    say("checking")
+    verdict = check(
+        points,
+        on_its_machine(path, points.settings, given["machine"], limits),
+        limits,
+        law=law,
+        tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
+        resolution=given["resolution"] or 0.0,
+    )
+    page = {"file": setpoints, "path": source, "axes": list(points.axes), **verdict.as_dict()}
+    page["notes"] = [*notes, *page["notes"]]
+    page["files"] = []
+    if given["certificate_file"]:
+        write_certificate(certificate(points, path, limits, verdict, law), given["certificate_file"])
+        page["files"] = [given["certificate_file"]]
+    return page
+
+
+def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
+    """Limits of the file of limits, or else of the settings, with those of the options in their place."""
+    from splinefeed.formats import limits_toml
+    from splinefeed.records import Limits
+
+    flat: dict[str, float] = {}
+    if given["limits_file"]:
+        flat = limits_toml.read(given["limits_file"]).as_dict()
+    elif isinstance(settings := points.settings.get("limits"), Mapping):
+        flat = dict(settings)
+    flat = options.replaced(flat, given)
+    if not flat:
+        raise LimitsError(f"{file}: says no limits; give --limits FILE or --feed, --axis-jerk and the like")
+    return Limits.from_dict(flat)
+
+
+def _law(file: str | None) -> TimeLaw | None:
+    from splinefeed.formats.setpoints import load
+    from splinefeed.records import TimeLaw
+
+    if file is None:
+        return None
+    law = load(file)
+    if not isinstance(law, TimeLaw):
+        raise FormatError(f"{file}: holds {type(law).__name__}, not a time law")
+    return law

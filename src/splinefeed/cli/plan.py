@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import number, print_table, print_text
 from splinefeed.cli.panels import PanelCommand
-
-if TYPE_CHECKING:
-    from splinefeed.cli.progress import Say
+from splinefeed.cli.progress import Say
+from splinefeed.cli.source import read_path
+from splinefeed.cli.summary import law_sentence, print_limits, print_notes
 
 #: Decimals of the table: what is below is the rounding of the law.
 ROUNDED = 9
@@ -27,6 +29,33 @@ Examples:
 """
 
 
+def _print(page: dict[str, Any]) -> None:
+    from splinefeed.records import unit_along
+
+    period = units.format_quantity(page["period_s"], "time")
+    unit = unit_along(page["axes"])
+    print_text(
+        f"{page['name']}: {number(page['length_mm'], 7)} {unit} in {number(page['duration_s'], 6)} s, "
+        f"planned for a period of {period}"
+    )
+    print_text(f"law       {page['strategy']}; {law_sentence(page, unit)}")
+    if page["stops_mm"]:
+        print_text(f"stops     {len(page['stops_mm'])}, where the direction jumps")
+    print_notes(page["notes"])
+    print_text()
+    print_limits(page["limits"], unit)
+    print_text()
+    rows = [
+        [str(i), *(number(round(value, ROUNDED), 6) for value in piece.values())]
+        for i, piece in enumerate(page["pieces"])
+    ]
+    along = [f"from {unit}", f"to {unit}", f"feed {unit}/s", f"to {unit}/s", f"accel {unit}/s^2", f"jerk {unit}/s^3"]
+    titles = ["piece", "start s", "lasts s", *along]
+    print_table(titles, rows[:MOST_ROWS], texts=0)
+    if len(rows) > MOST_ROWS:
+        print_text(f"... and {len(rows) - MOST_ROWS} more pieces; --json lists all")
+
+
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source", required=False)
 @options.limits
@@ -34,28 +63,13 @@ Examples:
 @options.reading
 @options.smoothing
 @click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, source: str | None, **given: Any) -> Page:
     """Plan the time law s(t) of the motion along SOURCE, and print its pieces.
 
     Without SOURCE: the paper's airfoil. The exit code is 1 where a limit does not hold.
     """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _plan(source, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
-    ctx.exit(DONE if page["ok"] else NOT_KEPT)
-
-
-def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]:
     from splinefeed.analysis.motion import tangential_shares
-    from splinefeed.cli.source import read_path
     from splinefeed.feed.planning import plan
     from splinefeed.formats.setpoints import save
     from splinefeed.machine.table import Machine
@@ -100,36 +114,3 @@ def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]
         "notes": [*assumed, *options.smoothing_note(path, given), *path.findings, *law.notes],
         "files": [given["output"]] if given["output"] else [],
     }
-
-
-def _print(page: dict[str, Any]) -> None:
-    from splinefeed import units
-    from splinefeed.cli.output import number, print_table, print_text
-    from splinefeed.cli.summary import law_sentence, print_limits, print_notes
-    from splinefeed.records import unit_along
-
-    period = units.format_quantity(page["period_s"], "time")
-    unit = unit_along(page["axes"])
-    print_text(
-        f"{page['name']}: {number(page['length_mm'], 7)} {unit} in {number(page['duration_s'], 6)} s, "
-        f"planned for a period of {period}"
-    )
-    print_text(f"law       {page['strategy']}; {law_sentence(page, unit)}")
-    if page["stops_mm"]:
-        print_text(f"stops     {len(page['stops_mm'])}, where the direction jumps")
-    print_notes(page["notes"])
-    print_text()
-    print_limits(page["limits"], unit)
-    print_text()
-    rows = [
-        [str(i), *(number(round(value, ROUNDED), 6) for value in piece.values())]
-        for i, piece in enumerate(page["pieces"])
-    ]
-    along = [f"from {unit}", f"to {unit}", f"feed {unit}/s", f"to {unit}/s", f"accel {unit}/s^2", f"jerk {unit}/s^3"]
-    titles = ["piece", "start s", "lasts s", *along]
-    print_table(titles, rows[:MOST_ROWS], texts=0)
-    if len(rows) > MOST_ROWS:
-        print_text(f"... and {len(rows) - MOST_ROWS} more pieces; --json lists all")
-    for name in page["files"]:
-        print_text()
-        print_text(f"wrote {name}")

@@ -10,6 +10,9 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.output import counted, number, print_json, print_table, print_text
+from splinefeed.cli.summary import print_notes
+from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -59,8 +62,6 @@ def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool,
     Runs that fail are rows too. A sweep that was stopped, however, goes on where it was when it is called again. With
     `show DIR`: a summary of the runs that are there, and sweep.html beside them.
     """
-    from splinefeed.errors import InputError
-
     if spec != "show":
         if folder is not None:
             raise InputError(f"{folder}: one spec at a time; name the folder of the dataset with -o")
@@ -69,8 +70,6 @@ def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool,
         raise InputError("show: name the folder of a sweep, such as splinefeed sweep show splinefeed-sweep-night")
     page = _show(folder)
     if as_json:
-        from splinefeed.cli.output import print_json
-
         print_json(page)
     else:
         _print(page)
@@ -97,8 +96,6 @@ def _sweep(spec: str, given: dict[str, Any]) -> str:
 @contextmanager
 def _engine(given: dict[str, Any]) -> Iterator[Executor | None]:
     """The executor that the options ask for; None for processes on this machine."""
-    from splinefeed.errors import InputError
-
     if given["dask"]:
         try:
             from distributed import Client
@@ -200,9 +197,6 @@ def _show(folder: str) -> dict[str, Any]:
 
 
 def _print(page: dict[str, Any]) -> None:
-    from splinefeed.cli.output import counted, number, print_table, print_text
-    from splinefeed.cli.summary import print_notes
-
     print_text(f"{page['name']}: {page['there']} of {page['runs']} runs")
     print_text(
         f"          {page['ok']} ok, {page['not_kept']} with a limit or a check not kept, {page['failed']} failed"
