@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from splinefeed.analysis.check_bounds import Fault
-from splinefeed.analysis.check_law import check_law, worse
+from splinefeed.analysis.check_law import check_law, one_jerk, worse
 from splinefeed.analysis.check_setpoints import Judge
 from splinefeed.records import ANGLES, ROTARY_AXES, Array, LimitResult, Setpoints, TimeLaw, Verdict, unit_along
 
@@ -48,8 +48,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
         notes += findings.notes
         if abs(law.duration - judge.duration) > judge.period:
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
-    if "deceleration_jerk" in results:  # one name for both: what counts is the one that is nearer to its own limit
-        results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
+    results = one_jerk(results)
     if judge.short is not None:
         notes.append(f"the last period is a short one of {judge.short:.9g} s; differences over it have a higher floor")
     if not judge.bounds.path.linear:

@@ -69,11 +69,12 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
 
     Without SOURCE: the paper's airfoil. The exit code is 1 where a limit does not hold.
     """
-    from splinefeed.analysis.motion import tangential_shares
+    from splinefeed.analysis.check_law import limits_along
     from splinefeed.feed.planning import plan
     from splinefeed.formats.setpoints import save
     from splinefeed.machine.table import Machine
-    from splinefeed.pipeline.run import PAPER_SHAPE, share_numbers
+    from splinefeed.pipeline.run import PAPER_SHAPE
+    from splinefeed.records import Verdict
 
     machine = Machine.load(given["machine"]) if given["machine"] else None
     if machine is None:
@@ -85,7 +86,7 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     limits, assumed = options.as_programmed(limits, path, given)
     say("planning")
     law = plan(path, limits, strategy=strategy, period=period)
-    shares = tangential_shares(law, limits)
+    verdict = Verdict(limits=limits_along(law, path, limits), problems=())
     if given["output"]:
         save(law, given["output"])
     starts, ends = law.breaks[:-1], law.breaks[1:]
@@ -100,7 +101,7 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
         "jerk_mm_s3": law.jerk(starts),
     }
     return {
-        "ok": all(share.kept for share in shares.values()),
+        "ok": verdict.ok,
         "name": path.name,
         "axes": list(path.axes),
         "duration_s": law.duration,
@@ -108,7 +109,7 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
         "length_mm": path.length,
         "period_s": law.period,
         "strategy": law.strategy,
-        "limits": share_numbers(shares),
+        "limits": verdict.as_dict()["limits"],
         "stops_mm": list(path.stops),
         "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
         "notes": [*assumed, *options.smoothing_note(path, given), *path.findings, *law.notes],
