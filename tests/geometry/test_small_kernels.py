@@ -14,6 +14,7 @@ import reference
 from splinefeed.geometry import meetings, smoothing_fit, tables
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
+from splinefeed.geometry.fitting.grid import graded, halved
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import arc
 from splinefeed.kernels import matching, pieces, smoothing
@@ -230,8 +231,9 @@ def test_shares_of_samples_are_their_distances_over_what_is_allowed():
 
 
 def test_a_graded_grid_halves_what_is_wide_and_what_is_wide_beside_it():
-    grid = smoothing_fit.graded(np.array([0.0, 1.0, 2.0, 10.0]), np.array([True, False, False]))
+    wide = np.array([True, False, False])
+    grid = graded(halved(np.array([0.0, 1.0, 2.0, 10.0]), wide), grade=smoothing_fit.GRADE)
     assert {0.0, 0.5, 1.0, 2.0, 10.0} <= set(grid.tolist())
     width = np.diff(grid)
     assert np.all(width[1:] <= smoothing_fit.GRADE * width[:-1]) and np.all(width[:-1] <= 2.5 * width[1:])
-    assert smoothing_fit.graded(np.array([0.0, 1.0, 2.0]), np.array([False, False])).tolist() == [0.0, 1.0, 2.0]
+    assert graded(np.array([0.0, 1.0, 2.0]), grade=smoothing_fit.GRADE).tolist() == [0.0, 1.0, 2.0]

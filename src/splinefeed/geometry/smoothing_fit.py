@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from splinefeed.geometry.fitting.grid import graded, halved
 from splinefeed.kernels.smoothing import DEGREE, least_squares, shares
-from splinefeed.records import Array, BoolArray
+from splinefeed.records import Array
 
 #: Rounds of halving knot spans at most: a span is at least a 2^ROUNDS-th of the run.
 ROUNDS = 12
@@ -39,19 +40,7 @@ def fit_run(
         wide[span[share > 1.0]] = True
         if np.any(np.bincount(span, minlength=len(wide))[wide] < 2 * FEWEST):
             break
-        grid = graded(grid, wide)
+        grid = graded(halved(grid, wide), grade=GRADE)
         if len(grid) - 1 > most:
             break
     return None, knots, worst
-
-
-def graded(grid: Array, wide: BoolArray) -> Array:
-    """The grid (n + 1,) with the spans halved that are `wide` (n,), and those GRADE times wider than a neighbour."""
-    for _ in range(ROUNDS + 1):
-        grid = np.sort(np.concatenate([grid, 0.5 * (grid[:-1] + grid[1:])[wide]]))
-        width = np.diff(grid)
-        beside = np.concatenate([[np.inf], width, [np.inf]])
-        wide = width > GRADE * np.minimum(beside[:-2], beside[2:])
-        if not wide.any():
-            break
-    return grid
