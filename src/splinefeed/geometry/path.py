@@ -27,8 +27,6 @@ from splinefeed.records import Array, BoolArray, IntArray, Points, frozen_array,
 
 #: Up to so many curves are faster looked at one by one than as arrays.
 _FEW = 8
-#: Curves that are made when they are looked at: they are right, and there as arrays.
-_STORED = (Lines, Packed)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
 JOIN_TOLERANCE = RESOLUTION
@@ -77,7 +75,7 @@ class Path:
         markers: Iterable[Marker] = (),
     ) -> None:
         try:
-            self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, _STORED) else tuple(curves)
+            self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, Packed) else tuple(curves)
         except TypeError:
             raise CurveError(f"curves are a {type(curves).__name__}; a list of NurbsCurve is needed") from None
         self._joined: Sequence[NurbsCurve] = self.curves
@@ -88,7 +86,7 @@ class Path:
             raise InputError(f"tolerance is {self.tolerance:g} mm; it must be 0 or more")
         if not self.curves:
             raise CurveError("a path needs at least one curve")
-        for i, curve in enumerate(() if isinstance(curves, _STORED) else self.curves):
+        for i, curve in enumerate(() if isinstance(curves, Packed) else self.curves):
             if not isinstance(curve, NurbsCurve):
                 raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; a NurbsCurve is needed")
             if curve.axes != self.curves[0].axes:
@@ -201,7 +199,7 @@ class Path:
     @cached_property
     def flat(self) -> Flat:
         """All curves as arrays."""
-        return self._joined.flat if isinstance(self._joined, _STORED) else Flat.of(self._joined)
+        return self._joined.flat if isinstance(self._joined, Packed) else Flat.of(self._joined)
 
     @property
     def joined(self) -> Sequence[NurbsCurve]:
@@ -211,7 +209,7 @@ class Path:
     @cached_property
     def _ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes)."""
-        few = not isinstance(self._joined, _STORED) and len(self._joined) <= _FEW
+        few = not isinstance(self._joined, Packed) and len(self._joined) <= _FEW
         ends = np.array([curve.ends for curve in self._joined]) if few else self.flat.ends(self._joined)
         ends.setflags(write=False)
         return ends
