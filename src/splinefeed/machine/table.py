@@ -12,9 +12,8 @@ from typing import Any
 
 from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError, nearest
 from splinefeed.kinematics import Kinematics, kinds, kinematics
-from splinefeed.machine import parts, quantities
+from splinefeed.machine import describe, parts, quantities
 from splinefeed.machine.control import PARTS, AxisControl, Control
-from splinefeed.machine.describe import describe_table, table_numbers
 from splinefeed.records import ROTARY_AXES
 
 #: Sections of an axis and the record that each becomes.
@@ -129,7 +128,7 @@ class Machine:
 
     def as_dict(self) -> dict[str, Any]:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
-        return table_numbers(self.name, self.title, self.axes.values(), self.notes, self.kinematics, self.control)
+        return describe.numbers(self)
 
     def save(self, path: str | Path) -> None:
         """Write a machine file that loads again as the same machine; see `machine.writing`."""
@@ -139,7 +138,7 @@ class Machine:
 
     def describe(self) -> str:
         """The machine in words, a paragraph an axis."""
-        return describe_table(self.name, self.title, self.axes.values(), self.notes, self.kinematics, self.control)
+        return describe.describe(self)
 
 
 @cache
