@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 _IMPORT = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.MULTILINE)
@@ -21,7 +21,8 @@ def lazily(
     moved  where a name that was here stands now, "splinefeed.live.LookAhead"; it warns, for one release
     """
     package = sys.modules[room]
-    homes = {name: home for home, name in _IMPORT.findall(Path(str(package.__file__)).with_suffix(".pyi").read_text())}
+    with open(f"{os.path.splitext(str(package.__file__))[0]}.pyi", encoding="utf-8") as stub:
+        homes = {name: home for home, name in _IMPORT.findall(stub.read())}
 
     def find(name: str) -> Any:
         if moved is not None and name in moved:
