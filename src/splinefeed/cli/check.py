@@ -12,7 +12,7 @@ from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import counted, number, print_table, print_text
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
-from splinefeed.cli.summary import print_notes, unit_of
+from splinefeed.cli.summary import print_notes
 from splinefeed.errors import FormatError, LimitsError
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ Examples:
 
 
 def _print(page: Page) -> None:
-    from splinefeed.records import unit_along
+    from splinefeed.records import unit_along, unit_of
 
     unit = unit_along(page["axes"])
     print_text(

@@ -84,6 +84,8 @@ def print_notes(notes: Sequence[str]) -> None:
 
 def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
     """The limits of the path, and how much of each is used; unit of arc length."""
+    from splinefeed.records import unit_of
+
     rows = [
         [
             name,
@@ -95,16 +97,6 @@ def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
         for name, each in limits.items()
     ]
     print_table(["limit", "worst", "allowed", "share", "at"], rows)
-
-
-def unit_of(name: str, along: str) -> str:
-    """Unit of a limit by its name; rotary axes in degrees, as the numbers are, and the path in `along`."""
-    from splinefeed.formats import limits_toml
-    from splinefeed.records import ROTARY_AXES
-
-    kind, _, axis = name.removeprefix("axis_").partition(".")
-    unit = (limits_toml.unit_of(kind) or limits_toml.unit_of(f"axis_{kind}") or "").replace("rad", "deg")
-    return unit.replace("mm", "deg") if axis in ROTARY_AXES else unit if axis else unit.replace("mm", along)
 
 
 def print_axes(page: dict[str, Any]) -> None:
