@@ -122,13 +122,6 @@ class Flat:
     def __len__(self) -> int:
         return len(self.degrees)
 
-    @property
-    def for_kernels(self) -> tuple[IntArray, IntArray, IntArray, Array, IntArray, Array, Array]:
-        """All arrays in the order in which kernels take them."""
-        return (
-            self.degrees, self.rational, self.knot_starts, self.knots, self.point_starts, self.points, self.weights,
-        )  # fmt: skip
-
     @cached_property
     def domains(self) -> Array:
         """First and last parameter of each curve, (n, 2)."""

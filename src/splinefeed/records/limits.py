@@ -57,6 +57,11 @@ def unit_of(name: str, along: str = "mm") -> str:
     return base + _ORDERS.get(kind.removeprefix("axis_"), "")
 
 
+def raised(unit: str) -> str:
+    """A unit with its powers as they are printed, mm/s² for mm/s^2."""
+    return unit.replace("^2", "²").replace("^3", "³")
+
+
 #: A limit of each axis: by name, or in the order of the path's axes.
 ByAxis: TypeAlias = Mapping[str, float] | Sequence[float] | NDArray[Any]
 
@@ -266,11 +271,11 @@ class Limits:
                 rows["torque"] = ", ".join(f"{axis} {most:g}" for axis, most in value.most.items()) + " N m (N)"
             elif isinstance(value, Mapping):
                 each = (f"{axis} {v:g}{' (rad)' * (axis in ROTARY_AXES)}" for axis, v in value.items())
-                rows[f.name] = f"{', '.join(each)} {unit_of(f.name)}"
+                rows[f.name] = f"{', '.join(each)} {raised(unit_of(f.name))}"
             else:
                 numbers = value if isinstance(value, tuple) else (value,)
                 factor = 180.0 / math.pi if f.name in ANGLES else 1.0
-                rows[f.name] = f"{', '.join(f'{factor * v:g}' for v in numbers)} {unit_of(f.name)}"
+                rows[f.name] = f"{', '.join(f'{factor * v:g}' for v in numbers)} {raised(unit_of(f.name))}"
         return view.table(rows)
 
     @classmethod

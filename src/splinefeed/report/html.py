@@ -12,7 +12,7 @@ from typing import Any
 from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, unit_along, unit_of
+from splinefeed.records import ROTARY_AXES, raised, unit_along, unit_of
 from splinefeed.report import interactive, library
 from splinefeed.report.figure import Figure
 from splinefeed.report.theme import limit_words, short
@@ -132,7 +132,7 @@ def _limits(run: Run) -> str:
     bound, along = run.use.time_bound_by(), unit_along(run.path.axes)
     place = along.replace("deg", "°")
     for name, each in run.verdict.as_dict()["limits"].items():
-        unit = unit_of(name, along).replace("deg", "°").replace("^2", "²").replace("^3", "³")
+        unit = raised(unit_of(name, along).replace("deg", "°"))
         state = "good" if each["ok"] else "bad"
         width = min(100.0 * each["share"], 100.0)
         part = bound.get(name, 0.0)
