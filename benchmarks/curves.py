@@ -169,7 +169,7 @@ def measure() -> Report:
     )
     notes = (
         "Limits (feed = axis velocity, axis acceleration, axis jerk; of rotary axes in rad): A 60, 500, 20000; "
-        "B 100, 2000, 50000; C 60, 50, 2000. Bound: no plan on the same grid is faster. Other planners: the "
+        "B 100, 2000, 50000; C 60, 50, 2000. Bound: no motion within the limits is faster. Other planners: the "
         "faster of IPOPT and COPP, slowed until their setpoints hold the limits, measured once; on the other "
         "curves they were not measured, or know nothing of jumps. Computing: processor time of a warm plan. "
         "Every motion here was held against `sf.check`.",

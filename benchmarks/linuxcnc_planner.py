@@ -210,10 +210,30 @@ def recorded(program: str, machine: Mill, seconds: float = 600.0) -> Recording:
         )
 
 
+def without_screen(ini: str, hal: str, display: str) -> str:
+    """An INI text that LinuxCNC brings, with this HALFILE and display, and without what needs a screen.
+
+    Its first kinematics are those of the machine, as they were before switchkins: LinuxCNC starts on them.
+    """
+    kept = []
+    for line in ini.splitlines():
+        name, _, value = (part.strip() for part in line.partition("="))
+        if name in ("PYVCP", "OPEN_FILE", "POSTGUI_HALFILE", "INTRO_GRAPHIC") or "loadusr" in value:
+            continue
+        if value.startswith("net"):  # a signal goes on where the window of the machine is not there to take it
+            line = f"HALCMD = {' '.join(word for word in value.split() if '-gui.' not in word)}"
+        line = {"DISPLAY": f"DISPLAY = {display}", "HALFILE": f"HALFILE = {hal}"}.get(name, line) if value else line
+        kept.append(line.replace(" sparm=identityfirst", ""))
+    return "\n".join([*kept, ""])
+
+
 @contextmanager
-def watched(machine: Mill, hal: str, seconds: float = 120.0) -> Iterator[tuple[str, list[NDArray[np.float64]]]]:
+def watched(
+    machine: Mill, hal: str, seconds: float = 120.0, brought: Path | None = None
+) -> Iterator[tuple[str, list[NDArray[np.float64]]]]:
     """Run LinuxCNC with a HALFILE (its text), homed and switched off, while its joints are moved by somebody else.
 
+    brought  INI file that LinuxCNC brings: it runs from a copy of its folder instead of the machine's own files.
     Gives the home folder of its user, and a list that has what the second sampler saw, (n, axes), behind the block.
     """
     if not installed() or shutil.which("linuxcnc") is None:
@@ -223,6 +243,10 @@ def watched(machine: Mill, hal: str, seconds: float = 120.0) -> Iterator[tuple[s
         count = len(machine.axes)
         files = {**machine.files("", folder, seconds), "mill.hal": hal}
         files["mill.ini"] = files["mill.ini"].replace(f"{folder}/job.ngc", "-").replace(machine.sampled, "f" * count)
+        if brought is not None:
+            shutil.copytree(brought.parent, folder, dirs_exist_ok=True)
+            display = f"{folder}/display.py - {folder}/out {'f' * count} {seconds}"
+            files["mill.ini"] = without_screen(brought.read_text(encoding="utf-8"), "mill.hal", display)
         running = pool.submit(session, folder, files, seconds, count)
         try:
             while not (folder / "out.ready").exists():

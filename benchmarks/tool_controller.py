@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache, partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,11 +54,12 @@ def by_linuxcnc(path: sf.JointPath, lines: int) -> Array:
     return np.column_stack([joints[:, :3], np.radians(joints[:, 3:])])
 
 
-def streamed(path: sf.JointPath, given: Limits) -> tuple[Array, Array]:
+def streamed(path: sf.JointPath, given: Limits, brought: Path | None = None) -> tuple[Array, Array]:
     """Our plan, with the reserve that lets it be overridden, streamed into LinuxCNC on xyzac-trt, one row a servo tick.
 
     Gives joints (n, 5), mm and rad, as HAL has commanded them, and poses (n, 5), mm and deg: tip and rotary axes as
-    LinuxCNC's motion controller has seen them by its own forward kinematics, from the start of the path on.
+    LinuxCNC's motion controller has seen them by its own forward kinematics, from the start of the path on. With
+    `brought`, an INI file that LinuxCNC brings, that is the machine.
     """
     law = sf.plan(path, with_reserve(given), period=PERIOD)
     text, count = hal_text(tuple(HalAxis(axis) for axis in path.axes), PERIOD, motion=True), len(path.axes)
@@ -68,7 +70,7 @@ def streamed(path: sf.JointPath, given: Limits) -> tuple[Array, Array]:
         text = text.replace(f"net spf-position-{k} joint.", f"net spf-command-{k} joint.")
         text += f"net seen-{k} axis.{axis}.pos-cmd sampler.1.pin.{k}\n"
     text += "addf sampler.1 servo-thread\nsetp sampler.1.enable 0\n"
-    with watched(mill(given), text) as (home, found):
+    with watched(mill(given), text, brought=brought) as (home, found):
         sink = LinuxcncSink(AHEAD, record=True, settle=0.1, home=home)
         there = partial(approach, axes=path.axes, limits=given, period=PERIOD)
         state = play(along(path, law, given, highest=1.0), sink, Operator(), AHEAD, approach=there)

@@ -26,8 +26,9 @@ from splinefeed.formats.gcode.tools import Tools
 FOLDERS, SUFFIXES = ("nc_files", "tests"), (".ngc", ".nc", ".tap")
 #: Tools that the programs may call for, in inches.
 TABLE = "".join(f"T{n} P{n} Z{0.1 * n:.1f} D.02\n" for n in range(1, 51))
-EQUAL, BOTH, NO_END, ITS, OURS, DIFFERS, LONG = (
-    "equal", "both refuse", "no end: only it refuses", "only it refuses", "only we refuse", "differs", "no end of time",
+EQUAL, INCHES, BOTH, NO_END, ITS, OURS, DIFFERS, LONG = (
+    "equal", "equal where it begins in inches", "both refuse", "no end: only it refuses", "only it refuses",
+    "only we refuse", "differs", "no end of time",
 )  # fmt: skip
 
 
@@ -60,8 +61,19 @@ def verdict(file: Path, tools: tuple[Path, Tools]) -> tuple[str, str]:
             return (NO_END if ended else ITS), twin.error
         compare(moves, twin, file)
     except AssertionError as error:
-        return DIFFERS, str(error).replace("\n", " ")[:200]
+        return (INCHES if _equal_in_inches(file, tools) else DIFFERS), str(error).replace("\n", " ")[:200]
     return EQUAL, ""
+
+
+def _equal_in_inches(file: Path, tools: tuple[Path, Tools]) -> bool:
+    """Whether the program moves as in a LinuxCNC that is in inches when it begins."""
+    begun = file.with_name("begun-in-inches.ngc")
+    begun.write_text("G20\n" + file.read_text(errors="replace"))
+    try:
+        compare(ours(file, tools[1])[0], run(begun, tools[0]), file)
+    except AssertionError:
+        return False
+    return True
 
 
 def main(checkout: Path) -> None:

@@ -27,7 +27,10 @@ _PLANES = {"XY": (0, 1), "XZ": (2, 0), "YZ": (1, 2)}
 
 @dataclass
 class Canon:
-    """A move: its kind, end (6,), how far that is rounded, feed, mm a minute, tolerance, the middle (3,) of an arc."""
+    """A move: its kind, end (6,), how far that is rounded, feed, mm a minute, tolerance, the middle (3,) of an arc.
+
+    feed_rounded  how far the feed is rounded, mm a minute: where it goes with the spindle as far as that turns
+    """
 
     kind: str
     end: np.ndarray
@@ -35,6 +38,7 @@ class Canon:
     feed: float
     tolerance: float
     middle: np.ndarray | None = None
+    feed_rounded: float = 2e-4
 
 
 @dataclass
@@ -113,14 +117,15 @@ def run(file: Path, tools: Path | None = None) -> Run:
             found.switches.append(_SWITCHES[name])
             turning = _SWITCHES[name] if "SPINDLE" in name else turning
         rate = lead * speed or (feed * speed if per_turn else feed)
+        loose = 2e-4 + (ROUNDED * unit * speed if lead or per_turn else 0.0)
         if name == "RIGID_TAP":  # to the end and back, with the spindle turning the other way
             end = machine(np.append([float(word) for word in words[:3]], 0.0 * place[3:]) * scale)
             end[3:] = place[3:]
-            found.moves += [Canon("FEED", each, rounded, rate, tolerance) for each in (end, place)]
+            found.moves += [Canon("FEED", each, rounded, rate, tolerance, None, loose) for each in (end, place)]
             found.switches += [{"M3": "M4", "M4": "M3"}[turning], turning]
         elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED"):
             end = machine(np.array([float(word) for word in words[:6]]) * scale)
-            found.moves.append(Canon(name[9:], end, rounded, rate, tolerance))
+            found.moves.append(Canon(name[9:], end, rounded, rate, tolerance, None, loose))
             place = end
         elif name == "ARC_FEED":
             end = np.array([0.0, 0.0, 0.0, *(float(word) for word in words[6:9])])
@@ -131,7 +136,7 @@ def run(file: Path, tools: Path | None = None) -> Run:
             start = turned.T @ (place - system - tool) - shift
             middle = np.append(_middle(start, end, centre, plane, int(words[4])), np.zeros(3))
             end, middle = machine(end), machine(middle)[:3]
-            found.moves.append(Canon("ARC", end, rounded, rate, tolerance, middle))
+            found.moves.append(Canon("ARC", end, rounded, rate, tolerance, middle, loose))
             place = end
         elif name == "NURBS_FEED":
             found.moves.append(Canon("NURBS", np.full(6, np.nan), rounded, rate, tolerance))

@@ -42,7 +42,8 @@ def sometimes(seed: int) -> Outcome:
 def test_what_fails_is_told_with_its_seed(monkeypatch: pytest.MonkeyPatch) -> None:
     tally = batch(sometimes, 1, 5)
     assert tally.done == 5
-    assert tally.words == {"ok": 2, "else": 1}
+    assert tally.words == {"ok": 2, "refused": 1}
+    assert tally.refused == {"refused": 1}
     assert [seed for seed, _ in tally.failed] == [4, 5]
     assert tally.failed[0][1].startswith("ValueError: a planted fault in sometimes:")
     assert tally.failed[1][1].startswith("Failed: in the words of a test in ")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from splinefeed import workers
 from splinefeed.workers import LostError, Worker
 
 GB = 2**30
@@ -86,3 +87,37 @@ def test_it_ends_with_its_parent_and_a_script_needs_no_guard(tmp_path: Path) -> 
             return
         time.sleep(0.05)
     pytest.fail("the worker is still there")
+
+
+def slow_square(shared: list[int], item: int) -> tuple[int, int]:  # runs here and in other processes
+    if item == shared[0]:
+        raise ValueError(f"{item} is refused")
+    return item * item, os.getpid()
+
+
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent.parent))
+    monkeypatch.setattr(workers, "WORTH_SPREADING", 0.0)
+    monkeypatch.setattr(workers, "cores", lambda: 2)
+
+
+@pytest.mark.usefixtures("at_once")
+def test_work_is_spread_and_comes_back_in_order() -> None:
+    found = list(workers.spread(slow_square, [-1], range(60)))
+    assert [value for value, _ in found] == [k * k for k in range(60)]
+    assert len({pid for _, pid in found} - {os.getpid()}) == 2
+
+
+@pytest.mark.usefixtures("at_once")
+def test_an_exception_comes_where_its_result_would() -> None:
+    results = workers.spread(slow_square, [40], range(60))
+    assert [next(results)[0] for _ in range(40)] == [k * k for k in range(40)]
+    with pytest.raises(ValueError, match="40 is refused"):
+        next(results)
+
+
+@pytest.mark.usefixtures("at_once")
+def test_what_cannot_be_pickled_stays_here() -> None:
+    found = list(workers.spread(lambda _, item: item + 1, None, range(9)))
+    assert found == list(range(1, 10))

@@ -62,7 +62,7 @@ class Outcome:
 
 def profiles(seed: int) -> Outcome:
     """Seven phases alone: ends, lengths and limits by sums in extended precision."""
-    from feed.test_profile_kernel import check_motion, drawn
+    from feed.test_profiles import check_motion, drawn
 
     check_motion(*drawn(seed, (2, 9)[seed % 2], PROFILES_A_CASE))
     return Outcome()
@@ -192,6 +192,11 @@ class Tally:
     ripple: float = math.nan
     slowest: float = 0.0
 
+    @property
+    def refused(self) -> dict[str, int]:
+        """How many were refused or stopped, by cause."""
+        return {word: count for word, count in self.words.items() if word != "ok"}
+
     def add(self, other: Tally) -> None:
         """Those of another, too."""
         self.done += other.done
@@ -223,8 +228,7 @@ def batch(case: Callable[[int], Outcome], first: int, count: int) -> Tally:
             where = " < ".join(f"{f.name}:{f.lineno}" for f in traceback.extract_tb(error.__traceback__)[:-9:-1])
             tally.failed.append((seed, f"{type(error).__name__}: {error}"[:300].replace("\n", " ") + f" in {where}"))
         else:
-            word = "ok" if came.word == "ok" else "else"
-            tally.add(Tally(words={word: 1}, share=came.share, ripple=came.ripple))
+            tally.add(Tally(words={came.word: 1}, share=came.share, ripple=came.ripple))
             tally.slowest = max(tally.slowest, came.seconds)
         took = time.process_time() - begin
         if took > MOST_SECONDS:
@@ -302,7 +306,7 @@ def table(rows: list[tuple[Family, int, Tally]], seed: int, code: str, before: s
             asked, tally = new[family]
             lines.append(
                 (
-                    family.title, asked * family.each, tally.done * family.each, tally.words.get("else", 0),
+                    family.title, asked * family.each, tally.done * family.each, sum(tally.refused.values()),
                     len(tally.failed), None if math.isnan(tally.share) else tally.share,
                     None if math.isnan(tally.ripple) else tally.ripple, tally.slowest, seed, code,
                 )
@@ -358,6 +362,10 @@ def main(words: list[str] | None = None) -> int:
             rows.append((family, count, run(family, given.seed, count, until, given.workers, say)))
     failed = [(family.name, *each) for family, _, tally in rows for each in tally.failed]
     print(table(rows, given.seed, code).markdown())
+    for family, _, tally in rows:
+        if tally.refused:
+            causes = ", ".join(f"{word} {count}" for word, count in sorted(tally.refused.items()))
+            print(f"Refused or stopped of {family.title}: {causes}")
     print(f"{(time.monotonic() - begin) / 60.0:.0f} min")
     if given.write:
         whole = table(rows, given.seed, code, PAGE.read_text(encoding="utf-8"))

@@ -21,7 +21,7 @@ from typing import Any
 from marked import DOCS, rows, words, write
 
 from splinefeed.machine.control import AxisControl, Control, SpindleControl
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.calibration import Calibration, Recorded, calibrate, compared, record
 
 DATA = DOCS.parent / "tests" / "data" / "cycle-time"

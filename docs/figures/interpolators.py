@@ -99,11 +99,11 @@ def told() -> dict[str, str]:
 
 
 def picture() -> Figure:
-    """Largest guest root of each multistep method over h, and the error of the true root of all methods."""
+    """Largest parasitic root of each multistep method over h, and the error of the true root of all methods."""
     h = np.linspace(-0.8, 0.6, 281)
     styles = {"adams-bashforth-moulton": theme.GREEN, "hamming": theme.BLUE, "milne-simpson": theme.VERMILION}
     one_step = {"taylor-1": theme.OCHRE, "taylor-2": theme.PURPLE, "taylor-3": theme.FAINT, "runge-kutta-4": theme.INK}
-    guests = [
+    parasitic = [
         Line(h, np.array([abs(roots(name, x)[1]) for x in h]), name, colour, named=True)
         for name, colour in styles.items()
     ]
@@ -114,7 +114,7 @@ def picture() -> Figure:
     step = Axis("h = λ T")
     panels = (
         Panel(
-            step, Axis("largest guest root |r|"), (*guests, Level(1.0, colour=theme.FAINT, always=True)),
+            step, Axis("largest parasitic root |r|"), (*parasitic, Level(1.0, colour=theme.FAINT, always=True)),
             "above 1 it grows from tick to tick", height=190,
         ),
         Panel(step, Axis("error of the true root, |r / exp(h) - 1|", 1e-8, 1.0, log=True), tuple(true), height=190),

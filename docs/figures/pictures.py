@@ -20,7 +20,7 @@ def main() -> None:
     butterfly = sf.run(sf.shapes.butterfly(), limits, strategy="time-optimal")
     butterfly.plot().save(HERE / "overview.svg")
     law = butterfly.law
-    print(f"butterfly: {law.duration:.3f} s, lower bound on the grid {law.settings['lower_bound_s']:.3f} s")
+    print(f"butterfly: {law.duration:.3f} s, lower bound {law.settings['lower_bound_s']:.3f} s")
     classic = sf.run(sf.shapes.butterfly(), sf.Limits(feed=60, acceleration=500, jerk=20000))
     peaks = classic.axis_peaks()["x"]
     print(f"seven phases: {classic.law.duration:.3f} s, and {peaks['acceleration']:.3g} mm/s^2 on x")
@@ -31,7 +31,7 @@ def experiment() -> None:
     path = sf.tangential(sf.shapes.naca("0025", perimeter=33))
     run = sf.run(path)
     served = list(serve_methods(path, run.law, sf.Machine.load("xytheta")))
-    responses = {each.points.method: each.response for each in served}
+    responses = {each.setpoints.method: each.response for each in served}
     errors_figure(responses, "NACA 0025, 33 mm", "xytheta").save(HERE / "experiment-errors.svg")
     beside = deviation(served[-1].response, path, served[-1].points.s)
     assert beside is not None

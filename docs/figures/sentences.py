@@ -18,6 +18,8 @@ from splinefeed.errors import InputError
 from splinefeed.formats import bit_pattern
 from splinefeed.pipeline import pulses
 
+from benchmarks import cases, curves  # isort: skip - marked knows where
+
 #: Function and page of each sentence, by name.
 SENTENCES: dict[str, tuple[Callable[[], str], str]] = {}
 PERIOD = 1e-3
@@ -129,6 +131,27 @@ def windows() -> str:
         times differ by {100.0 * max(longest):.1f} % at most on the butterfly and the airfoil ({LIMITS.feed:g} mm/s,
         axes {LIMITS.axis_acceleration:g} mm/s^2 and {LIMITS.axis_jerk:g} mm/s^3). It must only be long enough to stop
         in, or the feed comes down to what it allows."""
+    )
+
+
+@tells("bound", "math/planner.md")
+def bound() -> str:
+    """How close the lower bound comes."""
+    shapes = {"butterfly": cases.butterfly(), "airfoil12": cases.airfoil12()}
+    shapes |= {name: getattr(curves, name)() for name in ("trident", "star", "heart")}
+    known = cases.BEST | curves.REFERENCE
+    gaps, over = {}, []
+    for name, path in shapes.items():
+        for setting in cases.SETTINGS:
+            law = sf.plan(path, cases.axis_limits(setting), strategy="time-optimal")
+            gaps[name, setting] = 100.0 * (1.0 - law.settings["lower_bound_s"] / law.duration)
+            over.append(100.0 * (law.settings["lower_bound_s"] / known[name, setting] - 1.0))
+    middle = sorted(gaps.values())[len(gaps) // 2]
+    worst = max(gaps, key=lambda case: gaps[case])
+    return words(
+        f"""On {len(shapes)} smooth curves under {len(cases.SETTINGS)} sets of limits it is {min(gaps.values()):.1f} to
+        {max(gaps.values()):.1f} % below the plan (median {middle:.1f} %, most on the {worst[0]}, {worst[1]}), and
+        {"never" if max(over) < 0.0 else "once at least"} above the best known time."""
     )
 
 

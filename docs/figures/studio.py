@@ -15,6 +15,7 @@ HERE = Path(__file__).parent
 QUIET = "--no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-sync"
 #: File, width and height of the window, scheme.
 SHOTS = (("studio-light.png", 1280, 860, "light"), ("studio-dark.png", 400, 860, "dark"))
+PROGRAM = HERE.parent.parent / "tests/data/cycle-time/box-op3.nc"
 COMPILING = 240_000  # ms
 
 
@@ -36,6 +37,14 @@ def main() -> None:
                     page.locator(".job").first.wait_for(state="detached", timeout=COMPILING)
                     page.wait_for_selector("body[data-shown=final]")
                     page.screenshot(path=HERE / name)
+                page = browser.new_page(viewport={"width": 1100, "height": 860}, color_scheme="light")
+                page.goto(address)
+                page.wait_for_selector("body[data-shown=final]", timeout=COMPILING)
+                page.set_input_files("#file", PROGRAM)
+                page.wait_for_selector("body[data-view=program]")
+                page.evaluate("picture.program.choose(2257)")
+                page.wait_for_timeout(500)
+                page.locator(".path-section").screenshot(path=HERE / "studio-program.png")
                 browser.close()
         finally:
             studio.send_signal(signal.SIGINT)

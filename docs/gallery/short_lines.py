@@ -16,13 +16,14 @@ def picture() -> Figure:
     x = np.arange(0.0, 40.1, 0.5)
     lines = sf.Path.polyline(np.column_stack([x, 5.0 * np.sin(0.1 * np.pi * x)]))
     smooth = lines.smoothed(0.01)
-    above, below = [], []
+    above: list[Line] = []
+    below: list[Line] = []
     for path, colour, label in ((lines, theme.VERMILION, "lines"), (smooth, theme.BLUE, "curves")):
         law = sf.plan(path, LIMITS, strategy="time-optimal", period=1e-3)
         points = sf.interpolate(path, law)
         above.append(Line(points.t, points.feed, f"{label}: {law.duration:.2f} s", colour, named=True))
-        shown = np.abs(points.position[:, 0] - 5.0) < 1.3
-        below.append(Line(*points.position[shown].T, label, colour, 1.0))
+        crest = points.position[np.abs(points.position[:, 0] - 5.0) < 1.3]
+        below.append(Line(crest[:, 0], crest[:, 1], label, colour, 1.0))
     panels = (
         Panel(Axis("time (s)"), Axis("feed (mm/s)"), tuple(above)),
         Panel(Axis("x (mm)"), Axis("the first crest: y (mm)"), tuple(below), height=190),

@@ -28,7 +28,7 @@ from splinefeed.interpolation.registry import methods as methods
 from splinefeed.interpolation.registry import register as register
 from splinefeed.kinematics.chains import Kinematics as Kinematics
 from splinefeed.kinematics.joint_path import JointPath as JointPath
-from splinefeed.machine.table import Machine as Machine
+from splinefeed.machine.machine import Machine as Machine
 from splinefeed.pipeline.compare import MethodResult as MethodResult
 from splinefeed.pipeline.compare import MethodTrace as MethodTrace
 from splinefeed.pipeline.compare import compare as compare

@@ -34,7 +34,7 @@ class FormatError(InputError):
 
 
 class ProblemsError(FormatError):
-    """A file with several faults: the first line names the file, each of `problems` its place and the mend."""
+    """A file with several faults: the first line names the file, each of `problems` its place and how to fix it."""
 
     def __init__(self, name: object, problems: Iterable[str]) -> None:
         self.problems = tuple(problems)

@@ -13,13 +13,16 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import pathlib
+import pickle
 import queue
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib import import_module
 from multiprocessing.connection import Connection
@@ -31,6 +34,10 @@ Answer = tuple[Said, bytes]
 Handler = Callable[[Said], Answer]
 #: Time that a process which was killed gets to be gone, s.
 PATIENCE = 2.0
+#: Work is spread over processes once it took this long here and twice as much is left, s: they start in half of it.
+WORTH_SPREADING = 1.0
+#: Address space of a process that work is spread to, bytes, and items that it is given at a time.
+MOST_MEMORY, TOGETHER = 12 * 2**30, 8
 #: The worker runs the same splinefeed as this process, wherever that was found.
 _PROGRAM = (
     "import sys; sys.path.insert(0, sys.argv[1]); from splinefeed import workers; del sys.path[0]; "
@@ -39,10 +46,10 @@ _PROGRAM = (
 
 
 class LostError(Exception):
-    """A worker was killed or died over a request; `late` is whether its time was up."""
+    """A worker was killed or died over a request; `late` is whether it timed out."""
 
     def __init__(self, late: bool) -> None:
-        super().__init__("its time was up" if late else "it died")
+        super().__init__("it timed out" if late else "it died")
         self.late = late
 
 
@@ -128,6 +135,89 @@ class Worker:
         return self._process, self._pipe
 
 
+# --- work for all cores -----------------------------------------------------------------------------------------------
+
+_alone = False  # whether this process is one of many already
+
+
+def cores() -> int:
+    """How many processes can work side by side; 1 in a process that is one of several."""
+    return 1 if _alone else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def spread(function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any]) -> Iterator[Any]:
+    """`function(shared, item)` for each item, in order: here as long as that is little work, then on all cores.
+
+    The function is one of a module. What cannot be pickled stays here. An exception comes where its result would.
+    """
+    began, many = time.monotonic(), cores()
+    done = 0
+    for item in items:
+        spent = time.monotonic() - began
+        if many > 1 and spent > WORTH_SPREADING and spent * (len(items) - done) > 2.0 * WORTH_SPREADING * done:
+            break
+        yield function(shared, item)
+        done += 1
+    try:
+        work = pickle.dumps((function, shared, items)) if done < len(items) else b""
+    except (pickle.PicklingError, TypeError, AttributeError):  # a model that is a function of the user's, say
+        work = b""
+    if not work:
+        yield from (function(shared, item) for item in items[done:])
+        return
+    with tempfile.TemporaryDirectory(prefix="splinefeed-") as folder:
+        file = pathlib.Path(folder, "work")
+        file.write_bytes(work)
+        workers = [Worker("splinefeed.workers:_part", str(file), memory=MOST_MEMORY, quiet=True) for _ in range(many)]
+        idle: queue.Queue[Worker] = queue.Queue()
+        for worker in workers:
+            idle.put(worker)
+
+        def part(first: int) -> list[tuple[Any, Exception | None]]:
+            worker = idle.get()
+            try:
+                return pickle.loads(worker.ask({"first": first})[1])  # type: ignore[no-any-return]
+            except LostError:
+                return [_outcome(function, shared, item) for item in items[first : first + TOGETHER]]
+            finally:
+                idle.put(worker)
+
+        pool = ThreadPoolExecutor(many)
+        try:
+            for outcomes in pool.map(part, range(done, len(items), TOGETHER)):
+                for result, failed in outcomes:
+                    if failed is not None:
+                        raise failed
+                    yield result
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for worker in workers:
+                worker.stop()
+                atexit.unregister(worker.stop)
+            pool.shutdown()
+
+
+def _part(mail: Mail, file: str) -> Handler:
+    """What a process does that work is spread to: the items from a number on."""
+    global _alone
+    _alone = True
+    function, shared, items = pickle.loads(pathlib.Path(file).read_bytes())
+
+    def handle(request: Said) -> Answer:
+        some = items[request["first"] : request["first"] + TOGETHER]
+        return {}, pickle.dumps([_outcome(function, shared, item) for item in some])
+
+    return handle
+
+
+def _outcome(function: Callable[[Any, Any], Any], shared: Any, item: Any) -> tuple[Any, Exception | None]:
+    """A result, or the exception in its place."""
+    try:
+        return function(shared, item), None
+    except Exception as failed:
+        return None, failed
+
+
 # --- in the process ---------------------------------------------------------------------------------------------------
 
 
@@ -183,6 +273,8 @@ def limit_memory(most: int) -> None:
 
 def end_with_parent(memory: int) -> None:
     """Bound the memory of a process of a pool, and end it when its parent is gone: it would wait for work for ever."""
+    global _alone
+    _alone = True
     limit_memory(memory)
     parent = multiprocessing.parent_process()
     assert parent is not None

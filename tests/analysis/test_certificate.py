@@ -24,8 +24,8 @@ VERDICT = Verdict(
 )
 
 
-def hashes(points=POINTS, path=PATH, limits=LIMITS, law=LAW) -> dict[str, str]:
-    return certificate(points, path, limits, VERDICT, law)["sha256"]
+def hashes(setpoints=POINTS, path=PATH, limits=LIMITS, law=LAW) -> dict[str, str]:
+    return certificate(setpoints, path, limits, VERDICT, law)["sha256"]
 
 
 def test_each_hash_follows_its_own_input():
@@ -36,7 +36,7 @@ def test_each_hash_follows_its_own_input():
     coefficients = LAW.coefficients.copy()
     coefficients[0, 5] = 5e-324
     changed = {
-        "setpoints": hashes(points=replace(POINTS, position=position)),
+        "setpoints": hashes(setpoints=replace(POINTS, position=position)),
         "path": hashes(path=moved),
         "limits": hashes(limits=sf.Limits(feed=10.0, acceleration=np.nextafter(100.0, 200.0))),
         "law": hashes(law=replace(LAW, coefficients=coefficients)),
@@ -68,5 +68,5 @@ def test_the_file_is_json_without_infinity_and_names_the_versions(tmp_path, monk
 
 
 def test_a_certificate_of_something_else_is_refused():
-    with pytest.raises(InputError, match="needs the setpoints or their SetpointsHash, got list"):
+    with pytest.raises(InputError, match="expected Setpoints or a SetpointsHash, got list"):
         certificate([1, 2], PATH, LIMITS, VERDICT)  # type: ignore[arg-type]

@@ -145,7 +145,7 @@ def test_feeds_at_the_ends_and_a_short_last_period():
     points, law = planned(path, limits)
     verdict = check(points, path, limits, law=law)
     assert verdict.ok, verdict.problems
-    assert "short one" in verdict.notes[0]
+    assert "is short" in verdict.notes[0]
     early = check(points, path, dataclasses.replace(limits, start_feed=50.0))
     assert failing(early) == {"acceleration"}
     assert early.limits["acceleration"].at_t == 0.0
@@ -302,7 +302,7 @@ def test_a_point_along_the_curve_is_not_where_its_u_says(good):
     position = points.position.copy()
     position[600] = path(moved_s[600])
     verdict = check(dataclasses.replace(points, position=position), path, LIMITS)
-    only(verdict, "tick 600 (t = 0.6 s", "0.001 mm from where its own u says")
+    only(verdict, "tick 600 (t = 0.6 s", "0.001 mm from the place of its u")
     assert failing(verdict) == {"acceleration", "deceleration", "jerk", "feed"}
 
 
@@ -348,7 +348,7 @@ def test_a_tick_that_comes_late_and_a_wrong_period(good):
     t = points.t.copy()
     t[300:] += 1e-5
     verdict = check(dataclasses.replace(points, t=t), path, LIMITS)
-    only(verdict, "tick 300 (t = 0.30001 s", "comes 1e-05 s early or late")
+    only(verdict, "tick 300 (t = 0.30001 s", "is 1e-05 s early or late")
     assert failing(verdict) == set()
     half = check(dataclasses.replace(points, period=PERIOD / 2), path, LIMITS)
     assert f"{len(points) - 1} ticks in all" in only(half, "tick ", "the period is not kept")
@@ -359,7 +359,7 @@ def test_a_tick_that_comes_late_and_a_wrong_period(good):
 def test_a_period_that_creeps_away(good):
     path, points, _ = good
     verdict = check(dataclasses.replace(points, t=points.t * (1 + 9e-7)), path, LIMITS)
-    assert "1e-06 s" not in only(verdict, f"tick {len(points) - 1} ", "comes 1.2")
+    assert "1e-06 s" not in only(verdict, f"tick {len(points) - 1} ", "is 1.2")
     assert check(dataclasses.replace(points, t=points.t + 12.5), path, LIMITS).ok
 
 
@@ -448,7 +448,7 @@ def test_a_wrong_curve_index_does_no_harm_where_the_position_is_right():
     curve[100] = 7
     assert check(dataclasses.replace(points, curve=curve), path, LIMITS).ok
     curve[100] = 1
-    assert "own u says" in check(dataclasses.replace(points, curve=curve), path, LIMITS).problems[0]
+    assert "the place of its u" in check(dataclasses.replace(points, curve=curve), path, LIMITS).problems[0]
 
 
 @given(

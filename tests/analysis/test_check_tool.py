@@ -74,6 +74,16 @@ def test_feed_and_travel_are_held() -> None:
     assert any(each.startswith("travel.z: ") for each in verdict.problems)
 
 
+def test_a_program_s_own_feeds_are_held_curve_by_curve() -> None:
+    path, _, points = planned()
+    tool = path.tool
+    slow = sf.ToolPath(sf.Path(tool.curves, tool.axes, feeds=[20.0]), tool.tool_axis)
+    verdict = sf.check(points, sf.JointPath(slow, path.kinematics), FLANK)
+    assert verdict.limits["feed"].limit == 20.0
+    (said,) = (each for each in verdict.problems if each.startswith("feed: "))
+    assert "mm/s " in said
+
+
 def test_a_missing_end_and_an_uneven_tick_are_said() -> None:
     path, _, points = planned()
     verdict = sf.check(points.part(0, 3000), path, FLANK)
@@ -99,7 +109,7 @@ def test_setpoints_of_another_machine_are_refused() -> None:
     with pytest.raises(InputError, match="the setpoints have axes"):
         sf.check(points, other, FLANK)
     path = planned()[0]
-    with pytest.raises(InputError, match="say no u"):
+    with pytest.raises(InputError, match="have no u"):
         sf.check(dataclasses.replace(points, u=np.full(len(points), np.nan)), path, FLANK)
     with pytest.raises(InputError, match="there are no setpoints"):
         sf.check(points.part(0, 0), path, FLANK)

@@ -334,7 +334,7 @@ def test_no_samples():
     found = ContourMeter(circle()).measure(np.empty((0, 2)), s_hint=[], signed=True)
     assert found.error.shape == found.s.shape == (0,)
     assert (found.max, found.rms) == (0.0, 0.0)
-    with pytest.raises(InputError, match=r"^there are no samples, so none is the worst$"):
+    with pytest.raises(InputError, match=r"^there are no samples and so no worst one$"):
         _ = found.worst
 
 

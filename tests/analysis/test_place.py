@@ -52,5 +52,5 @@ def test_what_setpoints_say_of_their_arc_length_stands():
 
 
 def test_a_linear_axis_that_is_not_told_is_missed():
-    with pytest.raises(InputError, match="the path has an axis y, which the setpoints do not tell; theirs are x, z"):
+    with pytest.raises(InputError, match="the path has an axis y; the setpoints have only x, z"):
         Placer(SQUARE).place(foreign([[0.0, 0.0]], axes=("x", "z")))

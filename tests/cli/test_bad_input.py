@@ -54,7 +54,7 @@ def test_an_option_that_is_nearly_right_is_told(refused):
         (["--start-feed", "61"], "start_feed is 61 mm/s; it must lie between 0 and the feed limit of 60 mm/s"),
         (["--period", "0"], "period is 0; it must be greater than 0"),
         (["--method", "milne-simpsn"], "unknown interpolation method 'milne-simpsn'; did you mean 'milne-simpson'?"),
-        (["--corrections", "101"], "corrections is 101; a whole number from 0 to 100 is needed"),
+        (["--corrections", "101"], "corrections is 101; expected a whole number from 0 to 100"),
     ],
 )
 def test_limits_and_methods(refused, words, line):
@@ -69,7 +69,7 @@ def test_an_unknown_strategy_names_the_known_ones(refused):
 def test_a_period_longer_than_the_motion_says_which_would_do(refused):
     line = refused("run", "smooth.json", "--period", "1min")
     assert line.startswith("period is 60 s, longer than the whole motion of 2.47")
-    assert line.endswith("s would do")
+    assert "; choose a period of at most" in line
 
 
 def test_a_period_that_would_fill_the_disk(refused):
@@ -81,7 +81,7 @@ def test_a_period_that_would_fill_the_disk(refused):
 def test_no_room_for_the_change_of_feed(refused):
     line = refused("plan", "smooth.json", "--end-feed", "60", "--accel", "1")
     assert "is too short to speed up from 0 to 60 mm/s" in line
-    assert line.endswith("mm/s would do")
+    assert "; choose a" in line
 
 
 LINE = {"degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0], [1, 1]]}
@@ -100,7 +100,10 @@ LINE = {"degree": 1, "knots": [0, 0, 1, 1], "control_points": [[0, 0], [1, 1]]}
         (json.dumps({**LINE, "knots": [0, 1, 0, 1]}), "x.json: knots decrease from knots[1] = 1 to knots[2] = 0"),
         (json.dumps({**LINE, "weights": [1, 0]}), "x.json: weights[1] is 0; weights must be greater than 0"),
         (json.dumps({**LINE, "weights": [1, -2]}), "x.json: weights[1] is -2; weights must be greater than 0"),
-        (json.dumps({**LINE, "control_points": [[0, 0]]}), "x.json: 1 control point(s) for degree 1; at least 2"),
+        (
+            json.dumps({**LINE, "control_points": [[0, 0]]}),
+            "x.json: 1 control point(s) for degree 1; expected at least 2",
+        ),
         (json.dumps({**LINE, "control_points": [[1, 1]] * 2}), "x.json: all 2 control points are the same"),
         (json.dumps({**LINE, "control_points": [[0, 0], [float("nan"), 1]]}), "x.json: NaN is not a number"),
         (json.dumps({**LINE, "control_points": [[0, 0], [float("inf"), 1]]}), "x.json: Infinity is not a number"),
@@ -125,10 +128,10 @@ def test_a_truncated_airfoil(refused, folder):
 
 
 def test_no_such_file(refused):
-    assert refused("run", "nothing.json") == "nothing.json: there is no such file; check the name and the folder"
+    assert refused("run", "nothing.json") == "nothing.json: no such file; check the name and the folder"
     assert refused("run", "") == "'': is not the name of a file or a shape"
     line = refused("run", "buterfly")
-    assert line == "buterfly: there is no such file, and no such shape; did you mean 'butterfly'?"
+    assert line == "buterfly: no such file or shape; did you mean 'butterfly'?"
 
 
 def test_a_folder_as_source(refused, folder):
@@ -144,7 +147,7 @@ def test_an_unreadable_file(refused, folder):
 
 def test_options_of_files_are_not_for_shapes(refused):
     line = refused("info", "butterfly", "--chord", "3")
-    assert line == "--chord: is for files; 'butterfly' is a shape, whose options stand behind its '?'"
+    assert line == "--chord: is for files; 'butterfly' is a shape, whose options follow its '?'"
     assert (
         refused("info", "smooth.json", "--path", "2") == "smooth.json: has no path '2'; there are 1 to 1, named smooth"
     )

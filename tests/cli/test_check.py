@@ -73,7 +73,7 @@ def test_setpoints_of_another_program(folder):
     common = ("--path", folder / "path.json", "--limits", folder / "limits.toml", "--json")
     good = invoke(folder / "other.csv", *common)
     assert good.exit_code == 0, good.output
-    assert any("nearest points" in note for note in page_of(good)["notes"])
+    assert any("nearest point" in note for note in page_of(good)["notes"])
     lines = (folder / "other.csv").read_text().splitlines()
     words = lines[701].split(",")
     words[2] = repr(float(words[2]) + 1e-6)
@@ -112,11 +112,11 @@ def test_options_of_axes_and_travel(folder):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["points.h5"], "does not say where its path came from; give --path"),
+        (["points.h5"], "does not name its path; give --path"),
         (["no.h5", "--path", "path.json"], "no such file"),
         (["law.h5", "--path", "path.json"], "holds TimeLaw, not setpoints"),
         (["points.h5", "--path", "path.json", "--law", "points.h5"], "holds Setpoints, not a time law"),
-        (["other.csv", "--path", "path.json"], "says no limits"),
+        (["other.csv", "--path", "path.json"], "has no limits"),
         (["points.h5", "--path", "path.json", "--columns", "t,x,y"], "--columns: is for CSV files of other programs"),
         (["points.h5", "--path", "path.json", "--axis-jerk", "x=fast"], "--axis-jerk: 'fast' cannot be read"),
         (["points.h5", "--path", "path.json", "--travel", "x=3"], "--travel: "),
@@ -199,10 +199,10 @@ def test_times_with_few_digits_are_the_even_ones_rounded(tmp_path):
         ("t,q\n1,2\n3,4\n", "needs columns t and at least one of"),
         ("t,x,x_pos\n1,2,3\n3,4,5\n", "two columns are called x"),
         ("t,x_kg\n1,2\n3,4\n", "column x: "),
-        ("t,x\n0,1\n", "one setpoint alone says no period"),
+        ("t,x\n0,1\n", "a single setpoint gives no period"),
         ("t,x\n0,1\n0,2\n", "does not increase"),
         ("t,x\n0,1\nzero,2\n", "line 3: 'zero,2' is not numbers"),
-        ("t,x\n0,1\n1,2,3\n", "is not a sound table"),
+        ("t,x\n0,1\n1,2,3\n", "is not a valid table"),
         ("nothing here\n", "holds no numbers"),
     ],
 )

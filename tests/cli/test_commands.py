@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import re
 
 import numpy as np
 import pytest
@@ -144,6 +145,11 @@ def test_info(splinefeed, square):
     assert "square: closed, 40 mm, axes x y" in text
     assert "    at 10 mm: turns by 90 deg" in text
     assert "least radius of curvature none: straight lines" in text
+
+
+def test_info_says_places_in_mm_where_the_last_axis_turns(splinefeed, folder):
+    (folder / "joints.ngc").write_text("G1 X0 Y0 Z0 A0 F60\nX10 A1\nX10 Y10 A2\nM2\n")
+    assert re.search(r"    at [\d.]+ mm: turns by", splinefeed("info", "joints.ngc").stdout)
 
 
 def test_info_of_a_long_program_lists_the_first_curves_or_all(splinefeed, folder):

@@ -65,9 +65,9 @@ def test_one_path_can_be_chosen_and_gaps_joined(splinefeed, folder):
 
 def test_refusals_are_one_line(refused, folder, spline):
     assert refused("convert", spline, "out.docx").startswith(
-        "out.docx: no path can be written so; name the file as one"
+        "out.docx: this name is not that of a path file; name it as one"
     )
-    assert refused("convert", "none.dxf", "out.svg").startswith("none.dxf: there is no such file")
+    assert refused("convert", "none.dxf", "out.svg").startswith("none.dxf: no such file")
     assert "the folder" in refused("convert", spline, "no/where.svg")
     assert refused("convert", spline, "out.svg", "--layer", "x").startswith("part.dxf: has no layer 'x'; there are '0'")
     (folder / "bad.dxf").write_bytes((folder / spline).read_bytes()[:5000])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 
 LIMITS = ["--feed", "60", "--accel", "500", "--jerk", "20000", "--no-figures", "--no-compare"]
 
@@ -98,7 +98,7 @@ def test_bad_input(refused, folder, setpoints):
         "xyteta: no machine of this name; there are hurco-02, hurco-04, lintable, router, trunnion, xytheta; "
         "did you mean 'xytheta'?"
     )
-    assert follow("nothing.h5", "--machine", "xytheta").startswith("nothing.h5: there is no such file")
+    assert follow("nothing.h5", "--machine", "xytheta").startswith("nothing.h5: no such file")
     assert follow(setpoints) == "Missing option '--machine'; see splinefeed follow --help"
     assert follow("smooth.json", "--machine", "xytheta").startswith("smooth.json: a record's file is named")
     points = sf.load(setpoints)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from importlib.resources import files
 
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 
 
 def test_machines_are_listed(splinefeed):

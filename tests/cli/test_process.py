@@ -32,7 +32,7 @@ def test_json_is_alone_on_stdout(folder):
 def test_errors_are_one_line_and_exit_codes_are_kept(folder):
     result = run("info", "nothing.json")
     assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr == "splinefeed: nothing.json: there is no such file; check the name and the folder\n"
+    assert result.stderr == "splinefeed: nothing.json: no such file; check the name and the folder\n"
     assert run("run", "smooth.json", "--method", "taylor-1", "--no-figures", "--no-compare").returncode == 1
 
 
@@ -102,7 +102,7 @@ def test_an_error_is_told_though_the_reader_went_away():
     )
     os.close(write)
     assert process.returncode == 2
-    assert process.stderr == "splinefeed: nothing.json: there is no such file; check the name and the folder\n"
+    assert process.stderr == "splinefeed: nothing.json: no such file; check the name and the folder\n"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes of POSIX")

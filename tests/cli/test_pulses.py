@@ -37,7 +37,7 @@ def test_words_and_back(splinefeed, points, folder, name):
     made = splinefeed("pulses", "points.h5", "--machine", "xytheta", "--clock", "256kHz", "-o", name)
     assert made.exit_code == 0, made.output
     assert "256 slots in each, a pulse clock of 256 kHz" in made.stdout
-    assert "decoded again: never more than 0.5 pulses off a setpoint" in made.stdout
+    assert "decoded again: at most 0.5 pulses off a setpoint" in made.stdout
     back = splinefeed("pulses", name, "--decode", "-o", "back.csv")
     assert back.exit_code == 0, back.output
     table = np.loadtxt(folder / "back.csv", delimiter=",", skiprows=1)
@@ -48,7 +48,7 @@ def test_words_and_back(splinefeed, points, folder, name):
 
 def test_what_is_refused(refused, points, folder):
     assert refused("pulses", "points.h5") == (
-        "one pulse is how far? give either --machine NAME or --pulses x=1000,y=1000"
+        "the size of a pulse is missing; give either --machine NAME or --pulses x=1000,y=1000"
     )
     assert refused("pulses", "points.h5", "--pulses", "x=1000") == (
         "pulses_per_unit has no axis 'y'; the setpoints have x, y"
@@ -61,7 +61,7 @@ def test_what_is_refused(refused, points, folder):
         refused("pulses", "points.h5", "--pulses", "x=1,y=0") == "pulses_per_unit['y'] is 0; it must be greater than 0"
     )
     assert refused("pulses", "points.h5", "--machine", "xytheta", "--clock", "200kHz") == (
-        "--clock: 200 slots in a period of 0.001 s; a multiple of 16 is needed: take 192 kHz or 208 kHz"
+        "--clock: 200 slots in a period of 0.001 s; it must be a multiple of 16: take 192 kHz or 208 kHz"
     )
     fast = refused("pulses", "points.h5", "--machine", "xytheta", "--clock", "32kHz", "-o", "w.bits")
     assert "pulses are needed before the next tick" in fast
@@ -72,4 +72,4 @@ def test_what_is_refused(refused, points, folder):
     assert refused("pulses", "points.h5", "--decode").startswith("points.h5: holds a record 'Setpoints'")
     assert refused("pulses", "points.h5", "--decode", "--clock", "1MHz").startswith("--clock: ")
     assert refused("pulses", "points.h5", "--machine", "xytheta", "-o", "w.txt").startswith("w.txt: ")
-    assert refused("pulses", "none.h5", "--machine", "xytheta").startswith("none.h5: there is no such file")
+    assert refused("pulses", "none.h5", "--machine", "xytheta").startswith("none.h5: no such file")

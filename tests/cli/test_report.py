@@ -25,6 +25,6 @@ def test_what_cannot_be_reported_on(splinefeed, folder):
     assert "nowhere: has no run.json; give a folder that splinefeed run wrote" in result.stderr
     (folder / "odd").mkdir()
     (folder / "odd/run.json").write_text("[]")
-    assert "is not a page of numbers of a run" in splinefeed("report", "odd").stderr
+    assert "is not the record of a run" in splinefeed("report", "odd").stderr
     (folder / "odd/run.json").write_text("{}")
     assert "has no setpoints that can be read again" in splinefeed("report", "odd").stderr

@@ -64,7 +64,7 @@ def test_the_size_of_the_file_makes_the_choice(splinefeed, refused, folder, monk
     words = ("run", "part.nc", *LIMITS, "--smooth", "program", "--no-figures", "--no-compare", "--json")
     monkeypatch.setattr(path_parts, "MOST_LINES", 405)  # it has one line more
     page = json.loads(splinefeed(*words, "-o", "long").stdout)
-    assert page["notes"][-1].startswith("by windows: setpoints and numbers alone")
+    assert page["notes"][-1].startswith("by windows: setpoints and numbers only")
     assert "ripple_max" not in page
     said = "--strategy time-optimal: needs the whole path"
     assert said in refused(*words, "--strategy", "time-optimal")
@@ -93,7 +93,7 @@ def test_a_table_of_points_is_smoothed(splinefeed):
         (("--3d",), "--3d: needs the whole path"),
         (("--contour-tolerance", "1um"), "--contour-tolerance: needs the whole motion"),
         (("--format", "mat"), "--format mat: needs all setpoints in memory"),
-        (("--tolerance", "0.01"), "--tolerance: is for tables of points here; --smooth LENGTH smooths a program"),
+        (("--tolerance", "0.01"), "--tolerance: is for tables of points; use --smooth LENGTH for a program"),
         (("--layer", "0"), "option 'layer' is not one of a G-code file"),
     ],
 )  # fmt: skip
@@ -102,7 +102,7 @@ def test_what_cannot_go_by_windows_is_said(refused, program, words, said):
 
 
 def test_a_file_of_another_kind_is_refused(refused):
-    said = "smooth.json: JSON curve is read as a whole; G-code and tables of points go by parts"
+    said = "smooth.json: JSON curve is read as a whole; G-code and tables of points can be read in parts"
     assert refused("run", "smooth.json", "--by-windows") == said
     assert "needs a SOURCE" in refused("run", "--by-windows")
 

@@ -98,7 +98,7 @@ def test_a_source_is_planned_for_the_axes_of_its_machine(splinefeed, folder):
 def test_one_number_for_all_axes_leaves_theta_its_own(splinefeed, folder):
     words = ["plan", "circle?radius=10&tangential=true", "--machine", "xytheta", "--axis-accel", "300", "--json"]
     assert page_of(splinefeed(*words))["strategy"] == "time-optimal"
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.limits import over_machine
 
     flat = over_machine({"axis_acceleration": 300.0}, Machine.load("xytheta"), ("x", "y", "theta"))

@@ -30,7 +30,7 @@ def page_of(result, code=0):
 
 def test_run_smooths_tells_the_proof_and_check_finds_the_same_path(splinefeed, program):
     page = page_of(splinefeed("run", program, "--smooth", "0.02mm", *RUN))
-    (proof,) = (note for note in page["notes"] if "from the original and back" in note)
+    (proof,) = (note for note in page["notes"] if "from the original, both ways" in note)
     assert float(proof.split()[2]) <= 0.02
     assert "--smooth 0.02" in page["command"]
     assert page_of(splinefeed("check", "out/setpoints.h5", "--json"))["ok"]
@@ -75,4 +75,4 @@ def test_a_program_without_g64_has_no_tolerance_of_its_own(splinefeed, folder):
     (folder / "plain.ngc").write_text("G21 G90\nG0 X0 Y0 Z0\nG1 F600 X10\nG1 X20 Y1\nM2\n")
     result = splinefeed("plan", "plain.ngc", "--smooth", "program")
     assert result.exit_code == 2
-    assert "says no tolerance" in result.stderr
+    assert "has no tolerance" in result.stderr

@@ -47,18 +47,18 @@ def test_the_time_from_a_line_on(splinefeed):
     assert rest["total_s"] < whole["total_s"]
     refused = splinefeed(*words, 10**6)
     assert refused.exit_code == 2
-    assert "line 1000000: is not carried out" in refused.stderr
+    assert "line 1000000: is never executed" in refused.stderr
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("time", "none.nc", "--machine", "hurco-02"), "none.nc: there is no such file"),
+        (("time", "none.nc", "--machine", "hurco-02"), "none.nc: no such file"),
         (("time", BOX, "--machine", "mill"), "mill: no machine of this name"),
         (("time", BOX, "--machine", "hurco-02", "--figure", "time.doc"), "time.doc: figures are written as"),
         (("time", BOX, "--machine", "bad.toml"), "control.spindle.start: -1s; must not be negative"),
         (("calibrate", "none.csv", "--machine", "hurco-02"), "none.csv: no program beside it"),
-        (("calibrate", f"{BOX}=none.csv", "--machine", "hurco-02"), "none.csv: there is no such file"),
+        (("calibrate", f"{BOX}=none.csv", "--machine", "hurco-02"), "none.csv: no such file"),
         (("calibrate", "x.csv", "--machine", "hurco-02", "--keep", "colour"), "--keep: 'colour' is not fitted"),
     ],
 )

@@ -62,9 +62,7 @@ LONG = [pytest.param(script, marks=pytest.mark.slow) for script in ("override", 
 @pytest.mark.parametrize("script", ["interpolators", "milne_simpson", "sentences", *LONG])
 def test_a_script_that_runs_again_leaves_its_pages_as_they_are(script, tmp_path):
     shutil.copytree(ROOT / "docs", tmp_path / "docs")
-    (tmp_path / "benchmarks").mkdir()
-    for file in ("__init__.py", "tables.py"):
-        shutil.copy(ROOT / "benchmarks" / file, tmp_path / "benchmarks" / file)
+    shutil.copytree(ROOT / "benchmarks", tmp_path / "benchmarks", ignore=shutil.ignore_patterns("suite", "__pycache__"))
     words = [sys.executable, tmp_path / "docs" / "figures" / f"{script}.py"]
     ran = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr

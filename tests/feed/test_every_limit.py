@@ -17,7 +17,7 @@ import splinefeed as sf
 from splinefeed.cli.main import command_line
 from splinefeed.errors import LimitsError
 from splinefeed.feed.planning import STRATEGIES, strategy_for
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.contour_feed import tune_feed
 from splinefeed.studio.settings import SettingsError, resolve
 from splinefeed.sweeps.spec import Task

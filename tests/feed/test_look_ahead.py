@@ -207,12 +207,12 @@ KEPT = {
 QUICK = {30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0, 93000505: 1.7}
 #: And those that are refused, as an axis turns on while the linear ones stand still, or all but stand still.
 REFUSED = (
-    300418, 300612, 401368, 402711, 10041087, 20066002, 30073763, 30095864, 40093986,
+    300418, 401368, 402711, 10041087, 20066002, 30073763, 30095864, 40093986,
     30054, 30060, 30117, 30120, 30164, 405169, 9001126, 10008665,
 )  # fmt: skip
 REASONS = (
     "stand still while", "would take", "the rounding of arc length shows", "no motion within the limits was found",
-    "leaves next to no feed",
+    "leaves almost no feed", "a limit leaves almost none",
 )  # fmt: skip
 
 

@@ -50,7 +50,7 @@ def test_without_room_to_slow_down_the_last_period_is_a_short_one():
     short = Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0], [0.03, 0]])])
     law = sf.plan(short, limits(60, 60), strategy="look-ahead", period=PERIOD)
     assert law.duration == pytest.approx(0.03 / 60, rel=1e-9)
-    assert law.notes[0].startswith("the last period is a short one, 0.0005 s of 0.001 s: its end feeds leave nothing")
+    assert law.notes[0].startswith("the last period is short, 0.0005 s of 0.001 s: its end feeds leave no room")
 
 
 def test_corners_are_passed_where_each_axis_may_jump():

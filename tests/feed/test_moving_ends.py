@@ -59,7 +59,7 @@ def test_without_a_top_feed_to_lower_the_last_period_is_a_short_one() -> None:
     line = sf.Path([sf.NurbsCurve(1, [0, 0, 1, 1], [[0, 0], [0.3, 0.1]])])
     law = sf.plan(line, limits(60, 60), strategy="time-optimal", period=PERIOD)
     assert law.duration == pytest.approx(line.length / 60, rel=1e-12)
-    assert law.notes[0].startswith("the last period is a short one, 0.000270463 s of 0.001 s: its end feeds leave no")
+    assert law.notes[0].startswith("the last period is short, 0.000270463 s of 0.001 s: its end feeds leave no")
     assert sf.check(sf.interpolate(line, law), line, limits(60, 60), law=law).ok
 
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from benchmarks import curves
 
 import splinefeed as sf
 from splinefeed.errors import LimitsError
@@ -35,6 +36,12 @@ CASES = {
     "feed to spare": ("oblong", Limits(feed=80, axis_acceleration=900, axis_jerk=6e4), "time-optimal", 1.0),
     "feed to spare, look-ahead": ("oblong", Limits(feed=50, axis_acceleration=900, axis_jerk=6e4), "look-ahead", 1.0),
 }
+#: Curvature jumps 28 times in the star, where the motion is slowest, and four times between the slot's lines and arcs.
+CASES |= {
+    f"{name}, {strategy}": (name, Limits(feed=feed, axis_acceleration=3000, axis_jerk=5e4), strategy, top)
+    for name, feed, top in (("quadratic", 200, 1.0), ("slot", 60, 1.0), ("small bend", 40, 1.3))
+    for strategy in ("time-optimal", "look-ahead")
+}
 #: The programmed feed of the cases with a feed to spare is this share of the limit.
 PROGRAMMED = 0.5
 
@@ -54,6 +61,12 @@ def case(name: str) -> tuple[sf.Path, Limits, TimeLaw]:
         side = sf.NurbsCurve(1, [0, 0, 1, 1], [(0, 0), (45, 0)])
         bend = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [(45, 0), (60, 0), (60, 15)], [1, 0.5**0.5, 1])
         path = sf.Path([side, bend, sf.NurbsCurve(1, [0, 0, 1, 1], [(60, 15), (60, 45)])])
+    elif source == "small bend":
+        bend = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [(3, 0), (3.2, 0), (3.2, 0.2)], [1, 0.5**0.5, 1])
+        lines = [sf.NurbsCurve(1, [0, 0, 1, 1], points) for points in ([(0, 0), (3, 0)], [(3.2, 0.2), (3.2, 2)])]
+        path = sf.Path([lines[0], bend, lines[1]])
+    elif source in ("quadratic", "slot"):
+        path = getattr(curves, source)()
     else:
         path = sf.shapes.from_text(source)
     programmed = replace(limits, feed=PROGRAMMED * limits.feed) if source == "oblong" else limits
@@ -173,9 +186,19 @@ def test_the_same_script_in_pieces_gives_the_same_bits() -> None:
     np.testing.assert_array_equal(np.concatenate([piece.tau for piece in pieces]), whole.tau)
 
 
+@pytest.mark.parametrize("turns", [(1.0,), (1.9, 0.3), (1.0, 1.0, -1.0, -2.0, 1.5)])
+def test_how_much_of_the_law_is_in_memory_changes_nothing(turns: tuple[float, ...], monkeypatch) -> None:
+    path, limits, law = case("butterfly, look-ahead")
+    wanted = np.concatenate([np.repeat(turns, 900), np.ones(9000)])
+    whole = Override(LawCourse(path, law), limits).run(wanted)
+    monkeypatch.setattr("splinefeed.feed.override.BLOCK", 70)
+    parts = Override(LawCourse(path, law), limits).run(wanted)
+    np.testing.assert_allclose(parts.tau, whole.tau, atol=1e-9)
+
+
 def test_a_law_without_reserve_is_refused() -> None:
     path, limits, _ = case("butterfly")
-    with pytest.raises(LimitsError, match=r"leaves nothing to slow it with; plan it under with_reserve"):
+    with pytest.raises(LimitsError, match=r"leaves no reserve to slow down; plan it under with_reserve"):
         Override(LawCourse(path, sf.plan(path, limits, strategy="time-optimal", period=PERIOD)), limits)
 
 

@@ -24,7 +24,7 @@ def run(
 
     used  shares of A and J that the law asks for itself
     """
-    ahead = np.zeros((len(WINDOWS), 2000, 3, 1))
+    ahead = np.zeros((len(WINDOWS), 2000, 4, 1))
     ahead[:, :, 0], ahead[:, :, 1], ahead[:, :, 2] = V, used[0] * A, used[1] * J
     caps = np.full(ahead.shape[:2], highest)
     state = np.zeros(kernels.STATE)

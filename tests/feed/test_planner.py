@@ -10,20 +10,23 @@ from benchmarks import cases
 from scipy.interpolate import BSpline
 
 import motions
+import random_motions
 import sample_curves
 import splinefeed as sf
+from splinefeed import workers
 from splinefeed.errors import PlanError
 from splinefeed.feed import modes as planner
+from splinefeed.feed.grid import counted
 from splinefeed.feed.law import quintics
 from splinefeed.feed.limits import LIMITS
 from splinefeed.feed.limits.chord_error import within_reach
+from splinefeed.feed.profiles import pieces, solve_in_row
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.seven_phase import SevenPhase
-from splinefeed.feed.solve import End, Problem, lower_bound, solve
+from splinefeed.feed.solve import End, Problem, solve
 from splinefeed.feed.spline import Spline
-from splinefeed.feed.straight import seven_phases
 from splinefeed.feed.ticks import held_at_ticks
-from splinefeed.feed.track import PathTrack, sharp_bends
+from splinefeed.feed.track import PathTrack
 from splinefeed.feed.window import REST, Mode, State, plan_window
 from splinefeed.geometry.path import Path
 
@@ -54,15 +57,14 @@ def test_as_fast_as_the_best_known_within_every_limit(name: str, setting: str, s
 
 
 def test_the_bound_knows_the_jerk() -> None:
-    """Where the Lagrangian is convex the plan is the best on its cells: the gap is what the optimiser leaves."""
-    for setting, least in (("A", 0.999), ("B", 0.9), ("C", 0.999)):
+    for setting, least in (("A", 0.997), ("B", 0.99), ("C", 0.997)):
         law = planner.plan_in_mode(cases.butterfly(), cases.axis_limits(setting), None, "time-optimal")
         assert law is not None
         assert least * law.duration <= law.settings["lower_bound_s"] <= law.duration
     without = sf.Limits(feed=60, axis_velocity=60, axis_acceleration=500)
     law = planner.plan_in_mode(cases.butterfly(), without, None, "time-optimal")
     assert law is not None
-    assert law.settings["lower_bound_s"] < 7.67  # 7.709 s with the jerk
+    assert 7.63 < law.settings["lower_bound_s"] < 7.67  # 7.709 s with the jerk
 
 
 def test_splines_are_those_of_scipy() -> None:
@@ -106,12 +108,11 @@ def test_between_two_feeds_the_optimum_is_up_and_down_at_the_limit() -> None:
     v = np.sqrt(250.0 + 10.0 * 500.0)
     assert found.kept
     assert found.time == pytest.approx((v - 10.0) / 500.0 + (v - 20.0) / 500.0, rel=1e-2)
-    assert lower_bound(problem, found, 1e-6) <= found.time
 
 
 def test_a_window_goes_from_state_to_state() -> None:
     setting = setting_of(cases.butterfly(), cases.axis_limits("A"))
-    mode = Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, looked=17, unseen=0.0, rounds=8, cells=400)
+    mode = Mode(turn=0.4, beat=0.5, gap=2e-3, tolerance=2e-3, rounds=8, cells=400)
     whole = plan_window(setting, 0.0, 200.0, REST, REST, mode, exact=True)
     k = len(whole.pieces) // 2
     row = whole.pieces.coefficients[k]
@@ -126,7 +127,7 @@ def test_a_window_goes_from_state_to_state() -> None:
 @pytest.mark.parametrize("radius", [2e-6, 1e-5, 1e-3])
 def test_tips_of_sharp_bends_are_found(radius: float) -> None:
     path = Path([sample_curves.bent(radius)])
-    s, curvature = sharp_bends(path)
+    s, curvature = path.sharp_bends
     assert curvature == pytest.approx([1.0 / radius], rel=1e-6)
     assert s == pytest.approx(path.arc_length([0], [0.5]), rel=1e-12)
     assert np.any(np.isclose(PathTrack(path).breaks[:, None], s[None, :], rtol=1e-13))
@@ -136,7 +137,7 @@ def test_tips_of_sharp_bends_are_found(radius: float) -> None:
 def test_a_loop_that_hides_between_samples_is_found(width: float) -> None:
     """x' + i y' = (u + i w)^2: |C'| = w^2 and |C''| = 2 w across it at the tip."""
     path = Path([sample_curves.with_loop(0.4, width)])
-    assert np.max(sharp_bends(path)[1]) == pytest.approx(2.0 / width**3, rel=1e-3)
+    assert np.max(path.sharp_bends[1]) == pytest.approx(2.0 / width**3, rel=1e-3)
 
 
 BENT = {f"radius {radius:g} mm": sample_curves.bent(radius) for radius in (1.1e-6, 1e-5, 1e-4, 1e-3)}
@@ -242,7 +243,8 @@ def test_many_profiles_at_once_are_those_of_one_by_one() -> None:
     rng = np.random.default_rng(1)
     ranges = ((-3, 3), (-1, 3), (1, 5), (1, 5), (2, 7), (2, 7))
     given = [10.0 ** rng.uniform(*each, 300) for each in ranges]
-    spans, c = seven_phases(*given)
+    found = solve_in_row(*given)
+    spans, c = found.durations.T, pieces(found, np.zeros(300), given[0])
     names = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
     for k, (length, *values) in enumerate(zip(*given, strict=True)):
         one = SevenPhase.solve(length, sf.Limits(**dict(zip(names, values, strict=True))))
@@ -268,3 +270,28 @@ def test_rotary_axes_beside_linear_ones_are_planned_and_those_that_turn_on_the_s
     law = planner.plan_in_mode(alone, limits, PERIOD, "time-optimal")
     assert law is not None
     assert sf.check(sf.interpolate(alone, law), alone, limits, law=law).ok
+
+
+def test_stretches_planned_by_all_cores_are_the_same_to_the_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    curve = sf.shapes.naca("0012", chord=15.5).curves[0]
+    stops = [sf.Marker(k, "M0", 0.0, True) for k in range(1, 12)]
+    path = sf.Path([curve] * 12, markers=stops, tolerance=0.1)
+    limits = sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
+    monkeypatch.setattr(workers, "cores", lambda: 1)
+    alone = sf.plan(path, limits, strategy="time-optimal", period=1e-3)
+    monkeypatch.setattr(workers, "cores", lambda: 2)
+    monkeypatch.setattr(workers, "WORTH_SPREADING", 0.0)
+    spread = sf.plan(path, limits, strategy="time-optimal", period=1e-3)
+    assert np.array_equal(alone.breaks, spread.breaks) and np.array_equal(alone.coefficients, spread.coefficients)
+
+
+def test_a_window_ends_where_its_cells_do() -> None:
+    """98005206: nearly all cells lie at the end of 610 mm; windows of 0.2 mm took minutes. 98002400: no motion."""
+    motion = random_motions.motion(98005206, ("look-ahead",))
+    mode = planner.MODES["look-ahead"]
+    setting = setting_of(motion.path, motion.limits, motion.period)
+    near, _, _ = counted(setting, 0.0, motion.path.stops[0], mode.turn, mode.beat, mode.cells, 1.3)
+    assert 609.9 < near < motion.path.stops[0]
+    motion = random_motions.motion(98002400, ("look-ahead",))
+    law = sf.plan(motion.path, motion.limits, strategy="look-ahead", period=motion.period)
+    assert law.duration < 0.11

@@ -63,7 +63,7 @@ def test_no_script_takes_rows_over_a_limit_of_the_axes(seed: int) -> None:
 
 def test_rows_that_use_all_of_a_limit_are_refused_and_the_override_is_told_that_can_be_held() -> None:
     course = RowsCourse(rows(False), 2)
-    with pytest.raises(LimitsError, match=r"leaves nothing to slow it with; .* or run it at 8\d % at most"):
+    with pytest.raises(LimitsError, match=r"leaves no reserve to slow down; .* or run it at 8\d % at most"):
         Override(course, LIMITS)
     override = Override(course, LIMITS, highest=0.8)
     ticks = override.run(np.r_[np.ones(500), np.zeros(500), np.ones(9000)])

@@ -224,9 +224,9 @@ def test_to_period_twice_is_once() -> None:
 
 REFUSED = {
     "a path of 1 mm is too short to slow down from 60 to 0 mm/s: that takes at least 36.75 mm; "
-    "a start_feed of at most 9.39451 mm/s or an end_feed of at least 59.8608 mm/s would do": (1, 60, 0),
+    "choose a start_feed of at most 9.39451 mm/s or an end_feed of at least 59.8608 mm/s": (1, 60, 0),
     "a path of 1 mm is too short to speed up from 10 to 20 mm/s: that takes at least 3.375 mm; "
-    "a start_feed of at least 18.6636 mm/s or an end_feed of at most 13.0823 mm/s would do": (1, 10, 20),
+    "choose a start_feed of at least 18.6636 mm/s or an end_feed of at most 13.0823 mm/s": (1, 10, 20),
 }
 
 

@@ -127,7 +127,7 @@ def test_rows_at_their_limits_are_refused_with_the_rate_that_can_be_held():
 
 
 def test_what_rows_cannot_promise_is_refused():
-    with pytest.raises(InputError, match="at least two rows"):
+    with pytest.raises(InputError, match="at least two setpoints"):
         RowsCourse(rows().part(0, 1), 2)
     with pytest.raises(LimitsError, match="begin or end in motion"):
         RowsCourse(rows().part(60, 120), 2)
@@ -239,7 +239,7 @@ def test_what_a_law_cannot_promise_is_refused():
                 period=PERIOD,
             ),
         )
-    with pytest.raises(LimitsError, match="no period: give period="):
+    with pytest.raises(LimitsError, match="no period: the law was planned without one; give period="):
         LawCourse(PATH, sf.plan(PATH, limits, strategy="seven-phase", period=None))
     for highest in (0.0, 11.0):
         with pytest.raises(LimitsError, match="the highest override is"):

@@ -161,9 +161,9 @@ def test_soft_limits_of_a_rotary_axis_are_said_in_degrees():
 @pytest.mark.parametrize("strategy", STRATEGIES)
 def test_ends_that_contradict_the_path(strategy):
     limits = sf.Limits(feed=60, acceleration=500, jerk=20000, start_feed=20)
-    with pytest.raises(LimitsError, match="start_feed is 20 mm/s; the path asks for at most 10 mm/s there"):
+    with pytest.raises(LimitsError, match="start_feed is 20 mm/s; the path allows at most 10 mm/s there"):
         sf.plan(bends([10.0, 60.0, 60.0]), limits, strategy=strategy)
-    with pytest.raises(LimitsError, match=r"start_feed is 20 mm/s; the path waits 0\.5 s there, which is at rest"):
+    with pytest.raises(LimitsError, match=r"start_feed is 20 mm/s; the path waits 0\.5 s there, at rest"):
         sf.plan(bends(markers=[Marker(0, "G4", 0.5)]), limits, strategy=strategy)
 
 

@@ -17,8 +17,8 @@ REFUSALS = (
     "the rounding of arc length shows",  # in a rotary axis, more than its limits leave
     "allow at most",  # feeds at the ends that are too high
     "make them equal or move them apart",  # knots that differ by a rounding
-    "leaves next to no feed",  # a rotary axis, or a chord error below the resolution of 1 nm
-    "a limit leaves next to none",
+    "leaves almost no feed",  # a rotary axis, or a chord error below the resolution of 1 nm
+    "a limit leaves almost none",
     "no motion within the limits was found",  # next to rounding, as a rotary axis between places that all but coincide
 )
 #: Seeds that once failed, and what they were.

@@ -254,7 +254,7 @@ def test_refused_slots(slots):
         (TWO, {**GOOD, "z": 1}, {}, "pulses_per_unit has an axis 'z'; the setpoints have x, y"),
         (TWO, {"x": 1, "y": 0}, {}, "pulses_per_unit['y'] is 0; it must be greater than 0"),
         (TWO, {"x": 1, "y": -2.5}, {}, "pulses_per_unit['y'] is -2.5; it must be greater than 0"),
-        (TWO, [1, 1], {}, "pulses_per_unit is a list; a scale by name is needed, such as {'x': 1000}"),
+        (TWO, [1, 1], {}, "pulses_per_unit is a list; expected a scale by name, such as {'x': 1000}"),
         (TWO, GOOD, {"rotary": "grad"}, "rotary is 'grad'; choose 'rad' or 'deg'"),
         ("points", GOOD, {}, "pulse words are made from Setpoints, got str"),
         (setpoints(np.zeros((0, 2))), GOOD, {}, "the setpoints from tick 0 on are empty; leave such a chunk out"),
@@ -270,7 +270,7 @@ def test_refused(points, scales, options, message):
 
 def test_refused_scales_that_are_no_numbers():
     for scale, message in (
-        ("ten", "pulses_per_unit['x'] is 'ten'; a number is needed"),
+        ("ten", "pulses_per_unit['x'] is 'ten'; expected a number"),
         (np.inf, "pulses_per_unit['x'] is inf; it must be finite"),
     ):
         with pytest.raises(LimitsError) as caught:
@@ -338,7 +338,7 @@ def test_refused_files_to_write(tmp_path):
         ),
         ([], name, f"{name}: there are no pulse words to write"),
         ([pattern, 3], name, f"{name}: pulse words are written from BitPattern, got int"),
-        ([pattern, later], name, f"{name}: the pattern at period 19 does not go on where the one before ends"),
+        ([pattern, later], name, f"{name}: the pattern at period 19 does not continue the one before"),
     ):
         with pytest.raises(InputError) as caught:
             bit_pattern.write(patterns, path)
@@ -393,14 +393,14 @@ def test_refused_files_to_read(tmp_path, change, message):
 
 def test_refused_files_that_are_none(tmp_path):
     path = tmp_path / "words.h5"
-    with pytest.raises(FormatError, match=r"there is no such file"):
+    with pytest.raises(FormatError, match=r"no such file"):
         bit_pattern.read(path)
     path.write_bytes(b"no words at all")
-    with pytest.raises(FormatError, match=r"words\.h5: is not a sound HDF5 file: "):
+    with pytest.raises(FormatError, match=r"words\.h5: is not a valid HDF5 file: "):
         bit_pattern.read(path)
     bit_pattern.write(some_pattern(), path)
     path.write_bytes(path.read_bytes()[:-2000])
     with pytest.raises(FormatError, match=r"words\.h5: "):
         bit_pattern.read(path)
-    with pytest.raises(InputError, match=r"^periods is 0; a whole number from 1 on is needed$"):
+    with pytest.raises(InputError, match=r"^periods is 0; expected a whole number from 1 up$"):
         list(bit_pattern.read_chunks(path, periods=0))

@@ -143,8 +143,8 @@ def test_step_may_hold_a_full_knot_but_no_jump(
         (KNOTS, [*LEFT, (5, 0), *RIGHT[1:]], None, "jumps there by 1"),
         (FIVE, [*LEFT, *RIGHT[:1], (5, 0), *RIGHT[1:]], None, "jumps there by 1"),
         (KNOTS, LEFT + RIGHT, [1, 1, 1, 1, 2, 1, 1, 1], "changes its weight there"),
-        (KNOTS, [*LEFT, *RIGHT, (9, 9)], None, "has not as many control points or weights as its knots want"),
-        (KNOTS, LEFT + RIGHT, RATIONAL[1:], "has not as many control points or weights as its knots want"),
+        (KNOTS, [*LEFT, *RIGHT, (9, 9)], None, "has a number of control points or weights that does not fit its knots"),
+        (KNOTS, LEFT + RIGHT, RATIONAL[1:], "has a number of control points or weights that does not fit its knots"),
     ],
 )
 def test_step_with_a_jump_is_refused_by_name(

@@ -160,6 +160,6 @@ def test_old_line_ends_of_a_drawing(tmp_path: Path) -> None:
 
 def test_a_folder_an_empty_file_and_none(tmp_path: Path) -> None:
     (tmp_path / "empty.dxf").touch()
-    for name, reason in ((".", "is a folder"), ("empty.dxf", "is empty"), ("none.stp", "there is no such file")):
+    for name, reason in ((".", "is a folder"), ("empty.dxf", "is empty"), ("none.stp", "no such file")):
         with pytest.raises(FormatError, match=reason):
             read_all(tmp_path / name)

@@ -109,7 +109,7 @@ def geomdl(**changes: Any) -> dict[str, Any]:
         ({**WEIGHTED, "weights": WEIGHTS}, "controlPoints: have weights of their own beside weights"),
         ({**WEIGHTED, "controlPoints": [[1, 2, 3, 0]] * 4}, "controlPoints[0]: has the weight 0; it must be greater"),
         ({**WEIGHTED, "controlPoints": [[1, 2, 3, 1], [1, 2]]}, "controlPoints[1]: expected 4 numbers as in the first"),
-        ({**WEIGHTED, "controlPoints": [[1, 2, True, 1]]}, "controlPoints[0]: holds something else than numbers"),
+        ({**WEIGHTED, "controlPoints": [[1, 2, True, 1]]}, "controlPoints[0]: holds something other than numbers"),
         ([VERB, 3], "curves[1]: controlPoints is missing; a curve needs degree, knots and controlPoints"),
         ([{"degree": 2}], "curves[0]: knots is missing; a curve needs degree, knots and control_points"),
     ],

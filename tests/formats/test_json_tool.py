@@ -116,7 +116,7 @@ def test_bad_tool_paths_are_refused_with_their_place(tmp_path: File, change: dic
 def test_bad_lists_are_refused(tmp_path: File) -> None:
     with pytest.raises(FormatError, match="knots is missing; a tool path needs degree, knots and tool_tip"):
         read(tmp_path, {"degree": 1, "tool_tip": [[0, 0, 0], [1, 0, 0]]})
-    with pytest.raises(FormatError, match=r"curves\[1\]: is no object"):
+    with pytest.raises(FormatError, match=r"curves\[1\]: is not an object"):
         read(tmp_path, {"curves": [LEAN, 3]})
     with pytest.raises(FormatError, match="curves: not all give their tool axis alike"):
         read(tmp_path, {"curves": [LEAN, LINE]})

@@ -164,5 +164,5 @@ def test_files(tmp_path):
     limits_toml.write(limits, file)
     assert limits_toml.read(file) == limits
     assert "theta = 90.0 # deg/s^2" in file.read_text()
-    with pytest.raises(FormatError, match="there is no such file"):
+    with pytest.raises(FormatError, match="no such file"):
         limits_toml.read(tmp_path / "no.toml")

@@ -84,7 +84,7 @@ def test_a_faulty_line_is_told_before_anything_is_made(tmp_path):
     with pytest.raises(FormatError, match=r"bad\.nc: line 2: "):
         sf.formats.read_parts(file)
     file.write_text("M3\n")
-    with pytest.raises(FormatError, match="no line of it moves an axis"):
+    with pytest.raises(FormatError, match="no line moves an axis"):
         sf.formats.read_parts(file)
     with pytest.raises(InputError, match="option 'chord' is not one of a G-code file"):
         sf.formats.read_parts(DATA / "gcode/cncjs_tball.gcode", chord=3.0)
@@ -101,13 +101,13 @@ def test_the_points_of_a_table_are_joined_by_lines(tmp_path, monkeypatch):
     file.write_text("\n".join(["x [in],y [in],note", *rows[:20], rows[19], *rows[20:]]) + "\n")
     parts = sf.formats.read_parts(file)
     assert (parts.axes, parts.count, parts.feeds) == (("x", "y"), 52, None)
-    assert parts.findings == ("1 of 3 columns are no axes that are named, and left out",)
+    assert parts.findings == ("1 of 3 columns are not named as axes and are left out",)
     found = list(parts)
     assert len(found) == 8
     joined = np.concatenate([found[0].curves.points[:1], *(part.curves.points[1:] for part in found)])
     assert np.allclose(joined, 25.4 * points, rtol=1e-15)
     file.write_text("1 2\n1 2\n")
-    with pytest.raises(FormatError, match="one place only"):
+    with pytest.raises(FormatError, match="one point only"):
         list(sf.formats.read_parts(file))
     file.write_text("1 2\n" * 9 + "1 nan\n")
     with pytest.raises(FormatError, match="line 10: is not a finite point"):

@@ -95,12 +95,12 @@ REFUSED = {
     "x,y\n1,2\n3,nan\n4,5\n": "line 3: is not a finite point",
     "x,y\n1,2\n3\n": "line 3: holds 1 numbers, the lines above 2",
     "1,2\n3,4\nend\n": "line 3: expected 2 numbers, got 'end'",
-    "1,1\n1,1\n1,1\n": "1 distinct point(s) among 3; at least 2 are needed",
+    "1,1\n1,1\n1,1\n": "1 distinct point(s) among 3; expected at least 2",
     "x,y,z\n1,2\n3,4\n": "names 3 columns, but line 2 holds 2 numbers",
     "x,x\n1,2\n3,4\n": "two columns are called x",
     "x [lb],y\n1,2\n3,4\n": "column x: ",
     "1,1\n2,1e12\n": "beyond",
-    "x,y\n": "holds no points",
+    "x,y\n": "no points found",
 }
 
 

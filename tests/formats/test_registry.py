@@ -35,11 +35,11 @@ def test_the_butterfly_of_the_package_is_the_one_of_the_tests(data_dir: Path) ->
     ("content", "reason"),
     [
         (b"", "is empty; was its writing interrupted?"),
-        (b" \n\t\n", "holds nothing but blanks"),
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", f"is binary and none of {EXPECTED}"),
+        (b" \n\t\n", "holds only white space"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", f"is binary and not one of {EXPECTED}"),
         (b"version https://git-lfs.x/v1\n", "is a pointer of Git LFS, not the file itself; run: git lfs pull"),
         (b"\xff\xfe{\0}\0", "is UTF-16 text; save it as UTF-8"),
-        (b"solid of a kind\nfacet normal 0 0 1\n", f"is none of {EXPECTED}"),
+        (b"solid of a kind\nfacet normal 0 0 1\n", f"is not one of {EXPECTED}"),
     ],
 )
 def test_what_is_no_curve_is_refused_in_one_line(tmp_path: Path, content: bytes, reason: str) -> None:
@@ -53,7 +53,7 @@ def test_what_is_no_curve_is_refused_in_one_line(tmp_path: Path, content: bytes,
 def test_a_missing_file_a_folder_and_a_device_are_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
         read(tmp_path / "none.json")
-    assert str(caught.value) == f"{tmp_path}/none.json: there is no such file; check the name and the folder"
+    assert str(caught.value) == f"{tmp_path}/none.json: no such file; check the name and the folder"
     with pytest.raises(FormatError, match="is a folder; name a file in it"):
         read(tmp_path)
     with pytest.raises(FormatError, match="/dev/zero: is a device or pipe; name a plain file"):
@@ -109,7 +109,9 @@ def test_a_suffix_that_nothing_writes_names_those_that_are(tmp_path: Path, data_
     path = read(data_dir / "curves" / "butterfly.json")
     with pytest.raises(FormatError) as caught:
         write(path, tmp_path / "wing.docx")
-    assert str(caught.value).startswith(f"{tmp_path}/wing.docx: no path can be written so; name the file as one of ")
+    assert str(caught.value).startswith(
+        f"{tmp_path}/wing.docx: this name is not that of a path file; name it as one of "
+    )
     assert "JSON curve (.json)" in str(caught.value)
     assert "airfoil" not in str(caught.value)
     with pytest.raises(InputError, match="there is no path to write"):

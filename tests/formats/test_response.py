@@ -58,7 +58,7 @@ def test_without_a_path_and_with_a_reason(tmp_path, response):
 
 
 def test_what_cannot_be_saved(tmp_path, response):
-    with pytest.raises(FormatError, match=r"r\.csv: Response is saved as HDF5 alone; name the file \.h5"):
+    with pytest.raises(FormatError, match=r"r\.csv: Response is saved as HDF5 only; name the file \.h5"):
         sf.save(response, tmp_path / "r.csv")
     with pytest.raises(InputError, match="has other columns than the first one"):
         response_hdf5.save([response, replace(response, contour_error=None)], tmp_path / "r.h5")

@@ -27,7 +27,7 @@ SUFFIXES = [".h5", ".hdf5", ".csv", ".mat", ".npz", ".parquet"]
 #: One suffix a format that can be loaded.
 LOADED = [".h5", ".csv", ".mat", ".npz", ".parquet"]
 NEWER = "is newer than the 1 known here; update splinefeed"
-UNSOUND = "is not a sound file of setpoints"
+UNSOUND = "is not a valid file of setpoints"
 SETTINGS = {"source": "naca:0025", "feed": 60.0, "corrections": None, "nested": {"list": [1, 2.5, "µ"], "flag": True}}
 
 
@@ -220,7 +220,7 @@ def test_a_name_that_says_no_format_is_refused(tmp_path: Path) -> None:
     law = TimeLaw(breaks=np.array([0.0, 1.0]), coefficients=np.zeros((1, 6)), strategy="seven-phase")
     with pytest.raises(FormatError, match=r"wing: a record's file is named \.h5, .*, \.halstream or \.pvt$"):
         save(some_points(1), tmp_path / "wing")
-    with pytest.raises(FormatError, match=r"law\.csv: TimeLaw is saved as HDF5 alone; name the file \.h5"):
+    with pytest.raises(FormatError, match=r"law\.csv: TimeLaw is saved as HDF5 only; name the file \.h5"):
         save(law, tmp_path / "law.csv")
     with pytest.raises(FormatError, match=r"wing\.xlsx: a record's file is named"):
         load(tmp_path / "wing.xlsx")
@@ -231,7 +231,7 @@ def test_more_ticks_than_matlab_takes_are_refused(tmp_path: Path, monkeypatch: p
     with pytest.raises(FormatError) as caught:
         save([some_points(10), some_points(10)], tmp_path / "wing.mat")
     assert str(caught.value) == (
-        f"{tmp_path}/wing.mat: more than 15 ticks do not go into this format; write HDF5 or several files"
+        f"{tmp_path}/wing.mat: more than 15 ticks do not fit in this format; write HDF5 or several files"
     )
 
 
@@ -284,7 +284,7 @@ def test_a_foreign_file_is_refused(tmp_path: Path, suffix: str, content: bytes) 
 def test_a_missing_file_is_named(tmp_path: Path, suffix: str) -> None:
     with pytest.raises(FormatError) as caught:
         load(tmp_path / f"none{suffix}")
-    assert str(caught.value) == f"{tmp_path}/none{suffix}: there is no such file; check the name and the folder"
+    assert str(caught.value) == f"{tmp_path}/none{suffix}: no such file; check the name and the folder"
 
 
 def test_changed_csv_files_are_told_what_is_wrong(tmp_path: Path) -> None:
@@ -302,7 +302,7 @@ def test_changed_csv_files_are_told_what_is_wrong(tmp_path: Path) -> None:
         (text.replace('"schema": 1', '"schema": "1"'), "line 2: schema: '1' is not a schema of splinefeed"),
         (text.replace('"record": "Setpoints"', '"record": "Table"'), "line 2: does not describe setpoints"),
         (text.replace('"period_s": 0.001', '"period_s": 0'), "period is 0; it must be greater than 0"),
-        (text.replace(",2,", ",0.5,", 1), "column curve: holds something else than whole numbers"),
+        (text.replace(",2,", ",0.5,", 1), "column curve: holds something other than whole numbers"),
         (text.replace("\n0.001", "\nnan"), "Setpoints.t[1] is nan; every value must be finite"),
         (text.replace("\n0.001", "\n0,0.001"), f"{UNSOUND}: the number of columns changed from 7 to 8 at row 2"),
         (text.replace("# metadata: ", "# metadata "), "line 2: expected '# metadata: '"),
@@ -355,14 +355,14 @@ def test_hostile_hdf5_files_are_refused(tmp_path: Path) -> None:
 
     cases = [
         (external_link, "dataset t: is missing or lies in another file"),
-        (external_bytes, "dataset t: is no dataset of this file"),
+        (external_bytes, "dataset t: is not a dataset of this file"),
         (empty_but_huge, "dataset t: has shape (67108864,) of float64, but far fewer bytes on disk than"),
         (absurdly_large, "dataset t: has shape (1099511627776,) of float64; at most 67108864 ticks can be read"),
         (texts, "dataset t: has shape (3,) of object; expected numbers in 1 dimension(s)"),
-        (group, "dataset t: is no dataset of this file"),
+        (group, "dataset t: is not a dataset of this file"),
         (record, "holds a record 'Curve'; known are Setpoints, TimeLaw, Limits, Response"),
-        (no_axes, "is not a sound HDF5 file: "),
-        (settings, "settings: are no JSON: maximum recursion depth exceeded"),
+        (no_axes, "is not a valid HDF5 file: "),
+        (settings, "settings: are not JSON: maximum recursion depth exceeded"),
     ]  # fmt: skip
     for change, reason in cases:
         save(some_points(3), path)
@@ -385,7 +385,7 @@ def test_a_library_that_quotes_the_file_is_cut_short(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
         load(file)
     message = str(caught.value)
-    assert message.startswith(f"{file}: is not a sound NumPy archive: ") and message.endswith("...")
+    assert message.startswith(f"{file}: is not a valid NumPy archive: ") and message.endswith("...")
     assert "\n" not in message and len(message) < 300 + len(str(file))
 
 

@@ -35,7 +35,7 @@ def test_real_files_come_out_as_other_libraries_measured_them(data_dir: Path, na
     paths = read_all(data_dir / name, repair=invalid)
     copies = 0.0
     if invalid:
-        assert any("what stands before it is kept" in finding for finding in paths[0].findings)
+        assert any("what comes before it is kept" in finding for finding in paths[0].findings)
         copies = truth["decided_truth"]["path2_length"]  # path2 then lies on path1, and is left out
     total = sum(path.length for path in paths) / PIXEL
     assert total == pytest.approx(truth["total_length_px"] - copies, rel=1e-11)
@@ -208,7 +208,7 @@ def test_units_and_where_the_page_is(tmp_path: Path) -> None:
     (path,) = read_all(file)
     assert path.findings == (
         "the page has no size in mm or inch: 1 px is read as 1/96 inch",
-        "the page has no height: y is turned about, and 0 stays 0",
+        "the page has no height: y is flipped about 0",
     )
     assert path(path.length)[1] == pytest.approx(-10 * PIXEL)
 
@@ -272,7 +272,7 @@ def test_what_svg_cannot_hold_is_approximated_within_a_tolerance_that_is_kept(tm
         ('<path d="M 1,,2 L3 4"/>', "line 1: <path>: path data: M needs 2 numbers at '1,,2 L3 4'"),
         ('<path d="M 1 2 L nan 4"/>', "line 1: <path>: path data: L needs 2 numbers at 'nan 4'"),
         ('<path d="M 1 2 L 1e999 4"/>', "line 1: <path>: path data: a number is too large"),
-        ('<path d="M 1 2 L 1e99 4"/>', "a curve of 'path' goes farther out than 1e+09 mm; check the units"),
+        ('<path d="M 1 2 L 1e99 4"/>', "a curve of 'path' goes beyond 1e+09 mm; check the units"),
         ('<path d="M0 0H1" transform="rotate(1 2)"/>', "line 1: <path>: transform: 'rotate(1 2)' is not an SVG"),
         ('<path d="M0 0H1" transform="turn"/>', "line 1: <path>: transform: expected a function such as translate("),
         ('<rect width="-1" height="2"/>', "line 1: <rect>: width is -1; expected 0 or more"),
@@ -347,7 +347,7 @@ def test_repair_keeps_what_stands_before_a_fault(tmp_path: Path) -> None:
     (path,) = read_all(file, repair=True)
     assert path.length == pytest.approx(5.0)
     assert path.findings == (
-        "line 1: <path>: path data: V needs 1 numbers at 'oops'; what stands before it is kept",
+        "line 1: <path>: path data: V needs 1 numbers at 'oops'; what comes before it is kept",
         "line 1: <use>: there is no element with id 'no'; left out",
         "line 2: <rect>: width is -1; expected 0 or more; left out",
     )

@@ -150,7 +150,7 @@ def test_an_element_lies_where_css_and_svg_2_put_it(tmp_path: Path, body: str, e
     [
         ('<path d="M0 0H9" style="transform:rotate3d(1,1,1,3deg)"/>', "transform: 'rotate3d(1,1,1,3deg)' is no"),
         ('<path d="M0 0H9" style="transform:scale(2px)"/>', "transform: scale: '2px' is not a number"),
-        ('<path d="M0 0H9" style="rotate:3deg"/>', "the property rotate is not read; write it as transform"),
+        ('<path d="M0 0H9" style="rotate:3deg"/>', "the property rotate is not supported; write it as transform"),
         ('<path d="M0 0H9" style="transform:scale(2);transform-box:fill-box"/>', "transform-box is 'fill-box'; only"),
     ],
 )  # fmt: skip
@@ -176,8 +176,8 @@ def test_clips_masks_and_moved_pages_are_findings(tmp_path: Path) -> None:
     body = '<g clip-path="url(#c)"><path d="M0 0H9" style="mask:url(#m)"/></g><path d="M0 1H9" clip-path="none"/>'
     file.write_text(drawing(body, 'transform="scale(2)"'))
     assert read_all(file)[0].findings == (
-        "the transform of the page itself is not carried out",
-        "clips and masks are not carried out, what they cut is whole: 1 clip-path of g, 1 mask of path",
+        "the transform of the page itself is not applied",
+        "clips and masks are not applied; what they cut is drawn whole: 1 clip-path of g, 1 mask of path",
     )
 
 
@@ -226,9 +226,9 @@ def test_packed_drawings_that_are_cut_garbled_or_bombs_are_refused(tmp_path: Pat
         with pytest.raises(FormatError):
             read(file)
     for content, reason in (
-        (whole[:20] + b"\xff\xff" + whole[22:], "is not a sound gzip"),
-        (whole[:-8] + b"\0" * 8, "is not a sound gzip"),
-        (whole + b"PK", "something stands behind its packed data"),
+        (whole[:20] + b"\xff\xff" + whole[22:], "is not a valid gzip file"),
+        (whole[:-8] + b"\0" * 8, "is not a valid gzip file"),
+        (whole + b"PK", "more data follows its packed data"),
         (gzip.compress(b"<svg>" + b" " * (300 * 2**20), 1), "unpacks to more than 256 MB"),
     ):
         file.write_bytes(content)

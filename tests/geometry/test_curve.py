@@ -193,7 +193,7 @@ def test_parameters_outside_are_refused_and_rounding_is_not():
         assert str(caught.value) == f"parameter {said} is outside the curve's domain [0.1, 0.7]"
     with pytest.raises(InputError, match="parameter: expected numbers, got str"):
         curve("somewhere")
-    with pytest.raises(InputError, match="order is 4; derivatives of order 0 to 3 are there"):
+    with pytest.raises(InputError, match="order is 4; expected 0 to 3"):
         curve.derivatives(0.2, 4)
     with pytest.raises(InputError, match="side is 'middle'; choose 'right' or 'left'"):
         curve.derivatives(0.2, 1, side="middle")

@@ -19,16 +19,16 @@ HUGE = "values up to 1e+30 are possible"
 
 REFUSED = {
     "too few knots": (2, [0, 0, 0, 1, 1], POINTS, None)
-    + ("5 knots for 3 control points of degree 2; exactly 6 (points + degree + 1) are needed",),
+    + ("5 knots for 3 control points of degree 2; exactly 6 (points + degree + 1) expected",),
     "too many knots": (2, [0, 0, 0, 0.5, 1, 1, 1], POINTS, None)
-    + ("7 knots for 3 control points of degree 2; exactly 6 (points + degree + 1) are needed",),
+    + ("7 knots for 3 control points of degree 2; exactly 6 (points + degree + 1) expected",),
     "no knots": (2, [], POINTS, None)
-    + ("0 knots for 3 control points of degree 2; exactly 6 (points + degree + 1) are needed",),
+    + ("0 knots for 3 control points of degree 2; exactly 6 (points + degree + 1) expected",),
     "decreasing knots": (1, [0, 0, 0.6, 0.5, 1, 1], [[0], [1], [2], [3]], None)
     + ("knots decrease from knots[2] = 0.6 to knots[3] = 0.5",),
     "empty domain": (2, [0, 1, 1, 1, 1, 2], POINTS, None) + ("the domain knots[2] to knots[3] is empty: both are 1",),
     "torn apart": (2, [0, 0, 0, 1, 1, 1, 2, 2, 2], [[k, k] for k in range(6)], None)
-    + ("inner knot 1 stands 3 times; at most 2 (the degree) are possible",),
+    + ("inner knot 1 appears 3 times; at most 2 (the degree) are possible",),
     "knots too close": (1, [0, 0, 1, 1 + 1e-15, 2, 2], [[0], [1], [2], [3]], None)
     + ("knots[2] and knots[3] differ by 1.11022e-15 only; make them equal or move them apart",),
     "knot not a number": (2, [0, 0, np.nan, 1, 1, 1], POINTS, None) + ("knots[2] is nan; every value must be finite",),
@@ -44,7 +44,7 @@ REFUSED = {
     "weights too far apart": (2, KNOTS, POINTS, [1e-4, 1e3, 1])
     + ("weights[0] = 0.0001 and weights[1] = 1000 differ by more than 1e+06 times; ",)
     + ("the curve would lose the digits of its points",),
-    "too few weights": (2, KNOTS, POINTS, [1, 1]) + ("2 weights for 3 control points; one each is needed",),
+    "too few weights": (2, KNOTS, POINTS, [1, 1]) + ("2 weights for 3 control points; expected one each",),
     "point not a number": (2, KNOTS, [[0, 0], [1, np.nan], [2, 0]], None)
     + ("control_points[1, 1] is nan; every value must be finite",),
     "point infinite": (2, KNOTS, [[0, 0], [1, 2], [-np.inf, 0]], None)
@@ -52,9 +52,9 @@ REFUSED = {
     "point huge": (2, KNOTS, [[0, 0], [1e200, 2], [2, 0]], None) + (f"control_points[1, 0] is 1e+200; {HUGE}",),
     "tiny curve": (2, KNOTS, [[0, 0], [1e-200, 2e-200], [2e-200, 0]], None)
     + ("all 3 control points lie within 2e-200 mm: the curve is too small",),
-    "single point": (2, KNOTS, [[0, 0]], None) + ("1 control point(s) for degree 2; at least 3 are needed",),
+    "single point": (2, KNOTS, [[0, 0]], None) + ("1 control point(s) for degree 2; expected at least 3",),
     "too few points": (2, [0, 0, 0, 1, 1], [[0, 0], [1, 1]], None)
-    + ("2 control point(s) for degree 2; at least 3 are needed",),
+    + ("2 control point(s) for degree 2; expected at least 3",),
     "no length": (2, KNOTS, [[3, 4]] * 3, None) + ("all 3 control points are the same: the curve has no length",),
     "no points": (2, KNOTS, [], None) + ("control_points: expected 2 dimension(s), got shape (0,)",),
     "points of no axes": (2, KNOTS, [[], [], []], None) + ("control_points have 0 axes; 1 to 9 are possible",),
@@ -76,7 +76,7 @@ def test_refused_with_these_words(case):
 def test_degrees_that_are_none(degree):
     with pytest.raises(CurveError) as caught:
         NurbsCurve(degree, KNOTS, POINTS)
-    assert str(caught.value) == f"degree is {degree!r}; a whole number from 1 to 12 is needed"
+    assert str(caught.value) == f"degree is {degree!r}; expected a whole number from 1 to 12"
 
 
 @pytest.mark.parametrize("degree", [2, 2.0, np.int32(2), np.float64(2.0)])
@@ -109,9 +109,9 @@ def test_things_that_are_no_numbers(knots, points, weights, begins):
     ("points", "said"),
     [
         ([], "control_points: expected 2 dimension(s), got shape (0,)"),
-        ([[1, 2]], "1 control point(s) for a Bezier curve; at least 2 are needed"),
+        ([[1, 2]], "1 control point(s) for a Bezier curve; expected at least 2"),
         (5, "control_points: expected 2 dimension(s), got shape ()"),
-        ([[1, 2]] * 14, "degree is 13; a whole number from 1 to 12 is needed"),
+        ([[1, 2]] * 14, "degree is 13; expected a whole number from 1 to 12"),
     ],
 )
 def test_bezier_refuses(points, said):

@@ -208,7 +208,7 @@ def test_split_without_parameters_and_elevation_by_nothing():
         (lambda c: c.transformed([1, 0]), "matrix: expected 2 dimension(s), got shape (2,)"),
         (lambda c: c.transformed(np.nan), "matrix[0, 0] is nan; every value must be finite"),
         (lambda c: c.transformed([[1, 0], [0, np.inf]]), "matrix[1, 1] is inf; every value must be finite"),
-        (lambda c: c.transformed(1.0, [1]), "offset has shape (1,); (2,) is needed"),
+        (lambda c: c.transformed(1.0, [1]), "offset has shape (1,); expected (2,)"),
         (lambda c: c.transformed(1.0, [1, np.nan]), "offset[1] is nan; every value must be finite"),
         (lambda c: c.transformed(1e40), "control_points[1, 1] is 2e+40; values up to 1e+30 are possible"),
     ],
@@ -224,7 +224,7 @@ def test_too_many_equal_knots_are_refused():
     curve = NurbsCurve.bezier([[0, 0], [1, 2], [2, 0]])
     with pytest.raises(CurveError) as caught:
         curve.with_knots(0.5, 0.5, 0.5)
-    assert str(caught.value) == "knot 0.5 would stand 3 times; at most 2 (the degree) are possible"
+    assert str(caught.value) == "knot 0.5 would appear 3 times; at most 2 (the degree) are possible"
     with pytest.raises(CurveError, match="all 3 control points are the same: the curve has no length"):
         curve.transformed(0.0)
     with pytest.raises(InputError, match="matrix: expected numbers in 2 dimension"):

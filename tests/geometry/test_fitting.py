@@ -287,10 +287,10 @@ def test_breaks_of_a_function_are_kept():
 REFUSED_FUNCTIONS = {
     "domain": (wave, 1e-3, 3, (1.0, 1.0), (), "domain is (1, 1); it must be finite and increase"),
     "breaks": (wave, 1e-3, 3, (0.0, 1.0), (1.0,), "breaks must lie inside the domain (0, 1)"),
-    "degree": (wave, 1e-3, 0, (0.0, 1.0), (), "degree is 0; a whole number from 1 to 12 is needed"),
+    "degree": (wave, 1e-3, 0, (0.0, 1.0), (), "degree is 0; expected a whole number from 1 to 12"),
     "tolerance": (wave, -1.0, 3, (0.0, 1.0), (), "tolerance is -1 mm; it must be finite and greater than 0"),
     "shape": (np.sin, 1e-3, 3, (0.0, 1.0), (), "the function gave shape (257,) for 257 parameters; "
-              "(257, axes) is needed"),
+              "(257, axes) expected"),
     "infinite": (lambda u: np.column_stack([u, np.where(u < 0.5, u, np.inf)]), 1e-3, 3, (0.0, 1.0), (),
                  "the function is not finite at u = 0.5"),
 }  # fmt: skip
@@ -339,23 +339,23 @@ def test_path_of_a_fit_tells_its_error():
 GOOD = [[0.0, 0.0], [1.0, 0.2], [2.0, 0.0], [3.0, 1.0]]
 REFUSED = {
     "no points": (([], 1e-3), {}, "points: expected 2 dimension(s), got shape (0,)"),
-    "empty": ((np.empty((0, 2)), 1e-3), {}, "0 distinct point(s) among 0; at least 2 are needed"),
-    "one point": (([[1.0, 2.0]], 1e-3), {}, "1 distinct point(s) among 1; at least 2 are needed"),
-    "one point again": (([[1.0, 2.0]] * 5, 1e-3), {}, "1 distinct point(s) among 5; at least 2 are needed"),
+    "empty": ((np.empty((0, 2)), 1e-3), {}, "0 distinct point(s) among 0; expected at least 2"),
+    "one point": (([[1.0, 2.0]], 1e-3), {}, "1 distinct point(s) among 1; expected at least 2"),
+    "one point again": (([[1.0, 2.0]] * 5, 1e-3), {}, "1 distinct point(s) among 5; expected at least 2"),
     "two of a circle": (([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]], 1e-3), {"closed": True},
-                        "2 distinct point(s) among 3; at least 3 are needed"),
+                        "2 distinct point(s) among 3; expected at least 3"),
     "not a number": (([[0.0, 0.0], [1.0, math.nan]], 1e-3), {}, "points[1, 1] is nan; every value must be finite"),
     "infinite": (([[0.0, 0.0], [math.inf, 1.0]], 1e-3), {}, "points[1, 0] is inf; every value must be finite"),
     "ten axes": ((np.eye(10), 1e-3), {}, "points have 10 axes; 1 to 9 are possible"),
     "no axes": ((np.empty((5, 0)), 1e-3), {}, "points have 0 axes; 1 to 9 are possible"),
     "zero tolerance": ((GOOD, 0.0), {}, "tolerance is 0 mm; it must be finite and greater than 0"),
-    "text": ((GOOD, "fine"), {}, "tolerance is 'fine'; a length in mm is needed"),
+    "text": ((GOOD, "fine"), {}, "tolerance is 'fine'; expected a length in mm"),
     "large tolerance": ((GOOD, 10.0), {}, "tolerance is 10 mm, but the whole part measures 3.16228 mm; "
                         "is the unit right?"),
     "tiny tolerance": ((GOOD, 1e-14), {}, "tolerance is 1e-14 mm; below 3.16e-12 mm lies the rounding of these "
                        "coordinates"),
-    "degree": ((GOOD, 1e-3, 13), {}, "degree is 13; a whole number from 1 to 12 is needed"),
-    "half a degree": ((GOOD, 1e-3, 2.5), {}, "degree is 2.5; a whole number from 1 to 12 is needed"),
+    "degree": ((GOOD, 1e-3, 13), {}, "degree is 13; expected a whole number from 1 to 12"),
+    "half a degree": ((GOOD, 1e-3, 2.5), {}, "degree is 2.5; expected a whole number from 1 to 12"),
     "parameters": ((GOOD, 1e-3), {"parameters": "arc"}, "parameters is 'arc'; choose 'chord' or 'centripetal'"),
     "corner angle": ((GOOD, 1e-3), {"corner_angle": 4.0}, "corner_angle is 4 rad; it must lie above 0 and at most at "
                      "pi"),

@@ -325,11 +325,11 @@ def test_gaps():
     ("make", "said"),
     [
         (lambda a, b: Path([]), "a path needs at least one curve"),
-        (lambda a, b: Path([a, "b"]), "curve 1 of the path is a str; a NurbsCurve is needed"),
-        (lambda a, b: Path(a), "curves are a NurbsCurve; a list of NurbsCurve is needed"),
+        (lambda a, b: Path([a, "b"]), "curve 1 of the path is a str; expected a NurbsCurve"),
+        (lambda a, b: Path(a), "curves are a NurbsCurve; expected a list of NurbsCurve"),
         (lambda a, b: Path([a, b]), "curve 1 has 3 axes, curve 0 has 2; all must agree"),
-        (lambda a, b: Path([a], axes=("x",)), "axes ('x',) for curves of 2 axes; one distinct name each is needed"),
-        (lambda a, b: Path([a], axes="xx"), "axes ('x', 'x') for curves of 2 axes; one distinct name each is needed"),
+        (lambda a, b: Path([a], axes=("x",)), "axes ('x',) for curves of 2 axes; expected one distinct name each"),
+        (lambda a, b: Path([a], axes="xx"), "axes ('x', 'x') for curves of 2 axes; expected one distinct name each"),
         (
             lambda a, b: Path([b], axes=("x", "a", "y")),
             "axes ('x', 'a', 'y'): put the linear axes first and the rotary ones (a, b, c, theta) last",
@@ -340,9 +340,9 @@ def test_gaps():
         (lambda a, b: Path([a]).locate([0.0, -0.1]), "arc length -0.1 mm is outside the path's [0, 1] mm"),
         (lambda a, b: Path([a])(np.nan), "arc length nan mm is outside the path's [0, 1] mm"),
         (lambda a, b: Path([a]).evaluate(0, 2.0), "parameter 2 is outside the curve's domain [0, 1]"),
-        (lambda a, b: Path([a]).evaluate(1, 0.5), "curve 1 is not there; the path has curves 0 to 0"),
-        (lambda a, b: Path([a, a.reversed()]).evaluate(-1, 0.5), "curve -1 is not there; the path has curves 0 to 1"),
-        (lambda a, b: Path([a, a.reversed()]).arc_length(2, 0.5), "curve 2 is not there; the path has curves 0 to 1"),
+        (lambda a, b: Path([a]).evaluate(1, 0.5), "curve 1 does not exist; the path has curves 0 to 0"),
+        (lambda a, b: Path([a, a.reversed()]).evaluate(-1, 0.5), "curve -1 does not exist; the path has curves 0 to 1"),
+        (lambda a, b: Path([a, a.reversed()]).arc_length(2, 0.5), "curve 2 does not exist; the path has curves 0 to 1"),
         (lambda a, b: Path([a]).arc_length(0, 1.5), "parameter 1.5 is outside the curve's domain [0, 1]"),
     ],
 )
@@ -392,13 +392,13 @@ def test_what_a_program_says_is_kept():
         ({"feeds": [1.0, 0.0, 1.0]}, "feeds\\[1\\] is 0; it must be greater than 0"),
         ({"feeds": [1.0, float("nan"), 1.0]}, "feeds\\[1\\] is nan"),
         ({"tolerances": [0.0, 0.0, -1.0]}, "tolerances\\[2\\] is -1; it must be 0 or more"),
-        ({"markers": [Marker(4, "M2")]}, "marker 'M2' stands before curve 4 of 3"),
+        ({"markers": [Marker(4, "M2")]}, "marker 'M2' is before curve 4 of 3"),
     ],
 )
 def test_what_a_program_says_must_fit(said, message):
     with pytest.raises(InputError, match=message):
         Path(program().curves, **said)
-    with pytest.raises(InputError, match="the tool can only wait at rest"):
+    with pytest.raises(InputError, match="the tool can wait only at rest"):
         Marker(0, "G4", dwell=1.0, stop=False)
     with pytest.raises(InputError, match="it must be 0 or more and finite"):
         Marker(0, "G4", dwell=float("inf"))

@@ -181,7 +181,7 @@ def test_lines_without_length():
 @pytest.mark.parametrize(
     ("points", "said"),
     [
-        ([[0.0, 0.0]], "1 point(s) for a polyline; at least 2 are needed"),
+        ([[0.0, 0.0]], "1 point(s) for a polyline; expected at least 2"),
         ([[0.0, 0.0], [np.nan, 1.0]], "points[1, 0] is nan; every value must be finite"),
         ([[0.0, 0.0], [1.0, -1e31]], "points[1, 1] is -1e+31; values up to 1e+30 are possible"),
         ([0.0, 1.0], "points: expected 2 dimension(s), got shape (2,)"),

@@ -294,20 +294,20 @@ def test_other_texts_name_no_shape(text):
 
 KNOWN = "known are naca, butterfly, circle, ellipse, figure-eight, helix, line"
 REFUSED_TEXTS = {
-    "": "shape is ''; a text such as 'naca:0025?perimeter=33' is needed",
+    "": "shape is ''; expected a text such as 'naca:0025?perimeter=33'",
     "x" * 501: "a shape's text has 501 characters; at most 500 are read",
     "cirlce": f"cirlce: there is no shape 'cirlce'; did you mean 'circle'? {KNOWN}",
     "spline": f"spline: there is no shape 'spline'; did you mean 'line'? {KNOWN}",
     "qqq?a=1": f"qqq?a=1: there is no shape 'qqq'; {KNOWN}",
-    "naca": "naca: naca needs its code behind a colon, as in 'naca:0025?perimeter=33'",
-    "naca:?chord=1": "naca:?chord=1: naca needs its code behind a colon, as in 'naca:0025?perimeter=33'",
-    "circle:3": "circle:3: circle takes nothing behind a colon; write options as in 'circle?radius=10'",
+    "naca": "naca: naca needs its code after a colon, as in 'naca:0025?perimeter=33'",
+    "naca:?chord=1": "naca:?chord=1: naca needs its code after a colon, as in 'naca:0025?perimeter=33'",
+    "circle:3": "circle:3: circle takes nothing after a colon; write options as in 'circle?radius=10'",
     "circle?radis=3": "circle?radis=3: circle has no option 'radis'; did you mean 'radius'? "
     "known are radius, center, tangential",
     "circle?": "circle?: circle has no option ''; known are radius, center, tangential",
     "circle?radius": "circle?radius: radius has no value; write radius=...",
     "circle?radius=": "circle?radius=: radius has no value; write radius=...",
-    "circle?radius=1&radius=2": "circle?radius=1&radius=2: radius stands twice; leave one of them out",
+    "circle?radius=1&radius=2": "circle?radius=1&radius=2: radius appears twice; leave one of them out",
     "circle?radius=3kg": "circle?radius=3kg: radius: '3kg' is of another kind; "
     "expected a length such as 12.5mm or 0.5in",
     "circle?center=1": "center has 1 coordinates; 2 are needed",
@@ -330,7 +330,7 @@ def test_refused_texts(text):
 
 REFUSED = {
     "negative radius": (lambda: shapes.circle(-1.0), "radius is -1 mm; it must be greater than 0"),
-    "no number": (lambda: shapes.circle("ten"), "radius is 'ten'; a number is needed"),
+    "no number": (lambda: shapes.circle("ten"), "radius is 'ten'; expected a number"),
     "not a number": (lambda: shapes.circle(math.nan), "radius is nan; it must be finite"),
     "huge": (lambda: shapes.circle(1e12), "radius is 1e+12 mm; at most 1e+09 mm is possible"),
     "center of three": (lambda: shapes.circle(1.0, (0, 0, 0)), "center has 3 coordinates; 2 are needed"),
@@ -345,27 +345,25 @@ REFUSED = {
     "no eight": (lambda: shapes.figure_eight(0.0), "width is 0 mm; it must be greater than 0"),
     "no height": (lambda: shapes.figure_eight(1.0, -1.0), "height is -1 mm; it must be greater than 0"),
     "scale": (lambda: shapes.butterfly(0), "scale is 0; it must be greater than 0"),
-    "flat helix": (lambda: shapes.helix(pitch=0), "pitch is 0 mm: that is a circle, run through again and again; "
-                   "use circle"),
+    "flat helix": (lambda: shapes.helix(pitch=0), "pitch is 0 mm: that is one circle, repeated; use circle"),
     "turns": (lambda: shapes.helix(turns=2000), "turns is 2000; at most 1000 are possible"),
     "no turns": (lambda: shapes.helix(turns=0), "turns is 0; it must be greater than 0"),
     "helix too coarse": (lambda: shapes.helix(1.0, 1.0, 1.0, tolerance=9.0), "tolerance is 9 mm, but the whole part "
                          "measures 3 mm; is the unit right?"),
-    "three digits": (lambda: shapes.naca("025"), "NACA code is '025'; four digits such as '0025' or '2412' are needed"),
-    "number": (lambda: shapes.naca(2412), "NACA code is 2412; four digits such as '0025' or '2412' are needed"),
-    "other digits": (lambda: shapes.naca("٠٠٢٥"), "NACA code is '٠٠٢٥'; four digits such as '0025' or '2412' "
-                     "are needed"),
+    "three digits": (lambda: shapes.naca("025"), "NACA code is '025'; expected four digits such as '0025' or '2412'"),
+    "number": (lambda: shapes.naca(2412), "NACA code is 2412; expected four digits such as '0025' or '2412'"),
+    "other digits": (lambda: shapes.naca("٠٠٢٥"), "NACA code is '٠٠٢٥'; expected four digits such as '0025' or '2412'"),
     "no thickness": (lambda: shapes.naca("2400"), "NACA code '2400' has no thickness; its last two digits must be "
                      "01 or more"),
-    "no place": (lambda: shapes.naca("2012"), "NACA code '2012' has camber but no place of it; its second digit must "
-                 "be 1 or more"),
+    "no place": (lambda: shapes.naca("2012"), "NACA code '2012' has camber but no position of it; its second digit "
+                 "must be 1 or more"),
     "both sizes": (lambda: shapes.naca("0025", chord=1, perimeter=2), "chord and perimeter are both given; each "
                    "follows from the other"),
     "chord": (lambda: shapes.naca("0025", chord=0), "chord is 0 mm; it must be greater than 0"),
     "perimeter": (lambda: shapes.naca("0025", perimeter=-1), "perimeter is -1 mm; it must be greater than 0"),
     "tolerance": (lambda: shapes.naca("0025", tolerance=0), "tolerance is 0 mm; it must be greater than 0"),
-    "degree": (lambda: shapes.naca("0025", degree=13), "degree is 13; a whole number from 1 to 12 is needed"),
-    "degree zero": (lambda: shapes.naca("2412", degree=0), "degree is 0; a whole number from 1 to 12 is needed"),
+    "degree": (lambda: shapes.naca("0025", degree=13), "degree is 13; expected a whole number from 1 to 12"),
+    "degree zero": (lambda: shapes.naca("2412", degree=0), "degree is 0; expected a whole number from 1 to 12"),
 }  # fmt: skip
 
 

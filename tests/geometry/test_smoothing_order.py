@@ -138,7 +138,7 @@ def test_the_distance_side_by_side_bounds_the_two_way_one():
 
 
 def test_what_cannot_be_compared():
-    with pytest.raises(InputError, match="the same are needed"):
+    with pytest.raises(InputError, match="they must be the same"):
         order(LINE, sf.Path.polyline([[0, 0], [1, 0]], ("x", "z")), 0.01, 1.0)
     with pytest.raises(InputError, match="angular_tolerance is 0"):
         order(LINE, LINE, 0.01, 0.0)

@@ -209,7 +209,7 @@ def test_pieces_that_do_not_follow_each_other_are_refused():
         list(sf.geometry.smooth_stream([one, sf.Path.polyline([[2, 0], [3, 0]])], 0.01))
     with pytest.raises(CurveError, match=r"axes \('x', 'z'\)"):
         list(sf.geometry.smooth_stream([one, sf.Path.polyline([[1, 0], [3, 0]], ("x", "z"))], 0.01))
-    with pytest.raises(InputError, match="always or never"):
+    with pytest.raises(InputError, match="for all or for none"):
         list(sf.geometry.smooth_stream([one, sf.Path.polyline([[1, 0], [3, 0]], feeds=[1.0])], 0.01))
     with pytest.raises(InputError, match="a window of 0 curves"):
         Smoother(0.01, ("x",), window=0)

@@ -178,15 +178,15 @@ def test_bad_input():
         sf.errors.LimitsError, match=r"the period of 100 s is longer than the whole motion of 1\.3\d+ s"
     ):
         sf.interpolate(path, law, period=100)
-    with pytest.raises(sf.errors.LimitsError, match="no period: give period= in s"):
+    with pytest.raises(sf.errors.LimitsError, match="no period: the law was planned without one; give period= in s"):
         sf.interpolate(path, motions.smooth_law(path))
     with pytest.raises(sf.errors.MethodError, match="did you mean 'taylor-2'"):
         sf.interpolate(path, law, method="taylor2")
-    with pytest.raises(sf.errors.InputError, match="corrections is -1; a whole number from 0 to 100 is needed"):
+    with pytest.raises(sf.errors.InputError, match="corrections is -1; expected a whole number from 0 to 100"):
         sf.interpolate(path, law, corrections=-1)
-    with pytest.raises(sf.errors.InputError, match="tolerance is nan; 0 or more is needed"):
+    with pytest.raises(sf.errors.InputError, match="tolerance is nan; expected 0 or more"):
         sf.interpolate(path, law, tolerance=float("nan"))
-    with pytest.raises(sf.errors.InputError, match="chunk is 0; a whole number of ticks from 1 up is needed"):
+    with pytest.raises(sf.errors.InputError, match="chunk is 0; expected a whole number of ticks from 1 up"):
         sf.interpolate(path, law, chunk=0)
     with pytest.raises(sf.errors.InputError, match=r"the law runs over 74\.77\S+ mm but the path is 382\.8\S+ mm long"):
         sf.interpolate(motions.butterfly(), law)

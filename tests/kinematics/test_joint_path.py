@@ -161,11 +161,11 @@ def test_a_path_straight_through_the_pole_tilts_on(machine: sf.Kinematics, tool:
     assert np.max(np.abs(numeric - exact[:, 1:])[:, :, 6:]) <= 1e-6 * max(1.0, float(np.max(np.abs(exact[:, 1:, 6:]))))
 
 
-def test_turning_off_or_staying_at_the_pole_is_refused_and_a_path_beside_it_turns_fast() -> None:
+def test_turning_off_at_the_pole_is_refused_and_a_path_beside_it_turns_fast() -> None:
     machine = kinematics("xyzac-trt")
     for tool in (
         leaning((0.2, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.2, 1.0)),
-        leaning((0.2, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (0.2, 0.0, 1.0)),
+        leaning((0.2, 0.0, 1.0), (0.0, 1e-6, 1.0), (0.0, 0.2, 1.0)),
     ):
         with pytest.raises(CurveError, match=r"at s = .* mm the tool axis is that of joint c .*; tilt the workpiece"):
             sf.JointPath(tool, machine)
@@ -175,6 +175,43 @@ def test_turning_off_or_staying_at_the_pole_is_refused_and_a_path_beside_it_turn
     assert np.min(np.abs(path.breaks - 50.0)) < 1e-6  # the planner looks at it
 
 
+KNOTS = [0, 0, 0, 0, 0.5, 1, 1, 1, 1]
+TIP = sf.NurbsCurve(3, KNOTS, [[0, 0, 0], [20, 25, 0], [40, -15, 2], [60, 10, 2], [80, 0, 0]])
+
+
+@pytest.mark.parametrize("machine", [each for each in MACHINES if each.rotary == 2], ids=lambda machine: machine.kind)
+@pytest.mark.parametrize(
+    "tool",
+    [
+        leaning((0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (0.2, 0.1, 1.0)),
+        leaning((0.2, 0.1, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (0.2, 0.1, 1.0), (0.2, 0.3, 1.0)),
+        leaning((0.2, 0.1, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (-0.4, -0.2, 1.0), (0.0, 0.0, 1.0)),
+        leaning((0.2, 0.1, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (-0.2, 0.3, 1.0)),
+        sf.ToolPath(
+            [LINE, sf.NurbsCurve(1, [0, 0, 1, 1], [[100, 0, 0], [100, 10, 0]])],
+            [
+                sf.NurbsCurve(1, [0, 0, 0.5, 1, 1], [[0.3, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]),
+                sf.NurbsCurve(1, [0, 0, 0.5, 1, 1], [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.3, 1.0]]),
+            ],
+            kind="vectors",
+        ),
+        sf.ToolPath(TIP, sf.NurbsCurve(3, KNOTS, [*[(0.0, 0.0, 1.0)] * 4, (0.3, 0.2, 1.0)]), kind="vectors"),
+        sf.ToolPath(TIP, sf.NurbsCurve(3, KNOTS, [(0.3, 0.2, -1.0), *[(0.0, 0.0, -1.0)] * 4]), kind="vectors"),
+    ],
+    ids=["begins", "stays", "tilts on", "turns meanwhile", "over two curves", "leaves slowly", "upside down"],
+)
+def test_a_tool_may_stay_at_the_pole(machine: sf.Kinematics, tool: sf.ToolPath) -> None:
+    path = sf.JointPath(tool, machine)
+    s = np.linspace(0.0, tool.length, 5001)
+    joints = path(s)
+    tip, axis = machine.forward(joints)
+    wanted = tool.orientation(*tool.locate(s))[:, 0]
+    assert np.max(np.abs(tip - tool(s))) <= 1e-10
+    assert np.max(np.abs(axis - wanted / np.linalg.norm(wanted, axis=1)[:, None])) <= 1e-9
+    assert np.max(np.abs(np.diff(joints[:, 4]))) < 0.01
+    assert len(path.breaks) < 10
+
+
 def test_an_upright_tool_leaves_the_rotary_joints_where_they_are() -> None:
     machine = kinematics("xyzac-trt")
     for tool in (leaning((0.0, 0.0, 1.0), (0.0, 0.0, 2.0)), sf.ToolPath(LINE)):
@@ -182,6 +219,22 @@ def test_an_upright_tool_leaves_the_rotary_joints_where_they_are() -> None:
         assert np.allclose(path(50.0)[3:], [0.0, 1.0])
     with pytest.raises(CurveError, match=r"tilts by 5\.71 deg at s = 100 mm; gantry cannot tilt the tool"):
         sf.JointPath(leaning((0.0, 0.0, 1.0), (0.1, 0.0, 1.0)), kinematics("gantry"))
+    with pytest.raises(LimitsError, match=r"travel\.a: the path takes joint a from 0 to 0 deg"):
+        sf.JointPath(sf.ToolPath(LINE), machine, travel={"a": (0.1, 1.0)})
+
+
+@pytest.mark.parametrize("machine", [each for each in MACHINES if each.rotary == 2], ids=lambda machine: machine.kind)
+def test_a_tool_that_stands_upside_down_is_half_a_turn_away(machine: sf.Kinematics) -> None:
+    tool, tilting = sf.ToolPath(LINE, [0.0, 0.0, -2.0], kind="vectors"), machine.joints[3]
+    for travel, tilt in ((4.0, math.pi), (3.0, -math.pi)):
+        path = sf.JointPath(tool, machine, travel={tilting: (-4.0, travel)}, start={"c": 1.0})
+        assert np.allclose(path(50.0)[3:], [tilt, 1.0])
+        tip, axis = machine.forward(path(np.array([0.0, 50.0])))
+        assert np.allclose(axis, [0.0, 0.0, -1.0]) and np.allclose(tip[1], [50.0, 0.0, 0.0])
+    with pytest.raises(LimitsError, match=f"travel.{tilting}: the path takes joint {tilting} from -180 to -180 deg"):
+        sf.JointPath(tool, machine, travel={tilting: (-2.0, 2.0)})
+    with pytest.raises(CurveError, match="tilts by 180 deg at s = 0 mm; gantry cannot tilt the tool"):
+        sf.JointPath(tool, kinematics("gantry"))
 
 
 def test_a_kink_of_the_tool_axis_is_a_stop() -> None:
@@ -233,7 +286,7 @@ def test_bad_machines_are_refused() -> None:
         kinematics("5axiskins")
     with pytest.raises(InputError, match=r"kinematics\.y-offset: unknown parameter; xyzbc-trt has x-rot-point, "):
         kinematics("xyzbc-trt", y_offset=1.0)
-    with pytest.raises(InputError, match=r"kinematics\.pivot-length is nan; a finite length in mm is needed"):
+    with pytest.raises(InputError, match=r"kinematics\.pivot-length is nan; expected a finite length in mm"):
         kinematics("head-table", pivot_length=math.nan)
     assert len(kinds()) == 6
 

@@ -193,7 +193,7 @@ def test_a_stall_and_a_consumer_that_dies_cost_no_row_and_a_resume_goes_to_the_e
         confirmed: list[State] = []
         killed = at_rows({200: lambda: sink._child.kill()})  # type: ignore[union-attr]
         shift = position[-1]  # the path begins where the axes are
-        with pytest.raises(LinuxcncError, match=r"HAL has stopped taking rows after row \d+"):
+        with pytest.raises(LinuxcncError, match=r"HAL stopped taking rows after row \d+"):
             play(along(*_as_motion(source)), sink, Operator(), AHEAD, here=True, saved=confirmed.append, seen=killed)
         time.sleep(0.5)  # HAL plays what it has
         last = confirmed[-1]

@@ -18,9 +18,9 @@ from splinefeed.machine.writing import to_text
 
 @pytest.mark.parametrize("name", Machine.names())
 def test_the_machines_of_the_package_come_back_equal(name: str, tmp_path: Path) -> None:
-    table = Machine.load(name)
-    table.save(tmp_path / f"{name}.toml")
-    assert Machine.load(tmp_path / f"{name}.toml") == table
+    machine = Machine.load(name)
+    machine.save(tmp_path / f"{name}.toml")
+    assert Machine.load(tmp_path / f"{name}.toml") == machine
     text = (tmp_path / f"{name}.toml").read_text()
     assert '"25mm/s/V"' in text or name != "xytheta"
     assert '"5mm/rev"' in text or name != "xytheta"
@@ -49,10 +49,10 @@ def test_quantities_read_well() -> None:
 
 @given(st.text(st.characters(exclude_categories=["Cs"]), max_size=30))
 def test_any_words_come_back(words: str) -> None:
-    table = Machine.load("router")
-    axis = table.axes["x"]
+    machine = Machine.load("router")
+    axis = machine.axes["x"]
     changed = replace(
-        table,
+        machine,
         title=words,
         notes=(words, "second"),
         axes={"x": replace(axis, motor=replace(axis.motor, source=words))},
@@ -61,10 +61,10 @@ def test_any_words_come_back(words: str) -> None:
 
 
 def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
-    table = Machine.load("xytheta")
+    machine = Machine.load("xytheta")
     with pytest.raises(FormatError) as caught:
-        table.save(tmp_path / "machine.txt")
+        machine.save(tmp_path / "machine.txt")
     assert str(caught.value) == f"{tmp_path / 'machine.txt'}: a machine file is named .toml"
     with pytest.raises(FormatError, match="does not exist"):
-        table.save(tmp_path / "nowhere" / "machine.toml")
+        machine.save(tmp_path / "nowhere" / "machine.toml")
     assert list(tmp_path.iterdir()) == []

@@ -84,7 +84,7 @@ def test_runs_are_refused_that_cannot_be_fitted(tmp_path):
         calibrate([], blank)
     file, log = made_up(tmp_path, TRUE)
     file.write_text("G1 X10 F100\nM30\n")
-    with pytest.raises(InputError, match="is it the run of another one"):
+    with pytest.raises(InputError, match="is it the log of another program"):
         record(file, log, blank)
     file.write_text("G21\nF600\no1 repeat [3]\nG91 G1 X1\nG1 Y1\no1 endrepeat\n" + 600 * "(-)\n" + "M30\n")
     with pytest.raises(InputError, match="do not run in order"):

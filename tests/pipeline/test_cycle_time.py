@@ -196,7 +196,7 @@ def test_a_control_that_says_too_little_is_refused(timed, control, words):
 
 
 def test_a_program_that_moves_nothing_is_refused(timed):
-    with pytest.raises(FormatError, match="no line of it moves an axis"):
+    with pytest.raises(FormatError, match="no line moves an axis"):
         timed("M3 S100")
 
 
@@ -207,3 +207,38 @@ def test_a_hundred_thousand_lines_in_seconds(timed):
     assert len(estimate.blocks) == 100_000
     assert estimate.total > 0.0
     assert time.process_time() - began < 10.0
+
+
+def test_each_line_has_its_time_place_limit_and_operation(timed):
+    time = timed("T1 M6", "G1 X10 F3000", "G4 P2", "T2 M6", "X30", "Y40", rapid_acceleration=2000.0, tool_change=6.0)
+    of = time.by_line
+    assert of.line.tolist() == [0, 2, 3, 4, 5, 6, 7]  # the start is before the first line
+    assert [time.limits[k] for k in of.limit[1:5]] == ["tool change", "programmed feed", "dwell", "tool change"]
+    assert of.place[2:].tolist() == [[10, 0, 0], [10, 0, 0], [10, 0, 0], [30, 0, 0], [30, 40, 0]]
+    assert of.operation.tolist() == [0, 1, 1, 1, 2, 2, 2]
+    assert np.sum(of.seconds) == pytest.approx(time.total, rel=1e-12)
+    assert of.begin[1:] == pytest.approx(np.cumsum(of.seconds)[:-1])
+    assert of.beyond[2] == pytest.approx(of.seconds[2] - 10 / 50)
+    places = time.places(2)
+    assert [each["line"] for each in places] == [2, 5]
+
+
+def test_a_line_that_is_carried_out_again_counts_each_time(tmp_path):
+    file = tmp_path / "part.ngc"
+    file.write_text("G21 G91 G1 F600\no1 repeat [5]\nX2\no1 endrepeat\nM2\n")
+    of = sf.cycle_time(file, machine(mode="exact stop"), dialect="linuxcnc").by_line
+    assert of.seconds[of.line == 3] == pytest.approx([5 * (2 / 10 + 10 / 500)])
+    assert of.place[-1, 0] == 10.0
+
+
+def test_a_trace_follows_arcs_and_splines_and_ends_where_blocks_do(tmp_path):
+    file = tmp_path / "part.ngc"
+    file.write_text("G21 G90 F600\nG1 X10\nG3 X20 Y10 I0 J10 Z3\nG5 I5 J0 P-5 Q0 X40 Y20\nG1 X50 Y0\nM2\n")
+    blocks = sf.cycle_time(file, machine(), dialect="linuxcnc").blocks
+    assert blocks.trace[blocks.end] == pytest.approx(np.cumsum(blocks.step[:, :3], axis=0))
+    arc, spline = (blocks.trace[low : high + 1] for low, high in zip(blocks.end[:2], blocks.end[1:3], strict=True))
+    assert np.hypot(arc[:, 0] - 10, arc[:, 1] - 10) == pytest.approx(np.full(len(arc), 10.0))
+    assert np.all(np.diff(arc[:, 2]) > 0.0)
+    u = np.interp(30.0, spline[:, 0], spline[:, 1])  # symmetric about its middle
+    assert u == pytest.approx(15.0, abs=1e-6)
+    assert len(spline) > 30

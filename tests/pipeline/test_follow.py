@@ -110,7 +110,7 @@ def test_axes_that_one_side_lacks(motion: sf.Setpoints) -> None:
     spatial = sf.Path([sf.NurbsCurve.bezier([[0, 0, 0], [1, 1, 1]])])
     with pytest.raises(InputError) as caught:
         sf.follow(motion, TABLE, path=spatial)
-    assert str(caught.value) == "the path has an axis z, which the setpoints do not tell; theirs are x, y"
+    assert str(caught.value) == "the path has an axis z; the setpoints have only x, y"
     none = replace(motion, axes=("a", "b"))
     with pytest.raises(InputError) as caught:
         sf.follow(none, TABLE)

@@ -70,7 +70,7 @@ def test_its_setpoints_come_in_chunks_and_are_the_same(both):
     chunks = list(long.setpoints())
     assert len(chunks) > 3
     assert np.array_equal(np.concatenate([chunk.position for chunk in chunks]), kept.points.position)
-    with pytest.raises(sf.errors.LimitsError, match=r"is not kept in memory; take setpoints\(\), in chunks"):
+    with pytest.raises(sf.errors.LimitsError, match=r"is not kept in memory; use setpoints\(\), which gives chunks"):
         _ = long.points
 
 
@@ -94,7 +94,7 @@ def test_the_command_writes_a_long_run_and_its_report_again(tmp_path, monkeypatc
         )
     assert ended.value.code == 0
     page = json.loads(capsys.readouterr().out)
-    assert any(note.startswith("a long motion") for note in page["notes"])
+    assert any(note.startswith("long motion") for note in page["notes"])
     assert page["contour_error_max_mm"] > 0.0
     assert "methods" not in page
     points = sf.load("out/setpoints.h5")

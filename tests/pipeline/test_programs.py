@@ -22,13 +22,13 @@ def ran(file: Path, folder: Path, **options: object) -> sf.Run:
     return run
 
 
-def plate(data: Path) -> str:
-    return gzip.decompress((data / "cycle-time" / "plate-13.nc.gz").read_bytes()).decode()
+def plate(data: Path, number: str = "13") -> str:
+    return gzip.decompress((data / "cycle-time" / f"plate-{number}.nc.gz").read_bytes()).decode()
 
 
 @pytest.mark.parametrize(("name", "curves", "length", "tools"), [
     ("box-op2", 1168, 1735.63, ["T3 M6", "T21 M6"]),
-    pytest.param("box-op3", 2954, 5206.66, ["T3 M6", "T4 M6", "T21 M6"], marks=pytest.mark.slow),
+    ("box-op3", 2954, 5206.66, ["T3 M6", "T4 M6", "T21 M6"]),
 ])  # fmt: skip
 def test_a_box_is_run_and_reported(
     tmp_path: Path, data_dir: Path, name: str, curves: int, length: float, tools: list[str]
@@ -37,11 +37,6 @@ def test_a_box_is_run_and_reported(
     assert len(run.path.curves) == curves
     assert run.path.length == pytest.approx(length, abs=0.01)
     assert [marker.text for marker in run.path.markers if "M6" in marker.text] == tools
-
-
-def test_the_last_tool_of_a_box_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
-    run = ran(data_dir / "cycle-time" / "box-op3.nc", tmp_path, from_line=2936)
-    assert "T21 M6" in {marker.text for marker in run.path.markers}
 
 
 def test_one_tool_of_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
@@ -53,8 +48,11 @@ def test_one_tool_of_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path)
 
 
 @pytest.mark.slow
-def test_a_pocket_of_a_plate_is_run_and_reported(tmp_path: Path, data_dir: Path) -> None:
-    lines = plate(data_dir).splitlines()
-    one = tmp_path / "one.nc"
-    one.write_text("\n".join([*lines[:539], "M30", ""]))
-    assert len(ran(one, tmp_path, from_line=260).path.curves) == 275
+@pytest.mark.parametrize("number", ["12", "13", "15"])
+def test_a_whole_plate_is_run_and_reported(tmp_path: Path, data_dir: Path, number: str) -> None:
+    file = tmp_path / f"plate-{number}.nc"
+    file.write_text(plate(data_dir, number))
+    run = ran(file, tmp_path)
+    assert len(run.path.curves) == 4120
+    assert run.path.length == pytest.approx(18409.57, abs=0.01)
+    assert sum("M6" in marker.text for marker in run.path.markers) == 7

@@ -74,7 +74,7 @@ def test_the_first_screen_says_what_came_out(made):
     run, _, _, said, text = made
     assert "Checked: every limit holds" in text
     assert f"{run.law.duration:.6g} s" in text
-    assert "no plan on this grid is faster" in text
+    assert "no motion within these limits is faster" in text
     for name in run.verdict.limits:
         assert name.replace("_", " ").replace(".", " ") in text
     assert said["command"].replace("'", "&#x27;") in text

@@ -55,6 +55,7 @@ def test_a_path_in_space_is_drawn_turned_and_told_under_the_mouse(opened, tmp_pa
     file = tmp_path / "helix.nc"
     file.write_text("G21 G90 G17\nG0 X20 Y0 Z0\nF3600\nG2 X20 Y0 I-20 J0 Z-5\nM2\n", encoding="ascii")
     rest(page, lambda: page.set_input_files("#file", str(file)))
+    rest(page, lambda: page.uncheck("#by-control"))
     page.wait_for_function(
         "document.getElementById('path').ariaLabel.startsWith('the path over x (mm), y (mm), z (mm)')"
     )

@@ -9,15 +9,16 @@ from hypothesis import strategies as st
 import splinefeed as sf
 from splinefeed.formats import json_curve
 from splinefeed.studio import share
+from splinefeed.studio.bench import Bench
 from splinefeed.studio.settings import USUAL, SettingsError, complete, resolve
-from splinefeed.studio.tasks import Bench, plan
+from splinefeed.studio.tasks import plan
 
 
 def test_the_usual_settings_are_the_butterfly(tmp_path):
     wanted = resolve({}, tmp_path)
     assert wanted.path.name == "butterfly"
     assert wanted.limits == sf.Limits(feed=60, axis_acceleration=500, axis_jerk=20000)
-    assert (wanted.period, wanted.strategy, wanted.table) == (1e-3, "time-optimal", None)
+    assert (wanted.period, wanted.strategy, wanted.machine) == (1e-3, "time-optimal", None)
 
 
 def test_fields_take_units_and_single_axes(tmp_path):
@@ -36,7 +37,7 @@ def test_a_machine_holds_where_no_limit_is_given(tmp_path):
     assert wanted.limits.axis_acceleration == own["axis_acceleration"]
     assert wanted.limits.axis_velocity == {"x": 30.0, "y": 30.0}
     text = {"name": "mine", "toml": sf.Machine.load("xytheta").axes and _text("xytheta")}
-    assert resolve({"machine": text}, tmp_path).table.name == "mine"
+    assert resolve({"machine": text}, tmp_path).machine.name == "mine"
 
 
 def _text(name: str) -> str:
@@ -59,7 +60,7 @@ def _text(name: str) -> str:
         ({"method": "euler"}, "method", "'euler' is not known; there are"),
         ({"machine": "router/../../etc"}, "machine", "is not a machine; there are"),
         ({"machine": {"name": "x", "toml": "[axis.x]\n"}}, "machine", "axis.x.motor: missing"),
-        ({"source": {"shape": "/etc/passwd"}}, "source", "is no shape; there are"),
+        ({"source": {"shape": "/etc/passwd"}}, "source", "is not a shape; there are"),
         ({"source": {"shape": "circle?radius=-1"}}, "source", "radius"),
         ({"source": {"file": "../../etc/passwd"}}, "source", "there is no such upload"),
         ({"source": {"file": "0" * 32}}, "source", "the uploaded file is gone"),

@@ -55,7 +55,7 @@ def test_every_run_has_its_number(sweep, tmp_path):
     assert first["period"] == 2e-3
     assert tasks[-1].settings["strategy"] == "look-ahead"
     assert tasks[-1].settings["limits.jerk"] == 3000.0
-    with pytest.raises(InputError, match="run 144 is none of the 144 runs"):
+    with pytest.raises(InputError, match="run 144 is not one of the 144 runs"):
         sweep.task(144)
 
 
@@ -110,7 +110,7 @@ def test_every_error_at_once(tmp_path):
         from_dict(content, "bad.toml", tmp_path)
     said = "\n".join(error.value.problems)
     for part in (
-        "sorces: is no part of a sweep; did you mean 'sources'?",
+        "sorces: is not part of a sweep; did you mean 'sources'?",
         "seed: -1 must be a whole number from 0",
         "random.count: 0 must be",
         "list: limits.jerk has 2 values, limits.acceleration has 1 values; give all as many",
@@ -123,9 +123,9 @@ def test_every_error_at_once(tmp_path):
         "random.limits.feed: uniform from 3 to 1; the first must be the smaller",
         "random.method: is not a number; give a list to choose from",
         "random.period.beta: ",
-        "limits.feed: stands in two tables",
+        "limits.feed: is in two tables",
         "output.setpoints: write setpoints = true",
-        "nothing*.dxf: there is no such file or shape",
+        "nothing*.dxf: no such file or shape",
     ):
         assert part in said
     assert str(error.value).startswith("bad.toml: ")

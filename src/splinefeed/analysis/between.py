@@ -1,6 +1,6 @@
-"""What lies between neighbouring setpoints: arc length by adaptive quadrature, distance from the chord, curvature.
+"""The motion between neighbouring setpoints: arc length by adaptive quadrature, distance from the chord, curvature.
 
-A step runs over a part of each piece of the path from one place to the next; all parts of many steps are looked at
+A step runs over a part of each piece of the path from one place to the next; all parts of many steps are processed
 together, MOST of them at a time.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from splinefeed.geometry.rows import Places, Rows
 from splinefeed.records import Array, BoolArray, IntArray
 
-#: Parts of pieces that are looked at together: they stay in the processor's cache.
+#: Parts of pieces that are processed together: they stay in the processor's cache.
 MOST = 4096
 #: Gauss-Kronrod quadrature, 7 nodes, 3 of them Gauss' (QUADPACK, doi:10.1007/978-3-642-61786-7).
 NODES = np.array([0.0, 0.434243749346802558, 0.774596669241483377, 0.960491268708020283])
@@ -26,9 +26,9 @@ AGREEMENT = 1e-9
 COEFFICIENT_ROUNDING = 1e-15
 #: Bisections of one part; at a cusp inside it the rest is then below rounding.
 BISECTIONS = 45
-#: Intervals in which a part is looked at for its distance from the chord, and Newton steps to the largest distance.
+#: Intervals in which a part is examined for its distance from the chord, and Newton steps to the largest distance.
 INTERVALS, NEWTON_STEPS = 8, 4
-#: What is sampled below this share of what is looked for is not looked at more closely.
+#: What is sampled below this share of what is looked for is not examined more closely.
 WORTH_A_LOOK = 0.9
 
 
@@ -156,8 +156,8 @@ def _largest_speed(rows: Rows, row: IntArray) -> Array:
 def chord_errors(rows: Rows, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
     """Largest distance of the curve from the line between neighbouring positions, (n,), mm, NaN without a place.
 
-    row, u (n + 1,), position (axes, n + 1), mm. Every part is looked at by itself, ends included, so that a corner at
-    a knot is never between two samples. With `worth`, mm, only steps are looked at closely that may be longer than
+    row, u (n + 1,), position (axes, n + 1), mm. Every part is examined by itself, ends included, so that a corner at
+    a knot is never between two samples. With `worth`, mm, only steps are examined closely that may be longer than
     that, or as long as the longest.
     """
     linear = rows.linear

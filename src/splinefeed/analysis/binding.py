@@ -22,7 +22,7 @@ class LimitUse:
     """How much of each limit is used at each tick.
 
     names  (k,)    the limits as `check` names them, along the path first
-    share  (n, k)  value / limit, of what has a sign its size; t, s  (n,) s and mm
+    share  (n, k)  value / limit, absolute where it has a sign; t, s  (n,) s and mm
     counts (k+1,)  ticks at which nothing binds, and at which each limit does; of a long motion those left out too
     top    (n,)    maximum-velocity curve at the place of the tick, mm/s, infinite where nothing limits: the highest
                    feed that feed, centripetal, chord, velocity and acceleration limits leave there for any acceleration
@@ -56,21 +56,23 @@ def _binding(share: Array) -> IntArray:
     return np.where(binds, most, -1).astype(np.int64)
 
 
-def limit_use(motion: AxisMotion, points: Setpoints, path: Path | JointPath, law: TimeLaw, limits: Limits) -> LimitUse:
+def limit_use(
+    motion: AxisMotion, setpoints: Setpoints, path: Path | JointPath, law: TimeLaw, limits: Limits
+) -> LimitUse:
     """Shares of all limits at the ticks, from the exact derivatives in `motion` and of `law`.
 
     On a JointPath the axes are joints, and feed and curvature those of the tip.
     """
-    t = points.t
+    t = setpoints.t
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
     if isinstance(path, JointPath):
-        d = path.derivatives(points.s)
+        d = path.derivatives(setpoints.s)
         kappa, (chord, axis_chord) = np.linalg.norm(d[:, 2, :3], axis=1), path.between_ticks(d)
-        d, feed = d[:, :, 3:], feed_limit(points, path.tool, limits)
+        d, feed = d[:, :, 3:], feed_limit(setpoints, path.tool, limits)
     else:
-        derivatives = path.evaluate(points.curve, points.u, 3)
+        derivatives = path.evaluate(setpoints.curve, setpoints.u, 3)
         kappa = chord = curvatures(derivatives, path.linear)
-        d, feed = by_arc_length(derivatives, path.linear), feed_limit(points, path, limits)
+        d, feed = by_arc_length(derivatives, path.linear), feed_limit(setpoints, path, limits)
     names: list[str] = []
     shares: list[Array] = []
 
@@ -88,31 +90,33 @@ def limit_use(motion: AxisMotion, points: Setpoints, path: Path | JointPath, law
         add("centripetal", v * v * kappa, limits.centripetal)
         if limits.chord_error is not None:
             if isinstance(path, JointPath):
-                sagitta = chord * (v * points.period) ** 2 / 8.0
+                sagitta = chord * (v * setpoints.period) ** 2 / 8.0
             else:
-                steps = chord_errors(points, path)
+                steps = chord_errors(setpoints, path)
                 sagitta = np.append(steps, steps[-1:])
             add("chord_error", sagitta, limits.chord_error)
         if isinstance(path, JointPath):
-            add("orientation_error", axis_chord * (v * points.period) ** 2 / 8.0, limits.orientation_error)
+            add("orientation_error", axis_chord * (v * setpoints.period) ** 2 / 8.0, limits.orientation_error)
         for name, values in zip(AXIS_LIMITS, (motion.velocity, motion.acceleration, motion.jerk), strict=True):
             for k, limit in enumerate(limits.of_axes(name, path.axes)):
                 add(f"{name}.{path.axes[k]}", values[:, k], float(limit))
     share = np.column_stack(shares) if shares else np.empty((len(t), 0))
-    top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, points.period)
+    top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period)
     share = np.where(np.isfinite(share), share, 0.0)
-    return LimitUse(tuple(names), t, points.s, share, top, np.bincount(_binding(share) + 1, minlength=len(names) + 1))
+    return LimitUse(
+        tuple(names), t, setpoints.s, share, top, np.bincount(_binding(share) + 1, minlength=len(names) + 1)
+    )
 
 
-def feed_limit(points: Setpoints, path: Path, limits: Limits) -> Array:
-    """The least of the feed limit and of the feed that the program wants, at each tick (n,), mm/s.
+def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:
+    """The least of the feed limit and of the feed of the program, at each tick (n,), mm/s.
 
     At the first tick of a curve the faster one of both sides counts: the step to it lies on the curve before.
     """
     if path.feeds is None:
-        return np.full(len(points), limits.feed)
-    before = points.curve[np.maximum(np.arange(len(points)) - 1, 0)]
-    return np.minimum(limits.feed, np.maximum(path.feeds[points.curve], path.feeds[before]))
+        return np.full(len(setpoints), limits.feed)
+    before = setpoints.curve[np.maximum(np.arange(len(setpoints)) - 1, 0)]
+    return np.minimum(limits.feed, np.maximum(path.feeds[setpoints.curve], path.feeds[before]))
 
 
 def maximum_velocity(

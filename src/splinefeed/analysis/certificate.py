@@ -33,11 +33,11 @@ class SetpointsHash:
         self._columns = {name: hashlib.sha256() for name in _COLUMNS}
         self._head = b""
 
-    def update(self, points: Setpoints) -> None:
+    def update(self, setpoints: Setpoints) -> None:
         """Take the next chunk."""
-        self._head = json.dumps([list(points.axes), points.period.hex()]).encode()
+        self._head = json.dumps([list(setpoints.axes), setpoints.period.hex()]).encode()
         for name, digest in self._columns.items():
-            digest.update(_bytes(getattr(points, name)))
+            digest.update(_bytes(getattr(setpoints, name)))
 
     def through(self, chunks: Iterable[Setpoints]) -> Iterator[Setpoints]:
         """The same chunks, each taken on its way: check(hash.through(chunks), ...)."""
@@ -53,10 +53,10 @@ class SetpointsHash:
         return whole.hexdigest()
 
 
-def setpoints_hash(points: Setpoints) -> str:
+def setpoints_hash(setpoints: Setpoints) -> str:
     """SHA-256 of axes, period and every column, bit for bit."""
     digest = SetpointsHash()
-    digest.update(points)
+    digest.update(setpoints)
     return digest.hexdigest()
 
 
@@ -83,13 +83,13 @@ def law_hash(law: TimeLaw) -> str:
 
 
 def certificate(
-    points: Setpoints | SetpointsHash, path: Path, limits: Limits, verdict: Verdict, law: TimeLaw | None = None
+    setpoints: Setpoints | SetpointsHash, path: Path, limits: Limits, verdict: Verdict, law: TimeLaw | None = None
 ) -> dict[str, Any]:
-    """What was checked, by its hashes, with what, and what came out; nothing in it depends on place or time."""
-    if not isinstance(points, Setpoints | SetpointsHash):
-        raise InputError(f"a certificate needs the setpoints or their SetpointsHash, got {type(points).__name__}")
+    """What was checked, by its hashes, with what, and the verdict; nothing in it depends on place or time."""
+    if not isinstance(setpoints, Setpoints | SetpointsHash):
+        raise InputError(f"certificate: expected Setpoints or a SetpointsHash, got {type(setpoints).__name__}")
     hashes = {
-        "setpoints": setpoints_hash(points) if isinstance(points, Setpoints) else points.hexdigest(),
+        "setpoints": setpoints_hash(setpoints) if isinstance(setpoints, Setpoints) else setpoints.hexdigest(),
         "path": path_hash(path),
         "limits": limits_hash(limits),
     }

@@ -1,4 +1,4 @@
-"""Check: whether setpoints lie on their path, cover it and hold every limit, judged by the definitions alone."""
+"""Check: whether setpoints lie on their path, cover it and hold every limit, by their definitions alone."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def check(
         r = eps max(length of the path, |u| |C'(u)|)             along the path
         r = |dx/ds| that + eps X + resolution / 2                on an axis, X as large as the numbers x is made of
 
-    What the limits bound is measured as k! times the divided difference of the setpoints: a mean of the derivative
-    over k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
-    setpoints are taken to stand still. With `law` the exact derivatives of r(s(t)) are held to the limits, too.
+    What the limits bound is measured as k! times the divided difference of the setpoints: a mean of the derivative over
+    k periods, and so never above a bound that the derivative holds. Before a start and behind an end at rest the
+    setpoints count as at rest. With `law` the exact derivatives of r(s(t)) are held to the limits, too.
 
-    tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's
+    tolerance   mm (rotary axes rad) that a setpoint may be off the curve, and an end off the path's end
     resolution  step of the last digit of the positions, mm or rad, if they come from a text with few digits
     At a corner that is passed in motion under axis_velocity_step, the step of each axis' velocity counts, and the
     differences of axes that straddle it do not.
@@ -45,8 +45,8 @@ def check(
     is that of the tip while joints move straight, and only differences count, not the law; see `check_tool`.
 
     Where u is NaN throughout, as in a file of another program, setpoints are placed on the path by nearest points.
-    A fault in the setpoints is no error but a problem of the verdict. Raises InputError for setpoints of other axes
-    than the path's, for none at all, and for a tolerance that cannot be; LimitsError for limits of axes that it lacks.
+    A fault in the setpoints is a problem of the verdict, not an error. Raises InputError for setpoints of other axes
+    than the path's, for no setpoints, and for an invalid tolerance; LimitsError for limits of axes that it lacks.
     Setpoints hold (n, axes) positions, mm, rotary axes rad. Source: docs/check.md has the derivations.
     Example: `sf.check(setpoints, path, limits, law=law).problems`
     """
@@ -71,10 +71,10 @@ def check(
 
 
 def _of_tool(
-    points: Setpoints | Iterable[Setpoints], path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float
+    setpoints: Setpoints | Iterable[Setpoints], path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float
 ) -> Verdict:
     """The verdict on joints of a tool path."""
-    whole = points if isinstance(points, Setpoints) else Setpoints.joined(list(points))
+    whole = setpoints if isinstance(setpoints, Setpoints) else Setpoints.joined(list(setpoints))
     judged = judge_tool(whole, path, limits, law, tolerance)
     over = [limit_sentence(name, each, "mm") for name, each in judged.results.items() if not each.holds]
     return Verdict(

@@ -1,4 +1,4 @@
-"""What setpoints are held to in a check, and what is remembered of the worst of each."""
+"""The limits of a check, and the worst value of each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.kernels import layout
 from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, Limits
 
-#: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), if nobody says else.
+#: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), by default.
 TOLERANCE = 1e-9
 #: The limit of how much the velocity of an axis may jump at a corner.
 STEP = "axis_velocity_step"
@@ -37,7 +37,7 @@ class Worst:
     over: int = 0
 
     def see(self, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None) -> None:
-        """Take note of values and their rounding, floor (n,), at times t and arc lengths s (n,); NaN is nothing.
+        """Record values and their rounding, floor (n,), at times t and arc lengths s (n,); NaN is nothing.
 
         The worst is the value that is, but for its rounding, nearest to its limit or furthest over it. limits (n,) if
         the limit changes from place to place: `limit` becomes that of the worst.
@@ -57,7 +57,7 @@ class Worst:
 
 @dataclass
 class Fault:
-    """All that is wrong in one way: how many ticks, the worst amount, and where that is."""
+    """One kind of fault: how many ticks, the worst amount, and where."""
 
     count: int
     amount: float
@@ -69,7 +69,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What setpoints are held to; see `check`."""
+    """The limits of setpoints; see `check`."""
 
     path: Path
     limits: Limits
@@ -97,7 +97,7 @@ class Bounds:
 
     @cached_property
     def corners(self) -> Corners:
-        """Corners that may be passed in motion: none without a limit of what that asks of an axis."""
+        """Corners that may be passed in motion: none without a limit on the velocity step of an axis."""
         if self.limits.axis_velocity_step is None:
             axes = len(self.path.axes)
             return Corners(np.zeros(0), np.zeros((0, axes)), np.zeros((0, 2, axes)), np.zeros((0, 2, axes)))
@@ -121,7 +121,7 @@ class Bounds:
 
     @cached_property
     def rests(self) -> Array:
-        """Arc lengths at which the tool may stand, (m,), mm, increasing: the ends, the stops, and where it waits."""
+        """Arc lengths at which the tool may be at rest, (m,), mm, increasing: ends, stops, and where it waits."""
         ends = np.array([0.0, self.path.length])
         return np.unique(np.concatenate([ends, self.path.stops, self.waits]))
 

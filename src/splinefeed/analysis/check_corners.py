@@ -11,9 +11,9 @@ from splinefeed.records import AXIS_LIMITS, Array, BoolArray, IntArray, Limits
 
 #: A tick is at a corner within this, relative to the arc length there.
 AT_TICK = 1e-12
-#: Steps on either side of one with a corner that tell how steady the feed is around it.
+#: Steps on either side of one with a corner that show how constant the feed is around it.
 BESIDE = 2
-#: A corner that turns further than this, rad, turns back: it is no corner to pass.
+#: A corner that turns further than this, rad, turns back: it is never passed at speed.
 TURNING_BACK = np.pi - 1e-6
 
 
@@ -52,7 +52,7 @@ class Corners:
         self, k: IntArray, means: Array, i: IntArray, ahead: Array, floor: Array, period: float, limits: Limits,
         axes: tuple[str, ...],
     ) -> Array:  # fmt: skip
-        """At most the feed at corners k (n,), mm/s, `ahead` mm (n,) into steps i (n,), by the mean feeds of all."""
+        """A bound of the feed at corners k (n,), mm/s, `ahead` mm (n,) into steps i (n,), by the mean feeds of all."""
         index = i[:, None] + np.arange(-BESIDE, BESIDE + 1)
         known = (index >= 0) & (index < len(means))
         around = np.where(known, means[np.clip(index, 0, len(means) - 1)], np.nan)
@@ -62,7 +62,7 @@ class Corners:
         at_tick = np.minimum(ahead, way - ahead) <= AT_TICK * (self.s[k] + way)
         quickest = 0.25 * period * np.minimum(np.min(accelerations, axis=1), 0.125 * period * np.min(jerks, axis=1))
         rest = at_tick & (top <= quickest) & (quickest < np.inf)  # such steps are within the limits from rest to rest
-        # a dip bends what goes on besides
+        # a dip also bends the feed around it
         bent = accelerations + (np.fmax.reduce(np.abs(np.diff(around, axis=1)), axis=1) / period)[:, None]
         dip = hidden_dip(around, floor, period, bent, jerks)
         middle = around[:, BESIDE - 1 : BESIDE + 2]
@@ -119,7 +119,7 @@ def contain(corners: Array, begin: Array, end: Array) -> BoolArray:
 
 
 def corner_feed(means: Array, ahead: Array | float, period: float) -> Array:
-    """At most the feed at a corner, mm/s, by the mean feeds of the step that it is in and of those beside, (..., 3).
+    """A bound of the feed at a corner, mm/s, by the mean feeds of the step that it is in and of those beside, (..., 3).
 
     With steady acceleration a over the three steps the feed at `ahead` mm into the middle one is v,
 
@@ -137,9 +137,9 @@ def corner_feed(means: Array, ahead: Array | float, period: float) -> Array:
 def hidden_dip(means: Array, floor: Array | float, period: float, accelerations: Array, jerks: Array) -> Array:
     """How far the feed may dip at a corner below what the mean feeds of the steps around it let expect, mm/s.
 
-    A dip costs way, and that shows: whatever second difference the means (..., m) have above that of their floor, mm/s,
-    may be one, w = 2 T max |second difference| at most. With no more than acceleration a before and behind, or jerk j,
-    (..., 2), it is as deep as d:
+    A dip loses distance, which shows: whatever second difference the means (..., m) have above that of their floor,
+    mm/s, may be one, w = 2 T max |second difference| at most. With no more than acceleration a before and behind, or
+    jerk j, (..., 2), it is as deep as d:
 
         w = d^2 (1 / a_1 + 1 / a_2) / 2,   w = sqrt(2) / 3 d^(3/2) (1 / sqrt(j_1) + 1 / sqrt(j_2))
 

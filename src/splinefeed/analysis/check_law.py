@@ -1,4 +1,4 @@
-"""The part of the check that looks at a time law: exact derivatives of r(s(t)), and what they cannot decide."""
+"""The part of the check for a time law: exact derivatives of r(s(t)), and what they cannot decide."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LISTED = 3
 
 @dataclass(frozen=True)
 class LawFindings:
-    """Results by limit, and sentences on what is wrong and on what was left to the setpoints."""
+    """Results by limit, problems, and notes on what the setpoints decide."""
 
     results: dict[str, LimitResult]
     problems: tuple[str, ...]
@@ -32,7 +32,7 @@ class LawFindings:
 
 
 def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
-    """Hold a law's exact derivatives to the limits, at many instants of each of its pieces; period in s."""
+    """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s."""
     path = bounds.path
     rounding = 4.0 * EPSILON * path.length
     motion = LawMotion(law, Rows(path.arc_pieces), bounds.limits, path.axes, rounding)
@@ -51,8 +51,8 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
     _jumps(law, bounds, motion, period, problems, notes)
     if motion.irregular:
         notes.append(
-            f"at {motion.irregular} instants of the law C' = 0 within the rounding of s, where exact derivatives of "
-            "the axes are 0/0; there the differences of the setpoints decide"
+            f"at {motion.irregular} instants of the law C' is 0 to rounding and exact axis derivatives are "
+            "0/0; there the differences of the setpoints decide"
         )
     notes += _corner_notes(law, bounds)
     return LawFindings(results, tuple(problems), tuple(notes))
@@ -83,7 +83,7 @@ def _result(worst: Worst, path: Path) -> LimitResult:
 
 
 def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, problems: list[str]) -> None:
-    """The law runs from 0 to the end of the path, forwards, with the feeds at its ends that the limits say."""
+    """The law runs from 0 to the end of the path, forwards, with the end feeds of the limits."""
     length, limits = bounds.path.length, bounds.limits
     unit = unit_along(bounds.path.axes)
     if abs(law.length - length) > bounds.tolerance + ROUNDINGS * EPSILON * length:
@@ -94,7 +94,7 @@ def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, problems: list[str]) 
     top = motion.top
     value, t, s = motion.backwards
     if value > NO_JUMP * top:
-        problems.append(f"law: goes back at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}")
+        problems.append(f"law: runs backwards at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}")
     for name, time in (("start_feed", 0.0), ("end_feed", law.duration)):
         feed, wanted = float(law.feed(time)), getattr(limits, name)
         if abs(feed - wanted) > NO_JUMP * max(top, wanted):
@@ -128,7 +128,7 @@ def _jumps(
 
 
 def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
-    """Where tangent or curvature jumps and the law does not rest, derivatives of the axes are infinite: say so."""
+    """Where tangent or curvature jumps and the law does not stop, derivatives of the axes are infinite: note it."""
     corners = bounds.path.corners
     limits = bounds.limits
     if not corners or (limits.axis_jerk is None and limits.axis_acceleration is None):
@@ -145,14 +145,14 @@ def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
         places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.stop == stop and c.s not in steps]
         if places:
             notes.append(
-                f"at {len(places)} place(s), s = {_listed(places)} {unit}, {what}: there the {which} difference of the "
-                "setpoints over the period decides, as what the drive sees"
+                f"at {len(places)} place(s), s = {_listed(places)} {unit}, {what}: there the {which} difference "
+                "of the setpoints over the period decides: it is what the drive sees"
             )
     places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.s in steps]
     if places:
         notes.append(
-            f"at {len(places)} corner(s), s = {_listed(places)} {unit}, the tool does not stop: there the step of each "
-            "axis' velocity is held to its limit, and no difference across the corner is looked at"
+            f"at {len(places)} corner(s), s = {_listed(places)} {unit}, the tool does not stop: there the "
+            "velocity step of each axis is checked, and no difference across the corner"
         )
     return notes
 

@@ -1,4 +1,4 @@
-"""The check of a motion along a path that comes in parts: the same judge, moved on from part to part."""
+"""The check of a motion along a path that comes in parts: the same check, moved on from part to part."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from splinefeed.geometry.parts import joined
 from splinefeed.geometry.path import Path
 from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict, number
 
-#: Ticks that are looked at together: what bounds the memory.
+#: Ticks that are processed together: what bounds the memory.
 BLOCK = 32768
 
 
 @dataclass(eq=False)
 class CheckInParts:
-    """Sees a path part by part and its setpoints chunk by chunk, and judges them; `check` is one of a whole path.
+    """Checks setpoints chunk by chunk along a path that comes part by part; `check` is one of a whole path.
 
-    `part` tells it of the next part of the path, `see` of the next setpoints, whose `curve` counts from the first part
-    on, and which may not be further than the parts that it knows; `verdict` ends it. Parts that the motion has left are
-    forgotten. What the whole path has at a joint (corners, stops, waits) is found between parts as within them.
+    `part` gives the next part of the path, `see` the next setpoints, whose `curve` counts from the first part on, and
+    which may not be further than the parts that it knows; `verdict` ends it. Parts that the motion has left are
+    dropped. What the whole path has at a joint (corners, stops, waits) is found between parts as within them.
     """
 
     limits: Limits
@@ -51,26 +51,26 @@ class CheckInParts:
         self._coming.append(path)
         self._axes = path.axes
 
-    def see(self, points: Setpoints) -> None:
+    def see(self, setpoints: Setpoints) -> None:
         """The next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone."""
-        if not isinstance(points, Setpoints):
-            raise InputError(f"check: expected Setpoints or chunks of them, got {type(points).__name__}")
-        first = self._first = self._first or points
-        if points.axes != self._axes:
-            raise InputError(f"the setpoints have axes {points.axes}, the path {self._axes}; they must be the same")
-        if points.period != number(first.period, "period") or not points.period > 0.0:
-            raise InputError(f"a chunk has a period of {points.period:g} s, the first one {first.period:g} s")
+        if not isinstance(setpoints, Setpoints):
+            raise InputError(f"check: expected Setpoints or chunks of them, got {type(setpoints).__name__}")
+        first = self._first = self._first or setpoints
+        if setpoints.axes != self._axes:
+            raise InputError(f"the setpoints have axes {setpoints.axes}, the path {self._axes}; they must be the same")
+        if setpoints.period != number(first.period, "period") or not setpoints.period > 0.0:
+            raise InputError(f"a chunk has a period of {setpoints.period:g} s, the first one {first.period:g} s")
         start = 0
-        while start < len(points):
+        while start < len(setpoints):
             if self._count == BLOCK:
                 self._look(Setpoints.joined(self._held), last=False)
                 self._held, self._count = [], 0
-            part = points.part(start, min(start + BLOCK - self._count, len(points)))
+            part = setpoints.part(start, min(start + BLOCK - self._count, len(setpoints)))
             start, self._count = start + len(part), self._count + len(part)
             self._held.append(part)
 
     def verdict(self) -> Verdict:
-        """What came of it; InputError for no setpoints."""
+        """The result; InputError for no setpoints."""
         if self._first is None or not self._held:
             raise InputError("there are no setpoints to check")
         held, count = Setpoints.joined(self._held), self._count
@@ -85,10 +85,10 @@ class CheckInParts:
         whole = Whole(length, self._first_curve + self._known, np.array(self._turning))
         return verdict_of(judge, self._first, self.law, whole)
 
-    def _look(self, points: Setpoints, last: bool) -> None:
-        self._reach(max(int(points.curve[-1]), 0), everything=last)  # -1 where nothing says the curve
+    def _look(self, setpoints: Setpoints, last: bool) -> None:
+        self._reach(max(int(setpoints.curve[-1]), 0), everything=last)  # -1 where nothing says the curve
         judge = self._judge
-        local = replace(points, curve=points.curve - self._first_curve)
+        local = replace(setpoints, curve=setpoints.curve - self._first_curve)
         if judge is None:
             judge = self._judge = _Rolling(self._bounds(), local, self.law)
         judge.see(local, last)
@@ -112,7 +112,7 @@ class CheckInParts:
             self._gone += judge.move_on(self._bounds(), left)
 
     def _count_turning(self) -> None:
-        """Take note of the curves among the parts that are known on which rotary axes move alone."""
+        """Record the curves among the parts that are known on which rotary axes move alone."""
         judge = self._judge
         assert judge is not None
         places = judge.bounds.turning

@@ -1,11 +1,11 @@
-"""The part of the check that looks at setpoints alone: place, order, period, and differences, block by block.
+"""The part of the check for setpoints alone: place, order, period, and differences, block by block.
 
-Every number that is looked at has its rounding beside it. A setpoint is known to
+Every number that is measured has its rounding beside it. A setpoint is known to
 
     along the path   d = eps max(L, |u| |C'(u)|)            of arc lengths, up to the path's, and of the parameter
     on an axis       |dx/ds| d + eps X + resolution / 2     X the numbers that its position is made of
 
-and what differences make of that, through their own stencil, is the floor of each of them: no other is allowed for.
+and what differences make of that, through their own stencil, is the floor of each of them: there is no other allowance.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ CREEP_SHARE = 1e-9
 #: at constant jerk steps grow as 1, 7, 19.)
 SKIP = 8.0
 SKIP_FEED = 2.0
-#: A step without length between two that are this many roundings long is a setpoint said twice.
+#: A step without length between two that are this many roundings long is a repeated setpoint.
 REPEAT = 64.0
 #: Ripple is measured where the law moves by more than this share of its longest step, as in `ripple.FEED_SHARE`.
 RIPPLE_SHARE = 0.1
 
 
 class Judge:
-    """Sees all setpoints of one motion once, in order, and remembers what is worst.
+    """Measures all setpoints of one motion once, in order, and keeps the worst values.
 
     Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes.
     """
@@ -65,7 +65,7 @@ class Judge:
         self._ripple_from = RIPPLE_SHARE * top * self.period
 
     def _know(self, bounds: Bounds) -> None:
-        """Hold the setpoints to these bounds, on their path."""
+        """Compare the setpoints with these bounds, on their path."""
         path, self.bounds = bounds.path, bounds
         self.rows = Rows(path.arc_pieces)
         size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
@@ -74,10 +74,10 @@ class Judge:
         self.allowed, self.scale = max(self.allowed, off), max(self.scale, path.length)
         self._follower = Follower(path, self.rows)
 
-    def see(self, points: Setpoints, last: bool) -> None:
+    def see(self, setpoints: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
-        self._check_finite(points)
-        t, place = points.t, self._locate(points)
+        self._check_finite(setpoints)
+        t, place = setpoints.t, self._locate(setpoints)
         dt = self._check_times(t, place.s, last)
         rest = self.bounds.limits.start_feed == 0.0
         if self._place is None:
@@ -140,15 +140,15 @@ class Judge:
             self.faults[kind] = old = Fault(seen, float(amount[k]), first + k, float(t[k]), float(s[k]), detail)
         old.count += count
 
-    def _check_finite(self, points: Setpoints) -> None:
+    def _check_finite(self, setpoints: Setpoints) -> None:
         names = ("t", *(("u", "s", "feed") if self.placed else ()))
-        columns = {name: getattr(points, name) for name in names}
-        columns |= {axis: points.position[:, k] for k, axis in enumerate(points.axes)}
+        columns = {name: getattr(setpoints, name) for name in names}
+        columns |= {axis: setpoints.position[:, k] for k, axis in enumerate(setpoints.axes)}
         for name, values in columns.items():
             bad = ~np.isfinite(values)
             if bad.any():
                 what = f"{name} is {values[int(np.argmax(bad))]}"
-                self._fault(f"finite {name}", bad, np.ones(len(bad)), points.t, np.nan_to_num(points.s), what)
+                self._fault(f"finite {name}", bad, np.ones(len(bad)), setpoints.t, np.nan_to_num(setpoints.s), what)
 
     def _check_times(self, t: Array, s: Array, last: bool) -> Array:
         """Time of each step that ends at a tick, s: the period, but for a last one that is shorter."""
@@ -166,10 +166,10 @@ class Judge:
             taken[-1] = self.short
         return taken
 
-    def _locate(self, points: Setpoints) -> Located:
+    def _locate(self, setpoints: Setpoints) -> Located:
         """Where the setpoints are on the path, with what is off the curve or misplaced."""
-        place = self._follower.locate(points, self.allowed)
-        t, s = points.t, place.s
+        place = self._follower.locate(setpoints, self.allowed)
+        t, s = setpoints.t, place.s
         self.off_path = max(self.off_path, float(np.fmax.reduce(place.apart, initial=0.0)))
         with np.errstate(invalid="ignore"):
             self._fault("off the curve", place.apart > self.allowed, place.apart, t, s)
@@ -219,7 +219,7 @@ class Judge:
             floor = 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0)
             worst.see(error, places[0], places[1], floor)
         if (worst := self.worst.get("centripetal")) is not None:
-            # somewhere within the step the feed was its mean: with the least curvature there this is safe to say
+            # somewhere within the step the feed was its mean: with the least curvature there this is a safe bound
             least = between.least_curvatures(self.rows, both.row, both.u)
             with np.errstate(invalid="ignore"):
                 feed = np.abs(travelled) / dt
@@ -349,7 +349,7 @@ class Judge:
             return np.minimum(one, two) > bend, np.maximum(one, two) < -bend
 
     def _check_steps(self, d: Array, floor: Array, t: Array, s: Array, n: int, tick: int) -> None:
-        """Progress: no step back, none skipped, none said twice.
+        """Progress: no step back, none skipped, none repeated.
 
         d (m + n,) and its rounding with t and s at the starts; the last n are new, the first of these ends at `tick`.
         """

@@ -4,7 +4,7 @@ Nothing of it comes from the planner or the inverse kinematics. A joint is known
 
     r = 8 eps (X + |dq/ds| L)      X its largest position, L the length of the path, mm
 
-and 2^k r / T^k is the floor of a difference of order k: what rounding makes of it, no other is allowed for.
+and 2^k r / T^k is the floor of a difference of order k: what rounding makes of it, there is no other allowance.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     """Hold joint setpoints to their tool path and to limits; see `check`.
 
     tolerance  mm that the tip may be off its curve, and rad that the tool axis may be off its direction
-    Raises InputError for setpoints of other joints, for none at all, and for such without u.
+    Raises InputError for setpoints of other joints, for no setpoints, and for setpoints without u.
     """
     if points.axes != path.axes:
         raise InputError(f"the setpoints have axes {points.axes}, the machine {path.axes}; they must be the same")
     if not len(points):
         raise InputError("there are no setpoints to check")
     if np.isnan(points.u).any():
-        raise InputError("the setpoints say no u; joints are checked at the place of the path that they say")
+        raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
     found = Judged()
     finite = np.isfinite(points.position).all(axis=1)
     if not finite.all():
@@ -63,11 +63,11 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     dt = np.diff(points.t)
     late = np.abs(dt[:-1] - period) > ON_TIME * period
     if late.any():
-        found.problems.append(f"tick {int(np.argmax(late)) + 1}: comes early or late: the period is not kept")
+        found.problems.append(f"tick {int(np.argmax(late)) + 1}: is early or late: the period is not kept")
     whole = len(points)
     if len(dt) and dt[-1] < period * (1.0 - ON_TIME):
         whole -= 1
-        found.notes.append(f"the last period is a short one of {dt[-1]:.9g} s; it counts for no difference")
+        found.notes.append(f"the last period is short, {dt[-1]:.9g} s; no difference uses it")
     tip, axis = path.kinematics.forward(points.position)
     off_tip = np.linalg.norm(tip - tool.evaluate(points.curve, points.u, 0)[:, 0], axis=1)
     off_axis = _axis_errors(path, points.curve, points.u, axis, points.position)
@@ -88,7 +88,7 @@ def judge_tool(points: Setpoints, path: JointPath, limits: Limits, law: TimeLaw 
     start_error, end_error = (float(np.linalg.norm(tip[k] - end)) for k, end in zip((0, -1), ends, strict=True))
     for which, error in (("first", start_error), ("last", end_error)):
         if error > allowed:
-            found.problems.append(f"the {which} setpoint is {error:.6g} mm from the end of the path that it belongs to")
+            found.problems.append(f"the {which} setpoint is {error:.6g} mm from its end of the path")
     _along(found, points, path, limits, travelled)
     _joints(found, points, path, limits, travelled, whole)
     turned = _chords(found, points, path, limits)
@@ -134,16 +134,23 @@ def _between(path: JointPath, curve: IntArray, u: Array, axis: Array) -> Array:
 
 
 def _see(
-    found: Judged, name: str, limit: float, worst: Array, floor: float, points: Setpoints, axis: str | None = None
+    found: Judged,
+    name: str,
+    limit: float | Array | None,
+    worst: Array,
+    floor: float,
+    points: Setpoints,
+    axis: str | None = None,
 ) -> None:
-    """Remember how a limit fares over values (n,), one from each of the first ticks on."""
-    if not np.isfinite(limit) or not len(worst):
+    """Remember how a limit, one or (n,) or none, fares over values (n,), one from each of the first ticks on."""
+    limit = np.broadcast_to(np.inf if limit is None else limit, worst.shape)
+    if not np.any(np.isfinite(limit)):
         return
-    k = int(np.argmax(worst))
+    k = int(np.argmax(worst / limit))
     at = min(k, len(points) - 1)
     over = int(np.sum(worst > limit * (1.0 + 1e-9) + floor))
     found.results[name] = LimitResult(
-        limit=limit,
+        limit=float(limit[k]),
         worst=float(worst[k]),
         at_s=float(points.s[at]),
         at_t=float(points.t[at]),
@@ -159,24 +166,19 @@ def _along(found: Judged, points: Setpoints, path: JointPath, limits: Limits, tr
     floor = ROUNDINGS * EPSILON * path.length
     seconds = np.maximum(np.diff(points.t), period * ON_TIME)
     feed = travelled / seconds
-    _see(found, "feed", limits.feed, feed, 2.0 * floor / period, points)
-    if tool.feeds is not None and len(feed):
-        own = np.maximum(tool.feeds[points.curve[:-1]], tool.feeds[points.curve[1:]])  # a step over a joint has both
-        if np.any(np.isfinite(own)):
-            share = np.where(np.isfinite(own), feed / own, 0.0)
-            k = int(np.argmax(share))
-            _see(found, "programmed_feed", float(own[k]), np.where(np.arange(len(feed)) == k, feed, 0.0), floor, points)
-    steps_at_rest = _padded(travelled[:, None], limits)[:, 0]
-    for order, names in ((2, ("acceleration", "deceleration")), (3, ("jerk", "jerk"))):
-        value = np.diff(steps_at_rest, n=order - 1) / period**order
-        if order == 3:
-            value = np.abs(value)
-        for sign, name in zip((1.0, -1.0), names, strict=True):
-            limit = getattr(limits, name)
-            if limit is not None and (order == 2 or sign > 0.0):
-                bound = max(limit, limits.deceleration_jerk or 0.0) if order == 3 else limit
-                seen = value if order == 3 else sign * value
-                _see(found, name, bound, seen, 2.0**order * floor / period**order, points)
+    most = np.full(len(feed), limits.feed)
+    if tool.feeds is not None:  # a step over a joint of curves has the feeds of both
+        most = np.minimum(most, np.maximum(tool.feeds[points.curve[:-1]], tool.feeds[points.curve[1:]]))
+    _see(found, "feed", most, feed, 2.0 * floor / period, points)
+    rest = _padded(travelled[:, None], limits)[:, 0]
+    change, jerks = np.diff(rest) / period**2, np.abs(np.diff(rest, n=2)) / period**3
+    jerk = None if limits.jerk is None else max(limits.jerk, limits.deceleration_jerk or 0.0)
+    for name, order, limit, seen in (
+        ("acceleration", 2, limits.acceleration, change),
+        ("deceleration", 2, limits.deceleration, -change),
+        ("jerk", 3, jerk, jerks),
+    ):
+        _see(found, name, limit, seen, 2.0**order * floor / period**order, points)
     if limits.centripetal is not None:
         kappa = curvatures(tool.evaluate(points.curve, points.u, 2), 3)[:-1]
         _see(found, "centripetal", limits.centripetal, kappa * feed**2, 0.0, points)
@@ -261,6 +263,6 @@ def _chords(found: Judged, points: Setpoints, path: JointPath, limits: Limits) -
         turned = np.maximum(turned, np.where(first, options[0][1], options[1][1]))
     found.numbers["chord_error_max_mm"] = float(np.max(worst))
     floor = ROUNDINGS * EPSILON * max(float(np.max(np.abs(points.position))), path.length)
-    _see(found, "chord_error", limits.chord_error or np.inf, worst, floor, points)
-    _see(found, "orientation_error", limits.orientation_error or np.inf, turned, ROUNDINGS * EPSILON, points)
+    _see(found, "chord_error", limits.chord_error, worst, floor, points)
+    _see(found, "orientation_error", limits.orientation_error, turned, ROUNDINGS * EPSILON, points)
     return float(np.max(turned))

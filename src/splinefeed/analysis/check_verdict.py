@@ -1,4 +1,4 @@
-"""What a check says at the end: limits, problems and notes as sentences, and numbers."""
+"""The report of a check: limits, problems and notes as sentences, and numbers."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from splinefeed.records import Array, LimitResult, Setpoints, TimeLaw, Verdict, 
 _SENTENCES = {
     "off the curve": "off the curve by {amount:.6g} {unit}",
     "turned off": "a rotary axis is {degrees:.6g} deg from where the curve has it",
-    "misplaced": "on the curve, but {amount:.6g} {unit} from where its own u says",
-    "period": "comes {amount:.6g} s early or late: the period is not kept",
+    "misplaced": "on the curve, but {amount:.6g} {unit} from the place of its u",
+    "period": "is {amount:.6g} s early or late: the period is not kept",
     "back": "goes back by {amount:.6g} {unit} along the path",
     "skipped": "a part of the path is skipped: one step of {amount:.6g} {unit}",
     "twice": "the same point twice in the middle of the motion",
@@ -23,13 +23,13 @@ _SENTENCES = {
     "end": "the last setpoint is {detail} from the end of the path: it is not reached",
 }
 
-#: A limit exceeded this many times is said as a multiple; an excess from PERCENT on in percent, below in ppm.
+#: An excess of this many times is given as a multiple; an excess from PERCENT on in percent, below in ppm.
 MANY, PERCENT = 10.0, 1e-3
 
 
 @dataclass(frozen=True)
 class Whole:
-    """What a verdict says of the whole path: its length, mm, its curves, and where rotary axes move alone, (k,), mm."""
+    """The whole path in a verdict: its length, mm, its curves, and where rotary axes move alone, (k,), mm."""
 
     length: float
     curves: int
@@ -37,7 +37,7 @@ class Whole:
 
 
 def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole) -> Verdict:
-    """What a judge has to say at the end; first  some of the setpoints."""
+    """The report of a check; first  some of the setpoints."""
     results, unit = judge.results(), unit_along(judge.bounds.path.axes)
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
@@ -50,7 +50,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
     results = one_jerk(results)
     if judge.short is not None:
-        notes.append(f"the last period is a short one of {judge.short:.9g} s; differences over it have a higher floor")
+        notes.append(f"the last period is short, {judge.short:.9g} s; differences over it have a higher floor")
     if not judge.bounds.path.linear:
         notes.append("only rotary axes move: s is in degrees, and feed, acceleration and jerk along the path are too")
     elif len(whole.turning):
@@ -60,7 +60,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
             "in s and in its feed, acceleration and jerk"
         )
     if not judge.placed:
-        notes.append("the setpoints say no u: they were placed on the path by nearest points, one after the other")
+        notes.append("the setpoints have no u: each is placed at the nearest point of the path, one after the other")
     problems += [limit_sentence(name, result, unit) for name, result in results.items() if not result.holds]
     numbers = {
         "duration_s": judge.duration,
@@ -83,7 +83,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
 
 
 def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:
-    """What is wrong, at how many ticks, and where it is worst."""
+    """A fault, at how many ticks, and where it is worst."""
     if kind.startswith("finite "):
         text = fault.detail
     else:

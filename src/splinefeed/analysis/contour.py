@@ -18,7 +18,7 @@ NEAR_COMMAND = "near the commanded point"
 WHOLE_PATH = "whole path"
 #: A coordinate beyond this, mm, has a square that is not a number.
 FARTHEST = 1e150
-#: A derivative this much shorter than the next ones over a row is none.
+#: A derivative this much shorter than the next ones over a row counts as 0.
 VANISHING = 1e-12
 
 
@@ -28,7 +28,7 @@ class Contour:
 
     error   (n,)  distance from the path over the linear axes, mm; if `signed`, positive on the left of the path
     s       (n,)  arc length of the nearest point, mm
-    notion  which nearest point was looked for: NEAR_COMMAND or WHOLE_PATH, see `ContourMeter.measure`
+    notion  which nearest point is meant: NEAR_COMMAND or WHOLE_PATH, see `ContourMeter.measure`
     Source: docs/math/contour-error.md.
     Example: `sf.tune(machine, setpoints=setpoints, path=path, evaluations=2).contour.error`
     """
@@ -52,12 +52,12 @@ class Contour:
     def worst(self) -> int:
         """Index of the sample with the largest |error|; InputError without samples."""
         if not self.error.size:
-            raise InputError("there are no samples, so none is the worst")
+            raise InputError("there are no samples and so no worst one")
         return int(np.argmax(np.abs(self.error)))
 
 
 class ContourMeter:
-    """Measures positions against one path; what it needs of the path is made once, here.
+    """Measures positions against one path; its tables of the path are made once, here.
 
     For samples that come in pieces. For one array there is `contour_error`.
     """
@@ -78,19 +78,19 @@ class ContourMeter:
         """Contour error of `position` (n, axes) or (n, linear axes), mm; rotary axes do not count.
 
         Without `s_hint` the nearest point of the whole path counts (WHOLE_PATH). Where the path crosses itself, or
-        two of its parts run side by side, that may be a part where the tool has no business to be.
+        two of its parts run side by side, that may be a part where the tool must not be.
 
         With s_hint (n,), the commanded arc length of each sample, mm, only the path near the commanded point counts
         (NEAR_COMMAND): arc lengths s_hint - h to s_hint + h, with h four times the distance e of the position from
         the commanded point, and at least `window`, mm. For the nearest point is within 2 e of the commanded one, and
         the path may wind and turn back, by corners up to 150 degrees, before it is 4 e long. While the nearest point
         of the window is one of its ends, and that is not an end of the path, h is doubled. On a closed path the window
-        runs over the seam. A servo that lags far behind on a path with hairpins wants `window`: its largest lag.
+        continues across the seam. A servo that lags far behind on a path with hairpins needs `window`: its largest lag.
 
         With `signed`, for two linear axes, the error is positive on the left of the path, seen along it. At a corner
         that is the side of the mean of its two tangents, where the path turns straight back of the one before.
 
-        What is found is the nearest point to rounding. Positions in the order of the motion are fast.
+        The result is the nearest point to rounding. Positions in the order of the motion are fast.
         Raises InputError for shapes that do not fit, values that are not finite, and s_hint outside the path.
         """
         path = self.path
@@ -150,7 +150,7 @@ def _direction(rows: Rows, row: IntArray, t: Array, *, before: bool) -> tuple[Ar
     places = Places(rows, row)
     point, *derivatives = (each[:2] for each in places.derivatives(t, 3))
     sizes = [np.hypot(*each) / places.scale**k for k, each in enumerate(derivatives, start=1)]
-    # a derivative that is below the rounding of the next ones counts as none
+    # a derivative that is below the rounding of the next ones counts as 0
     none = sizes[0] <= VANISHING * np.maximum(sizes[1], sizes[2])
     second = none & (sizes[1] > VANISHING * sizes[2])
     chosen = np.where(

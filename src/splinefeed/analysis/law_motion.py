@@ -1,7 +1,7 @@
-"""What a time law does on its path: exact derivatives of r(s(t)) at many instants of each of its stretches.
+"""The motion of a time law on its path: exact derivatives of r(s(t)) at many instants of each of its stretches.
 
 A stretch of time is one in which the law is one polynomial, its acceleration has one sign, and the path is one
-polynomial piece. It is looked at by itself, ends included, so that values at breaks and knots are one-sided.
+polynomial piece. It is examined by itself, ends included, so that values at breaks and knots are one-sided.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from splinefeed.records.law import polynomial
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
 INSTANTS = 17
-#: Stretches that are looked at together.
+#: Stretches that are processed together.
 MOST = 256
 #: Bisections that find an instant: 2^-60 of a piece.
 BISECTIONS = 60
@@ -28,7 +28,7 @@ NO_SIGN = 1e-9
 #: Where a rotary axis turns on while the linear ones stand still, a place is not told from one with C' = 0 within so
 #: many roundings of s; and how many may move a value.
 INDISTINCT, SHIFT = 16.0, 2.0
-#: What is sampled below this share of the largest so far is not looked at more closely.
+#: What is sampled below this share of the largest so far is not examined more closely.
 WORTH_A_LOOK = 0.9
 #: Limits that only the law decides, not the path.
 ALONG = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
@@ -38,7 +38,7 @@ ALONG = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
 class Stretches:
     """z stretches: their piece of the law and row of the path (z,), from low to high (z,), s behind the piece's start.
 
-    way (z,)  1 where the feed grows, -1 where it falls, 0 where nobody can tell
+    way (z,)  1 where the feed grows, -1 where it falls, 0 where it is undetermined
     """
 
     piece: IntArray
@@ -49,7 +49,7 @@ class Stretches:
 
 
 class LawMotion:
-    """Holds a law's motion on a path to limits; rounding: of its arc length, mm."""
+    """Compares a law's motion on a path with limits; rounding: of its arc length, mm."""
 
     def __init__(self, law: TimeLaw, rows: Rows, limits: Limits, axes: tuple[str, ...], rounding: float) -> None:
         self.law, self.rows, self.limits, self.axes, self.rounding = law, rows, limits, axes, rounding
@@ -60,7 +60,7 @@ class LawMotion:
         self.irregular = 0
 
     def hold(self, worsts: dict[str, Worst], feeds: Array | None) -> None:
-        """Show every limit its values; feeds (r,): the largest feed on every row, mm/s, if it changes."""
+        """Compare every limit with its values; feeds (r,): the largest feed on every row, mm/s, if it changes."""
         stretches = self._stretches()
         places = 0.5 * (1.0 - np.cos(np.pi * np.arange(INSTANTS) / (INSTANTS - 1)))[:, None]
         for start in range(0, len(stretches.piece), MOST):
@@ -95,7 +95,7 @@ class LawMotion:
         feeds: Array | None,
         everything: bool = False,
     ) -> dict[str, Array]:
-        """Show limits their values at tau (k, z), s, of the stretches (z,); returns these, (k, z) each."""
+        """Compare limits with their values at tau (k, z), s, of the stretches (z,); returns these, (k, z) each."""
         s, v, a, j = self._along(piece, tau)
         t = self.law.breaks[piece] + tau
         if everything:

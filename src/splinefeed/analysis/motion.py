@@ -25,7 +25,7 @@ class AxisMotion:
     jerk: Array
 
 
-def axis_motion(points: Setpoints, path: Path | JointPath, law: TimeLaw) -> AxisMotion:
+def axis_motion(setpoints: Setpoints, path: Path | JointPath, law: TimeLaw) -> AxisMotion:
     """Velocity, acceleration and jerk of each axis or joint at each tick, exact: q(t) = r(s(t)).
 
     q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
@@ -33,10 +33,10 @@ def axis_motion(points: Setpoints, path: Path | JointPath, law: TimeLaw) -> Axis
     Where C' = 0 these forms are 0/0, and differences of the setpoints stand in.
     """
     if isinstance(path, JointPath):
-        derivatives = path.derivatives(points.s)[:, :, 3:]
+        derivatives = path.derivatives(setpoints.s)[:, :, 3:]
     else:
-        derivatives = by_arc_length(path.evaluate(points.curve, points.u, 3), path.linear)
-    v, a, j = (f(points.t)[:, None] for f in (law.feed, law.acceleration, law.jerk))
+        derivatives = by_arc_length(path.evaluate(setpoints.curve, setpoints.u, 3), path.linear)
+    v, a, j = (f(setpoints.t)[:, None] for f in (law.feed, law.acceleration, law.jerk))
     r1, r2, r3 = derivatives[:, 1], derivatives[:, 2], derivatives[:, 3]
     with np.errstate(invalid="ignore", over="ignore"):
         exact = [r1 * v, r2 * v * v + r1 * a, r3 * v**3 + 3.0 * r2 * v * a + r1 * j]
@@ -44,19 +44,19 @@ def axis_motion(points: Setpoints, path: Path | JointPath, law: TimeLaw) -> Axis
     for order, values in enumerate(exact, start=1):
         holes = ~np.isfinite(values)
         if holes.any():
-            values[holes] = differences(points, order)[holes]
+            values[holes] = differences(setpoints, order)[holes]
         out.append(values)
-    return AxisMotion(points.t, *out)
+    return AxisMotion(setpoints.t, *out)
 
 
-def differences(points: Setpoints, order: int) -> Array:
+def differences(setpoints: Setpoints, order: int) -> Array:
     """The order-th difference of the setpoints over the period, (n, axes), centred, held at both ends.
 
     What a drive sees. Its rounding floor is about 2^order eps |x| / T^order.
     """
-    values = np.diff(points.position, n=order, axis=0) / points.period**order
+    values = np.diff(setpoints.position, n=order, axis=0) / setpoints.period**order
     if not len(values):
-        return np.zeros_like(points.position)
-    before = (len(points) - len(values)) // 2
-    after = len(points) - len(values) - before
+        return np.zeros_like(setpoints.position)
+    before = (len(setpoints) - len(values)) // 2
+    after = len(setpoints) - len(values) - before
     return np.pad(values, ((before, after), (0, 0)), mode="edge")

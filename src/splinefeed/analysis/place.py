@@ -1,4 +1,4 @@
-"""Where along the path setpoints command the tool to be, also where only their positions are known."""
+"""The place along the path of setpoints, also where only their positions are known."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LONGER = 1.05
 #: Places that are as near as each other but for so many roundings of arc length are alike.
 ROUNDINGS = 64.0
 #: Positions that are placed by their chords from one known place on, at first and at most, as long as none is further
-#: from where that lets it be expected than so many steps.
+#: from where that predicts it than so many steps.
 FIRST_AHEAD, MOST_AHEAD, DRIFT = 32, 4096, 32.0
 
 
@@ -61,7 +61,7 @@ class Follower:
     """Finds setpoints on the path, one block after the other.
 
     A setpoint whose curve and u name the point where it is, is there. Others are placed by their positions alone, each
-    near where the ones before it let expect, for a path may cross itself or run straight back over itself.
+    near where the ones before it predict, for a path may cross itself or run straight back over itself.
     """
 
     def __init__(self, path: Path, rows: Rows, *, turned: bool = True) -> None:
@@ -75,14 +75,14 @@ class Follower:
         """Nearest points of the path; where only rotary axes move, also over these."""
         return Search(self.rows, closed=self.path.closed, turned=self._turned)
 
-    def locate(self, points: Setpoints, allowed: float) -> Located:
+    def locate(self, setpoints: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
         rows = self.rows
-        position: Array = np.ascontiguousarray(points.position.T)
+        position: Array = np.ascontiguousarray(setpoints.position.T)
         position = np.where(np.isfinite(position), position, np.nan)
         finite = np.all(np.isfinite(position), axis=0)
-        named = finite & np.isfinite(points.u) & (points.curve >= 0) & (points.curve < len(rows.curves))
-        row, u = rows.find(np.where(named, points.curve, 0), np.where(named, points.u, 0.0))
+        named = finite & np.isfinite(setpoints.u) & (setpoints.curve >= 0) & (setpoints.curve < len(rows.curves))
+        row, u = rows.find(np.where(named, setpoints.curve, 0), np.where(named, setpoints.u, 0.0))
         place = self._at(row, u, position)
         astray = np.zeros(len(u))
         good = named & (place.apart <= allowed) & (place.turned <= allowed)
@@ -133,7 +133,7 @@ class Follower:
         return np.clip(rows.middle[row] + found.t / rows.scale[row], rows.low[row], rows.high[row])
 
     def _carry(self, s: Array, position: Array, finite: BoolArray, count: int) -> None:
-        """Take note of the last of the first `count` setpoints that has a place."""
+        """Record the last of the first `count` setpoints that has a place."""
         known = np.flatnonzero(finite[:count])
         if len(known):
             self._s, self._q = float(s[known[-1]]), position[:, known[-1]]
@@ -233,19 +233,19 @@ class Placer:
         #: Largest distance so far of a setpoint without arc length from the path, mm.
         self.apart = 0.0
 
-    def place(self, points: Setpoints) -> Array:
+    def place(self, setpoints: Setpoints) -> Array:
         """Arc length (n,), mm: what the setpoints say, or else the nearest point next to where the last ones went.
 
-        The first setpoint is placed on the whole path, each one after it near the place that its forerunner lets
-        expect, so that a path that crosses itself or turns back is followed in order. Raises InputError for setpoints
+        The first setpoint is placed on the whole path, each one after it near the place that the one before it
+        predicts, so that a path that crosses itself or turns back is followed in order. Raises InputError for setpoints
         that lack a linear axis of the path.
         """
-        if np.isfinite(points.s).all():
-            return np.clip(points.s, 0.0, self.path.length)
-        position = np.ascontiguousarray(self._position(points).T)
+        if np.isfinite(setpoints.s).all():
+            return np.clip(setpoints.s, 0.0, self.path.length)
+        position = np.ascontiguousarray(self._position(setpoints).T)
         follower = self._follower
         if follower is None:
-            turned = set(self.path.axes) <= set(points.axes)
+            turned = set(self.path.axes) <= set(setpoints.axes)
             follower = self._follower = Follower(self.path, self.rows, turned=turned)
             found = follower.search.whole(follower.metric(position[:, :1]))
             first = float(self.rows.arc_length(found.row, found.t)[0])
@@ -256,14 +256,12 @@ class Placer:
         self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
         return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.path.length)
 
-    def _position(self, points: Setpoints) -> Array:
+    def _position(self, setpoints: Setpoints) -> Array:
         """The positions in the order of the path's axes; rotary axes that the setpoints lack are 0."""
-        position = np.zeros((len(points), len(self.path.axes)))
+        position = np.zeros((len(setpoints), len(self.path.axes)))
         for column, axis in enumerate(self.path.axes):
-            if axis in points.axes:
-                position[:, column] = points.position[:, points.axes.index(axis)]
+            if axis in setpoints.axes:
+                position[:, column] = setpoints.position[:, setpoints.axes.index(axis)]
             elif column < self.path.linear:
-                raise InputError(
-                    f"the path has an axis {axis}, which the setpoints do not tell; theirs are {', '.join(points.axes)}"
-                )
+                raise InputError(f"the path has an axis {axis}; the setpoints have only {', '.join(setpoints.axes)}")
         return position

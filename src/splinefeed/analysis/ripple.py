@@ -17,11 +17,11 @@ FEED_SHARE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Ripple:
-    """The feed that setpoints really have, beside the planned one.
+    """The actual feed of setpoints against the planned one.
 
     t         (m,)  start of each step that counts, s
     relative  (m,)  (arc length of the step) / (planned step) - 1
-    floor     the rounding of s over the smallest of these steps: what nobody can be below
+    floor     the rounding of s over the smallest of these steps: the lowest possible ripple
     rms       root mean square of `relative`, 0 if no step counts; of a long motion over all steps, those left out too
     Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).relative`
     """
@@ -37,22 +37,22 @@ class Ripple:
         return float(np.max(np.abs(self.relative), initial=0.0))
 
 
-def steps(points: Setpoints, path: Path) -> Array:
+def steps(setpoints: Setpoints, path: Path) -> Array:
     """Arc length along the path from each setpoint to the next, (n - 1,), mm, negative where one goes back.
 
     By adaptive quadrature of |C'(u)|, independent of the arc-length table that the interpolators use.
     """
-    if len(points) < 2:
+    if len(setpoints) < 2:
         return np.zeros(0)
     rows = Rows(path.arc_pieces)
-    return between.lengths(rows, *rows.find(points.curve, points.u))[0]
+    return between.lengths(rows, *rows.find(setpoints.curve, setpoints.u))[0]
 
 
 def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | None = None) -> Ripple:
     """Relative error of each step's arc length against the law's, where the feed is above a tenth of its top.
 
     relative_k = (S(u_{k+1}) - S(u_k)) / (l(t_{k+1}) - l(t_k)) - 1, by `steps`. The chord would be shorter by
-    kappa^2 (V T)^2 / 24, which is no error of the interpolator.
+    kappa^2 (V T)^2 / 24, which is not an error of the interpolator.
 
     top  highest feed of the motion, mm/s, where `setpoints` are a part of it
     Returns a Ripple of m steps, (m,). Raises InputError where setpoints and path do not go together.
@@ -71,16 +71,16 @@ def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | 
     return Ripple(setpoints.t[:-1][counts], relative, floor, rms)
 
 
-def drift(points: Setpoints, law: TimeLaw) -> Array:
+def drift(setpoints: Setpoints, law: TimeLaw) -> Array:
     """How far each setpoint is ahead of the law along the path, (n,), mm: S(u_k) - l(t_k)."""
-    return points.s - law(points.t)
+    return setpoints.s - law(setpoints.t)
 
 
-def chord_errors(points: Setpoints, path: Path) -> Array:
+def chord_errors(setpoints: Setpoints, path: Path) -> Array:
     """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
-    if len(points) < 2:
+    if len(setpoints) < 2:
         return np.zeros(0)
     rows = Rows(path.arc_pieces)
-    row, u = rows.find(points.curve, points.u)
+    row, u = rows.find(setpoints.curve, setpoints.u)
     places = Places(rows, row)
     return between.chord_errors(rows, row, u, places.derivatives(places.t(u), 0)[0])

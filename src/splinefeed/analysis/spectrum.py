@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.records import Array, Response, check_finite, positive
 
-#: Fewer samples than this have no spectrum worth the name.
+#: Fewer samples than this give no useful spectrum.
 LEAST_SAMPLES = 8
 
 

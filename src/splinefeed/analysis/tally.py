@@ -1,4 +1,4 @@
-"""Errors of a response that may be too long to keep: what is largest, where, and root mean squares, chunk by chunk."""
+"""Errors of a response that may be too long to keep: the largest, where, and root mean squares, chunk by chunk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fewer points that look the same: what a figure of some hundred pixels can show of a million ticks."""
+"""Fewer points that look the same: a million ticks in a figure of some hundred pixels."""
 
 from __future__ import annotations
 

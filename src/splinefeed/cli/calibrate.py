@@ -21,7 +21,8 @@ Examples:
   splinefeed calibrate part.nc=run.csv --machine my-mill.toml --keep home.z --json
 
 A run is a CSV with the columns seconds,what,value: Block_Number is the line that runs, Program_Status ACTIVE and
-PROGRAM_COMPLETED its start and end. Its program is named before =, or lies beside it with a name that it begins with.
+PROGRAM_COMPLETED its start and end. Its program is named
+before =, or is a file beside it whose name its own begins with.
 """
 
 
@@ -48,23 +49,23 @@ def _print(page: Mapping[str, Any]) -> None:
 @click.option("-o", "--output", metavar="FILE", help="Machine file to write.  [default: MACHINE-calibrated.toml]")
 @answers(_print)
 def command(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
-    """Fit the section [control] of a machine file to recorded RUNS, and say how well each number is known.
+    """Fit the section [control] of a machine file to recorded RUNS, and report how certain each number is.
 
-    Numbers that the runs do not show stay as the machine file has them, or at a usual value, and are named. The machine
-    is written to a new file.
+    Numbers that the runs do not determine keep their value in the machine file, or a usual one, and are named. The
+    machine is written to a new file.
     """
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.calibration import PRIORS, calibrate, record
 
-    table = Machine.load(given["machine"])
+    machine = Machine.load(given["machine"])
     for name in given["keep"]:
         if name not in PRIORS:
-            raise InputError(f"--keep: {name!r} is not fitted; there are {', '.join(PRIORS)}")
-    file = given["output"] if given["output"] is not None else f"{table.name}-calibrated.toml"
+            raise InputError(f"--keep: {name!r} is not fitted; choose from {', '.join(PRIORS)}")
+    file = given["output"] if given["output"] is not None else f"{machine.name}-calibrated.toml"
     reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair")}
     say("reading runs")
-    recorded = [record(*_pair(run), table, **reading) for run in runs]
-    found = calibrate(recorded, table, keep=given["keep"], say=say)
+    recorded = [record(*_pair(run), machine, **reading) for run in runs]
+    found = calibrate(recorded, machine, keep=given["keep"], say=say)
     found.machine.save(file)
     return {**found.as_dict(), "files": [file]}
 
@@ -77,7 +78,7 @@ def _pair(run: str) -> tuple[str, str]:
     folder, stem = Path(run).parent, Path(run).stem
     beside = [each for each in folder.glob("*") if each.suffix.lower() in _PROGRAMS and stem.startswith(each.stem)]
     if not beside:
-        raise InputError(f"{run}: no program beside it whose name it begins with; write PROGRAM={run}")
+        raise InputError(f"{run}: no program beside it whose name its own begins with; write PROGRAM={run}")
     return str(max(beside, key=lambda each: len(each.stem))), run
 
 

@@ -55,10 +55,10 @@ def _print(page: Page) -> None:
 
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("setpoints")
-@click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: as the setpoints say]")
+@click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: that of the setpoints]")
 @click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
 @click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
-@options.limits_alone("as the setpoints say")
+@options.limits_alone("those of the setpoints")
 @click.option("--law", "law_file", metavar="FILE", help="The time law (.h5): exact derivatives are checked too.")
 @click.option(
     "--tolerance",
@@ -69,15 +69,19 @@ def _print(page: Page) -> None:
 @click.option("--resolution", type=options.Quantity("length"), metavar="LENGTH", help="Last digit of the positions.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
-@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: whose joints these are.  [default: as they say]")
+@click.option(
+    "--machine",
+    metavar="NAME|FILE",
+    help="Of a tool path: the machine of these joints.  [default: that of the setpoints]",
+)
 @click.option("--certificate", "certificate_file", metavar="FILE", help="Write a certificate, JSON.")
 @answers(_print)
 def command(say: Say, setpoints: str, **given: Any) -> Page:
-    """Check SETPOINTS against their path and limits, independently of whatever planned them.
+    """Check SETPOINTS against their path and limits, independently of the planner.
 
-    SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), which says by itself what its path and limits are if a
-    run wrote it, or a CSV of another program with columns t and axes. Options replace single limits of the file. The
-    exit code is 1 where a limit or a check does not hold.
+    SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes. A
+    file that a run wrote names its path and limits; options replace single limits. The exit code is 1 where a limit or
+    a check does not hold.
     """
     from splinefeed.analysis.certificate import certificate, write_certificate
     from splinefeed.analysis.check import check
@@ -106,7 +110,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     return page
 
 
-def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
+def _limits(setpoints: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     """Limits of the file of limits, or else of the settings, with those of the options in their place."""
     from splinefeed.formats import limits_toml
     from splinefeed.records import Limits
@@ -114,11 +118,11 @@ def _limits(points: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     flat: dict[str, float] = {}
     if given["limits_file"]:
         flat = limits_toml.read(given["limits_file"]).as_dict()
-    elif isinstance(settings := points.settings.get("limits"), Mapping):
+    elif isinstance(settings := setpoints.settings.get("limits"), Mapping):
         flat = dict(settings)
     flat = options.replaced(flat, given)
     if not flat:
-        raise LimitsError(f"{file}: says no limits; give --limits FILE or --feed, --axis-jerk and the like")
+        raise LimitsError(f"{file}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
     return Limits.from_dict(flat)
 
 

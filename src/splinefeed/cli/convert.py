@@ -44,23 +44,21 @@ def _print(page: dict[str, Any]) -> None:
 @click.argument("target", metavar="OUT")
 @options.reading_alone
 @options.smoothing
-@options.quantity(
-    "--join", kind="length", text="Gap between curves of a drawing that is still none.  [default: 1e-6 mm]"
-)
+@options.quantity("--join", kind="length", text="Curves of a drawing closer than this are joined.  [default: 1e-6 mm]")
 @options.quantity(
     "--tolerance",
     kind="length",
-    text="Largest distance of what OUT cannot hold exactly, and of fits to points.  [default: 0.001 mm]",
+    text="Largest distance where OUT cannot hold a curve exactly, and of fits to points.  [default: 0.001 mm]",
 )
 @click.option("--to", "to_dialect", metavar="NAME", help="G-code OUT: linuxcnc, fanuc, siemens, mach3 or printer.")
 @click.option("--as", "as_", metavar="NAME", help="G-code OUT: g5.2, g6.2, bspline, arcs or g1, for curves.")
-@options.quantity("--feed", kind="feed", text="G-code OUT: the feed, where IN says none.")
+@options.quantity("--feed", kind="feed", text="G-code OUT: the feed, where IN has none.")
 @answers(_print)
 def command(say: Say, source: str, target: str, **given: Any) -> Page:
-    """Write what IN holds, a file or a shape, to OUT, whose suffix says the format.
+    """Write the curves of IN, a file or a shape, to OUT; the suffix of OUT sets the format.
 
-    Every curve is kept exactly where OUT can hold it; what is approximated or lost is said. OUT is then read back and
-    its distance from the curves of IN is measured.
+    Every curve is kept exactly where OUT can hold it; what is approximated or lost is reported. OUT is then read back,
+    and its distance from the curves of IN is measured.
     """
     from splinefeed.formats import registry
     from splinefeed.formats.contents import Contents

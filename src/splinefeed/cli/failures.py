@@ -71,7 +71,7 @@ def _exit_code(call: Callable[[], Any]) -> int:
     except SplinefeedError as error:
         return _say(str(error), BAD_INPUT, error)
     except MemoryError as error:
-        return _say("not enough memory for so many points; raise the period, or take a smaller path", BAD_INPUT, error)
+        return _say("not enough memory for so many points; choose a longer period or a shorter path", BAD_INPUT, error)
     except OSError as error:
         return _say(_system_error(error), BAD_INPUT, error)
     except Exception as error:

@@ -47,8 +47,13 @@ def _print(page: Mapping[str, Any]) -> None:
 
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("setpoints")
-@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; splinefeed machine list names some.")
-@click.option("--path", "source", metavar="FILE|SHAPE", help="The true path.  [default: as the setpoints say]")
+@click.option(
+    "--machine",
+    metavar="NAME|FILE",
+    required=True,
+    help="The machine; splinefeed machine list shows the built-in ones.",
+)
+@click.option("--path", "source", metavar="FILE|SHAPE", help="The true path.  [default: that of the setpoints]")
 @click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
 @click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
@@ -58,11 +63,11 @@ def _print(page: Mapping[str, Any]) -> None:
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
 @answers(_print)
 def command(say: Say, setpoints: str, **given: Any) -> Page:
-    """Let the simulated axes of a machine follow SETPOINTS, and say how far off they were.
+    """Simulate the axes of a machine on SETPOINTS; report following error and contour error.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes.
-    The contour error, the distance from the true path, is reported where the path is known. If an axis runs away, the
-    simulation ends there and says so; what there is by then is written, and the exit code is 1.
+    The contour error, the distance from the true path, needs the path. If an axis runs away, the simulation stops
+    there, writes what it has and exits with code 1.
     """
     from itertools import chain
     from pathlib import Path
@@ -70,7 +75,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     import splinefeed
     from splinefeed.formats import response_hdf5
     from splinefeed.formats.plain import plain
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files, saving
@@ -78,7 +83,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from splinefeed.simulation.follow import CHUNK
 
     drawing = options.figure_formats(given)
-    table = Machine.load(given["machine"])
+    machine = Machine.load(given["machine"])
     say(f"reading {setpoints}")
     chunks, notes = read_setpoints_chunks(setpoints, given, CHUNK)
     first = next(chunks, None)
@@ -90,9 +95,9 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     else:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
-    servo = Servo(table, path, linear=given["linear"])
+    servo = Servo(machine, path, linear=given["linear"])
     overview, pictured = Overview(), Pictured()
-    folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{table.name}"
+    folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
             response_hdf5.save(
@@ -106,11 +111,11 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         if drawing:
             say("drawing")
             beside = pictured.deviation(path) if path is not None else None
-            drawn = files.servo_figures({first.method: overview.response}, name, table.name, beside)
+            drawn = files.servo_figures({first.method: overview.response}, name, machine.name, beside)
             names += saving.save_figures(drawn, stage, drawing)
             notes += saving.missing(drawing)
         if servo.off_path > 0.0:
-            notes.append(f"the setpoints lie off the path by at most {servo.off_path:.3g} mm")
+            notes.append(f"the setpoints are off the path by at most {servo.off_path:.3g} mm")
         numbers = servo.tally.numbers()
         page: dict[str, Any] = plain(
             {
@@ -118,7 +123,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
                 "file": setpoints,
                 "name": name,
                 "path": source,
-                "machine": table.name,
+                "machine": machine.name,
                 "machine_file": given["machine"],
                 "linear": given["linear"],
                 "period_s": first.period,

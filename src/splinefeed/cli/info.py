@@ -40,12 +40,12 @@ def _print(page: dict[str, Any]) -> None:
         shape = "closed" if path["closed"] else "open"
         unit = unit_along(path["axes"])
         print_text(f"{path['name']}: {shape}, {number(path['length_mm'], 7)} {unit}, axes {' '.join(path['axes'])}")
-        for axis, unit, low, high in zip(
+        for axis, axis_unit, low, high in zip(
             path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True
         ):
             noise = ROUNDING * max(abs(low), abs(high))
             ends = [number(0.0 if abs(end) < noise else end, 6) for end in (low, high)]
-            print_text(f"  {axis:<8}{' to '.join(ends)} {unit}")
+            print_text(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
         if unit == "mm":
             print_text(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
         corners = counted(path["corners"], "corner")
@@ -87,7 +87,7 @@ def _print(page: dict[str, Any]) -> None:
 @click.option("--all", "every", is_flag=True, help="List every curve of a long program in --json, not the first alone.")
 @answers(_print)
 def command(say: Say, source: str, every: bool, **given: Any) -> Page:
-    """Say what SOURCE holds: curves, length, corners, least radius, and what its reader had to guess or mend."""
+    """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired."""
     from splinefeed.cli.program import program_page
 
     say(f"reading {source}")

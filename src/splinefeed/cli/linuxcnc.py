@@ -33,7 +33,9 @@ def command() -> None:
 @click.option("--axes", metavar="X,Y,...", help="Which of its axes, in order.  [default: all]")
 @options.quantity("--period", kind="time", text="Servo period.  [default: 1 ms]")
 @options.quantity("--following", kind="length", text="Following error that stops the stream.  [default: 1 mm or deg]")
-@click.option("--motion", is_flag=True, help="For LinuxCNC's motion controller beside it, which then tells the tip.")
+@click.option(
+    "--motion", is_flag=True, help="Together with LinuxCNC's motion controller, which then shows the tool tip."
+)
 @click.option("-o", "--output", metavar="NAME", default="splinefeed", show_default=True, help="NAME.hal, NAME.ini")
 @options.as_json
 def init(
@@ -45,27 +47,27 @@ def init(
     output: str,
     as_json: bool,
 ) -> None:
-    """Write a HAL file with streamer, a controller an axis and simulated drives, to be replaced by your own."""
+    """Write a HAL file with streamer, one controller an axis, and simulated drives to replace with your own."""
     import math
 
     from splinefeed.formats.atomic import atomic_write
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.records import ROTARY_AXES
 
     if machine is None:
         raise InputError("--machine is missing: name a machine or its file; see splinefeed machine list")
-    table = Machine.load(machine)
-    names = [name.strip() for name in axes.split(",")] if axes else list(table.axes)
+    model = Machine.load(machine)
+    names = [name.strip() for name in axes.split(",")] if axes else list(model.axes)
     for name in names:
-        if name not in table.axes:
-            raise InputError(f"--axes: {table.name} has no axis {name!r}; it has {', '.join(table.axes)}")
+        if name not in model.axes:
+            raise InputError(f"--axes: {model.name} has no axis {name!r}; it has {', '.join(model.axes)}")
     tick = 1e-3 if period is None else period
     made = []
     for name in names:
         unit = 180.0 / math.pi if name in ROTARY_AXES else 1.0
-        limit = table.axes[name].limits.velocity
-        gain = table.axes[name].controller.position_gain or GAIN
+        limit = model.axes[name].limits.velocity
+        gain = model.axes[name].controller.position_gain or GAIN
         made.append(HalAxis(name, gain, VELOCITY if limit is None else unit * limit, following or 1.0))
     joints = "".join(
         f"\n[JOINT_{k}]  ; {axis.name}\nP = {axis.gain:.17g}\nFF1 = 1\nMAX_VELOCITY = {axis.velocity:.17g}\n"

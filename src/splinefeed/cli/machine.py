@@ -16,7 +16,7 @@ Examples:
 
 @click.group(epilog=EXAMPLES)
 def command() -> None:
-    """Name the machines of the package, and say what a machine is.
+    """List the built-in machines, or describe a machine.
 
     A machine is a TOML file: per axis motor, drive, transmission, load, friction, encoder or scale, controller, limits.
     """
@@ -26,14 +26,14 @@ def command() -> None:
 @options.as_json
 def list_machines(as_json: bool) -> None:
     """Name the machines that come with splinefeed; --machine takes such a name, or a machine file."""
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
 
-    tables = [Machine.load(name) for name in Machine.names()]
+    models = [Machine.load(name) for name in Machine.names()]
     if as_json:
-        numbers = [{"name": table.name, "title": table.title, "axes": list(table.axes)} for table in tables]
+        numbers = [{"name": model.name, "title": model.title, "axes": list(model.axes)} for model in models]
         output.print_json({"machines": numbers})
         return
-    rows = [[table.name, " ".join(table.axes), table.title] for table in tables]
+    rows = [[model.name, " ".join(model.axes), model.title] for model in models]
     output.print_table(["machine", "axes", "what it is"], rows, texts=3)
 
 
@@ -42,11 +42,11 @@ def list_machines(as_json: bool) -> None:
 @options.as_json
 def show_machine(machine: str, as_json: bool) -> None:
     """Say what a machine of the package, or a machine file, is; report every error of a bad file, with its place."""
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
 
-    table = Machine.load(machine)
+    model = Machine.load(machine)
     if as_json:
-        output.print_json({**table.as_dict(), "file": machine})
+        output.print_json({**model.as_dict(), "file": machine})
         return
-    for line in table.describe().splitlines():
+    for line in model.describe().splitlines():
         output.print_text(line)

@@ -13,7 +13,7 @@ from splinefeed.errors import InputError, UnitError
 if TYPE_CHECKING:
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.path import Path
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.records import Limits
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -162,7 +162,9 @@ reading_program = _all(
 )
 
 #: Where a program begins.
-from_line = click.option("--from-line", metavar="N", help="G-code: resume the program at this line, as it is there.")
+from_line = click.option(
+    "--from-line", metavar="N", help="G-code: resume the program at this line, with the modes in force there."
+)
 
 #: How a SOURCE is read, but for the tolerance.
 reading_alone = _all(
@@ -222,7 +224,7 @@ def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
     said = {name: given[name] for name in names if given[name] is not None}
     for name in said:
         if "smooth" not in said:
-            raise InputError(f"--{name.replace('_', '-')}: says how to smooth; give --smooth LENGTH too")
+            raise InputError(f"--{name.replace('_', '-')}: needs --smooth; give --smooth LENGTH too")
     return said
 
 
@@ -234,9 +236,7 @@ def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
         return []
     top = float(path.tolerances.max())
     asked = f"G64 P{top:g}" if top < math.inf else "G64"
-    return [
-        f"the program allows smoothing ({asked}), which is off: its curves are driven as they are; --smooth program"
-    ]
+    return [f"the program allows smoothing ({asked}), which is off; turn it on with --smooth program"]
 
 
 #: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.
@@ -269,7 +269,7 @@ def limits_alone(default: str = "") -> Callable[[F], F]:
         _axis_limit(
             "--axis-velocity-step",
             "axis_velocity_step",
-            "Junction velocity: the step of each axis at a corner that is passed; without it corners are exact stops.",
+            "Junction velocity: largest velocity step of each axis at a corner; without it corners are exact stops.",
         ),
         click.option(
             "--travel", type=Travels(), metavar="AXIS=LOW:HIGH", help="Soft limits of position: x=0:500,y=0:300."

@@ -72,7 +72,7 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     from splinefeed.analysis.check_law import limits_along
     from splinefeed.feed.planning import plan
     from splinefeed.formats.setpoints import save
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.run import PAPER_SHAPE
     from splinefeed.records import Verdict
 

@@ -80,7 +80,7 @@ def _print(page: Mapping[str, Any]) -> None:
                 f"fastest: {fastest['pulses']} pulses of {fastest['axis']} after tick {fastest['tick']}, "
                 f"{units.format_quantity(fastest['rate_hz'], 'frequency')}"
             )
-        print_text(f"decoded again: never more than {number(page['off_max_pulses'], 3)} pulses off a setpoint")
+        print_text(f"decoded again: at most {number(page['off_max_pulses'], 3)} pulses off a setpoint")
 
 
 @click.command(epilog=EXAMPLES)
@@ -95,25 +95,25 @@ def _print(page: Mapping[str, Any]) -> None:
 )
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
-@click.option("--decode", is_flag=True, help="FILE holds pulse words; write the positions that they lead to.")
+@click.option("--decode", is_flag=True, help="FILE holds pulse words; decode them into positions.")
 @click.option("-o", "--output", metavar="FILE", help="Words: .h5 or .bits (with .bits.json); positions: .csv.")
 @answers(_print)
 def command(say: Say, file: str, **given: Any) -> Page:
     """Turn setpoints into the 16-bit words of a motion card's bit-pattern mode, one pulse a bit, and back.
 
     FILE holds setpoints (.h5, .csv, ... of splinefeed, or a CSV of another program), or with --decode pulse words. No
-    pulse is ever lost or added: after every period each axis is within half a pulse of its setpoint, and the words are
+    pulse is lost or added: after every period each axis is within half a pulse of its setpoint, and the words are
     decoded again before they are written. Too many pulses in a period are an error that names tick and axis.
     """
     return _decoded(file, given, say) if given["decode"] else _encoded(file, given, say)
 
 
 def _encoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline import pulses
 
     if (given["machine"] is None) == (given["scales"] is None):
-        raise InputError("one pulse is how far? give either --machine NAME or --pulses x=1000,y=1000")
+        raise InputError("the size of a pulse is missing; give either --machine NAME or --pulses x=1000,y=1000")
     say(f"reading {file}")
     chunks, notes = read_setpoints_chunks(file, given, _ROWS)
     scales, rotary = given["scales"], "deg"
@@ -164,7 +164,9 @@ def _slots(clock: float, period: float) -> int:
         return 16 * words
     lower = max(int(slots // 16.0), 1)
     near = " or ".join(units.format_quantity(16.0 * each / period, "frequency") for each in (lower, lower + 1))
-    raise InputError(f"--clock: {slots:.6g} slots in a period of {period:g} s; a multiple of 16 is needed: take {near}")
+    raise InputError(
+        f"--clock: {slots:.6g} slots in a period of {period:g} s; it must be a multiple of 16: take {near}"
+    )
 
 
 def _write(patterns: Any, file: str) -> None:
@@ -189,7 +191,9 @@ def _decoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
     for name in ("machine", "scales", "clock", "columns", "period"):
         if given[name] is not None:
-            raise InputError(f"--{'pulses' if name == 'scales' else name}: a file of pulse words says its own")
+            raise InputError(
+                f"--{'pulses' if name == 'scales' else name}: a file of pulse words has its own; leave it out"
+            )
     say(f"reading {file}")
     pattern = (bit_pattern_raw if file.lower().endswith(".bits") else bit_pattern).read(file)
     if given["output"] is not None:

@@ -31,13 +31,13 @@ def _print(page: Page) -> None:
 @click.command(epilog=EXAMPLES)
 @click.argument("folder")
 @click.option("-o", "--output", metavar="FILE", help="File to write.  [default: report.html in the folder]")
-@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: whose joints.  [default: as the run says]")
+@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: the machine.  [default: that of the run]")
 @answers(_print)
 def command(say: Say, folder: str, output: str | None, machine: str | None) -> Page:
-    """Make the report of the run that left FOLDER: one HTML file that works offline.
+    """Make the report of the run in FOLDER again: one HTML file that works offline.
 
-    The setpoints are measured and checked anew, against the path and limits that they name. The exit code is 1 where a
-    limit or a check does not hold.
+    The setpoints are measured and checked again, against their path and limits. The exit code is 1 where a limit or a
+    check does not hold.
     """
     from functools import partial
     from pathlib import Path
@@ -87,7 +87,7 @@ def _record(place: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError) as error:
         raise FormatError(f"{place / RECORD}: cannot be read: {error}") from None
     if not isinstance(said, dict):
-        raise FormatError(f"{place / RECORD}: is not a page of numbers of a run")
+        raise FormatError(f"{place / RECORD}: is not the record of a run")
     return said
 
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 #: What is left out of a run that is too long to be kept whole.
 LONG_NOTE = (
-    "a long motion: made, checked and written in chunks, figures show the ticks at which anything peaks; methods are "
-    "not compared, and no response and no spectra are kept (splinefeed follow setpoints.h5 makes them again)"
+    "long motion: computed, checked and written in chunks; figures show the peaks; methods are not "
+    "compared; response and spectra are not kept (splinefeed follow setpoints.h5 computes them again)"
 )
 EXAMPLES = """\b
 Examples:
@@ -43,7 +43,7 @@ Examples:
     "--contour-tolerance",
     type=options.Quantity("length"),
     metavar="LENGTH",
-    help="Scale the limits down until the machine's contour error keeps this; see splinefeed tune-feed.",
+    help="Scale the limits down until the machine's contour error is within this; see splinefeed tune-feed.",
 )
 @click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
 @click.option("--method", metavar="NAME", help="The method.  [default: arc-length; the paper's without SOURCE]")
@@ -64,7 +64,7 @@ Examples:
     "--by-windows",
     is_flag=True,
     hidden=True,  # a file of more than a million lines goes so by itself
-    help="Read, smooth, plan (look-ahead), make and check window by window; setpoints and numbers alone.",
+    help="Read, smooth, plan (look-ahead), interpolate and check window by window; no figures.",
 )
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME]")
 @answers(print_run)
@@ -76,13 +76,13 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     is 1 if a limit does not hold, the end of the path is missed, or an axis becomes unstable.
 
     Without SOURCE: the paper's experiment. A NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on a model
-    of the paper's table (or --machine), by the paper's two methods and milne-simpson-anchored.
+    of the paper's machine (or --machine), by the paper's two methods and milne-simpson-anchored.
     """
     from splinefeed.cli import run_windows
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.compare import BESIDE_A_RUN, compare
     from splinefeed.pipeline.contour_feed import limits_within
     from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve_methods, servo_numbers
@@ -93,9 +93,9 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     from splinefeed.report.record import about, documented, record
 
     drawing = options.figure_formats(given)
-    table = Machine.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
+    machine = Machine.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
     of_paper = source is None
-    planned_for = None if of_paper else table  # the paper's experiment has the paper's limits, whatever the machine
+    planned_for = None if of_paper else machine  # the paper's experiment has the paper's limits, whatever the machine
     if planned_for is None:
         options.limits_from(given)  # options are validated before the file is opened
     method = given["method"] or (PAPER_METHODS[-1] if of_paper else registry.DEFAULT_METHOD)
@@ -111,47 +111,47 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     if isinstance(path, PathParts):
         axes = path.axes
     else:
-        axes = planned_axes(path, table)
-        if table is not None and not tool:
-            check_rotary(path, source or PAPER_SHAPE, table)
+        axes = planned_axes(path, machine)
+        if machine is not None and not tool:
+            check_rotary(path, source or PAPER_SHAPE, machine)
     limits, period, strategy = options.limits_from(given, planned_for, axes)
     limits, assumed = options.as_programmed(limits, path, given)
     if given["tip"] and not tool:
-        raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are where the tool is")
+        raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
     folder = default_name(path.name) if given["output"] is None else given["output"]
     with staged(folder) as stage:
         if isinstance(path, PathParts):
             page = run_windows.write(path, limits, period, stage, str(source), reading, formats, assumed, say)
             return _seen_from_here(page, folder)
-        moved = on_machine(path, table if tool else None, limits)
+        moved = on_machine(path, machine if tool else None, limits)
         if given["contour_tolerance"] is not None:
-            if table is None:
+            if machine is None:
                 raise InputError("--contour-tolerance: needs a machine; give --machine NAME or --machine FILE")
             if tool:
                 raise InputError("--contour-tolerance: is for paths without a tool axis")
             limits = limits_within(
-                path, limits, table, given["contour_tolerance"],
+                path, limits, machine, given["contour_tolerance"],
                 period=period, strategy=strategy, method=method, corrections=corrections, on_progress=say,
             )  # fmt: skip
         say("planning and interpolating")
         result = make_run(
-            moved, limits, machine=None if tool else table, period=period, strategy=strategy, method=method,
+            moved, limits, machine=None if tool else machine, period=period, strategy=strategy, method=method,
             corrections=corrections, on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
         )  # fmt: skip
         others: list[Any] = []
         servo: dict[str, Any] | None = None
-        if table is not None and result.served is not None:
+        if machine is not None and result.served is not None:
             if of_paper and result.whole:
-                say(f"following on {table.name}")
+                say(f"following on {machine.name}")
                 names = [name for name in PAPER_METHODS if name != method]
-                others += serve_methods(path, result.law, table, names, corrections)
-            servo = servo_numbers([*others, result.served], table, of_paper)
+                others += serve_methods(path, result.law, machine, names, corrections)
+            servo = servo_numbers([*others, result.served], machine, of_paper)
             servo["machine_file"] = given["machine"] or PAPER_MACHINE
         traces: list[Any] = []
         for name in () if given["no_compare"] or tool or not result.whole else BESIDE_A_RUN:
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections, timed=False)
-        followed = (given["machine"] or PAPER_MACHINE) if table is not None else None
+        followed = (given["machine"] or PAPER_MACHINE) if machine is not None else None
         said = about(result.settings, source, reading, formats, machine=followed)
         page = record(result, said, traces, servo)
         page["notes"] = [

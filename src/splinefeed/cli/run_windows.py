@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 #: What needs the whole path or the whole motion, and what is said of it.
 NOT_BY_WINDOWS = {
-    "contour_tolerance": "--contour-tolerance: needs the whole motion, several times; by windows there is none",
-    "tangential": "--3d: needs the whole path; by windows there is no third axis",
+    "contour_tolerance": "--contour-tolerance: needs the whole motion; leave out --by-windows",
+    "tangential": "--3d: needs the whole path; leave out --by-windows",
 }
 NOTE = (
-    "by windows: setpoints and numbers alone; no figures, no time law, no ripple, no comparison of methods, and no "
-    "simulated axes (splinefeed follow setpoints.h5 makes these of the setpoints)"
+    "by windows: setpoints and numbers only; no figures, time law, feed ripple or comparison of "
+    "methods, and no simulated axes (splinefeed follow setpoints.h5 simulates them)"
 )
 #: How far a table's lines may be left by the curves that replace them, mm, unless it is said.
 POINTS_TOLERANCE = 1e-3
@@ -42,7 +42,7 @@ def parts_of(source: str | None, reading: dict[str, Any], given: dict[str, Any])
     alone = ("tolerance", "tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
     parts = read_parts(source, **{name: value for name, value in reading.items() if name not in alone})
     if "tolerance" in reading and parts.unit != "lines":
-        raise InputError("--tolerance: is for tables of points here; --smooth LENGTH smooths a program")
+        raise InputError("--tolerance: is for tables of points; use --smooth LENGTH for a program")
     return parts
 
 

@@ -26,10 +26,10 @@ def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list
         allows = "resolution" in given and not given["resolution"]  # the command has that option, and it is not given
         return foreign, [note for note in notes if allows or "--resolution" not in note]
     _check_says_its_own(file, given)
-    points = load(file)
-    if not isinstance(points, Setpoints):
-        raise FormatError(f"{file}: holds {type(points).__name__}, not setpoints")
-    return points, []
+    setpoints = load(file)
+    if not isinstance(setpoints, Setpoints):
+        raise FormatError(f"{file}: holds {type(setpoints).__name__}, not setpoints")
+    return setpoints, []
 
 
 def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tuple[Iterator[Setpoints], list[str]]:
@@ -38,8 +38,8 @@ def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tup
     from splinefeed.formats.setpoints import load_chunks
 
     if positions_csv.is_foreign(file):
-        points, notes = read_setpoints(file, given)
-        return (points.part(start, start + rows) for start in range(0, len(points), rows)), notes
+        setpoints, notes = read_setpoints(file, given)
+        return (setpoints.part(start, start + rows) for start in range(0, len(setpoints), rows)), notes
     _check_says_its_own(file, given)
     return load_chunks(file, rows), []
 
@@ -48,7 +48,7 @@ def _check_says_its_own(file: str, given: Mapping[str, Any]) -> None:
     """InputError for options that only files of other programs take."""
     for name in ("columns", "period"):
         if given[name] is not None:
-            raise InputError(f"--{name}: is for CSV files of other programs; {file} says its own")
+            raise InputError(f"--{name}: is for CSV files of other programs; {file} has its own")
 
 
 def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) -> tuple[Path, str]:
@@ -60,7 +60,7 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
         chosen = {name: given[name] for name in ("which", "chord") if given[name] is not None}
         return read_path(given["source"], chosen), given["source"]
     if not says_path(settings):
-        raise InputError(f"{file}: does not say where its path came from; give --path FILE or --path SHAPE")
+        raise InputError(f"{file}: does not name its path; give --path FILE or --path SHAPE")
     source = settings["source"]
     text: str = source["text"]
     if source.get("beside"):  # a run that was made in Python wrote its path beside its setpoints
@@ -115,7 +115,7 @@ def _check_unchanged(source: str, digest: object, file: str) -> None:
     if digest is None:
         return
     if not os.path.isfile(source):
-        raise InputError(f"{file}: its path was read from {source}, which is not there now; give --path")
+        raise InputError(f"{file}: its path was read from {source}, which no longer exists; give --path")
     with open(source, "rb") as stream:
         if hashlib.file_digest(stream, "sha256").hexdigest() != digest:
             raise InputError(f"{file}: its path was read from {source}, which has changed since; give --path")

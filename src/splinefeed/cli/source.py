@@ -11,7 +11,7 @@ from splinefeed.errors import InputError, nearest
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
     from splinefeed.geometry.path import Path
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
 
 
 #: What is done to a path after it is read.
@@ -66,14 +66,14 @@ def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
     if shapes.is_shape(source):
         for name in reading:
             option = "--path" if name == "which" else f"--{name}"
-            raise InputError(f"{option}: is for files; {source!r} is a shape, whose options stand behind its '?'")
+            raise InputError(f"{option}: is for files; {source!r} is a shape, whose options follow its '?'")
         shape = Contents([shapes.from_text(source)])
         shape.format = "shape"
         return shape
     if not os.path.exists(source) and not os.path.splitext(source)[1] and os.sep not in source:
         name = source.partition(":")[0].partition("?")[0]
         hint = nearest(name, shapes.names(), "shapes are {}")
-        raise InputError(f"{source}: there is no such file, and no such shape; {hint}")
+        raise InputError(f"{source}: no such file or shape; {hint}")
     from splinefeed.formats import registry
 
     which = reading.get("which")

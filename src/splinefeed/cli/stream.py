@@ -46,7 +46,7 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source")
 @click.option(
-    "--to", type=click.Choice(["file", "stdout", "udp", "linuxcnc"]), required=True, help="Consumer of the rows."
+    "--to", type=click.Choice(["file", "stdout", "udp", "linuxcnc"]), required=True, help="Where the rows go."
 )
 @click.option("-o", "--output", metavar="FILE", help="The file of --to file.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address for --to udp.")
@@ -60,13 +60,17 @@ s stops. The same by JSON lines on the local port that it prints, with the token
     default="200%",
     show_default=True,
     metavar="PERCENT",
-    help="Highest override. 100 % is --feed, or the program's feeds; the limits of the axes hold at any.",
+    help="Highest override. 100 % is --feed, or the program's feeds; axis limits hold at every override.",
 )
 @click.option(
-    "--top", type=float, default=1.0, show_default=True, help="Plan slower, so that 1.2 = 120 % is possible anywhere."
+    "--top",
+    type=float,
+    default=1.0,
+    show_default=True,
+    help="Plan with a reserve, so that 1.2 = 120 % is possible everywhere.",
 )
-@click.option("--approach", is_flag=True, help="Move straight from where the axes are to the start of the path.")
-@click.option("--here", is_flag=True, help="Move the path so that it begins where the axes are.")
+@click.option("--approach", is_flag=True, help="First move the axes straight to the start of the path.")
+@click.option("--here", is_flag=True, help="Shift the path to begin where the axes are.")
 @click.option("--record", "record_file", metavar="FILE.h5", help="--to linuxcnc: keep what HAL measured, a Response.")
 @click.option("--state", "state_file", metavar="FILE", help="Keep the last confirmed row in this file.")
 @click.option("--resume", is_flag=True, help="Continue from the row in --state FILE, and where the axes are.")
@@ -77,11 +81,11 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> None:
-    """Plan SOURCE with a reserve and stream it, one row a servo period, to a controller.
+    """Plan SOURCE with a reserve and stream it to a controller, one row a servo period.
 
-    SOURCE may also be a file of setpoints (.h5, .csv, ...): those rows are played as they are, within limits of the
-    axes that must leave something to hold them with. Ctrl-C comes to rest on the path within the limits, and ends; a
-    second one ends at once.
+    SOURCE may also be a file of setpoints (.h5, .csv, ...): its rows are sent as they are; their motion must leave a
+    reserve for feed hold within the axis limits. Ctrl-C stops on the path within the limits; a second one ends at
+    once.
     """
     from splinefeed.formats import response_hdf5
     from splinefeed.live.recording import response_of
@@ -180,7 +184,7 @@ def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[M
     from splinefeed.feed.reserve import with_reserve
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.live.motion import along
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.run import on_machine, planned_axes
 
     machine = Machine.load(given["machine"]) if given["machine"] else None
@@ -202,7 +206,7 @@ def _through(source: str, given: dict[str, Any], most: float, say: Any) -> tuple
     import numpy as np
 
     from splinefeed.live.motion import through
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.records import ROTARY_AXES
 
     rows, _ = read_setpoints(source, given)
@@ -317,7 +321,7 @@ def _resumed(file: str, motion: Motion) -> Resume:
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):
-        raise InputError(f"{file}: is not a state of a stream") from None
+        raise InputError(f"{file}: is not the state of a stream") from None
     if not same:
         raise InputError(f"{file}: is the state of another motion; give the same source and limits")
     if page.get("done") or not 0.0 <= tau < motion.duration:

@@ -40,7 +40,7 @@ def signals(operator: Operator) -> Iterator[None]:
 
     def stop(number: int, frame: object) -> None:
         operator.stop()
-        print("stopping on the path; once more to end at once", file=sys.stderr, flush=True)
+        print("stopping on the path; press again to end at once", file=sys.stderr, flush=True)
         signal.signal(number, before[signal.Signals(number)])
 
     with _on_signals(stop):

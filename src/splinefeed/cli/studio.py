@@ -27,15 +27,18 @@ Examples:
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port on loopback.  [default: a free one]")
 @click.option("--browser/--no-browser", default=True, help="Open the page in the browser.  [default: browser]")
 @click.option(
-    "--history", "history_file", metavar="FILE", help="Where plans are remembered.  [default: a file of yours]"
+    "--history",
+    "history_file",
+    metavar="FILE",
+    help="Where the history is kept.  [default: a file in your data folder]",
 )
-@click.option("--no-history", is_flag=True, help="Remember no plans.")
+@click.option("--no-history", is_flag=True, help="Keep no history.")
 @options.as_json
 def command(port: int, browser: bool, history_file: str | None, no_history: bool, as_json: bool) -> None:
     """Serve the studio on this computer alone, until Ctrl-C.
 
-    The address that is printed carries a token: whoever has it, on this computer, has the studio. Uploads are kept in a
-    temporary folder that goes with the program; plans are remembered in a SQLite file.
+    The printed address carries a token: whoever has it, on this computer, can use the studio. Uploads are kept in a
+    temporary folder that is removed at the end; the history is kept in a SQLite file.
     """
     import asyncio
     from contextlib import suppress

@@ -54,12 +54,12 @@ def print_run(page: dict[str, Any]) -> None:
 
 
 def law_sentence(page: dict[str, Any], unit: str) -> str:
-    """The top feed, and where it is known the least time of all motions on the plan's grid."""
+    """The top feed, and where it is known a lower bound of the time of all motions within the limits."""
     feed = page["limits"].get("feed")
     sentence = "no feed limit" if feed is None else feed_sentence(feed, unit)
     if page.get("lower_bound_s") is None:
         return sentence
-    return f"{sentence}; no plan on this grid is faster than {number(page['lower_bound_s'], 5)} s"
+    return f"{sentence}; no motion within these limits is faster than {number(page['lower_bound_s'], 5)} s"
 
 
 def feed_sentence(feed: dict[str, float], unit: str) -> str:

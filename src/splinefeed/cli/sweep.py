@@ -58,10 +58,10 @@ ENOUGH = 10
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool, **given: Any) -> None:
-    """Make every run that SPEC.toml asks for, and keep its numbers as a row of one Parquet dataset.
+    """Do every run of SPEC.toml; each becomes a row of one Parquet dataset.
 
-    Runs that fail are rows too. A sweep that was stopped, however, goes on where it was when it is called again. With
-    `show DIR`: a summary of the runs that are there, and sweep.html beside them.
+    A run that fails is a row too. A stopped sweep continues when it is called again. `show DIR` prints a summary of
+    the runs so far and writes sweep.html beside them.
     """
     if spec != "show":
         if folder is not None:

@@ -53,14 +53,14 @@ def _print(page: Mapping[str, Any]) -> None:
 @options.reading_program
 @options.from_line
 @click.option("--figure", metavar="FILE", help="Draw a bar chart along the program (.svg, .png, .pdf).")
-@click.option("--no-saves", is_flag=True, help="Do not plan again to see what would save time.")
+@click.option("--no-saves", is_flag=True, help="Do not search for what would save time.")
 @answers(_print)
 def command(say: Say, program: str, **given: Any) -> Page:
-    """Estimate how long PROGRAM (G-code) takes: cutting, rapid moves, tool changes, spindle and dwells.
+    """Estimate the cycle time of PROGRAM (G-code): cutting, rapid moves, tool changes, spindle and dwells.
 
-    The section [control] of the machine file says how its control plans: see `splinefeed machine show hurco-04`. Also
-    the time of each tool, the lines that take longest and the limit that binds there, and what 20 % more of each
-    limit would save.
+    The section [control] of the machine file describes how the control plans: see `splinefeed machine show hurco-04`.
+    Also reports the time of each tool, the slowest lines with the limit that binds there, and what 20 % more of each
+    limit saves.
     """
     from splinefeed.pipeline.cycle_time import cycle_time
     from splinefeed.report.saving import save_figure

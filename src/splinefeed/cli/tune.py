@@ -17,7 +17,7 @@ from splinefeed.cli.summary import length, print_notes
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuned import TunedMachine
     from splinefeed.simulation.curves import TunedAxis
 
@@ -104,32 +104,32 @@ def _print(page: Mapping[str, Any]) -> None:
 def command(say: Say, machine: str, **given: Any) -> Page:
     """Find gains for the axes of MACHINE; report gain, phase and delay margins of the new and old ones.
 
-    MACHINE is the name of a table of the package (splinefeed machine list names them) or a machine file. Limits such as
-    --feed say how the path of rule path is driven. The exit code is 1 if an axis is unstable with its new gains.
+    MACHINE is the name of a machine (splinefeed machine list shows them) or a machine file. Limits such as --feed set
+    the motion of rule path. The exit code is 1 if an axis is unstable with its new gains.
     """
     import splinefeed
     from splinefeed.formats.plain import plain
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuning import PATH_RULE
     from splinefeed.report import saving
 
     drawing = options.figure_formats(given)
     if given["figures"] and given["output"] is None:
         raise InputError("--figures: needs a folder; give -o DIR")
-    table = Machine.load(machine)
-    names = given["axes"] or tuple(table.axes)
+    model = Machine.load(machine)
+    names = given["axes"] or tuple(model.axes)
     for name in names:
-        if name not in table.axes:
+        if name not in model.axes:
             raise InputError(
-                f"--axis: machine {table.name!r} has no axis {name!r}; its axes are {', '.join(table.axes)}"
+                f"--axis: machine {model.name!r} has no axis {name!r}; its axes are {', '.join(model.axes)}"
             )
     on_path = given["rule"] == PATH_RULE
     _check_options(given, on_path)
-    found = (_on_path if on_path else _by_rule)(table, names, given, say)
+    found = (_on_path if on_path else _by_rule)(model, names, given, say)
     page = plain(
         {
             "ok": all(each["margins"]["stable"] for each in found.page["axes"].values()),
-            "machine": table.name,
+            "machine": model.name,
             "machine_file": machine,
             "rule": given["rule"],
             **found.page,
@@ -139,11 +139,11 @@ def command(say: Say, machine: str, **given: Any) -> Page:
     )
     files: list[str] = []
     if given["machine_file"]:
-        found.table.save(given["machine_file"])
+        found.machine.save(given["machine_file"])
         files.append(given["machine_file"])
     if given["output"] is not None:
         say("drawing")
-        files += _draw(given["output"], table, page, found.curves(), drawing)
+        files += _draw(given["output"], model, page, found.curves(), drawing)
     return {**page, "files": files}
 
 
@@ -179,10 +179,10 @@ def _on_path(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any],
     say(f"reading {source}")
     path = read_path(source, reading)
     say("planning and interpolating")
-    points = run(path, limits, period=period, strategy=strategy).points
+    setpoints = run(path, limits, period=period, strategy=strategy).points
     found = along_path(
         machine,
-        points,
+        setpoints,
         path,
         axes=given["axes"],
         evaluations=EVALUATIONS if given["runs"] is None else given["runs"],
@@ -215,7 +215,7 @@ def _hunting(each: Mapping[str, Any], ending: str) -> str:
     if not each[f"hunts{ending}"] or swing is None or not each[f"margins{ending}"]["stable"]:
         return ""
     size = length(swing) if each["rest_swing_unit"] == "mm" else f"{number(swing)} rad"
-    return f"; swings by {size} at rest: friction against ki, so take less of it"
+    return f"; swings by {size} at rest: friction against ki; lower ki"
 
 
 #: Short names of gains in a table.

@@ -81,9 +81,9 @@ def _print(page: Mapping[str, Any]) -> None:
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-for-MACHINE]")
 @answers(_print)
 def command(say: Say, source: str, **given: Any) -> Page:
-    """Find the fastest motion along SOURCE whose simulated contour error keeps a tolerance on a machine.
+    """Find the fastest motion along SOURCE whose simulated contour error is within a tolerance.
 
-    The limits given, or those of the machine's axes, are scaled down until it does; each trial plans, interpolates and
+    The given limits, or those of the machine's axes, are scaled down until it is; each trial plans, interpolates and
     follows. Writes the limits found (limits.toml, for run --limits), the setpoints under them, and the curve of
     contour error by feed. The exit code is 1 where no feed keeps the tolerance.
     """
@@ -95,7 +95,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import save
     from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.contour_feed import tune_feed
     from splinefeed.report import files, saving
     from splinefeed.report.folder import default_name, staged
@@ -104,18 +104,18 @@ def command(say: Say, source: str, **given: Any) -> Page:
     from splinefeed.report.servo_figures import feed_curve_figure
 
     drawing = options.figure_formats(given)
-    table = Machine.load(given["machine"])
+    machine = Machine.load(given["machine"])
     method = given["method"] or registry.DEFAULT_METHOD
     registry.method(method)
     reading = options.reading_from(given) | ({"tangential": True} if given["tangential"] else {})
     say(f"reading {source}")
     path = read_path(source, reading)
-    limits, period, strategy = options.limits_from(given, table, path.axes)
+    limits, period, strategy = options.limits_from(given, machine, path.axes)
     limits, _ = options.as_programmed(limits, path, given)
-    folder = given["output"] if given["output"] is not None else f"{default_name(path.name)}-for-{table.name}"
+    folder = given["output"] if given["output"] is not None else f"{default_name(path.name)}-for-{machine.name}"
     with staged(folder, files.TUNE_FEED_RECORD, files.TUNE_FEED_NAMES) as stage:
         tuning = tune_feed(
-            path, limits, table, given["contour_tolerance"],
+            path, limits, machine, given["contour_tolerance"],
             period=period, strategy=strategy, method=method, corrections=given["corrections"],
             vary=given["vary"], on_progress=say,
         )  # fmt: skip
@@ -123,20 +123,20 @@ def command(say: Say, source: str, **given: Any) -> Page:
         names = []
         if tuning.best is not None and tuning.served is not None:
             limits_toml.write(tuning.best.limits, stage / files.LIMITS)
-            points = tuning.served.points
-            command = command_line(source, points.settings, reading, ("hdf5",), given["machine"])
-            settings = {**points.settings, "source": source_of(source), "command": command}
-            save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])
+            setpoints = tuning.served.setpoints
+            command = command_line(source, setpoints.settings, reading, ("hdf5",), given["machine"])
+            settings = {**setpoints.settings, "source": source_of(source), "command": command}
+            save(dataclasses.replace(setpoints, settings=settings), stage / files.SETPOINTS["hdf5"])
             save(tuning.served.response, stage / files.RESPONSE)
             names += [files.LIMITS, files.SETPOINTS["hdf5"], files.RESPONSE]
-        drawn = [("feed-curve", feed_curve_figure(tuning, path.name, table.name))]
+        drawn = [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))]
         names += saving.save_figures(drawn, stage, drawing)
         names.append(files.TUNE_FEED_RECORD)
         page: dict[str, Any] = plain(
             {
                 "name": path.name,
                 "source": source_of(source),
-                "machine": table.name,
+                "machine": machine.name,
                 "machine_file": given["machine"],
                 "period_s": period,
                 "strategy": tuning.trials[-1].law.strategy,

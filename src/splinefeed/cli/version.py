@@ -23,7 +23,7 @@ EXTRAS = ("plots", "cad", "parquet", "studio", "dask", "mpi")
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--verbose", is_flag=True, help="What it stands on, what is not installed, settings and folders.")
+@click.option("--verbose", is_flag=True, help="Dependencies, missing extras, settings and folders.")
 @options.as_json
 def command(verbose: bool, as_json: bool) -> None:
     """Print the version."""

@@ -5,44 +5,51 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.feed.law import Pieces
+from splinefeed.feed.numbers import SAME, TOGETHER
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.records import Array
+from splinefeed.records import Array, IntArray
 
-#: Shares of each piece's time at which it is looked at: while it is planned.
+#: Shares of each piece's time at which it is looked at while it is planned.
 LOOKED = (0.0, 0.2, 0.5, 0.8, 1.0)
-#: Feed below 0 by more than this share of the top feed is motion that goes back.
-BACK = 1e-12
+#: ... and closely, dense at both ends: first all pieces, then those that may be over what the others are.
+CLOSELY, MORE_CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (9, 33))
 #: An acceleration below this share of the largest one of its piece is none.
 STILL = 1e-9
 #: How much larger the rise of a peak between places is taken than a parabola says.
 MARGIN = 2.0
-#: Places that are looked at together, so that memory stays small.
-TOGETHER = 32768
 
 
-def chebyshev(count: int) -> tuple[float, ...]:
-    """So many shares from 0 to 1, dense at both ends."""
-    return tuple(0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))))
-
-
-def worst_shares(setting: Setting, pieces: Pieces, end: float, looked: tuple[float, ...] = LOOKED) -> Array:
+def worst_shares(setting: Setting, pieces: Pieces, end: float, *, closely: bool = False) -> Array:
     """Largest shares in each piece of tops, linear limits and jerk, (3, m), as factors on q; it ends at `end`, mm.
 
-    A peak between places follows from a parabola through three of them.
+    A peak between places follows from a parabola through three of them. Looking closely, a piece in which a limit bends
+    so much between its places that it might be over all that was seen, and over 1, is looked at in more of them.
     """
+    worst, seen, bound = _looked_at(setting, pieces, end, np.asarray(CLOSELY if closely else LOOKED))
+    if closely:
+        doubtful = np.flatnonzero(~(bound <= max(1.0, seen)))
+        worst[:, doubtful] = _looked_at(setting, pieces, end, MORE_CLOSELY, doubtful)[0]
+    return worst
+
+
+def _looked_at(
+    setting: Setting, pieces: Pieces, end: float, looked: Array, some: IntArray | None = None
+) -> tuple[Array, float, Array]:
+    """Shares (3, m) of all pieces or of some (m,), the largest at a place, and for each what it is below, (m,)."""
     begin = pieces.coefficients[:, 0]
-    close = np.append(begin[1:], end)
-    worst = np.zeros((3, len(pieces)))
+    low, high = begin, np.append(begin[1:], end)
+    if some is not None:
+        low, high, pieces = low[some], high[some], Pieces(pieces.spans[some], pieces.coefficients[some])
+    worst, bound, seen = np.zeros((3, len(pieces))), np.zeros(len(pieces)), 0.0
     size = max(TOGETHER // len(looked), 1)
     for first in range(0, len(pieces), size):
         block = slice(first, first + size)
-        low, high = begin[block], close[block]
-        inside = INSIDE * (high - low)
-        s, v, a, j = (each.T for each in pieces.part(first, first + size).at(np.array(looked)[:, None]))
+        inside = INSIDE * (high[block] - low[block])
+        s, v, a, j = (each.T for each in pieces.part(first, first + size).at(looked[:, None]))
         if not np.all(np.isfinite(s)):
-            worst[:, block] = np.inf
+            worst[:, block] = bound[block] = seen = np.inf
             continue
-        s = np.clip(s, (low + inside)[:, None], (high - inside)[:, None])
+        s = np.clip(s, (low[block] + inside)[:, None], (high[block] - inside)[:, None])
         rising = _rising(a, j, pieces.spans[block, None] * np.diff(looked))
         places = setting.places(s.ravel(), feed=v.ravel(), rising=rising.ravel(), alone=True)
         for jump in (places.turn, places.bend):  # what a piece comes within reach of counts for all of it
@@ -50,10 +57,13 @@ def worst_shares(setting: Setting, pieces: Pieces, end: float, looked: tuple[flo
             by_piece[:] = np.max(by_piece, axis=3, keepdims=True)
         rows = setting.rows(places)
         found = rows.shares(v.ravel(), a.ravel(), j.ravel())
-        found = np.where((v >= -BACK * np.max(v)).ravel() & np.isfinite(found), found, np.inf)
-        peaks = _peaks(np.moveaxis(found.reshape(-1, *s.shape), 2, 0))
+        found = np.where((v >= -SAME * np.max(v)).ravel() & np.isfinite(found), found, np.inf)
+        found = np.ascontiguousarray(np.moveaxis(found.reshape(-1, *s.shape), 2, 0))
+        peaks, bends = _peaks(found)
         worst[:, block] = rows.by_kind(peaks)
-    return worst
+        bound[block] = np.max(peaks + bends, axis=0)
+        seen = max(seen, float(np.max(found)))
+    return worst, seen, bound
 
 
 def _rising(a: Array, j: Array, steps: Array) -> Array:
@@ -76,12 +86,15 @@ def _rising(a: Array, j: Array, steps: Array) -> Array:
     return np.where(either, 0.0, sign)
 
 
-def _peaks(shares: Array) -> Array:
-    """The largest of shares (places, limits, n), (limits, n), and of what parabolas tell between places."""
+def _peaks(shares: Array) -> tuple[Array, Array]:
+    """The largest of shares (places, limits, n), (limits, n), with what parabolas tell between places; how they bend.
+
+    A parabola rises between places by an eighth of its second difference at most: the whole of it is 8 times that.
+    """
     below, here, above = shares[:-2], shares[1:-1], shares[2:]
     with np.errstate(invalid="ignore"):
         bend = 2.0 * here - below - above
         peak = (here >= below) & (here >= above) & (bend > 0.0) & (bend < np.inf)
         rise = np.where(peak, (above - below) ** 2 / np.where(peak, 8.0 * bend, 1.0), 0.0)
     found: Array = np.maximum(np.max(shares, axis=0), np.max(here + MARGIN * rise, axis=0))
-    return found
+    return found, np.max(np.abs(bend), axis=0)

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from splinefeed.errors import LimitsError
-from splinefeed.geometry.differential import by_arc_length
 from splinefeed.geometry.path import Path
+from splinefeed.kernels.layout import START
+from splinefeed.kernels.override_demand import ask
 from splinefeed.kinematics import JointPath
-from splinefeed.records import Array, IntArray, Limits, TimeLaw, positive
-from splinefeed.records.law import polynomial
+from splinefeed.records import Array, Limits, TimeLaw, positive
 
 #: A law that is over its limits by less than this is at them.
 AT_LIMITS = 1e-6
-#: Jumps of q'' within three ticks weigh at most this much each in a third difference, a single one at most 1.
-NEAR_JUMPS = 0.75
-#: Instants looked at in every part of a tick in which everything is smooth, its ends included.
-INSTANTS = 5
-#: How far beside a break joints of a tool path are looked at, as a share of the path.
-BESIDE = 1e-9
-#: Arc length and time are rounded by so much of what they can be; halvings that find when a row is reached.
-ROUNDING, BISECTIONS = 1e-14, 52
+#: A jump of q'' counts for so many periods before and behind it, a little less than the one that plans leave room for,
+#: as that ends where feeds, not times, say; the jerk that it counts as over that time; most ticks that this touches.
+REACH = 0.95
+PEAK, TICKS_IN_REACH = 0.75 / (1.0 - (1.5 - REACH) ** 3 / 3.0), 3
+#: A jump of q'' below this share of the largest q'' around is rounding.
+LEAST_JUMP = 1e-7
+#: Places in a tick at which joints of a tool path are looked at, and how far beside a break, as a share of the path.
+LOOKED_AT, BESIDE = 5, 1e-9
 
 
 class Course(Protocol):
@@ -35,20 +34,14 @@ class Course(Protocol):
     duration: float
 
     def asked(self, first: int, count: int) -> Array:
-        """Largest |q'|, |q''| and |q'''| in `count` ticks from `first` on, (count, 3, axes + 1); 0 beyond both ends.
+        """What the axes need in `count` ticks from `first` on, (count, 4, axes + 1); 0 beyond both ends.
 
-        The last column is that of the arc length. A jump of q'' is jerk over the period, as it is for a drive.
+        Largest |q'| and |q''|; jerk at rate 1, jumps of q'' included; jerk over r^2 as the rate r goes to 0, where only
+        these are left. In between the latter is at most a mean of both. The last column is that of the arc length.
         """
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
-
-
-def with_jumps(cells: Array, jumps: Array, period: float) -> Array:
-    """Cells 1 ... n of (n + 2, 3, columns), with the jumps of q'' (n + 2, columns) as jerk over the period, s."""
-    beside = NEAR_JUMPS * (jumps[:-2] + jumps[1:-1] + jumps[2:])
-    cells[1:-1, 2] += np.maximum(jumps[1:-1], beside) / period
-    return cells[1:-1]
 
 
 class LawCourse:
@@ -61,7 +54,7 @@ class LawCourse:
     def __init__(self, path: Path | JointPath, law: TimeLaw, period: float | None = None) -> None:
         wanted = law.period if period is None else period
         if wanted is None:
-            raise LimitsError("no period: give period= in s, as the law was not brought to one")
+            raise LimitsError("no period: the law was planned without one; give period= in s")
         if law.feed(0.0) > AT_LIMITS or law.feed(law.duration) > AT_LIMITS:
             raise LimitsError(
                 "a law that can be overridden begins and ends at rest; leave start_feed and end_feed at 0"
@@ -70,63 +63,49 @@ class LawCourse:
         self.axes, self.duration = path.axes, law.duration
 
     def asked(self, first: int, count: int) -> Array:
-        """As `Course` says, from the exact derivatives of path and law."""
-        law, period, columns = self.law, self.period, len(self.axes) + 1
-        cells, jumps = np.zeros((count + 2, 3, columns)), np.zeros((count + 2, columns))
-        begin, end = max(first - 1, 0) * period, min((first + count + 1) * period, law.duration)
-        if end > begin:
-            low, high, piece, row = self._parts(begin, end)
-            tau = (low + (high - low) * np.linspace(0.0, 1.0, INSTANTS)[:, None] - law.breaks[piece]).ravel()
-            s, v, a, j = polynomial(law.coefficients[np.tile(piece, INSTANTS)], tau, 3)
-            r = self._along(s, np.tile(row, INSTANTS))
-            regular = np.isfinite(r).all(axis=(1, 2)).reshape(INSTANTS, -1)  # not where C' = 0
-            v, a, j = v[:, None], 2.0 * a[:, None], 6.0 * j[:, None]
-            asked = np.empty((len(s), 3, columns))
-            asked[:, 0, -1:], asked[:, 1, -1:], asked[:, 2, -1:] = v, a, j
-            with np.errstate(invalid="ignore"):
-                asked[:, 0, :-1], asked[:, 1, :-1] = r[:, 1] * v, r[:, 2] * v**2 + r[:, 1] * a
-                asked[:, 2, :-1] = r[:, 3] * v**3 + 3.0 * r[:, 2] * v * a + r[:, 1] * j
-            asked = np.where(regular[..., None, None], asked.reshape(INSTANTS, len(low), 3, columns), 0.0)
-            cell = (0.5 * (low + high) / period).astype(np.int64) - (first - 1)
-            np.maximum.at(cells, cell, np.max(np.abs(asked), axis=0))
-            known = regular[0, 1:] & regular[-1, :-1]
-            apart = np.abs(asked[0, 1:, 1] - asked[-1, :-1, 1])
-            np.add.at(jumps, cell[1:], np.where(known[:, None], apart, 0.0))
-        return with_jumps(cells, jumps, period)
+        """As `Course` says, from the exact derivatives of path and law.
 
-    def _parts(self, begin: float, end: float) -> tuple[Array, Array, IntArray, IntArray]:
-        """Parts of ticks in which everything is smooth: from, to (n,), s; piece of the law and row of the path (n,)."""
-        law, starts = self.law, self._starts
-        rounding = ROUNDING * float(starts[-1] + law.length)
-        ticks = self.period * np.arange(math.floor(begin / self.period), math.ceil(end / self.period) + 1)
-        reached = starts[(starts > law(begin) + rounding) & (starts < law(end) - rounding)]
-        low, high = np.full(len(reached), begin), np.full(len(reached), end)
-        for _ in range(BISECTIONS if len(reached) else 0):
-            middle = 0.5 * (low + high)
-            before = law(middle) < reached
-            low, high = np.where(before, middle, low), np.where(before, high, middle)
-        cuts = np.unique(np.concatenate([[begin, end], ticks, law.breaks, high]))
-        cuts = cuts[(cuts >= begin) & (cuts <= end)]
-        cuts = cuts[np.append(np.diff(cuts) > ROUNDING * end, True)]
-        low, high = cuts[:-1], cuts[1:]
-        middle = 0.5 * (low + high)
-        return low, high, *(np.searchsorted(each, at, "right") - 1
-                            for each, at in ((law.breaks, middle), (starts, law(middle))))  # fmt: skip
+        For one period before and behind it, less a twentieth, a jump D of q'' counts as jerk of PEAK D / T: the
+        quadratic B-spline by which a third difference sees it is nowhere above PEAK times its own mean over that time.
+        """
+        edges = np.clip(self.period * np.arange(first - 1, first + count + 2), 0.0, self.duration)
+        cells, at, jumps = self._look(edges[:-1], edges[1:])
+        cells[:, 2], cells[:, 3] = np.max(cells[:, 2:], axis=1, initial=0.0), 0.0
+        sharp = np.any(np.abs(jumps) > LEAST_JUMP * np.max(cells[:, 1], axis=0), axis=1)
+        if np.any(sharp):
+            self._add(cells, first - 1, at[sharp], jumps[sharp])
+        return cells[1:-1]
 
-    @cached_property
-    def _starts(self) -> Array:
-        """Arc lengths at which rows of the path begin: between two of them it is smooth."""
-        path = self.path
-        return np.append(0.0, path.breaks) if isinstance(path, JointPath) else path.arc_pieces.starts
+    def _add(self, cells: Array, first: int, at: Array, jumps: Array) -> None:
+        """Add jumps (k, axes + 1) of q'' at times (k,), s, to the needs of ticks from `first` on, (n, 4, axes + 1)."""
+        period, reach = self.period, REACH * self.period
+        ends = np.unique(np.clip([at - reach, at + reach], 0.0, self.duration))
+        middle = 0.5 * (ends[:-1] + ends[1:])
+        begin, end = (np.searchsorted(at, middle + way) for way in (-reach, reach))
+        near = end > begin
+        low, high, begin, end = ends[:-1][near], ends[1:][near], begin[near], end[near]
+        ways = np.stack([np.maximum(jumps, 0.0), np.maximum(-jumps, 0.0)], axis=1)
+        total = np.concatenate([np.zeros_like(ways[:1]), np.cumsum(ways, axis=0)])
+        alone = PEAK / period * (total[end] - total[begin])
+        both = np.max(alone + self._look(low, high)[0][:, 2:], axis=1)
+        alone = np.max(alone, axis=1)
+        for k in range(TICKS_IN_REACH):
+            tick = (low / period).astype(np.int64) + k - first
+            inside = (tick >= 0) & (tick < len(cells)) & (period * (tick + first) < high)
+            np.maximum.at(cells[:, 2], tick[inside], np.maximum(both, alone / 3.0)[inside])
+            np.maximum.at(cells[:, 3], tick[inside], alone[inside])
 
-    def _along(self, s: Array, row: IntArray) -> Array:
-        """r and its derivatives by arc length (n, 4, axes) at s (n,), mm, of these rows (n,)."""
-        path = self.path
-        if isinstance(path, JointPath):
-            ends = np.append(self._starts, path.length)
-            inside = np.clip(s, ends[row] + BESIDE * path.length, ends[row + 1] - BESIDE * path.length)
-            return path.derivatives(inside)[:, :, 3:]
-        return by_arc_length(path.arc_pieces.derivatives_on(row, s, 3), path.linear)
+    def _look(self, low: Array, high: Array) -> tuple[Array, Array, Array]:
+        """As the kernel `ask` finds it from times low to high (n,), s; with the times (k,) and jumps (k, axes + 1)."""
+        if isinstance(self.path, JointPath):
+            return _of_joints(self.path, self.law, low, high)
+        law, table, columns = self.law, self.path.table, len(self.axes) + 1
+        ends = np.array([low[0], high[-1]])
+        parts = np.searchsorted(law.breaks, ends) + np.searchsorted(table[:, START], law(ends))
+        most = int(parts[1] - parts[0]) + 4
+        cells, at, jumps = np.empty((len(low), 4, columns)), np.empty(most), np.empty((most, columns))
+        count = ask(law.breaks, law.coefficients, table, self.path.shape, low, high, cells, at, jumps)
+        return cells, at[:count], jumps[:count]
 
     def bend_share(self, limits: Limits) -> float:
         """Share of the limits that hold for the feed on a bend, at rate 1: the square root of what it asks for."""
@@ -141,3 +120,29 @@ class LawCourse:
                 "the law was not planned under the limits of centripetal acceleration, chord or orientation error"
             )
         return max(shares, default=0.0)
+
+
+def _of_joints(path: JointPath, law: TimeLaw, low: Array, high: Array) -> tuple[Array, Array, Array]:
+    """As `LawCourse._look`, of joints and tip."""
+    inside = np.linspace(1e-6, 1.0 - 1e-6, LOOKED_AT)
+    t = (low[:, None] + (high - low)[:, None] * inside).ravel()
+    v, a, j = (each(t)[:, None] for each in (law.feed, law.acceleration, law.jerk))
+    r = path.derivatives(np.clip(law(t), 0.0, path.length))[:, :, 3:]
+    joints = (r[:, 1] * v, r[:, 2] * v**2 + r[:, 1] * a, r[:, 3] * v**3 + 3.0 * r[:, 2] * v * a + r[:, 1] * j)
+    each = np.stack([np.concatenate(pair, axis=1) for pair in zip(joints, (v, a, j), strict=True)], axis=1)
+    each = np.concatenate([np.abs(each[:, :2]), each[:, 2:], -each[:, 2:]], axis=1)
+    cells = np.max(each.reshape(len(low), LOOKED_AT, 4, -1), axis=1)
+    cells[low >= high] = 0.0
+    away = BESIDE * path.length
+    stops = np.array([-1.0, *path.stops, path.length + 1.0])
+    after = np.searchsorted(stops, path.breaks)
+    moving = np.minimum(path.breaks - stops[after - 1], stops[after] - path.breaks) > away
+    breaks = path.breaks[moving]  # at rest nothing jumps, however joints turn there
+    ends = np.unique(np.concatenate([low, high]))
+    s = law(ends)
+    breaks = breaks[(breaks > s[0]) & (breaks < s[-1])]
+    at = np.interp(breaks, s, ends)
+    before, behind = (path.derivatives(breaks + way)[:, :, 3:] for way in (-away, away))
+    v, a = law.feed(at)[:, None], law.acceleration(at)[:, None]
+    jumps = (behind[:, 2] - before[:, 2]) * v**2 + (behind[:, 1] - before[:, 1]) * a
+    return cells, at, np.pad(jumps, ((0, 0), (0, 1)))

@@ -8,11 +8,12 @@ import numpy as np
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.limits.rows import FREE
+from splinefeed.feed.numbers import HALVINGS
 from splinefeed.feed.setting import INSIDE, REACH, Setting
 from splinefeed.records import Array, BoolArray
 
-#: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad; most halvings.
-SAMPLES, SAMPLE_TURN, HALVINGS = 5, 0.1, 40
+#: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad.
+SAMPLES, SAMPLE_TURN = 5, 0.1
 #: Most change of q from one sample to the next, as a share of it; q below this share of the greatest is slow.
 SAMPLE_CHANGE, SLOW = 0.4, 1e-3
 #: q is above this, mm^2/s^2, so that it can be divided by.
@@ -113,6 +114,8 @@ def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
     near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
     s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
     d = setting.track.derivatives(s)
+    moving = np.all(np.isfinite(d), axis=(1, 2))  # so near to a stop that C' rounds to 0 it has no direction
+    s, d = s[moving], d[moving]
     for _ in range(HALVINGS):
         gap = np.diff(s)
         tangent, kappa = setting.turning(d)
@@ -281,10 +284,10 @@ def counted(
     wanted = density(samples, samples.top, slow, turn, beat, so_far=True)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(samples.s))])
     edges = np.concatenate([[low], inner[inner < far], [far]])
-    each = np.maximum(np.ceil(np.diff(np.interp(edges, samples.s, total))), 1.0)
-    so_far = np.concatenate([[0.0], np.cumsum(each)])
+    at = np.interp(edges, samples.s, total)
+    so_far = np.concatenate([[0.0], np.cumsum(np.maximum(np.ceil(np.diff(at)), 1.0))])
     share = float(so_far[-1]) / (joins * cells)
-    near = high if far == high and share <= 1.0 else float(np.interp(cells, so_far, edges))
+    near = high if far == high and share <= 1.0 else float(np.interp(np.interp(cells, so_far, at), total, samples.s))
     return near, share, samples
 
 

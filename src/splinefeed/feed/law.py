@@ -85,8 +85,11 @@ def pieces_of(spline: Spline, c: Array, ends: tuple[End, End]) -> Pieces:
     at = np.minimum(np.arange(n + 1), n - 1)
     y = spline.combine(spline.basis(at, nodes), at, c)
     v, a = np.sqrt(np.maximum(y[0], LEAST * np.max(y[0]))), 0.5 * y[1]
-    parts = [Pieces(spans, quintics(nodes, v, a, spans))]
     start, stop = ends
+    for end, place, way in ((start, 0, 1.0), (stop, -1, -1.0)):
+        if end.rest:  # that of the ramp, to the last bit: q' rounds where it is short
+            a[place] = way * 2.0 / 3.0 * v[place] ** 2 / end.ramp
+    parts = [Pieces(spans, quintics(nodes, v, a, spans))]
     if start.rest:
         t = 3.0 * start.ramp / v[0]
         up = np.array([[nodes[0] - start.ramp, 0.0, 0.0, start.ramp / t**3, 0.0, 0.0]])

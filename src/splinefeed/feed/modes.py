@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.audit import chebyshev, worst_shares
+from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.corners import passed_corners
+from splinefeed.feed.numbers import KEPT, SAME
 from splinefeed.feed.periods import in_periods
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
@@ -21,39 +22,33 @@ from splinefeed.feed.stretches import curve_feeds, lasting
 from splinefeed.feed.ticks import held_at_ticks
 from splinefeed.feed.track import PathTrack, Track
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
-from splinefeed.feed.windows import KEPT, OutOfReachError, Windows, plan_stretch
+from splinefeed.feed.windows import OutOfReachError, Windows, plan_stretch
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, LAW_COEFFICIENTS, BoolArray, Limits, TimeLaw, refuse_orientation
+from splinefeed.workers import spread
 
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(
-        turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, looked=17, unseen=1e-6, rounds=12, cells=8000, bounded=True
-    ),
-    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, looked=9, unseen=1e-4, rounds=4, cells=400),
+    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=12, cells=8000, bounded=True),
+    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, rounds=4, cells=400),
 }
 #: A motion that the audit finds over a limit is slowed down as a whole; by more than POOR, as a factor on q, a note
 #: says so, and by more than HOPELESS it is none.
 POOR, HOPELESS = 1.2, 100.0
-#: Places of a piece at which a finished motion is looked at.
-LOOKED_AT_LAST = 33
 #: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
 RESERVES = (5e-3, 2e-2, 0.1)
 #: ... and where an end in motion is out of reach so, this share of what the mode leaves unused.
 SLIGHT = 0.125
 #: Halvings of a feed at an end until it is about the largest that limits allow.
 NEAREST = 10
-#: What rounding may make of a number of periods; a motion ends after a tick if it does by this share of a period.
-ROUNDING, LATE = 1e-12, 1e-9
-
-
+#: A motion ends after a tick if it does by this share of a period.
+LATE = 1e-9
 #: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
 TIP = ("tip.x", "tip.y", "tip.z")
-#: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes. Its lower bound
-#: leaves out most of the jerk where joints curve against one another, and is 17 % below the motion: it is not reported.
-OF_JOINTS = {**MODES, TIME_OPTIMAL: replace(MODES[TIME_OPTIMAL], beat=0.1, bounded=False)}
+#: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes.
+OF_JOINTS = {**MODES, TIME_OPTIMAL: replace(MODES[TIME_OPTIMAL], beat=0.1)}
 #: Where no motion is found next to the pole, cells are half as long again.
 BESIDE_POLE = 0.05
 
@@ -152,6 +147,8 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
     exact, phases, shapes = straights(setting, marks)
     exact[0] &= begin.feed == 0.0
     exact[-1] &= limits.end_feed == 0.0
+    others = [_stretch(setting, begin, *marks[k : k + 2].tolist()) for k in np.flatnonzero(~exact).tolist()]
+    plans = spread(_in_ticks, (setting, mode), others)
     for first, last in _runs(exact):
         if exact[first]:
             spans, shape = phases[first:last], shapes[first:last]
@@ -160,7 +157,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             before = float(instants[-1][-1])
             ends = before + np.cumsum(seconds)
             if period is not None:
-                many = np.maximum(np.ceil(seconds / period * (1.0 - ROUNDING) - ROUNDING), 1.0)
+                many = np.maximum(np.ceil(seconds / period * (1.0 - SAME) - SAME), 1.0)
                 slower = many * period / seconds
                 spans, shape = spans * slower[:, None], shape / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
                 ends = (tick + np.cumsum(many)) * period + late
@@ -171,10 +168,8 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             instants.append(breaks.ravel())
             rows.append(shape.reshape(-1, LAW_COEFFICIENTS))
             continue
-        low, high = marks[first : first + 2].tolist()
-        start = begin if low == begin.s else State(s=low)
-        stop = State(limits.end_feed if high == length else 0.0)
-        plan, ticks = _in_ticks(setting, low, high, start, stop, mode)
+        low, high, start, stop = _stretch(setting, begin, *marks[first : first + 2].tolist())
+        plan, ticks = next(plans)
         if not plan.over <= HOPELESS:
             raise _not_found(setting, plan, low, high)
         if plan.over > POOR:
@@ -210,28 +205,35 @@ def _runs(exact: BoolArray) -> list[tuple[int, int]]:
     return list(pairwise([*begin.tolist(), len(exact)]))
 
 
-def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: State, mode: Mode) -> tuple[Plan, int]:
-    """A stretch that lasts whole periods if it can, and how many.
+def _stretch(setting: Setting, begin: State, low: float, high: float) -> tuple[float, float, State, State]:
+    """A stretch between two marks, mm, and the states at its ends."""
+    start = begin if low == begin.s else State(s=low)
+    return low, high, start, State(setting.limits.end_feed if high == setting.track.length else 0.0)
+
+
+@np.errstate(all="ignore")  # in other processes, too
+def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, State]) -> tuple[Plan, int]:
+    """A stretch, see `_stretch`, that lasts whole periods if it can, and how many.
 
     From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With an end in
     motion it is slowed down in between, and more of all limits is left unused until that stays within them.
     """
+    (setting, mode), (low, high, start, stop) = given, stretch
     period = setting.period
     if max(start.feed, stop.feed) == 0.0:
         plan = plan_stretch(setting, low, high, start, stop, mode)
         if not plan.over <= HOPELESS:
             return plan, 0
-        over = max(plan.over, float(np.max(worst_shares(setting, plan.pieces, high, chebyshev(LOOKED_AT_LAST)))))
-        pieces = plan.pieces.stretched(math.sqrt(over)) if over > 1.0 else plan.pieces
+        pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces
         if period is None:
             return replace(plan, pieces=pieces), 0
-        ticks = max(math.ceil(pieces.duration / period * (1.0 - ROUNDING) - ROUNDING), 1)
+        ticks = max(math.ceil(pieces.duration / period * (1.0 - SAME) - SAME), 1)
         return replace(plan, pieces=pieces.stretched(ticks * period / pieces.duration)), ticks
 
     def kept(tolerance: float) -> Plan | None:
         with suppress(OutOfReachError):
             found = plan_stretch(setting, low, high, start, stop, replace(mode, tolerance=tolerance))
-            return found if found.over <= KEPT else None
+            return found if found.over <= 1.0 + KEPT else None
         return None
 
     first = kept(mode.tolerance) or kept(SLIGHT * mode.tolerance)
@@ -244,10 +246,10 @@ def _in_ticks(setting: Setting, low: float, high: float, start: State, stop: Sta
         if found is None:
             break
         whole = round(found.pieces.duration / period)
-        if abs(found.pieces.duration - whole * period) <= ROUNDING * found.pieces.duration + LATE * period:
+        if abs(found.pieces.duration - whole * period) <= SAME * found.pieces.duration + LATE * period:
             return found, whole
         slower = in_periods(found.pieces, high, (start.feed > 0.0, stop.feed > 0.0), period)
-        if slower is not None and np.max(worst_shares(setting, slower, high, chebyshev(mode.looked))) <= KEPT:
+        if slower is not None and np.max(worst_shares(setting, slower, high, closely=True)) <= 1.0 + KEPT:
             return replace(found, pieces=slower), round(slower.duration / period)
         found = kept(tolerance) if tolerance > 0.0 else None
     return first, math.floor(first.pieces.duration / period)
@@ -262,7 +264,7 @@ def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanErr
     return PlanError(
         f"from s = {low:.6g} to {high:.6g} mm no motion within the limits was found: at s = "
         f"{plan.pieces.coefficients[k, 0]:.6g} mm the best one is {much}; smooth or split the path there, or leave out "
-        "the limits of an axis that turns or bends there while the path hardly moves on"
+        "the limits of an axis that turns or bends there while the path hardly moves"
     )
 
 
@@ -270,8 +272,8 @@ def _late(high: float, length: float, late: float, period: float) -> str:
     """The note on a stretch with a moving end that could not be made to last whole periods."""
     place = f"the stop at {high:g} mm falls {late:.6g} s after a tick"
     if high == length:
-        place = f"the last period is a short one, {late:.6g} s of {period:g} s"
-    return f"{place}: its end feeds leave nothing to slow down"
+        place = f"the last period is short, {late:.6g} s of {period:g} s"
+    return f"{place}: its end feeds leave no room to slow down"
 
 
 def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> PlanError:
@@ -283,7 +285,7 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
     def possible(first: State, last: State) -> bool:
         begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
         first, last = (first if begin == low else REST), (last if end == high else REST)
-        return plan_window(setting, begin, end, first, last, mode, exact=True).over <= KEPT
+        return plan_window(setting, begin, end, first, last, mode, exact=True).over <= 1.0 + KEPT
 
     def most(fits: Callable[[float], bool]) -> float:
         least, step = 0.0, 1.0
@@ -299,7 +301,9 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
         if possible(calm, stop):
             share = most(lambda share: possible(replace(start, acceleration=share * start.acceleration), stop))
             nearest = replace(start, acceleration=share * start.acceleration)
-        return PlanError(f"the limits up to s = {near:.6g} mm do not allow {start}; the nearest they do is {nearest}")
+        return PlanError(
+            f"the limits up to s = {near:.6g} mm do not allow {start}; the nearest state they allow is {nearest}"
+        )
     name, wanted = ("end_feed", stop.feed) if at_end else ("start_feed", start.feed)
     least = wanted * most(
         lambda share: possible(start, stop.slower(share)) if at_end else possible(start.slower(share), REST)

@@ -30,6 +30,8 @@ BLOCK = 4096
 BETWEEN = 1.01
 #: A share below this is as good as none.
 LEAST = 1e-12
+#: Rates below 1 at which the jerk of a law with jumps is looked at.
+BELOW_1 = np.linspace(0.0, 1.0, 1001)
 #: Largest share of acceleration or jerk that a law may use at its highest rate and still be slowed.
 MOST = 0.97
 
@@ -82,7 +84,7 @@ class Override:
                 "corners passed at speed (axis_velocity_step) cannot be overridden; plan with exact stops"
             )
         if limits.combinations is not None or limits.torque is not None:
-            raise LimitsError("combinations, torque: an override cannot hold them; run the law as it was planned")
+            raise LimitsError("combinations, torque: an override cannot keep them; run the law as planned")
         axes = course.axes
         along = (
             limits.feed,
@@ -94,7 +96,8 @@ class Override:
         self._cells = math.ceil(course.duration / self.period)
         self._windows = np.array(WINDOWS, dtype=np.int64)
         self._first, self._loaded = 0, 0
-        self._ahead = np.zeros((len(WINDOWS), 0, 3, len(axes) + 1))
+        self._looked_at = np.zeros((0, 4, len(axes) + 1))
+        self._ahead = np.zeros((len(WINDOWS), 0, 4, len(axes) + 1))
         self._caps = np.zeros((len(WINDOWS), 0))
         bend = course.bend_share(limits)
         self.top = min(self._top(bend, min(highest, 1.0)), highest)
@@ -119,25 +122,34 @@ class Override:
 
         LimitsError unless the rate `least` leaves something to slow it with.
         """
-        most = np.zeros_like(self._limit)
+        most = np.zeros((4, len(self.course.axes) + 1))
         for first in range(0, self._cells, BLOCK):
             cells = self.course.asked(first, min(BLOCK, self._cells - first))
             most = np.maximum(most, np.max(cells, axis=0))
-        shares = np.max(most / self._limit, axis=1)
+        shares = np.max(most / self._limit[[0, 1, 2, 2]], axis=1)
         speed = max(float(shares[0]), bend, LEAST)
-        second, third = (max(float(share), LEAST) for share in shares[1:])
-        top = min(1.0 / speed, second**-0.5, third ** (-1.0 / 3.0))
+        second, third, jumps = (max(float(share), LEAST) for share in shares[1:])
+
+        def fastest(acceleration: float, jerk: float) -> float:
+            """The highest rate at which it takes these shares of the limits."""
+            if third <= jerk:
+                return float(min((acceleration / second) ** 0.5, (jerk / third) ** (1.0 / 3.0)))
+            takes = [kernels.own_jerk(rate, third, jumps) for rate in BELOW_1]
+            return float(min((acceleration / second) ** 0.5, np.interp(jerk, takes, BELOW_1)))
+
+        top = min(1.0 / speed, fastest(1.0, 1.0))
         if (1.0 - AT_LIMITS) * least < top < least:
             top = least
-        if top < least or max(second * least**2, third * least**3) > MOST:
-            name = ("velocity", "acceleration", "jerk")[int(np.argmax(shares))]
-            slower = min((ACCELERATION_SHARE / second) ** 0.5, (JERK_SHARE / third) ** (1.0 / 3.0), 1.0 / speed)
+        if top < least or max(second * least**2, kernels.own_jerk(least, third, jumps)) > MOST:
+            name = ("velocity", "acceleration", "jerk")[int(np.argmax(shares[:3]))]
+            slower = min(fastest(ACCELERATION_SHARE, JERK_SHARE), 1.0 / speed)
             raise LimitsError(
-                f"the law uses {100.0 * float(np.max(shares)):.3g} % of the {name}, which leaves nothing to slow "
-                f"it with; plan it under with_reserve(limits), or run it at {math.floor(100.0 * slower)} % at most"
+                f"the law uses {100.0 * float(np.max(shares[:3])):.3g} % of the {name}, which leaves no reserve to "
+                f"slow down; plan it under with_reserve(limits), or run it at {math.floor(100.0 * slower)} % at "
+                "most"
             )
         # at the highest rate too something must be left to slow it with
-        return float(min(top, (MOST / second) ** 0.5, (MOST / third) ** (1.0 / 3.0)))
+        return min(top, fastest(MOST, MOST))
 
     @property
     def tau(self) -> float:
@@ -198,13 +210,15 @@ class Override:
 
     def _load(self, cell: int, direction: int) -> None:
         """Have the demands from tick `cell` on, in that direction, in memory."""
-        if direction == self._loaded and 0 <= direction * (cell - self._first) < self._ahead.shape[1]:
+        passed = direction * (cell - self._first) if direction == self._loaded else -1
+        if 0 <= passed < self._ahead.shape[1]:
             return
-        longest = WINDOWS[-1]
         count = max(min(BLOCK, self._cells - cell if direction > 0 else cell + 1), 1)
-        cells = self.course.asked(cell if direction > 0 else cell + 1 - count - longest, count + longest)
-        cells = BETWEEN * np.ascontiguousarray(cells[::direction])
-        self._first, self._loaded = cell, direction
+        known = self._looked_at[passed:] if passed >= 0 else self._looked_at[:0]
+        more = count + WINDOWS[-1] - len(known)
+        cells = self.course.asked(cell + len(known) if direction > 0 else cell + 1 - len(known) - more, more)
+        cells = np.concatenate([known, BETWEEN * cells[::direction]])
+        self._first, self._loaded, self._looked_at = cell, direction, cells
         self._ahead = np.empty((len(WINDOWS), count, *cells.shape[1:]))
         for window, out in zip(WINDOWS, self._ahead, strict=True):
             out[:] = maximum_filter1d(cells[: count + window], window, axis=0, origin=-(window // 2))[:count]

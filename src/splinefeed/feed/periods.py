@@ -7,14 +7,13 @@ import math
 import numpy as np
 
 from splinefeed.feed.law import GAUSS, WEIGHTS, Pieces, quintics
+from splinefeed.feed.numbers import HALVINGS
 from splinefeed.records import LAW_COEFFICIENTS, Array
 
 #: No piece may be longer than this share of the stretch, so that quintics follow how it slows down.
 LONGEST_PIECE = 1.0 / 64.0
 #: q is lowered by this share at most.
 MOST = 0.5
-#: Bisections of the share, down to rounding.
-BISECTIONS = 60
 
 
 def in_periods(pieces: Pieces, high: float, moving: tuple[bool, bool], period: float) -> Pieces | None:
@@ -35,7 +34,7 @@ def in_periods(pieces: Pieces, high: float, moving: tuple[bool, bool], period: f
     if float(np.sum(spans(MOST))) < target:
         return None
     share, step = 0.0, MOST
-    for _ in range(BISECTIONS):
+    for _ in range(HALVINGS):
         step *= 0.5
         if float(np.sum(spans(share + step))) <= target:
             share += step

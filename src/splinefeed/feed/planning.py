@@ -77,7 +77,7 @@ def strategy_for(limits: Limits, strategy: str | None = None) -> str:
 
 
 def plan(
-    path: Stretched | JointPath,
+    path: Path | JointPath | Stretched,
     limits: Limits,
     *,
     strategy: str | None = None,
@@ -121,7 +121,9 @@ def plan(
     else:
         for name in ("chord_error", "orientation_error"):
             if (getattr(limits, name) or math.inf) < math.inf:
-                raise LimitsError(f"{name}: needs the servo period, from tick to tick of which it is; give period")
+                raise LimitsError(
+                    f"{name}: needs the servo period, because it is measured from tick to tick; give period"
+                )
     _check_path(path)
     if isinstance(path, Path):
         check_travel(path, limits)
@@ -134,7 +136,7 @@ def plan(
     if start is not None:
         _check_start(path, strategy, start)
     if isinstance(path, JointPath) and strategy == SEVEN_PHASE:
-        raise LimitsError(f"{SEVEN_PHASE} knows no joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
+        raise LimitsError(f"{SEVEN_PHASE} cannot plan joints; choose {TIME_OPTIMAL} or {LOOK_AHEAD} for a tool path")
     if start is None:
         law = STRATEGIES[strategy].make(path, limits, period)
     else:
@@ -155,7 +157,7 @@ def _check_start(path: Stretched | JointPath, strategy: str, start: State) -> No
     if not start.s < path.length:
         raise InputError(f"start is {start}; the path ends at {path.length:.6g} mm")
     if start.feed > 0.0 and any(s == start.s for s, _ in path.dwells):
-        raise InputError(f"start is {start}, where the path waits: that is at rest")
+        raise InputError(f"start is {start}, where the path waits; begin there at rest")
 
 
 def _check_path(path: Stretched | JointPath) -> None:

@@ -31,7 +31,7 @@ class RowsCourse:
 
     def __init__(self, rows: Setpoints, linear: int) -> None:
         if len(rows) < 2:
-            raise InputError("setpoints to stream are at least two rows")
+            raise InputError("streaming needs at least two setpoints")
         check_finite(rows.position, "Setpoints.position")
         self.axes, self.period, self.linear = rows.axes, rows.period, linear
         self.duration = (len(rows) + 1) * rows.period
@@ -39,7 +39,7 @@ class RowsCourse:
         self._q = rows.position
         steps = np.max(np.abs(np.diff(self._q, axis=0)), axis=1)
         if max(steps[0], steps[-1]) > RESTS * float(np.max(steps)):
-            raise LimitsError("the setpoints begin or end in motion; what can be held begins and ends at rest")
+            raise LimitsError("the setpoints begin or end in motion; a motion with feed hold begins and ends at rest")
 
     @property
     def beside(self) -> float:
@@ -62,7 +62,7 @@ class RowsCourse:
             bend = np.nan_to_num(np.clip(-c2 / (3.0 * c3), 0.0, 1.0))
         velocity = [(c1 + x * (2.0 * c2 + x * 3.0 * c3)) / T for x in (0.0, bend, 1.0)]
         acceleration = [(2.0 * c2 + x * 6.0 * c3) / T**2 for x in (0.0, 1.0)]
-        cells = np.zeros((count, 3, len(self.axes) + 1))
+        cells = np.zeros((count, 4, len(self.axes) + 1))
         for order, each in enumerate((velocity, acceleration, [6.0 * c3 / T**3])):
             most = np.max(np.abs(each), axis=0)
             cells[:, order, :-1] = most

@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from splinefeed.feed.limits import Places, Rows, rows_at
-from splinefeed.feed.track import SAME, Track
+from splinefeed.feed.numbers import SAME
+from splinefeed.feed.track import Track
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Array, Limits
 
@@ -16,6 +17,8 @@ from splinefeed.records import Array, Limits
 REACH = 1.0
 #: How far inside of a cell, as a share of it, derivatives are taken as those at its end, where they may jump.
 INSIDE = 1e-7
+#: ... and as a share of the path, far above the rounding of arc length: a sharp bend is no jump.
+BESIDE = 4.0 * SAME
 #: A jump below this share of the derivative itself, or of what its own slope makes of it over INSIDE, is rounding.
 ROUNDING = 1e-8
 
@@ -57,8 +60,8 @@ class Setting:
     @cached_property
     def beside(self) -> tuple[Array, Array, Array]:
         """r and its derivatives just before and behind the breaks, (k, 4, axes), and how far off, (k + 1,), mm."""
-        b = self.breaks
-        away = INSIDE * np.diff(np.concatenate([[0.0], b, [self.track.length]]))
+        b, length = self.breaks, self.track.length
+        away = np.minimum(INSIDE * np.diff(np.concatenate([[0.0], b, [length]])), BESIDE * length)
         return self.track.derivatives(b - away[:-1]), self.track.derivatives(b + away[1:]), away
 
     @cached_property

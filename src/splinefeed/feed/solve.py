@@ -20,13 +20,14 @@ from scipy.linalg import lapack
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.limits import Rows
+from splinefeed.feed.numbers import HALVINGS
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, IntArray
 
 #: Rows and columns of the upper triangle of the 4 x 4 matrix of a cell, and of the 3 x 3 matrix of a place.
 UPPER, UPPER_3 = np.triu_indices(DEGREE + 1), np.triu_indices(DEGREE)
-#: Most Newton steps, and halvings of one.
-STEPS, HALVINGS = 80, 40
+#: Most Newton steps: a motion whose jerk binds along a ramp takes hundreds.
+STEPS = 320
 #: Shares of the diagonal that are added to it until rounding leaves the matrix positive.
 RIDGES = (0.0, 1e-12, 1e-9, 1e-6)
 #: A slack keeps this share of itself in a step; q keeps this share of itself.
@@ -39,8 +40,6 @@ FAR = 0.1
 HOPELESS = 1e9
 #: Complementarity z s aimed at beside that of now: after long, fair and short steps.
 AIMS = ((0.8, 0.15), (0.3, 0.5), (0.0, 1.0))
-#: Multipliers of jerk may take this share of the weight of a place in a relaxation.
-CONVEX = 0.98
 #: Multipliers stay within this factor of what complementarity says.
 BALANCE = 1e10
 
@@ -75,14 +74,11 @@ class End:
 class Solution:
     """Coefficients of q (m,), the time of it, s, multipliers to go on from, and how it came out.
 
-    floor  time less the sum of z s: a lower bound of the time, s, if the problem is convex
-
-    kept   whether every row holds
+    kept  whether every row holds
     """
 
     c: Array
     time: float
-    floor: float
     z: Array
     kept: bool
 
@@ -91,14 +87,12 @@ class Problem:
     """Places, the splines that reach them, and their rows.
 
     cell, x, weight (n,)  cell of each place, where it is, mm, and its weight in the time, the sum of weight / sqrt(q)
-    tilt (3, n)           added to the time: tilt . y, nothing but in a relaxation
     """
 
     def __init__(
         self, spline: Spline, cell: IntArray, x: Array, weight: Array, rows: Rows, ends: tuple[End, End]
     ) -> None:
         self.spline, self.cell, self.weight, self.ends = spline, cell, weight, ends
-        self.tilt = np.zeros((3, len(x)))
         self.basis = spline.basis(cell, x)
         self.first = spline.first[cell]
         self.gather = self.first + np.arange(DEGREE + 1)[:, None]
@@ -175,7 +169,6 @@ class Problem:
         r3 = r * r * r
         rise, fall = self.slopes(r)
         grad, hess = np.zeros((3, len(r))), np.zeros((6, len(r)))
-        grad += self.tilt
         grad[0] += -0.5 * w * r3 + push[0] / rows.top
         grad[:2] += np.einsum("mn,mdn->dn", push[high] - push[low], rows.linear)
         grad[0] += np.sum(push[up] * rise - push[down] * fall, axis=0)
@@ -219,9 +212,9 @@ class Problem:
         rise, fall = self.slopes(r)
         return dy[0], np.concatenate([(dy[0] / rows.top)[None], da, -da, dj + rise * dy[0], -dj - fall * dy[0]])
 
-    def time(self, y: Array, r: Array) -> float:
-        """Sum of weight / sqrt(q) + tilt . y, s."""
-        return float(self.weight @ r + np.vdot(self.tilt, y))
+    def time(self, r: Array) -> float:
+        """Sum of weight / sqrt(q), s."""
+        return float(self.weight @ r)
 
 
 def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin: float = FAR) -> Solution:
@@ -235,11 +228,12 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
     c = problem.complete(c)
     y, r, g = problem.look(c)
     if not len(g):
-        raise PlanError("no feed was found that is above 0 everywhere: a limit leaves next to none")
-    time = problem.time(y, r)
+        raise PlanError("no feed above 0 everywhere was found: a limit leaves almost none")
+    time = problem.time(r)
     s = np.maximum(-g, SLACK if z is None else SLACK**2)
     mu = (begin if z is None else 0.1 * begin) * time / problem.count
     z = mu / s if z is None else np.clip(z, 0.1 * mu / s, 10.0 * mu / s)
+    before, fall = time, np.inf
     for _ in range(STEPS):
         residual = g + s
         dc = problem.newton(y, r, z, s, (mu + z * residual) / s)
@@ -261,52 +255,23 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
             break
         s = np.where(held, -g_new, np.maximum(s + along * ds, -g_new))
         c, y, r, g = new, y_new, r_new, g_new
-        time = problem.time(y, r)
+        fell, time = fall, problem.time(r)
+        fall, before = before - time, time
         z = z + along_z * dz
         z = np.clip(z, mu / (BALANCE * s), BALANCE * mu / s)
         complementary = float(np.sum(z * s))
         if not complementary < HOPELESS * time:  # rows that contradict each other
             break
         least = min(along, along_z)
-        if np.max(g) < 0.0 and complementary < gap * time and least > 0.5:
+        # what is left of a fall that shrinks by fall / fell from step to step is fall^2 / (fell - fall)
+        settled = least > 0.5 and fall * abs(fall) <= gap * time * (fell - fall)
+        if settled and np.max(g) < 0.0 and complementary < gap * time:
             break
         aim = next(aim for length, aim in AIMS if least >= length)
         mu = max(aim * complementary, 0.1 * gap * time) / problem.count
-    kept = bool(np.max(g) < 0.0)
-    # at an optimum of a convex problem sum z s is how far the time is from the least one
-    floor = max(time - float(np.sum(z * s)), 0.0) if kept else 0.0
-    return Solution(problem.complete(c), time, floor, z, kept)
+    return Solution(problem.complete(c), time, z, bool(np.max(g) < 0.0))
 
 
 def _longest(ratio: Array, kept: float, most: float) -> float:
     """The longest step, at most `most`, that takes no more than the share `kept`: ratio is change / value."""
     return min(most, kept / max(float(np.max(-ratio)), 1e-300))
-
-
-def lower_bound(problem: Problem, solution: Solution, gap: float) -> float:
-    """A lower bound of the time on these cells, s, jerk included, by Lagrange's duality; 0 where none is known.
-
-    With multipliers z the Lagrangian is the sum of (weight - Z) / sqrt(q), Z the sum of the multipliers of jerk at a
-    place, and of what is linear in y. Where Z <= weight at all places it is convex: its least value is where its
-    gradient vanishes, at the solution, which so is the best of all and not only of those near it. Where Z is larger the
-    multipliers are taken smaller: any that are not negative give a bound, the least value of the Lagrangian under the
-    other limits, which then is one more problem, a convex one.
-    """
-    if not solution.kept:
-        return 0.0
-    rows, jerk = problem.rows, solution.z[problem.parts[2].start :]
-    Z = np.sum(jerk, axis=0)
-    jumps = np.any(rows.jump != 0.0, axis=(0, 1, 2)) & (Z > 0.0)
-    if np.all(problem.weight >= Z) and not np.any(jumps):
-        return solution.floor
-    share = np.minimum(1.0, CONVEX * problem.weight / np.maximum(Z, 1e-300))
-    up, down = solution.z[problem.parts[2]], solution.z[problem.parts[3]]
-    up, down = (np.where(jumps, 0.0, share * each) for each in (up, down))
-    weight, tilt = problem.weight, problem.tilt
-    problem.hold(rows.without_jerk())
-    problem.weight = weight - np.sum(up + down, axis=0)
-    problem.tilt = np.einsum("mn,mdn->dn", up - down, rows.jerk)
-    found = solve(problem, solution.c, gap).floor
-    problem.weight, problem.tilt = weight, tilt
-    problem.hold(rows)
-    return found

@@ -46,9 +46,9 @@ def check_ends(path: Path, limits: Limits) -> None:
     for name, feed, s in (("start_feed", feeds[0], 0.0), ("end_feed", feeds[-1], path.length)):
         wanted = getattr(limits, name)
         if wanted > feed:
-            raise LimitsError(f"{name} is {wanted:g} mm/s; the path asks for at most {feed:g} mm/s there")
+            raise LimitsError(f"{name} is {wanted:g} mm/s; the path allows at most {feed:g} mm/s there")
         if wanted > 0.0 and s in waits:
-            raise LimitsError(f"{name} is {wanted:g} mm/s; the path waits {waits[s]:g} s there, which is at rest")
+            raise LimitsError(f"{name} is {wanted:g} mm/s; the path waits {waits[s]:g} s there, at rest")
 
 
 def close_gaps(law: TimeLaw) -> TimeLaw:

@@ -7,21 +7,20 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.errors import PlanError
+from splinefeed.feed.numbers import KEPT, SAME, TOGETHER
 from splinefeed.feed.stretches import lasting, on_tick
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
 
-#: Ticks that are looked at together, and all of them at most: eleven days at 1 ms.
-TOGETHER, MOST_TICKS = 1 << 16, 1e9
-#: A difference may be over a limit by this share, and by so many roundings of a position.
-KEPT, ROUNDINGS = 1e-9, 8.0
+#: Ticks that are looked at in all, at most: eleven days at 1 ms.
+MOST_TICKS = 1e9
+#: A difference may be over a limit by so many roundings of a position.
+ROUNDINGS = 8.0
 #: Slopes of joints count where the tip moves by more than this share of its longest step.
 MOVING = 0.01
 #: Rounds of slowing down; what is over a limit by this factor on q is no matter of feed.
 ROUNDS, FAR = 6, 2.0
-#: How much slower than what is over a limit asks for: the next ticks fall elsewhere.
-SLOWER = 1e-6
 #: What a chord is over its limit is noted as if it were an axis of this number.
 CHORD = -1
 
@@ -43,7 +42,7 @@ def held_at_ticks(
     if law.duration > MOST_TICKS * law.period:
         raise PlanError(
             f"the motion would take {law.duration:.3g} s, which is more than the {MOST_TICKS:.0e} setpoints that are "
-            "held to limits; ask for more feed or a longer period"
+            "held to limits; raise the feed or the period"
         )
     for _ in range(ROUNDS):
         over, worst = _over(law, path, limits, law.breaks[first], passed, breaks)
@@ -61,14 +60,14 @@ def held_at_ticks(
     where = f"at s = {s:.6g} mm {what}"
     if moving[k]:
         raise PlanError(
-            f"{where}, and next to an end in motion nothing can be slowed down; ask for rest there or for less feed, "
-            "or leave the limits of that axis out"
+            f"{where}, and next to an end in motion nothing can be slowed down; end at rest there, lower the "
+            "feed, or leave out the limits of that axis"
         )
     if axis >= path.linear:
         raise PlanError(
             f"{where} at any feed: it turns so far within so little of the path that the rounding of arc length shows, "
-            f"{np.spacing(path.length):.3g} mm; split the path there, let the linear axes stand exactly, or leave the "
-            "limits of that axis out"
+            f"{np.spacing(path.length):.3g} mm; split the path there, keep the linear axes exactly still, or "
+            "leave out the limits of that axis"
         )
     raise PlanError(f"{where} by {100.0 * (over[k] - 1.0):.3g} % however slow it is; smooth the path there")
 
@@ -103,12 +102,12 @@ def _over(
     top = float(np.max(law.coefficients[:, 1]))
     rest = law.coefficients[-1, 1] == 0.0 or abs(float(law.feed(law.duration))) <= KEPT * top
     periods = law.duration / period
-    last = int(np.ceil(periods * (1.0 - 1e-12)) if rest else np.floor(periods * (1.0 + 1e-12)))  # no short one
+    last = int(np.ceil(periods * (1.0 - SAME)) if rest else np.floor(periods * (1.0 + SAME)))  # no short one
     begin, end = -3 * int(law.coefficients[0, 1] == 0.0), last + 1 + 3 * int(rest)
     for k in range(begin, end, TOGETHER):
         t = np.arange(max(k - 3, begin), min(k + TOGETHER, end)).astype(np.float64) * period
         s = np.clip(law(np.clip(t, 0.0, law.duration)), 0.0, path.length)
-        s[t >= law.duration * (1.0 - 1e-12)] = path.length  # where setpoints end, to the bit
+        s[t >= law.duration * (1.0 - SAME)] = path.length  # where setpoints end, to the bit
         own = path(s)
         rounding = _rounding(path, s, own)
         r, rounded = own @ weights.T, np.abs(weights) @ rounding
@@ -156,7 +155,7 @@ def _slower(law: TimeLaw, first: IntArray, over: Array) -> TimeLaw:
     assert law.period is not None
     period, edges = law.period, np.append(first, len(law.coefficients))
     seconds = np.diff(law.breaks[edges])
-    ticks = np.where(over > 1.0, np.ceil(seconds * ((1.0 + SLOWER) * np.sqrt(over) - 1.0) / period), 0.0)
+    ticks = np.where(over > 1.0, np.floor(seconds * (np.sqrt(over) - 1.0) / period) + 1.0, 0.0)
     factor = np.repeat(1.0 + ticks * period / seconds, np.diff(edges))
     shift = np.concatenate([[0.0], np.cumsum(ticks) * period])
     breaks = np.empty(len(law.breaks))

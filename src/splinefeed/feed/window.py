@@ -9,13 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import InputError, PlanError
-from splinefeed.feed.audit import LOOKED, chebyshev, worst_shares
+from splinefeed.feed.audit import worst_shares
+from splinefeed.feed.bound import lower_bound
 from splinefeed.feed.grid import FASTER, Samples, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
+from splinefeed.feed.numbers import HALVINGS, SAME
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.feed.solve import FAR, End, Problem, lower_bound, solve
+from splinefeed.feed.solve import FAR, End, Problem, solve
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -25,18 +27,16 @@ RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
 RAMP_OF_WAY = 1e-5
 #: ... and of the way to the next knot, so that a cell fits in between.
 RAMP_OF_BREAK = 0.4
-#: Bending within a ramp costs at most this factor of the axis jerk; halvings until it does.
-RAMP_BEND, RAMP_HALVINGS = 1.3, 40
+#: Bending within a ramp costs at most this factor of the axis jerk.
+RAMP_BEND = 1.3
 #: The path turns by about this much within a ramp, rad, at most.
 RAMP_TURN = 0.3
 #: Jerk of a ramp as a share of the limit: an end is on a ramp all the time.
 RAMP_JERK = 0.97
 #: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
 FADE = 20.0
-#: Share of the time by which a solution may miss the optimum that only tells how fast jumps are passed.
-ROUGH = 0.2
-#: Least share of the greatest q that limits may leave anywhere: feeds a million times lower.
-WIDEST = 1e-12
+#: Share of the time by which a solution may miss the optimum that tells how fast jumps are passed: FASTER covers it.
+ROUGH = 0.02
 #: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk, and
 #: the share of the time by which each may miss its optimum.
 TURNINGS, TURNING_GAP = 4, 2e-3
@@ -46,8 +46,6 @@ LEVEL, SLOPES = 2e-3, 5
 HOPELESS = 1.5
 #: What a solution says q is between its places is no less than this share of what was thought.
 SLOWEST = 1e-3
-#: What rounding may make of the share of a limit.
-ROUNDING = 1e-12
 #: No places.
 NOWHERE = np.zeros(0)
 #: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
@@ -63,8 +61,6 @@ class Mode:
     beat       time over a cell, at most, in units of sqrt(v / J), v the top feed and J the jerk along the path
     gap        share of the time by which a solution may miss the optimum on its cells
     tolerance  share of a limit, as a factor on q, by which the audit may find a motion over it
-    looked     places of each piece that the audit looks at at last
-    unseen     what it may not see of a peak between them, as a factor on q
     rounds     times that cells found over a limit are tightened and solved again, at most
     cells      in a window, about
     bounded    whether a lower bound of the time is wanted
@@ -74,8 +70,6 @@ class Mode:
     beat: float
     gap: float
     tolerance: float
-    looked: int
-    unseen: float
     rounds: int
     cells: int
     bounded: bool = False
@@ -195,11 +189,6 @@ class Window:
                 c = np.maximum(c, end.q - 2.0 * self.samples.push * away)
         return c
 
-    def least_ramps(self) -> float:
-        """What the ramps at rest take at least, s."""
-        tops = self.problem.rows.top[[0, -1]]
-        return float(sum(3.0 * end.ramp / top**0.5 for end, top in zip(self.ends, tops, strict=True)))
-
     def q_at_samples(self, c: Array) -> Array:
         """q (n,) of coefficients at the samples."""
         found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
@@ -253,12 +242,12 @@ def plan_window(
     samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf and samples.twist == np.inf:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
-    if np.min(samples.top) < WIDEST * np.max(samples.top):
-        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves next to no feed")
+    if np.min(samples.top) < SAME * np.max(samples.top):  # feeds a million times lower
+        raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves almost no feed")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
         most = float(np.max(worst_shares(setting, steady, high)))
-        return Plan(steady, steady.duration, most if most > 1.0 + ROUNDING else 0.0, True)
+        return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0, True)
     ends = _ends(setting, samples, low, high, start, stop)
     window, share = Window(setting, samples, samples.q, ends, low, high, mode), GUESS
     begin = FAR
@@ -267,7 +256,6 @@ def plan_window(
         rough = solve(window.problem, window.guess(share), ROUGH)
         window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
         share, begin = NEAR, CLOSE
-    last = chebyshev(mode.looked)
     goal = 1.0 if exact else 1.0 + mode.tolerance
     c = window.guess(share)
     if setting.limits.deceleration_jerk != setting.limits.jerk:
@@ -283,15 +271,14 @@ def plan_window(
         solution = solve(window.problem, c, mode.gap, z, begin)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
-            bound = lower_bound(window.problem, solution, mode.gap) + window.least_ramps()
+            bound = lower_bound(setting, window.problem, solution, low, high)
         pieces = pieces_of(window.spline, c, ends)
-        shares = worst_shares(setting, pieces, high, last if closely else LOOKED)
+        shares = worst_shares(setting, pieces, high, closely=closely)
         hopeless = exact and not solution.kept and (k == 0 or np.max(shares) > HOPELESS)
         if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
             closely = True
-            shares = worst_shares(setting, pieces, high, last)
+            shares = worst_shares(setting, pieces, high, closely=True)
         if closely:
-            shares = shares * (1.0 + mode.unseen)
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
         if hopeless or (closely and found[-1].over <= goal):
             break
@@ -359,9 +346,9 @@ def _ends(setting: Setting, samples: Samples, low: float, high: float, start: St
         # a ramp is looked at in few places: it ends before the next knot
         beside = float(np.min(np.abs(setting.inside(low, high) - place), initial=np.inf))
         ramp = min(*ways, RAMP_OF_BREAK * beside)
-        for _ in range(RAMP_HALVINGS):
+        for _ in range(HALVINGS):
             bent = _ramp_units(setting, place, way * ramp)
-            turn = ramp * float(np.linalg.norm(setting.places(np.array([place + way * 1e-3 * ramp])).d[0, 2]))
+            turn = ramp * float(setting.turning(setting.track.derivatives(np.array([place + way * 1e-3 * ramp])))[1][0])
             if not (np.max(bent) > RAMP_BEND * np.max(bent[:, :1]) or turn > RAMP_TURN):
                 break
             ramp *= 0.5

@@ -10,6 +10,7 @@ import numpy as np
 from splinefeed.errors import PlanError
 from splinefeed.feed.grid import Samples, counted
 from splinefeed.feed.law import Pieces, joined
+from splinefeed.feed.numbers import KEPT, TOGETHER
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.window import REST, Mode, Plan, State, plan_window
@@ -22,14 +23,10 @@ OPEN, MOST_OPEN = 0.25, 60
 JOINS = 1.3
 #: A motion that the audit finds over a limit by more than this, as a factor on q, is not slowed down but refused.
 POOR = 4.0
-#: Straight lines that are planned together.
-MOST_LINES = 4096
 #: Halvings of the way to rest at a feed hold.
 SHORTER = 8
 #: Shares of the feed that new limits allow, at which the motion comes under them.
 BRIDGES = (0.9, 0.5)
-#: A motion counts as within its limits up to this share, as a factor on q.
-KEPT = 1.0 + 1e-9
 
 
 class OutOfReachError(PlanError):
@@ -58,12 +55,12 @@ class Windows:
     def straight(self, setting: Setting, marks: Array) -> Pieces | None:
         """The exact profile to the next stop, if the motion is at rest and the line to there straight.
 
-        marks (m,)  where it is, mm, and the stops ahead: what is found of MOST_LINES of them is kept
+        marks (m,)  where it is, mm, and the stops ahead: what is found of TOGETHER of them is kept
         """
         if self.state.feed > 0.0 or len(marks) < 2:
             return None
         if self.lines is None or self.low not in self.lines:
-            marks = marks[: MOST_LINES + 1]
+            marks = marks[: TOGETHER + 1]
             motions = zip(marks[:-1].tolist(), *straights(setting, marks), strict=True)
             self.lines = {s: Pieces(t[t > 0.0], c[t > 0.0]) for s, _, t, c in motions}
         line = self.lines[self.low]
@@ -88,17 +85,17 @@ class Windows:
             return self._take(self.left, _final(len(self.left)), self.end, REST)
         self.work += len(plan.pieces)
         moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
-        if plan.over > KEPT and self.left is not None:
+        if plan.over > 1.0 + KEPT and self.left is not None:
             pieces, end = self.left, self.end
         elif not plan.over < POOR and not moving:
             raise PlanError(
                 f"no motion from s = {self.low:.6g} to {near:.6g} mm was found within these limits: the path bends or "
                 "turns too sharply there; smooth it"
             )
-        elif plan.over > KEPT and moving:
+        elif plan.over > 1.0 + KEPT and moving:
             raise OutOfReachError(self._out_of_reach(plan, near))
         else:
-            pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > KEPT else 1.0), near
+            pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > 1.0 + KEPT else 1.0), near
             self.limits = setting.limits
             if ends_here:
                 return self._take(pieces, len(pieces), end, stop)
@@ -144,7 +141,7 @@ class Windows:
         with np.errstate(all="ignore"), suppress(PlanError):
             plan = plan_window(setting, self.low, near, self.state, into, mode, exact=True)
             self.work += len(plan.pieces)
-            return plan.pieces if plan.over <= KEPT else None
+            return plan.pieces if plan.over <= 1.0 + KEPT else None
         return None
 
     def _shortest(self, setting: Setting, mode: Mode, high: float) -> tuple[Pieces, float]:

@@ -239,13 +239,13 @@ def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[s
                 first = pattern
                 dataset = _create_dataset(file, pattern)
             elif not follows_on(pattern, first, end):
-                raise InputError(f"{path}: the pattern at period {periods} does not go on where the one before ends")
+                raise InputError(f"{path}: the pattern at period {periods} does not continue the one before")
             end = pulses_at(pattern)[-1]  # words that no card may get are refused here
             dataset.resize(periods + len(pattern), axis=0)
             dataset[periods:] = pattern.words
             periods += len(pattern)
             if periods > MAX_TICKS:
-                raise FormatError(f"{path}: more than {MAX_TICKS} periods do not go into one file; write several")
+                raise FormatError(f"{path}: more than {MAX_TICKS} periods do not fit in one file; write several")
             check()
         if first is None:
             raise FormatError(f"{path}: there are no pulse words to write")
@@ -260,7 +260,7 @@ def read(path: str | os.PathLike[str]) -> BitPattern:
 def read_chunks(path: str | os.PathLike[str], periods: int = CHUNK_PERIODS) -> Iterator[BitPattern]:
     """The pulse words of a file, `periods` at once, at least one pattern; see `read`."""
     if isinstance(periods, bool) or not isinstance(periods, int) or periods < 1:
-        raise InputError(f"periods is {periods!r}; a whole number from 1 on is needed")
+        raise InputError(f"periods is {periods!r}; expected a whole number from 1 up")
     with hdf5.opened(path, (_RECORD,)) as (file, _, checked):
         dataset, pattern = _open(file, checked)
         start = pattern.start
@@ -287,7 +287,7 @@ def scales_of(pulses_per_unit: Mapping[str, float], axes: tuple[str, ...], rotar
         raise InputError(f"rotary is {rotary!r}; choose 'rad' or 'deg'")
     if not isinstance(pulses_per_unit, Mapping):
         raise InputError(
-            f"pulses_per_unit is a {type(pulses_per_unit).__name__}; a scale by name is needed, such as {{'x': 1000}}"
+            f"pulses_per_unit is a {type(pulses_per_unit).__name__}; expected a scale by name, such as {{'x': 1000}}"
         )
     listed = ", ".join(axes)
     for axis in axes:

@@ -62,16 +62,14 @@ def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[s
                 if first is None:
                     first = pattern
                 elif not follows_on(pattern, first, end):
-                    raise InputError(
-                        f"{path}: the pattern at period {periods} does not go on where the one before ends"
-                    )
+                    raise InputError(f"{path}: the pattern at period {periods} does not continue the one before")
                 end = pulses_at(pattern)[-1]  # words that no card may get are refused here
                 words = np.ascontiguousarray(pattern.words.transpose(0, 3, 1, 2), dtype="<u2").tobytes()
                 stream.write(words)
                 digest.update(words)
                 periods += len(pattern)
                 if periods > MAX_TICKS:
-                    raise FormatError(f"{path}: more than {MAX_TICKS} periods do not go into one file; write several")
+                    raise FormatError(f"{path}: more than {MAX_TICKS} periods do not fit in one file; write several")
         if first is None:
             raise FormatError(f"{path}: there are no pulse words to write")
         content = {

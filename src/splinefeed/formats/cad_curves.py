@@ -33,7 +33,7 @@ def curves_of(said: dict[str, Any]) -> list[NurbsCurve]:
     curves = _nurbs(said) if made is None else [curve for curve in (made(said),) if curve is not None]
     for curve in curves:
         if not np.all(np.abs(curve.control_points) <= MAX_COORDINATE):
-            raise CurveError(f"a control point is farther out than {MAX_COORDINATE:g} mm; check the units")
+            raise CurveError(f"a control point is beyond {MAX_COORDINATE:g} mm; check the units")
     return [curve.reversed() for curve in reversed(curves)] if said["reversed"] else curves
 
 
@@ -45,7 +45,7 @@ def _line(said: dict[str, Any]) -> NurbsCurve | None:
 def _vectors(said: dict[str, Any]) -> tuple[Array, Array, Array]:
     center, x, y = (np.array(said[name], dtype=np.float64) for name in ("center", "x", "y"))
     if not np.all(np.abs([center, x, y]) <= MAX_COORDINATE):
-        raise CurveError(f"a conic reaches farther out than {MAX_COORDINATE:g} mm; check the units")
+        raise CurveError(f"a conic reaches beyond {MAX_COORDINATE:g} mm; check the units")
     return center, x, y
 
 

@@ -94,8 +94,8 @@ class Drawing:
                 for _ in c.control_points
             ]
             raise FormatError(
-                f"{self.source}: a curve of {owners[int(np.argmin(near))]!r} goes farther out than "
-                f"{MAX_COORDINATE:g} mm; check the units and the transforms"
+                f"{self.source}: a curve of {owners[int(np.argmin(near))]!r} goes beyond {MAX_COORDINATE:g} mm; "
+                "check the units and the transforms"
             )
         if every.shape[1] == 2 or np.abs(every[:, 2]).max() > FLAT * np.ptp(every[:, :2], axis=0).max():
             return self.pieces
@@ -121,7 +121,7 @@ class Drawing:
             begin, end = (", ".join(f"{value:.6g}" for value in place.tolist()) for place in (shared.begin, shared.end))
             self.findings.append(
                 f"{many(shared.count, 'line or arc lies', 'lines or arcs lie')} on others in part, the first from "
-                f"({begin}) to ({end}) in {names[shared.piece]!r}; they are left as drawn and run through twice there"
+                f"({begin}) to ({end}) in {names[shared.piece]!r}; they are left as drawn and cut twice there"
             )
 
     def _copies(self, pieces: list[list[NurbsCurve]], ends: Array, repair: bool) -> IntArray:

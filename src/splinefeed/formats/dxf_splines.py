@@ -51,7 +51,7 @@ def _nurbs(
     if len(knots) > 1:
         knots = _without_rounding(reader, knots)
     if len(weights) and len(weights) != len(control):
-        raise CurveError(f"{len(weights)} weights (group 41) for {len(control)} control points; one each is needed")
+        raise CurveError(f"{len(weights)} weights (group 41) for {len(control)} control points; expected one each")
     if not len(weights) and _plainly_right(degree, knots, control):
         for array in (knots, control):
             array.setflags(write=False)

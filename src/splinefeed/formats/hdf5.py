@@ -220,7 +220,7 @@ def opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tuple
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged file can make HDF5 and h5py raise nearly anything
-        raise FormatError(f"{path}: is not a sound HDF5 file: {in_brief(error)}") from None
+        raise FormatError(f"{path}: is not a valid HDF5 file: {in_brief(error)}") from None
 
 
 def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], T]]) -> T:
@@ -233,7 +233,7 @@ def text_attribute(node: Any, name: str, path: Path) -> str:
     """The attribute `name` of a file or dataset, which must be text."""
     value = node.attrs.get(name)
     if not isinstance(value, str):
-        raise FormatError(f"{path}: attribute {name}: is missing or no text; was this written by splinefeed?")
+        raise FormatError(f"{path}: attribute {name}: is missing or not text; was this written by splinefeed?")
     return value
 
 
@@ -254,7 +254,7 @@ def dataset(file: Any, name: str, path: Path, ndim: int, most: int = MAX_TICKS) 
         raise FormatError(f"{path}: dataset {name}: is missing or lies in another file")
     found = file[name]
     if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
-        raise FormatError(f"{path}: dataset {name}: is no dataset of this file")
+        raise FormatError(f"{path}: dataset {name}: is not a dataset of this file")
     _check_attributes(found, path)
     words = f"{path}: dataset {name}: has shape {found.shape} of {found.dtype}"
     if found.ndim != ndim or found.dtype.kind not in "fiu" or found.dtype.itemsize > 8:

@@ -115,7 +115,7 @@ def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:
         if len(unique) < len(pairs):
             keys = [key for key, _ in pairs]
             twice = next(key for key in keys if keys.count(key) > 1)
-            raise FormatError(f"{source}: key {values.shown(twice)} stands twice in one object; leave one of them out")
+            raise FormatError(f"{source}: key {values.shown(twice)} appears twice in one object; leave one of them out")
         return unique
 
     try:
@@ -148,7 +148,7 @@ def _check_size(listed: list[Any], source: str | os.PathLike[str]) -> None:
 def _entry(item: object, document: dict[str, Any], place: str, findings: list[str]) -> _Entry:
     """One curve; what it does not say itself stands in the `document` above it."""
     if not isinstance(item, dict):
-        raise FormatError(f"{place}: is no object with the keys of a curve")
+        raise FormatError(f"{place}: is not an object with the keys of a curve")
     values.check_keys(item, _CURVE | _SHARED | _FOR_PEOPLE | json_program.KEYS, place)
     for key in ("degree", "knots", "control_points"):
         if key not in item:
@@ -164,7 +164,7 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
     points[:, linear] *= scale
     if np.max(np.abs(points)) > MAX_COORDINATE:
         row = int(np.argmax(np.max(np.abs(points), axis=1)))
-        raise FormatError(f"{place}: control_points[{row}]: is farther out than {MAX_COORDINATE:g} mm; check the units")
+        raise FormatError(f"{place}: control_points[{row}]: is beyond {MAX_COORDINATE:g} mm; check the units")
     weights = None if item.get("weights") is None else values.numbers(item["weights"], f"{place}: weights")
     name = item.get("name", "")
     if not isinstance(name, str):

@@ -49,7 +49,7 @@ def _of_geomdl(document: dict[str, Any], place: str) -> tuple[list[Any], list[st
 
 def _geomdl_curve(item: object, place: str) -> dict[str, Any]:
     if not isinstance(item, dict):
-        raise FormatError(f"{place}: is no object with the keys of a curve")
+        raise FormatError(f"{place}: is not an object with the keys of a curve")
     _known(item, _GEOMDL, place)
     for key in ("degree", "knotvector", "control_points"):
         if key not in item:
@@ -97,7 +97,7 @@ def _unweighted(points: list[Any], place: str) -> tuple[list[list[float]], list[
         if not isinstance(point, list) or len(point) != 4:
             raise FormatError(f"{place}[{i}]: expected 4 numbers as in the first point")
         if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in point):
-            raise FormatError(f"{place}[{i}]: holds something else than numbers")
+            raise FormatError(f"{place}[{i}]: holds something other than numbers")
         try:
             plain.append([value / point[3] for value in point[:3]])
         except (ZeroDivisionError, OverflowError):

@@ -59,7 +59,7 @@ def from_document(document: dict[str, Any], source: str | os.PathLike[str], tole
     for i, item in enumerate(listed):
         place = f"{source}: curves[{i}]" if several else f"{source}"
         if not isinstance(item, dict):
-            raise FormatError(f"{place}: is no object with the keys of a tool path")
+            raise FormatError(f"{place}: is not an object with the keys of a tool path")
         values.check_keys(item, _CURVE | json_program.KEYS | (set() if several else _SHARED), place)
         tip, axis, kind = _curve(item, place, scale)
         tips.append(tip)

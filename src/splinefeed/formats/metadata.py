@@ -67,9 +67,9 @@ def settings_from_json(text: str, path: object) -> dict[str, Any]:
     try:
         settings = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: settings: are no JSON: {error}") from None
+        raise FormatError(f"{path}: settings: are not JSON: {error}") from None
     if not isinstance(settings, dict):
-        raise FormatError(f"{path}: settings: are no JSON object")
+        raise FormatError(f"{path}: settings: are not a JSON object")
     return settings
 
 
@@ -106,7 +106,7 @@ def read_description(text: str | bytes, place: str) -> dict[str, Any]:
     check_schema(said.get("schema"), place)
     axes, method, settings = said.get("axes"), said.get("method"), said.get("settings")
     if not isinstance(settings, dict) or not isinstance(method, str):
-        raise FormatError(f"{place}: method or settings are not what they should be")
+        raise FormatError(f"{place}: method or settings are of the wrong type")
     if not isinstance(axes, list) or not all(isinstance(axis, str) for axis in axes):
         raise FormatError(f"{place}: axes is not a list of names")
     period = positive(said.get("period_s"), "period")
@@ -137,7 +137,7 @@ def checked_chunks(record: Setpoints | Iterable[Setpoints], path: object, most: 
         check_all_finite(chunk)
         ticks += len(chunk)
         if ticks > most:
-            raise FormatError(f"{path}: more than {most} ticks do not go into this format; write HDF5 or several files")
+            raise FormatError(f"{path}: more than {most} ticks do not fit in this format; write HDF5 or several files")
         yield chunk
     if ticks == 0:
         raise FormatError(f"{path}: there are no ticks to save")

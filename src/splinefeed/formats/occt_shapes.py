@@ -22,7 +22,7 @@ OFFSET_SPANS = 2000
 MOST_FAULTS = 5
 _SYNTAX = re.compile(r"Line (\d+): (.*?)\s*\*{4}")
 _ENTITY = "entity "
-_UNSOUND = "OCCT finds nothing sound in it; is the file complete?"
+_UNSOUND = "OCCT finds no valid data in it; is the file complete?"
 
 
 def read(task: dict[str, Any]) -> dict[str, Any]:
@@ -38,7 +38,7 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
         raise FormatError(faults[0] + (f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""))
     roots = reader.NbRootsForTransfer()
     if roots == 0:
-        raise FormatError("holds no geometry that OCCT knows how to reach; was it exported whole?")
+        raise FormatError("holds no geometry that OCCT can read; was it exported whole?")
     read = reader.TransferRoots()
     if read < roots:
         findings.append(f"{roots - read} of {roots} roots could not be read by OCCT")
@@ -259,7 +259,7 @@ class _Gathered:
 
         made = Approx_Curve3d(adaptor, OFFSET_TOLERANCE, GeomAbs_C2, OFFSET_SPANS, 9)
         if not made.IsDone() or not made.HasResult():
-            raise FormatError("holds an offset curve that no B-spline comes near enough to")
+            raise FormatError("holds an offset curve that no B-spline approximates closely enough")
         self.approximated.append(f"an offset curve is approximated; largest distance {made.MaxError():.3g} mm")
         return _b_spline(made.Curve(), first, last)
 

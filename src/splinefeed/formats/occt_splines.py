@@ -41,7 +41,7 @@ def mend_step(model: Any) -> list[str]:
         weights = [curve.WeightsDataValue(i) for i in range(1, curve.NbWeightsData() + 1)] if rational else []
         places = [[pole.CoordinatesValue(i) for i in range(1, pole.NbCoordinates() + 1)] for pole in poles]
         fits = len(poles) == sum(times) - curve.Degree() - 1 and len(weights) in (0, len(poles))
-        why = "has not as many control points or weights as its knots want" if not fits else ""
+        why = "has a number of control points or weights that does not fit its knots" if not fits else ""
         for i, before, after in reversed(joints):
             why = why or _apart([places[before], places[after]], 0.0, weights[before : after + 1 : after - before])
             if why:

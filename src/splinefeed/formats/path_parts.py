@@ -58,7 +58,9 @@ def read_parts(source: str | os.PathLike[str], **options: Any) -> PathParts:
     found = registry.format_of(source, any_size=True)
     module = import_module(f"splinefeed.formats.{_PARTED[found.title]}") if found.title in _PARTED else None
     if module is None:
-        raise FormatError(f"{source}: {found.title} is read as a whole; G-code and tables of points go by parts")
+        raise FormatError(
+            f"{source}: {found.title} is read as a whole; G-code and tables of points can be read in parts"
+        )
     registry.check_options(found, registry.options_of(getattr(module, "from_file", module.in_parts)), options)
     parts: PathParts = module.in_parts(pathlib.Path(source), **options)
     return parts

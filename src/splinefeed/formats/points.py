@@ -75,7 +75,7 @@ def from_text(
         )
     closed = len(points) > 3 and bool(np.all(points[0] == points[-1]))
     if closed:
-        findings.append("the last point is the first one again: the path is closed")
+        findings.append("the last point is the first one: the path is closed")
     try:
         path = fitted_path(
             points, allowed, source, axes=axes, name=pathlib.Path(source).stem, degree=degree, closed=closed,
@@ -89,7 +89,7 @@ def from_text(
 def check_no_setpoints(text: str, source: str | os.PathLike[str]) -> None:
     """FormatError for a file of ours that begins with `text` and holds a motion."""
     if text.startswith(_OURS):
-        raise FormatError(f"{source}: holds setpoints; follow, check and stream take them, as a path they are none")
+        raise FormatError(f"{source}: holds setpoints, not a path; give it to follow, check or stream")
 
 
 def _named(names: list[tuple[str, str]]) -> bool:
@@ -156,7 +156,7 @@ class Table:
     def check(self) -> None:
         """FormatError for a table without points, of other names than it has columns, or of names that are no axes."""
         if not self.rows or len(self.rows[0]) < 2:
-            raise FormatError(f"{self.source}: holds no points; one a line is needed, at least x and y")
+            raise FormatError(f"{self.source}: no points found; expected one point per line, at least x and y")
         columns = len(self.rows[0])
         if not self.names and len(self.remarked) == columns:
             self.names = self.remarked
@@ -196,7 +196,7 @@ def chosen(table: Table) -> tuple[tuple[str, ...], Array, list[str]]:
         raise FormatError(f"{source}: two columns are called {twice[0]}")
     axes = tuple(axis for axis in AXES if axis in given)
     if left := rows.shape[1] - len(axes):
-        findings.append(f"{left} of {rows.shape[1]} columns are no axes that are named, and left out")
+        findings.append(f"{left} of {rows.shape[1]} columns are not named as axes and are left out")
     columns = []
     for axis in axes:
         unit = names[given.index(axis)][1] if names else ""

@@ -77,4 +77,4 @@ def _paths(file: pathlib.Path) -> Iterator[Path]:
             made = True
             yield Path.polyline(joined, axes, name=file.stem)
     if not made:
-        raise FormatError(f"{file}: holds one place only; a path needs two")
+        raise FormatError(f"{file}: holds one point only; a path needs two")

@@ -80,7 +80,7 @@ def read(
             file, delimiter=delimiter, skiprows=len(head), ndmin=2, encoding="utf-8-sig", max_rows=MAX_TICKS
         )
     except ValueError as error:
-        raise FormatError(f"{path}: is not a sound table of numbers: {str(error).split(';')[0]}") from None
+        raise FormatError(f"{path}: is not a valid table of numbers: {str(error).split(';')[0]}") from None
     return _setpoints(rows, names, sample, period, path)
 
 
@@ -153,13 +153,13 @@ def _setpoints(
     notes = []
     n = len(rows)
     if n < 2 and period is None:
-        raise FormatError(f"{path}: one setpoint alone says no period; give --period")
+        raise FormatError(f"{path}: a single setpoint gives no period; give --period")
     column, factor = names.pop("t")
     t = rows[:, column] * factor
     digit = factor * 10.0 ** -_decimals(sample, column)
     if period is None:
         period = _period(t, digit, path)
-        notes.append(f"the times say a period of {period:.9g} s")
+        notes.append(f"the times give a period of {period:.9g} s")
     even = t[0] + period * np.arange(n)
     if digit > factor * 10.0**-_FULL and bool(np.all(np.abs(t - even) <= 0.5001 * digit + 1e-9 * period)):
         t = even  # each time is the even one, rounded to the digits of the file
@@ -185,7 +185,7 @@ def _period(t: Array, digit: float, path: object) -> float:
         steps = np.diff(t)
     steps = steps[np.isfinite(steps)]
     if not len(steps):
-        raise FormatError(f"{path}: column t: says no period; give --period")
+        raise FormatError(f"{path}: column t: gives no period; give --period")
     mean = float(np.mean(steps))
     even = t[0] + mean * np.arange(len(t))
     middle = mean if bool(np.all(np.abs(t - even) <= digit + 1e-9 * abs(mean))) else float(np.median(steps))

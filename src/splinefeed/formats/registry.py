@@ -181,7 +181,7 @@ def format_to_write(target: str | os.PathLike[str]) -> Format:
     found = next((each for each in FORMATS if suffix in each.suffixes), None)
     if found is None or found.writer is None:
         can = [each for each in FORMATS if each.writer is not None]
-        raise FormatError(f"{target}: no path can be written so; name the file as one of {_listed(can)}")
+        raise FormatError(f"{target}: this name is not that of a path file; name it as one of {_listed(can)}")
     return found
 
 
@@ -199,8 +199,8 @@ def format_of(source: str | os.PathLike[str], *, any_size: bool = False) -> Form
     found = found or (promised[-1] if promised else None)
     if found is None:
         if b"\0" in head:
-            raise FormatError(f"{source}: is binary and none of {_listed(FORMATS)}")
-        raise FormatError(f"{source}: is none of {_listed(FORMATS)}")
+            raise FormatError(f"{source}: is binary and not one of {_listed(FORMATS)}")
+        raise FormatError(f"{source}: is not one of {_listed(FORMATS)}")
     if not any_size:
         source_files.check_size(file, found.max_bytes)
     return found

@@ -36,7 +36,7 @@ def read(task: dict[str, Any]) -> dict[str, Any]:
 
     file = rhino3dm.File3dm.Read(task["file"])
     if file is None:
-        raise FormatError("rhino3dm finds no sound 3DM file in it; is the file complete?")
+        raise FormatError("rhino3dm finds no valid 3DM file in it; is the file complete?")
     unit = file.Settings.ModelUnitSystem.name
     gathered = _Gathered(rhino3dm, file, task, MILLIMETRES.get(unit, 1.0))
     if unit not in MILLIMETRES:
@@ -106,7 +106,7 @@ class _Gathered:
     def add_block(self, reference: Any, matrix: Array, depth: int) -> None:
         """The objects of a block where `reference` puts them."""
         if depth >= MAX_DEPTH:
-            raise FormatError(f"blocks lie more than {MAX_DEPTH} deep in each other")
+            raise FormatError(f"blocks are nested more than {MAX_DEPTH} deep")
         definition = self.file.InstanceDefinitions.FindId(reference.ParentIdefId)
         if definition is None:
             self.leave_out("reference to a block that is not there")

@@ -59,7 +59,7 @@ def read_run(file: str | os.PathLike[str]) -> RunLog:
         last, value = at, value.strip()
         if what == LINE:
             if not value.isdigit():
-                raise FormatError(f"{file}: line {number}: {LINE} {value[:20]!r} is no line of a program")
+                raise FormatError(f"{file}: line {number}: {LINE} {value[:20]!r} is not a line of a program")
             seconds.append(at)
             lines.append(int(value))
         elif what == STATUS and value in RUNS and math.isnan(start):

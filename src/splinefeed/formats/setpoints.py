@@ -73,7 +73,7 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
         return
     name = _format_of(path)
     if isinstance(record, TimeLaw | Limits | Response) and name != "hdf5":
-        raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 alone; name the file .h5")
+        raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 only; name the file .h5")
     if isinstance(record, TimeLaw):
         plans_hdf5.save_law(record, path)
     elif isinstance(record, Limits):

@@ -70,7 +70,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
         raise FormatError(f"{path}: {error}") from None
     except (ValueError, KeyError, TypeError, RecursionError, MemoryError) as error:
         reason = str(error).split(";")[0] or type(error).__name__  # behind the ; NumPy explains its own options
-        raise FormatError(f"{path}: is not a sound file of setpoints: {reason}") from None
+        raise FormatError(f"{path}: is not a valid file of setpoints: {reason}") from None
     return points
 
 
@@ -121,7 +121,7 @@ def _points(rows: Array, metadata: dict[str, Any], ticks: int, path: object) -> 
         raise FormatError(f"{path}: has {rows.shape} rows and columns; expected {expected}")
     t, curve, u, s, feed = rows[:, : len(COLUMNS)].T
     if not np.array_equal(curve, np.floor(curve)) or not np.all(np.abs(curve) < 2.0**31):
-        raise FormatError(f"{path}: column curve: holds something else than whole numbers")
+        raise FormatError(f"{path}: column curve: holds something other than whole numbers")
     return Setpoints(
         t=t,
         curve=curve.astype(np.int64),

@@ -5,7 +5,7 @@ digits, so that doubles arrive unchanged, and a bit that is 1 on the last row. T
 the rows must have the period that the comment above them names; a plan whose last step is a short one says so
 before it. `#` in the first column begins a comment.
 
-The last row stands twice: a ring that holds `depth` rows does not deliver the very last one if the number of rows is a
+The last row appears twice: a ring that holds `depth` rows does not deliver the very last one if the number of rows is a
 multiple of `depth` (hal_stream_depth() of LinuxCNC 2.9 is one too small once the ring has wrapped). What can get lost
 so is the repetition; and where it does arrive, the axes hold their position.
 """

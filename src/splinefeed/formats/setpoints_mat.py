@@ -80,5 +80,5 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged file can make scipy.io raise nearly anything
-        raise FormatError(f"{path}: is not a sound MATLAB file: {in_brief(error)}") from None
+        raise FormatError(f"{path}: is not a valid MATLAB file: {in_brief(error)}") from None
     return points

@@ -81,7 +81,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged archive can make zipfile and zlib raise nearly anything
-        raise FormatError(f"{path}: is not a sound NumPy archive: {in_brief(error)}") from None
+        raise FormatError(f"{path}: is not a valid NumPy archive: {in_brief(error)}") from None
     return points
 
 

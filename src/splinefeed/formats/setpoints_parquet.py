@@ -87,7 +87,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     except SplinefeedError as error:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:  # a damaged file can make pyarrow raise nearly anything
-        raise FormatError(f"{path}: is not a sound Parquet file: {in_brief(error)}") from None
+        raise FormatError(f"{path}: is not a valid Parquet file: {in_brief(error)}") from None
     return points
 
 

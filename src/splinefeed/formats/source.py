@@ -20,7 +20,7 @@ def check_file(path: str | os.PathLike[str]) -> Path:
     try:
         status = file.stat()
     except FileNotFoundError:
-        raise FormatError(f"{path}: there is no such file; check the name and the folder") from None
+        raise FormatError(f"{path}: no such file; check the name and the folder") from None
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         reason = getattr(error, "strerror", None) or str(error)
         raise FormatError(f"{str(path)[:200]!r}: cannot be opened: {reason}") from None
@@ -54,7 +54,7 @@ def read_head(path: str | os.PathLike[str], size: int) -> bytes:
     if head.startswith(_UTF_16_MARKS):
         raise FormatError(f"{path}: is UTF-16 text; save it as UTF-8")
     if not head.strip() and len(head) < size:
-        raise FormatError(f"{path}: holds nothing but blanks")
+        raise FormatError(f"{path}: holds only white space")
     return head
 
 
@@ -77,7 +77,7 @@ def read_text(path: str | os.PathLike[str], expected: str = "text", max_bytes: i
     except UnicodeDecodeError:
         text = content.decode("latin-1")  # old airfoil files carry accents of their day in the name line
     if not text.strip():
-        raise FormatError(f"{path}: holds nothing but blanks")
+        raise FormatError(f"{path}: holds only white space")
     return text
 
 

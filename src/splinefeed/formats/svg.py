@@ -121,7 +121,7 @@ class _Reader:
             self._node(child, place, view, (), chosen=not self.wanted, visible=visible)
         if self.cut:
             self.drawing.findings.append(
-                f"clips and masks are not carried out, what they cut is whole: {counted(self.cut)}"
+                f"clips and masks are not applied; what they cut is drawn whole: {counted(self.cut)}"
             )
         return unit
 
@@ -133,7 +133,7 @@ class _Reader:
         # what a web page makes of its size counts only where the drawing says none
         given = {**said, **self.root.attributes}
         if given.get("transform", "").strip() not in ("", "none"):
-            self.drawing.findings.append("the transform of the page itself is not carried out")
+            self.drawing.findings.append("the transform of the page itself is not applied")
         box = svg_places.view_box(given)
         sizes: list[float | None] = []
         unit = ""
@@ -156,7 +156,7 @@ class _Reader:
         if unit in ("", "px"):
             self.drawing.findings.append("the page has no size in mm or inch: 1 px is read as 1/96 inch")
         if height is None:
-            self.drawing.findings.append("the page has no height: y is turned about, and 0 stays 0")
+            self.drawing.findings.append("the page has no height: y is flipped about 0")
         x, y = 0.0, 0.0
         if ORIGIN in given:
             x, y = (*svg_places.numbers(given[ORIGIN], ORIGIN), 0.0, 0.0)[:2]
@@ -299,7 +299,7 @@ class _Reader:
         if node.tag == "path":
             found, fault = self._parsed(node, given.get("d", ""))
             if fault:
-                self._fault(node, f"path data: {fault}", kept="what stands before it is kept")
+                self._fault(node, f"path data: {fault}", kept="what comes before it is kept")
         else:
             found = svg_shapes.subpaths(node.tag, given, view)
         name = node.attributes.get("label") or node.attributes.get("id") or node.tag

@@ -211,12 +211,12 @@ def placing(given: Mapping[str, str], view: Viewport) -> Affine:
     """The transform of an element about its origin; ShapeError for properties that move it in other words."""
     for name in ("translate", "rotate", "scale"):
         if name in given and given[name].strip().lower() != "none":
-            raise ShapeError(f"the property {name} is not read; write it as transform")
+            raise ShapeError(f"the property {name} is not supported; write it as transform")
     text = given.get("transform", "")
     if text.strip().lower() in ("", "none"):
         return Affine()
     if given.get("transform-box", "view-box").strip().lower() != "view-box":
-        raise ShapeError(f"transform-box is {given['transform-box'][:40]!r}; only view-box is read")
+        raise ShapeError(f"transform-box is {given['transform-box'][:40]!r}; only view-box is supported")
     inner = transform(text, view)
     about = given.get("transform-origin", "").strip()
     if not about:

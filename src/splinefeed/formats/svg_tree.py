@@ -77,9 +77,9 @@ def unpacked(content: bytes, source: str, most: int = MAX_DRAWING_BYTES) -> byte
                 raise FormatError(f"{source}: ends inside of its packed data (gzip); is the file complete?")
             content = unpacker.unused_data.lstrip(b"\0")
             if content and not content.startswith(GZIP):
-                raise FormatError(f"{source}: something stands behind its packed data (gzip); is it damaged?")
+                raise FormatError(f"{source}: more data follows its packed data (gzip); is it damaged?")
     except zlib.error as error:
-        raise FormatError(f"{source}: is not a sound gzip: {error}; is it damaged?") from None
+        raise FormatError(f"{source}: is not a valid gzip file: {error}; is it damaged?") from None
     return b"".join(parts)
 
 

@@ -1,4 +1,4 @@
-"""Pieces of a drawing to paths: ends that meet within a tolerance are joined; what is not certain is a finding."""
+"""Pieces of a drawing to paths: ends that meet within a tolerance are joined; ambiguous cases are findings."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from splinefeed.records import Array, BoolArray, IntArray
 NEAR_MISS = 100.0
 #: How many places a finding names.
 NAMED = 3
-#: Neighbours within the tolerance that are looked at for each end; more than one besides its own is a branch already.
+#: Neighbours within the tolerance that are examined for each end; more than one besides its own is a branch already.
 _NEIGHBOURS = 5
 
 
 @dataclass(frozen=True)
 class Chain:
-    """Pieces in the order of the path: their indices, and which of them are run through backwards."""
+    """Pieces in the order of the path: their indices, and which of them are traversed backwards."""
 
     pieces: tuple[int, ...]
     backwards: tuple[bool, ...]
@@ -27,7 +27,7 @@ class Chain:
 
 @dataclass(frozen=True)
 class Chains:
-    """All chains, in the order of their first piece in the file, and what was found on the way."""
+    """All chains, in the order of their first piece in the file, and findings."""
 
     chains: tuple[Chain, ...]
     findings: tuple[str, ...]
@@ -37,8 +37,8 @@ def chain(ends: Array, tolerance: float, pools: IntArray | None = None) -> Chain
     """Chains of pieces whose first and last points are `ends` (n, 2, axes), mm; both lists deterministic.
 
     Two ends within `tolerance`, mm, of each other and of no third are joined. Where three or more meet, all paths end:
-    which goes on where is not to be guessed. A path keeps the direction of its first piece in the order given; a closed
-    one begins with it. Pieces of different `pools` (n,) never meet; that is how copies of a curve are kept apart.
+    the continuation is not guessed. A path keeps the direction of its first piece in the order given; a closed
+    one begins with it. Pieces of different `pools` (n,) never meet; this keeps copies of a curve apart.
     """
     count = len(ends)
     if count == 0:

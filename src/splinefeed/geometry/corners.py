@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 CORNER_ANGLE = 1e-6
 #: A corner that turns by more than this, rad, cannot be taken in motion: the tool stops there.
 STOP_ANGLE = 1e-4
-#: A speed below this, relative to size over width of the domain, counts as none: the curvature there is no number.
+#: A speed below this, relative to size over width of the domain, counts as 0: the curvature there is undefined.
 STILL = 1e-9
 #: Corners less than this apart, relative to the length of the path, are one.
 SAME_PLACE = 1e-14
 #: A curvature jump below this, relative to the curvature itself and to 1 / size, is rounding.
 CURVATURE_JUMP = 1e-6
-#: Points looked at in one go: what bounds the memory that a path of a million lines takes.
+#: Points processed at once: what bounds the memory that a path of a million lines takes.
 BLOCK = 1 << 16
 
 
@@ -45,12 +45,12 @@ class Corner:
 
     @property
     def stop(self) -> bool:
-        """Whether the tool must rest here."""
+        """Whether the tool must stop here."""
         return self.angle > STOP_ANGLE
 
 
 class Corners(Sequence[Corner]):
-    """Corners in order of s, as arrays; each one a Corner when it is looked at.
+    """Corners in order of s, as arrays; each one a Corner on access.
 
     s, u, angle, curvature_jump (n,), curve (n,): see Corner
     """
@@ -62,7 +62,7 @@ class Corners(Sequence[Corner]):
 
     @property
     def stop(self) -> BoolArray:
-        """Whether the tool must rest there, (n,)."""
+        """Whether the tool must stop there, (n,)."""
         return np.asarray(self.angle > STOP_ANGLE)
 
     def __len__(self) -> int:

@@ -49,7 +49,7 @@ class NurbsCurve:
     def __init__(self, degree: int, knots: ArrayLike, control_points: Points, weights: ArrayLike | None = None) -> None:
         whole = isinstance(degree, (int, float, np.integer, np.floating)) and not isinstance(degree, bool)
         if not whole or not 1 <= degree <= MAX_DEGREE or int(degree) != degree:
-            raise CurveError(f"degree is {degree!r}; a whole number from 1 to {MAX_DEGREE} is needed")
+            raise CurveError(f"degree is {degree!r}; expected a whole number from 1 to {MAX_DEGREE}")
         try:
             arrays = frozen_array(knots, "knots", 1), frozen_array(control_points, "control_points", 2)
             weight_array = None if weights is None else frozen_array(weights, "weights", 1)
@@ -78,11 +78,11 @@ class NurbsCurve:
         if not 1 <= axes <= MAX_AXES:
             raise CurveError(f"control_points have {axes} axes; 1 to {MAX_AXES} are possible")
         if n < p + 1:
-            raise CurveError(f"{n} control point(s) for degree {p}; at least {p + 1} are needed")
+            raise CurveError(f"{n} control point(s) for degree {p}; expected at least {p + 1}")
         if len(knots) != n + p + 1:
             raise CurveError(
                 f"{len(knots)} knots for {n} control points of degree {p}; "
-                f"exactly {n + p + 1} (points + degree + 1) are needed"
+                f"exactly {n + p + 1} (points + degree + 1) expected"
             )
         for array, name in ((knots, "knots"), (points, "control_points"), (self.weights, "weights")):
             if array is not None and np.any(np.abs(array) > LARGEST):
@@ -100,7 +100,9 @@ class NurbsCurve:
         inside = (inner > start) & (inner < end)
         if np.any(counts[inside] > p):
             i = int(np.argmax(np.where(inside, counts, 0)))
-            raise CurveError(f"inner knot {inner[i]:g} stands {counts[i]} times; at most {p} (the degree) are possible")
+            raise CurveError(
+                f"inner knot {inner[i]:g} appears {counts[i]} times; at most {p} (the degree) are possible"
+            )
         least = max(np.max(np.abs(knots)) * np.finfo(float).eps * 16, 1.0 / LARGEST)
         if least > np.min(steps[steps > 0.0]):
             i = int(np.argmin(np.where(steps > 0.0, steps, np.inf)))
@@ -109,7 +111,7 @@ class NurbsCurve:
             )
         if self.weights is not None:
             if len(self.weights) != n:
-                raise CurveError(f"{len(self.weights)} weights for {n} control points; one each is needed")
+                raise CurveError(f"{len(self.weights)} weights for {n} control points; expected one each")
             if np.any(self.weights <= 0.0):
                 i = int(np.argmax(self.weights <= 0.0))
                 raise CurveError(f"weights[{i}] is {self.weights[i]:g}; weights must be greater than 0")
@@ -137,7 +139,7 @@ class NurbsCurve:
             raise CurveError(str(error)) from None
         degree = len(points) - 1
         if degree < 1:
-            raise CurveError(f"{len(points)} control point(s) for a Bezier curve; at least 2 are needed")
+            raise CurveError(f"{len(points)} control point(s) for a Bezier curve; expected at least 2")
         return cls(degree, [0.0] * (degree + 1) + [1.0] * (degree + 1), points, weights)
 
     @classmethod
@@ -255,7 +257,7 @@ class NurbsCurve:
         Raises InputError for an order outside 0 to 3 and a parameter outside the domain.
         """
         if order not in (0, 1, 2, 3):
-            raise InputError(f"order is {order!r}; derivatives of order 0 to 3 are there")
+            raise InputError(f"order is {order!r}; expected 0 to 3")
         if side not in ("right", "left"):
             raise InputError(f"side is {side!r}; choose 'right' or 'left'")
         values = self.check_parameters(u)
@@ -349,10 +351,10 @@ class NurbsCurve:
 
         return nearest(self, points)
 
-    # --- the same curve, said otherwise: see geometry.editing ---------------------------------------------------------
+    # --- the same curve in other forms: see geometry.editing ---------------------------------------------------------
 
     def reversed(self) -> NurbsCurve:
-        """The same curve run through from its end to its start."""
+        """The same curve traversed from its end to its start."""
         from splinefeed.geometry import editing
 
         return editing.reversed_curve(self)

@@ -1,4 +1,4 @@
-"""Many curves in a row: as flat arrays that kernels walk through, and lines that are curves only when looked at."""
+"""Many curves in a row: as flat arrays that kernels walk through, and lines that become curves on access."""
 
 from __future__ import annotations
 
@@ -247,7 +247,7 @@ class Lines(Packed):
         if not 1 <= axes <= MAX_AXES:
             raise CurveError(f"points have {axes} axes; 1 to {MAX_AXES} are possible")
         if count < 2:
-            raise CurveError(f"{count} point(s) for a polyline; at least 2 are needed")
+            raise CurveError(f"{count} point(s) for a polyline; expected at least 2")
         if np.max(np.abs(self.points)) > LARGEST:
             place = np.unravel_index(int(np.argmax(np.abs(self.points))), self.points.shape)
             index = ", ".join(str(int(i)) for i in place)

@@ -54,18 +54,20 @@ def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
         if turning.any():
             unit = np.where(np.arange(derivatives.shape[2]) < linear, ~turning[:, None], DEGREES * turning[:, None])
             l1, l2, l3 = (c * unit for c in (c1, c2, c3))
+    out = np.empty_like(derivatives[:, :4, :])
+    out[:, 0] = derivatives[:, 0]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        v = np.linalg.norm(l1, axis=1)
-        m = np.sum(l1 * l2, axis=1)
-        n = np.sum(l2 * l2, axis=1) + np.sum(l1 * l3, axis=1)
-        us = 1.0 / v
-        uss = -m / v**4
-        usss = 4.0 * m * m / v**7 - n / v**5
-        out = np.empty_like(derivatives[:, :4, :])
-        out[:, 0] = derivatives[:, 0]
-        out[:, 1] = c1 * us[:, None]
-        out[:, 2] = c2 * (us * us)[:, None] + c1 * uss[:, None]
-        out[:, 3] = c3 * (us**3)[:, None] + 3.0 * c2 * (us * uss)[:, None] + c1 * usss[:, None]
+        us = 1.0 / np.sqrt(np.einsum("na,na->n", l1, l1))
+        m = np.einsum("na,na->n", l1, l2)
+        n = np.einsum("na,na->n", l2, l2) + np.einsum("na,na->n", l1, l3)
+        square = us * us
+        uss = -m * square * square
+        usss = (4.0 * m * m * square - n) * square * square * us
+        for a in range(out.shape[2]):
+            first, second = derivatives[:, 1, a], derivatives[:, 2, a]
+            out[:, 1, a] = first * us
+            out[:, 2, a] = second * square + first * uss
+            out[:, 3, a] = derivatives[:, 3, a] * (square * us) + 3.0 * second * (us * uss) + first * usss
     return out
 
 

@@ -1,4 +1,4 @@
-"""The same curve said otherwise: reversed, split, clamped, refined, of higher degree, moved."""
+"""The same curve in other forms: reversed, split, clamped, refined, of higher degree, moved."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def with_knots(curve: NurbsCurve, parameters: Sequence[float]) -> NurbsCurve:
         count = int(np.count_nonzero(new_knots == value))
         if count > curve.degree:
             raise CurveError(
-                f"knot {value:g} would stand {count} times; at most {curve.degree} (the degree) are possible"
+                f"knot {value:g} would appear {count} times; at most {curve.degree} (the degree) are possible"
             )
     return _refined(curve, new_knots)
 
@@ -155,7 +155,7 @@ def elevated(curve: NurbsCurve, times: int = 1) -> NurbsCurve:
 
 
 def reversed_curve(curve: NurbsCurve) -> NurbsCurve:
-    """The same curve run through from its end to its start, on the same domain."""
+    """The same curve traversed from its end to its start, on the same domain."""
     start, end = curve.domain
     weights = None if curve.weights is None else frozen_array(curve.weights[::-1], "weights", 1)
     # start + end - knots would move the ends by a rounding; measured from the nearer end they stay
@@ -188,6 +188,6 @@ def moved_points(points: Array, matrix: ArrayLike, offset: ArrayLike | None = No
     shift = frozen_array(np.zeros(square.shape[0]) if offset is None else offset, "offset", 1)
     check_finite(shift, "offset")
     if shift.shape != (square.shape[0],):
-        raise InputError(f"offset has shape {shift.shape}; ({square.shape[0]},) is needed")
+        raise InputError(f"offset has shape {shift.shape}; expected ({square.shape[0]},)")
     with np.errstate(over="ignore", invalid="ignore"):  # the new curve says which coordinate is too large
         return np.asarray(points @ square.T + shift)

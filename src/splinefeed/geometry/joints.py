@@ -10,7 +10,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed
 from splinefeed.records import Array, BoolArray
 
-#: A gap below this many roundings of the largest coordinate is none.
+#: A gap below this many roundings of the largest coordinate counts as 0.
 ROUNDINGS = 8.0
 #: A curve that is less than this many gaps long keeps its end: the neighbour comes to it.
 SHORTEST = 16.0

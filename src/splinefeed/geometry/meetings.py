@@ -10,7 +10,7 @@ from splinefeed.records import Array, BoolArray, IntArray
 BACK = -0.996
 #: Two chords count as parallel if the square of the sine between them is below this.
 PARALLEL = 1e-14
-#: Pairs of boxes that are looked at together.
+#: Pairs of boxes that are processed together.
 MOST_PAIRS = 1 << 17
 
 

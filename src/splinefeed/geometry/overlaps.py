@@ -1,4 +1,4 @@
-"""Straight lines and arcs of circles that lie on each other in part: what a tool would cut twice."""
+"""Straight lines and arcs of circles that lie on each other in part: which a tool would cut twice."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from splinefeed.geometry.arcs import as_circle
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array, BoolArray, IntArray
 
-#: Arcs that are looked at; with more of them it would take longer than reading them.
+#: Most arcs that are compared; more would take longer than reading them.
 MOST_ARCS = 5_000
 #: Lines and circles are the same if they differ by less than this share of the drawing's size, or the tolerance.
 SAME = 1e-9

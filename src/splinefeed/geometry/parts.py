@@ -1,4 +1,4 @@
-"""Paths cut into parts and joined again: what is known of their arc length goes with them."""
+"""Paths cut into parts and joined again: their arc-length tables go with them."""
 
 from __future__ import annotations
 

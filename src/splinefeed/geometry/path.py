@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.bends import sharp_bends
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners, jump_places
@@ -25,10 +26,10 @@ from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, reso
 from splinefeed.geometry.tables import arc_rows, read_only, span_rows
 from splinefeed.records import Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
 
-#: Up to so many curves are faster looked at one by one than as arrays.
+#: Up to so many curves, a loop is faster than arrays.
 _FEW = 8
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
-#: Ends of neighbouring curves further apart than this, mm, are a gap unless the caller allows more.
+#: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
 
 
@@ -37,18 +38,18 @@ class Path:
 
     curves      NurbsCurves of the same number of axes, each beginning where the last one ends; also Lines or Packed
     axes        one name an axis, linear ones (any name) first, rotary ones (a, b, c, theta) behind them
-    name        what files and figures call it; findings  what a reader had to say of it, one sentence each
-    tolerance   the gap that is still no gap, mm (rotary axes rad): what is moved along is closed there, see
+    name        its name in files and figures; findings  remarks of its reader, one sentence each
+    tolerance   the largest gap that is closed, mm (rotary axes rad): the motion closes it, see
                 `geometry.joints.closed`; `curves` stay as they are given
     feeds       (curves,) wanted feed of each curve, mm/s, infinite for a rapid move; None if nothing is said
     tolerances  (curves,) how far smoothing may leave each curve, mm (G64 P), 0 for exact; None if nothing is said
-    markers     what is not a motion, at its place; kept in the order of the places
+    markers     events that are not motion, with their places, in order
 
-    What is smaller than the resolution, 1 nm, is decided once, here (`geometry.resolution`): a curve shorter than that
+    Features below the resolution, 1 nm, are decided once, here (`geometry.resolution`): a curve shorter than that
     beside a long one is left out with a finding, its feed and tolerance with it, and curves are numbered, markers and
-    dwells placed, as if it had not been there. A curve with a cusp, or a bend that nobody can tell from one, stays one
-    curve on the same domain; next to the tip `joined`, what is moved along, leaves `curves` by 1 nm at most, and at the
-    tip it has a corner, where motion stops.
+    dwells placed, as if it did not exist. A curve with a cusp, or a bend that cannot be told from one, stays one curve
+    on the same domain; next to the tip `joined`, what is moved along, leaves `curves` by 1 nm at most, and at the tip
+    it has a corner, where motion stops.
 
     Arc length s counts the linear axes, in mm. Where none of them moves but rotary axes do, it counts those, and 1 mm
     of s is 1 degree: a feed of 60 mm/s is 60 degrees a second there.
@@ -77,7 +78,7 @@ class Path:
         try:
             self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, Packed) else tuple(curves)
         except TypeError:
-            raise CurveError(f"curves are a {type(curves).__name__}; a list of NurbsCurve is needed") from None
+            raise CurveError(f"curves are a {type(curves).__name__}; expected a list of NurbsCurve") from None
         self._joined: Sequence[NurbsCurve] = self.curves
         self.name = name
         self.findings = tuple(findings)
@@ -88,7 +89,7 @@ class Path:
             raise CurveError("a path needs at least one curve")
         for i, curve in enumerate(() if isinstance(curves, Packed) else self.curves):
             if not isinstance(curve, NurbsCurve):
-                raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; a NurbsCurve is needed")
+                raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; expected a NurbsCurve")
             if curve.axes != self.curves[0].axes:
                 raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
         self.axes = tuple(DEFAULT_AXES[: self.curves[0].axes] if axes is None else axes)
@@ -101,7 +102,7 @@ class Path:
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
             if not 0 <= marker.before <= count:
-                raise InputError(f"marker {marker.text!r} stands before curve {marker.before} of {count}")
+                raise InputError(f"marker {marker.text!r} is before curve {marker.before} of {count}")
         if count > 1:
             check_joints(self._ends, self.tolerance)
             if not self._tied:
@@ -111,14 +112,14 @@ class Path:
         self._made = True
 
     def _close_gaps(self) -> None:
-        """Have each curve that is moved along begin where the last one ends; `curves` stay as they were given."""
+        """Let each curve of the motion begin where the last one ends; `curves` stay as they were given."""
         if isinstance(self.curves, Lines) or not np.any(open_joints(self._ends)):
             return
         self.findings += tuple(each for each in said_of(self.gaps, JOIN_TOLERANCE) if each not in self.findings)
         self._move_along(closed(self.curves, self._ends, self.linear))
 
     def _leave_out_points(self) -> None:
-        """Leave out the curves that are shorter than the resolution, with what is said of them."""
+        """Leave out the curves that are shorter than the resolution, with their feeds and tolerances."""
         kept = long_curves(self.curves, self.flat, self.linear, self.tolerance)
         if kept is None:
             return
@@ -133,7 +134,7 @@ class Path:
         self.markers = tuple(dataclasses.replace(m, before=k) for m, k in zip(self.markers, before, strict=True))
 
     def _move_along(self, curves: Sequence[NurbsCurve]) -> None:
-        """Take other curves to be moved along."""
+        """Set other curves for the motion."""
         if curves is not self._joined:
             self._joined = curves
             for name in ("flat", "_ends"):
@@ -148,7 +149,7 @@ class Path:
         return partial(Path, **self._said(), tolerance=self.tolerance), (self.curves, self.axes)
 
     def _said(self) -> dict[str, Any]:
-        """What a path is made with in addition to curves and axes."""
+        """The arguments of a path besides curves and axes."""
         return {
             "name": self.name,
             "findings": self.findings,
@@ -172,10 +173,10 @@ class Path:
     ) -> Path:
         """The straight lines between neighbouring points (n + 1, axes), mm, rotary axes rad; a million in a second.
 
-        The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only when they are
-        looked at. With `repair`, lines without length are left out with a finding, their feeds and tolerances with
-        them, and markers stay between the same neighbours. Otherwise they raise CurveError, as values that are not
-        finite do; and all that `Path` raises.
+        The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only on access. With
+        `repair`, lines without length are left out with a finding, their feeds and tolerances with them, and markers
+        stay between the same neighbours. Otherwise they raise CurveError, as values that are not finite do; and all
+        that `Path` raises.
         """
         said = {"name": name, "findings": findings, "feeds": feeds, "tolerances": tolerances, "markers": markers}
         if not repair:
@@ -203,7 +204,7 @@ class Path:
 
     @property
     def joined(self) -> Sequence[NurbsCurve]:
-        """The curves that are moved along: `curves` without gaps and without what is smaller than the resolution."""
+        """The curves of the motion: `curves` without gaps and without what is smaller than the resolution."""
         return self._joined
 
     @cached_property
@@ -307,7 +308,7 @@ class Path:
             raise InputError(f"arc length {values[outside].flat[0]:g} mm is outside the path's [0, {self.length:g}] mm")
         flat = np.clip(values, 0.0, self.length).ravel()
         out = self.arc_pieces.parameters(flat)
-        out[flat == self.length] = self.flat.domains[-1, 1]  # not a rounding may keep a path from its end
+        out[flat == self.length] = self.flat.domains[-1, 1]  # no rounding may keep a path from its end
         curve = np.clip(np.searchsorted(self.curve_starts, flat, side="right") - 1, 0, len(self.curves) - 1)
         return curve.reshape(values.shape).astype(np.int64), out.reshape(values.shape)
 
@@ -325,7 +326,7 @@ class Path:
         if len(self.curves) == 1:
             return self._joined[0].derivatives(values, order, side=side)
         if order not in (0, 1, 2, 3):
-            raise InputError(f"order is {order!r}; derivatives of order 0 to 3 are there")
+            raise InputError(f"order is {order!r}; expected 0 to 3")
         out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, _is_left(side))
         return out.reshape(*values.shape, order + 1, len(self.axes))
 
@@ -342,12 +343,12 @@ class Path:
         return self.arc_pieces.lengths_at(index.ravel(), values.ravel()).reshape(values.shape)
 
     def _places(self, curve: ArrayLike, u: ArrayLike) -> tuple[IntArray, Array]:
-        """Curve indices and parameters in one shape; InputError for a curve that is not there or a u outside of it."""
+        """Curve indices and parameters in one shape; InputError for an unknown curve or a u outside of its domain."""
         index, values = np.broadcast_arrays(np.asarray(curve, dtype=np.int64), np.asarray(u, dtype=np.float64))
         missing = (index < 0) | (index >= len(self.curves))
         if np.any(missing):
             raise InputError(
-                f"curve {index[missing].flat[0]} is not there; the path has curves 0 to {len(self.curves) - 1}"
+                f"curve {index[missing].flat[0]} does not exist; the path has curves 0 to {len(self.curves) - 1}"
             )
         start, end = np.moveaxis(self.flat.domains[index], -1, 0)
         slack = 4.0 * np.finfo(float).eps * np.maximum(np.abs(start), np.abs(end))
@@ -390,10 +391,15 @@ class Path:
         return read_only(jump_places(self))
 
     @cached_property
-    def stops(self) -> tuple[float, ...]:
-        """Arc lengths strictly inside the path, mm, increasing, at which the tool must rest.
+    def sharp_bends(self) -> tuple[Array, Array]:
+        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm."""
+        return sharp_bends(self)
 
-        Corners of the tangent, and markers that ask for rest.
+    @cached_property
+    def stops(self) -> tuple[float, ...]:
+        """Arc lengths strictly inside the path, mm, increasing, at which the tool must stop.
+
+        Corners of the tangent, and markers with a stop.
         """
         corners = set(self.corners.s[self.corners.stop].tolist())
         markers = {float(self.curve_starts[marker.before]) for marker in self.markers if marker.stop}
@@ -401,7 +407,7 @@ class Path:
 
     @cached_property
     def dwells(self) -> tuple[tuple[float, float], ...]:
-        """Where the tool waits and how long, (mm, s), in order; all that is said of one place in one sum."""
+        """Where the tool waits and how long, (mm, s), in order; dwells at one place are summed."""
         waits: dict[float, float] = {}
         for marker in self.markers:
             if marker.dwell > 0.0:
@@ -422,7 +428,7 @@ class Path:
         return Path([c.transformed(matrix, offset) for c in self._joined], self.axes, **self._said())
 
     def reversed(self) -> Path:
-        """The same path run through from its end to its start, feeds and markers turned with it."""
+        """The same path traversed from its end to its start, feeds and markers turned with it."""
         count = len(self.curves)
         turned = {
             "feeds": None if self.feeds is None else self.feeds[::-1],

@@ -1,4 +1,4 @@
-"""What the curves of a path and what is said of them must fulfil: axes, joints, and numbers one a curve."""
+"""Requirements on the curves of a path and their data: axes, joints, and numbers one a curve."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STILL_ROUNDINGS = 8.0
 def checked_axes(axes: Sequence[str], count: int) -> int:
     """How many of `axes` are linear; CurveError unless they name `count` axes, the linear ones first."""
     if len(axes) != count or len(set(axes)) != count or count > MAX_AXES:
-        raise CurveError(f"axes {axes} for curves of {count} axes; one distinct name each is needed")
+        raise CurveError(f"axes {axes} for curves of {count} axes; expected one distinct name each")
     rotary = [axis in ROTARY_AXES for axis in axes]
     if rotary != sorted(rotary):
         raise CurveError(f"axes {axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last")

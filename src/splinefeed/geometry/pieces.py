@@ -26,7 +26,7 @@ from splinefeed.kernels.layout import (
 )
 from splinefeed.records import Array, BoolArray, IntArray
 
-#: Places looked at in one go: their columns and what is made of them stay in a core's cache.
+#: Places processed at once: their columns and what is made of them stay in a core's cache.
 CHUNK = 2048
 #: From so many places a row on, those in order are gathered as runs.
 LONG = 64
@@ -35,7 +35,7 @@ FREE_STEPS = 6
 MAX_STEPS = 90
 #: A Newton step in t, which runs over [-1, 1], after which S is off by its square times S'' / 2: rounding of the piece.
 SMALL_STEP = 1e-8
-#: Places of every piece at which its curvature is looked at.
+#: Places of every piece at which its curvature is sampled.
 CURVATURE_PLACES = np.linspace(-1.0, 1.0, 33)[:, None]
 #: A step longer than this share of the one before gives way to a bisection.
 SHRINKING = 0.75
@@ -186,8 +186,9 @@ def place_on(c: Array, length: Array, s: Array) -> Array:
 def inverted(a: Array, wanted: Array, t: Array) -> Array:
     """t (n,) in [-1, 1] with sum_k a_k t^k = wanted (n,), by Newton's method from t; a (terms, n) or (terms, 1).
 
-    t <- t - (S(t) - wanted) / S'(t). What has not settled after FREE_STEPS, as where S' nearly vanishes, is kept inside
-    a bracket from there on, halved where a step does not shrink. A place that has settled is not touched again.
+    t <- t - (S(t) - wanted) / S'(t). What has not converged after FREE_STEPS, as where S' nearly vanishes, is kept
+    inside a bracket from there on, halved where a step does not shrink. A place that has converged is not changed
+    again.
     """
     out, at = t, None  # numbers of those that have not settled, once some have
     low = high = longest = t

@@ -1,6 +1,6 @@
-"""The resolution of geometry: what is smaller than it is decided once, where a path is built.
+"""The resolution of geometry: features below it are decided once, where a path is built.
 
-Where |C'| is next to nothing derivatives by arc length are 0/0: at cusps, double control points, spans without length,
+Where |C'| is almost 0, derivatives by arc length are 0/0: at cusps, double control points, spans without length,
 and bends so sharp that they are cusps to any machine. A curve stays one curve on the same domain; next to such a tip
 
     N(t) = Q + n1 (t - 1) + n2 (t - 1)^2 / 2 + c (t - 1)^3,    c = P - at t = 0: N(0) = P
@@ -33,13 +33,13 @@ RESOLUTION = 1e-6
 ONE = 1.0
 #: A curve that is a point lies beside one that is longer than so many resolutions: that hardly turns when it moves.
 MUCH = 1e3
-#: Part of the resolution by which what is put next to a tip may leave the curve; the rest is for what is not seen.
+#: Part of the resolution by which what is put next to a tip may leave the curve; the rest is for what is not sampled.
 USED = 0.5
-#: Places of a span, t in [-1, 1], at which C' and C'' are looked at.
+#: Places of a span, t in [-1, 1], at which C' and C'' are sampled.
 SAMPLES = np.linspace(-1.0, 1.0, 25)
 #: Distances from a tip that are tried, as powers of SHRINK of the way to the next tip, and places up to each compared.
 TRIALS, SHRINK, COMPARED = 64, 0.62, 16
-#: Coefficients below this share of the greatest one are none; roots with an imaginary part below this are real.
+#: Coefficients below this share of the greatest one count as 0; roots with an imaginary part below this are real.
 ROUNDING, REAL = 1e-15, 1e-3
 #: A tip nearer to a knot than this share of the shortest span is the knot's.
 AT_KNOT = 1e-7
@@ -187,7 +187,7 @@ def _without_tips(
 
 
 def _starts_at_tip(curve: NurbsCurve, tip: float, limit: float, unit: Array, columns: slice, resolution: float) -> bool:
-    """Whether |C'| is next to nothing at a tip on the side of `limit`."""
+    """Whether |C'| is almost 0 at a tip on the side of `limit`."""
     side = "left" if limit < tip else "right"
     return bool(_is_tip(_measured(curve, np.array([tip]), 2, unit, side), columns, resolution)[0])
 
@@ -231,7 +231,7 @@ def _slowest(curve: NurbsCurve, spans: Array, unit: Array, columns: slice) -> Ar
 
 
 def _tips(curve: NurbsCurve, spans: Array, unit: Array, columns: slice, resolution: float) -> Array:
-    """Tips on knot spans (n, 2), as (k, 3): from, at, and up to which parameter |C'| is next to nothing, increasing.
+    """Tips on knot spans (n, 2), as (k, 3): from, at, and up to which parameter |C'| is almost 0, increasing.
 
     Places between which the curve stays within the resolution of a point are one, at an end if one is there.
     """
@@ -261,7 +261,7 @@ def _beside(
 ) -> tuple[float, Array] | None:
     """How far from a tip a cubic replaces the curve, and its Bezier points (4, axes) from the tip on.
 
-    span  the tip, the edge of what is next to nothing there, and the furthest that may be replaced behind it
+    span  the tip, the edge of what is almost 0 there, and the furthest that may be replaced behind it
     None where nothing regular follows, or where rotary axes turn so fast that no cubic stays within the resolution.
     """
     tip, edge, limit = span

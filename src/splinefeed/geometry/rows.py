@@ -1,6 +1,6 @@
 """The pieces of a path as columns, one array a coefficient: many places at once, each on its own piece.
 
-What judges a motion reads the path's polynomials here and nowhere else; the planner and the interpolators do not.
+Only code that checks a motion reads the path's polynomials here; the planner and the interpolators do not.
 """
 
 from __future__ import annotations

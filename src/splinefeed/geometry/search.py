@@ -21,7 +21,7 @@ from splinefeed.records import Array, BoolArray, IntArray
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-#: Positions that are looked at together: they stay in the processor's cache.
+#: Positions that are processed together: they stay in the processor's cache.
 MOST = 2048
 #: Half-width of the window about the commanded arc length, in units of the distance from the commanded point.
 REACH = 4.0
@@ -35,7 +35,7 @@ ON_EDGE = 1e-9
 CELL_TURN = 0.6
 #: A cell is cut by no more bisections than this, and none shorter than this, relative to the path.
 MAX_HALVINGS, NO_LENGTH = 50, 1e-14
-#: Places in a cell at which speed and bend are looked at, and what is allowed for between them.
+#: Places in a cell at which speed and bend are sampled, and what is allowed for between them.
 SAMPLES, MARGIN = 17, 1.2
 #: Newton steps to where a curve is slowest.
 SLOW_STEPS = 8
@@ -43,11 +43,11 @@ SLOW_STEPS = 8
 CELL_SAMPLES = 4
 #: Rounding of a length or a coordinate, relative, as bounds allow for it.
 ROUNDING = 1e-15
-#: Bisections of a cell before minima are looked for without proof that there is one at most.
+#: Bisections of a cell before minima are searched without proof that there is one at most.
 MAX_BISECTIONS = 4
 #: Newton steps where one minimum is sure, and inside a bracket; the step in t behind which the next is rounding.
 SURE_STEPS, MAX_STEPS, SMALL_STEP = 8, 60, 1e-9
-#: So many cells of a window are looked at without the tree, and pairs of a position and a node at a time.
+#: So many cells of a window are searched without the tree, and pairs of a position and a node at a time.
 FEW_CELLS, MOST_PAIRS = 8, 1 << 20
 #: Neighbouring positions that share a search of the whole path, if it finds them no more cells than this.
 GROUP, MOST_OF_GROUP = 16, 12
@@ -328,7 +328,7 @@ class Search:
     ) -> tuple[Array, Array, BoolArray]:
         """t (n,) in [low, high] of the least |C - Q|^2, mm^2, where this is convex, that, and whether it was found.
 
-        What has settled is not touched again, so that its bits do not depend on its neighbours.
+        What has converged is not changed again, so that its bits do not depend on its neighbours.
         """
         settled, lowest = np.zeros(len(t), dtype=bool), square
         for _ in range(SURE_STEPS):
@@ -426,7 +426,7 @@ class Search:
         term is at most b = (d + h) k, k the greatest curvature. So there
             |C - Q| >= d - h  and  |C - Q|^2 >= d^2 - 2 |dD/ds| h - max(b - 1, 0) h^2   (nothing better: left out),
             b < 1:  D is convex, it has one minimum;  |dD/ds| > h (1 + b):  D falls towards one end.
-        What is neither is bisected; after MAX_BISECTIONS it is so short that dD/dt is a cubic to all purposes: from an
+        What is neither is bisected; after MAX_BISECTIONS it is so short that dD/dt is practically a cubic: from an
         end at which D falls inwards Newton's method comes to the minimum next to it, and a cubic has no others.
         """
         cells = self.cells
@@ -511,8 +511,8 @@ class Search:
         """Nearest point to positions (dims, n) near arc lengths `hint` (n,), mm.
 
         The window is [hint - h, hint + h] with h = max(window, REACH |Q - r(hint)|), doubled until its nearest point is
-        not one of its own ends, unless that is an end of the path; on a closed path it runs over the seam. It ends as
-        the whole path. Stretches on which only rotary axes move, and do not count, are points.
+        not one of its own ends, unless that is an end of the path; on a closed path it continues across the seam. It
+        ends as the whole path. Stretches on which only rotary axes move, and do not count, are points.
         """
         n = q.shape[1]
         out = Found(np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(n))
@@ -573,7 +573,7 @@ class Search:
             owner = np.arange(len(index))
             begin, end = np.maximum(s - back, 0.0), np.minimum(s + forth, length)
             who = [owner]
-            if closed:  # the window runs over the seam
+            if closed:  # the window continues across the seam
                 early, late = owner[s - back < 0.0], owner[s + forth > length]
                 who += [early, late]
                 begin = np.concatenate([begin, (s - back + length)[early], np.zeros(len(late))])

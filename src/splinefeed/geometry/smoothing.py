@@ -26,16 +26,16 @@ def smoothed(
 ) -> Path:
     """The path with continuous tangent and curvature and bounded third derivative, within `tolerance` everywhere.
 
-    tolerance          mm; or "program" for what each curve says itself (G64 P), where 0 or nothing leaves it exact
+    tolerance          mm; or "program" for the tolerance of each curve (G64 P), where 0 or none leaves it exact
     corner_angle       joints that turn by more, rad, are corners
     corners            "keep" them, the tool stops there, or "round" them within the tolerance; reversals are kept
     angular_tolerance  of rotary axes, rad
     share              (curves,) of the tolerance that each curve may use, all of it if not given, 0 for exact
 
-    Runs of short lines become splines of degree 5 (least squares, knots where the error is); at the joints that are
-    left, of whatever curves, quintics lead from one to the other. What they leave of long lines and of arcs stays as
-    it is. Feeds, tolerances and markers stay at their places; rapid moves, stops and moves of rotary axes alone stay
-    exact. Raises InputError for arguments that cannot be used. See docs/smoothing.md.
+    Runs of short lines become splines of degree 5 (least squares, knots where the error is); at the remaining joints,
+    of any curves, quintics blend them. What they leave of long lines and of arcs stays as it is. Feeds, tolerances and
+    markers stay at their places; rapid moves, stops and moves of rotary axes alone stay exact.
+    Raises InputError for arguments that cannot be used. See docs/smoothing.md.
     """
     smoother = Smoother(
         tolerance, path.axes, corner_angle=corner_angle, corners=corners, angular_tolerance=angular_tolerance

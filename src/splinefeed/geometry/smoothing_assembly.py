@@ -1,4 +1,4 @@
-"""Curves shortened by the transitions between them, and all that is said of them, put together again."""
+"""Curves shortened by the transitions between them, and their feeds, tolerances and markers, reassembled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Batch: curves on their way through the smoothing, with all that is said of each and of the joint before it."""
+"""Batch: curves on their way through the smoothing, with the data of each and of the joint before it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Batch:
     allowed    (n,) tolerance, mm
     spent      (n,) share of it that is used up
     line       (n,) straight lines that may be changed
-    free       (n,) whether the joint before it may be smoothed; apart whether what is said changes there
+    free       (n,) whether the joint before it may be smoothed; apart whether feed or tolerance changes there
     corner     (n,) whether that joint turns by more than the corner angle
-    feed       (n,) mm/s; said  tolerance of the program, mm; not a number where nothing is said
+    feed       (n,) mm/s; said  tolerance of the program, mm; NaN where none is given
     """
 
     flat: Flat

@@ -16,7 +16,7 @@ ROUNDING = 1e-14
 FLAT = 1.0 / 64.0
 #: Chords of one span at most.
 MOST_CHORDS = 100_000
-#: Places a span of a rational curve at which its second derivative is looked at, and the factor for what lies between.
+#: Places a span of a rational curve at which its second derivative is sampled, and the factor for values between them.
 PLACES, BETWEEN = 17, 1.25
 
 

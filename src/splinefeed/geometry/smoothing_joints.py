@@ -19,15 +19,15 @@ TANGENT, BEND, RATE = 3.0 / 16.0, 0.010737, 0.049511
 REACH = 500.0
 #: A jump of curvature below CURVATURE_JUMP over this, mm, is rounding: no path is larger.
 LARGE = 1e4
-#: A transition shorter than this, relative to the coordinates and the curves there, is none.
+#: A transition shorter than this, relative to the coordinates and the curves there, is dropped.
 LEAST = 1e-9
 #: Directions that turn by more than this, rad, are a reversal: no transition, the tool stops there.
 REVERSAL = np.radians(175.0)
 #: What is left of a curve between two transitions is left out below this share of the curve.
 NO_REST = 1e-6
-#: Places on each curve at which its third derivative, and then the transition, are looked at.
+#: Places on each curve at which its third derivative, and then the transition, are sampled.
 PLACES = 9
-#: A third derivative between the places may be larger by this factor; what is wrong with that is found afterwards.
+#: A third derivative between the places may be larger by this factor; errors of that are found afterwards.
 BETWEEN = 1.5
 #: Times that a transition is shortened by half before the joint stays as it is.
 MOST_HALVINGS = 30
@@ -60,7 +60,7 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
     Between two lines p is the quartic V - d T1 (1-u)^3 (1+u) + d T2 u^3 (2-u), its distance 3/8 d sin(angle / 2).
     Source of the form: Sencer, Ishizaki, Shamoto, "A curvature optimal sharp corner smoothing algorithm for high-speed
     feed motion generation of NC systems along linear tool paths", Int. J. Adv. Manuf. Technol. 76 (2015), 1977-1992,
-    doi 10.1007/s00170-014-6386-2; their middle points stand elsewhere, ours keep the speed even.
+    doi 10.1007/s00170-014-6386-2; their middle points differ, ours keep the speed even.
     """
     count, linear = len(path.flat), path.linear
     joint = np.arange(count - 1)
@@ -84,7 +84,7 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
         rate[curved] = BETWEEN * _rates(path, joint[curved], reach[curved])
     allowed = np.column_stack([tolerance, angular])
     reach = np.minimum(reach, _longest(tangent, bend, rate, allowed, reach))
-    # what is said of one place does not depend on how large the whole path is, which a stream does not know
+    # the result at one place does not depend on the size of the whole path, which a stream does not know
     reach[reach <= LEAST * (np.abs(left[:, 0, :linear]).max(axis=1, initial=0.0) + lengths[:-1] + lengths[1:])] = 0.0
     return _made(path, reach, curved & (reach > 0.0), allowed)
 
@@ -132,7 +132,7 @@ def _longest(tangent: Array, bend: Array, rate: Array, allowed: Array, most: Arr
 
 
 def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transitions:
-    """The quintics; those at curves are held against what they replace, and shortened until they are near enough."""
+    """The quintics; those at curves are compared with what they replace, and shortened until they are near enough."""
     at = path.curve_starts[1:-1]
     count = len(at)
     before, behind = path.flat.domains[:-1, 1].copy(), path.flat.domains[1:, 0].copy()

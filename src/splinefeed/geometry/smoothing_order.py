@@ -1,4 +1,4 @@
-"""Order: how far a smoothed path is from the original when both are run through side by side, and new crossings."""
+"""Order: how far a smoothed path is from the original when both are traversed side by side, and new crossings."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from splinefeed.records import Array, IntArray
 
 #: What chords may cut off, as a share of the precision: each distance counts it of both paths.
 SAG = 0.25
-#: Ways on which the paths come further apart than this many tolerances are not followed.
+#: Traversals on which the paths come further apart than this many tolerances are not followed.
 LIMIT = 3.0
 #: Cells of a chord beside a chord at first, for each chord, and at most: beyond, the paths are too entangled.
 CELLS, MOST_CELLS = 4, 30_000_000
 #: Places that lie within this, relative to the coordinates, are one.
 TOUCH = 1e-10
-#: Meetings of a path with itself that are looked at at most.
+#: Most meetings of a path with itself that are examined.
 MOST_MEETINGS = 1_000_000
 #: A curve whose chord is longer than this many times what it cuts off does not turn back over it.
 BACK = 4.0
@@ -31,7 +31,7 @@ BACK = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Order:
-    """Two paths run through side by side, from start to end and never back.
+    """Two paths traversed side by side, from start to end and never back.
 
     distance   (curves of the result,) largest distance over the linear axes meanwhile, mm; angle over rotary ones, rad
     crossings  (n, 2) arc lengths of the result at which it meets itself and the original, near there, does not
@@ -57,20 +57,20 @@ class Order:
 
 
 def order(original: Path, result: Path, tolerance: float, angular_tolerance: float, precision: float = 0.02) -> Order:
-    """Both paths run through side by side, so that they stay near each other, and where the result crosses itself anew.
+    """Both paths traversed side by side, so that they stay near each other, and new self-crossings of the result.
 
     tolerance, angular_tolerance  mm and rad: what counts as equally far over linear and rotary axes
     precision                     of both, as a share: what chords in place of curves may cost
 
-    The largest distance on the way bounds the Frechet distance: the order of places, and the direction, are those of
-    the original, nothing is left out or run through twice. The way is found from the chords of both paths alone, cell
+    The largest distance of the traversal bounds the Frechet distance: the order of places, and the direction, are those
+    of the original, nothing is left out or traversed twice. The way is found from the chords of both paths alone, cell
     by cell (Alt, Godau, "Computing the Frechet distance between two polygonal curves", Int. J. Comput. Geom. Appl. 5
-    (1995), 75-91, doi 10.1142/S0218195995000064); the distance is convex along it within a cell, so that its places
-    on the edges tell the largest. Nothing is shared with the smoothing. Raises InputError for paths of other axes or
-    tolerances that cannot be used.
+    (1995), 75-91, doi 10.1142/S0218195995000064); the distance is convex along it within a cell, so that its places on
+    the edges give the largest. It shares nothing with the smoothing.
+    Raises InputError for paths of other axes or tolerances that cannot be used.
     """
     if original.axes != result.axes:
-        raise InputError(f"the paths have axes {original.axes} and {result.axes}; the same are needed")
+        raise InputError(f"the paths have axes {original.axes} and {result.axes}; they must be the same")
     for name, value in (("tolerance", tolerance), ("angular_tolerance", angular_tolerance), ("precision", precision)):
         if not 0.0 < value < math.inf:
             raise InputError(f"{name} is {value!r}; it must be greater than 0 and finite")

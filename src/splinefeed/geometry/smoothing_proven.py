@@ -1,4 +1,4 @@
-"""Smoothing that is proven afterwards, and done again more closely where the result would cross itself anew."""
+"""Smoothing that is proven afterwards, and repeated with a smaller tolerance where new self-crossings appear."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from splinefeed.geometry.smoothing_order import Order, order
 from splinefeed.geometry.smoothing_stream import ANGULAR_TOLERANCE, PROGRAM, UNBOUNDED_TOLERANCE
 from splinefeed.records import Array
 
-#: The proof tells the distance from the original to this share of the tolerance.
+#: The proof gives the distance from the original to this share of the tolerance.
 PRECISION = 0.02
 #: Rounds of smoothing more closely, each with half the tolerance, before the curves concerned stay exact.
 ROUNDS = 6
@@ -21,12 +21,12 @@ ROUNDS = 6
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """What was found of a smoothed path by means that the smoothing does not share.
+    """The proof of a smoothed path, by means that the smoothing does not share.
 
     path        the result, with its findings
     order       how far both are apart when they are run through side by side, and what crosses itself anew
     tolerance   mm, the largest that was allowed; angular_tolerance  rad
-    closer      curves of the original that were smoothed with less, so that nothing crosses itself anew
+    closer      curves of the original that were smoothed with less, so that there is no new self-crossing
     """
 
     path: Path
@@ -44,14 +44,14 @@ class Proof:
 
     @property
     def sentence(self) -> str:
-        """What it says, for findings."""
+        """The proof as a sentence, for findings."""
         found = (
-            f"at most {self.order.largest:.4g} mm from the original and back, side by side in the same order "
+            f"at most {self.order.largest:.4g} mm from the original, both ways, side by side in the same order "
             f"(tolerance {self.tolerance:g} mm)"
         )
         if self.path.linear < len(self.path.axes):
             found += f" and {math.degrees(self.order.largest_angle):.4g} deg"
-        found += ", and nothing crosses itself that did not" if not len(self.order.crossings) else (
+        found += ", and no new self-crossing" if not len(self.order.crossings) else (
             f", and {len(self.order.crossings)} place(s) where it crosses itself and the original does not, "
             f"the first at {self.order.crossings[0, 0]:.6g} mm"
         )  # fmt: skip
@@ -67,9 +67,10 @@ def proven(
 ) -> Proof:
     """The path smoothed as by `smoothed`, with the same arguments, and the proof of it.
 
-    Where the original nearly touches itself, a result within the tolerance may cross itself: there it is smoothed
-    again with half the tolerance, and at last not at all. Raises CurveError if it is over its tolerance nevertheless,
-    which no path is known to bring about, and InputError as `smoothed`.
+    Where the original nearly touches itself, a result within the tolerance may cross itself: there it is smoothed again
+    with half the tolerance, and finally not smoothed.
+    Raises CurveError if it is over its tolerance nevertheless, which is not known to happen, and InputError as
+    `smoothed`.
     """
     from splinefeed.geometry.smoothing import smoothed
 

@@ -98,7 +98,7 @@ class Smoother:
             self._runs = Runs(path.linear, self._angular, self._corner_angle)
             self._assembly = Assembly(self.axes, self._angular, self._rounded, path.tolerance)
         elif said != self._said:
-            raise InputError("feeds or tolerances are said of some pieces and not of others; give them always or never")
+            raise InputError("feeds or tolerances are given for some pieces only; give them for all or for none")
         self._assembly.gap = max(self._assembly.gap, path.tolerance)
         ends = path.ends
         if self._end is not None and float(np.linalg.norm(ends[0, 0] - self._end)) > self._assembly.gap:

@@ -173,8 +173,8 @@ def _refined(base: NurbsCurve, spans: Array, grid: Array, tolerance: float) -> _
         low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
     if len(low):
         raise CurveError(
-            f"theta cannot follow within {tolerance:g} rad near u = {low.min():.6g}: the tangent turns on the spot, or "
-            f"the tolerance lies below its rounding"
+            f"theta cannot follow within {tolerance:g} rad near u = {low.min():.6g}: the tangent turns on the "
+            "spot, or the tolerance is below its rounding"
         )
     low, high, weights, values = (np.concatenate(column) for column in zip(*done, strict=True))
     order = np.argsort(low)

@@ -23,6 +23,8 @@ POINTS, VECTORS, ANGLES = "points", "vectors", "angles"
 SHORTEST = 1e-6
 #: A tool axis that differs by more than this between neighbouring curves, rad, jumps.
 JUMP = 1e-6
+#: Places are told to the resolution of geometry, 1 nm: what is less is rounding.
+PLACE_DECIMALS = 6
 #: Places of each knot span at which the tool axis is looked at.
 SAMPLES = 33
 #: Ends of parameters further apart than this, as a share of the domain, are different ones.
@@ -103,10 +105,9 @@ class ToolPath(Path):
 
     def place(self, s: float) -> str:
         """Where the tip is at arc length s, mm, in words: with the line of the program, where there is one."""
-        if self.lines is None:
-            return f"s = {s:.6g} mm"
-        curve = min(max(int(np.searchsorted(self.curve_starts, s)) - 1, 0), len(self.lines) - 1)
-        return f"s = {s:.6g} mm (line {self.lines[curve]})"
+        curve = min(max(int(np.searchsorted(self.curve_starts, s)) - 1, 0), len(self.curves) - 1)
+        line = "" if self.lines is None else f" (line {self.lines[curve]})"
+        return f"s = {round(s, PLACE_DECIMALS):.6g} mm{line}"
 
     def with_joints(self, names: Sequence[str]) -> ToolPath:
         """The same tool path, its angles those of the rotary joints of these names, which are 0 where none is given.
@@ -119,7 +120,8 @@ class ToolPath(Path):
         for k, name in enumerate(self.rotary):
             used = [i for i, curve in enumerate(self.tool_axis) if np.any(curve.control_points[:, k] != 0.0)]
             if name not in names and used:
-                place, there = self.place(float(self.curve_starts[used[0] + 1])), ", ".join(names).upper() or "none"
+                there = ", ".join(names).upper() or "none"
+                place = self.place(float(np.mean(self.curve_starts[used[0] : used[0] + 2])))
                 raise CurveError(
                     f"at {place} the tool path turns {name.upper()}, a rotary axis that the machine does not have; it "
                     f"has {there}: choose the machine that the program is for"
@@ -174,7 +176,7 @@ class ToolPath(Path):
         self._refuse("transformed")
 
     def reversed(self) -> Path:
-        """The same path run through from its end to its start, the tool axis turned with it."""
+        """The same path traversed from its end to its start, the tool axis turned with it."""
         back = super().reversed()
         axis = None if self.tool_axis is None else [curve.reversed() for curve in reversed(self.tool_axis)]
         lines = None if self.lines is None else self.lines[::-1]
@@ -231,7 +233,7 @@ def _check_axis(tip: Sequence[NurbsCurve], axis: Sequence[NurbsCurve], kind: str
     wanted = (1, 2) if kind == ANGLES else (3,)
     for i, (one, other) in enumerate(zip(tip, axis, strict=True)):
         if not isinstance(other, NurbsCurve):
-            raise CurveError(f"curve {i} of the tool axis is a {type(other).__name__}; a NurbsCurve is needed")
+            raise CurveError(f"curve {i} of the tool axis is a {type(other).__name__}; expected a NurbsCurve")
         if other.axes not in wanted or other.axes != axis[0].axes:
             numbers = " or ".join(map(str, wanted))
             raise CurveError(f"curve {i} of the tool axis has {other.axes} columns; {kind} have {numbers}")

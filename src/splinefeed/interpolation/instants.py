@@ -1,4 +1,4 @@
-"""Setpoints at any instants of a law, forwards or backwards: what a law that is run at another rate needs."""
+"""Setpoints at any instants of a law, forwards or backwards: for a law that runs at another rate."""
 
 from __future__ import annotations
 

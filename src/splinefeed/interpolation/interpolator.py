@@ -23,14 +23,14 @@ LENGTH_TOLERANCE = 1e-9
 WHOLE_PERIODS = 1e-6
 #: Ticks that `Interpolator.step` makes at once, where no tick needs the one before.
 AHEAD = 256
-#: Passes of a corrector that anybody may ask for.
+#: Most passes of a corrector.
 MAX_CORRECTIONS = 100
 
 
 class Interpolator:
     """Setpoints of one motion in order, one or many at a time, with memory that does not grow.
 
-    path, law    where, and how far by when; period  servo period, s. Of a JointPath the setpoints are joints
+    path, law    the path and its time law; period  servo period, s. Of a JointPath the setpoints are joints
     method       name of a registered method; corrections, tolerance  passes of its corrector (0 to 100), and the
                  change of u that ends them early
 
@@ -57,14 +57,14 @@ class Interpolator:
         if period is None:
             period = law.period
         if period is None:
-            raise LimitsError("no period: give period= in s, as the law was not brought to one")
+            raise LimitsError("no period: the law was planned without one; give period= in s")
         self.period = positive(period, "period")
         if self.period > law.duration * (1.0 + WHOLE_PERIODS):
             raise LimitsError(f"the period of {self.period:g} s is longer than the whole motion of {law.duration:g} s")
         if isinstance(corrections, bool) or int(corrections) != corrections or not 0 <= corrections <= MAX_CORRECTIONS:
-            raise InputError(f"corrections is {corrections!r}; a whole number from 0 to {MAX_CORRECTIONS} is needed")
+            raise InputError(f"corrections is {corrections!r}; expected a whole number from 0 to {MAX_CORRECTIONS}")
         if not tolerance >= 0.0:
-            raise InputError(f"tolerance is {tolerance!r}; 0 or more is needed")
+            raise InputError(f"tolerance is {tolerance!r}; expected 0 or more")
         if abs(law.length - path.length) > LENGTH_TOLERANCE * path.length:
             raise InputError(
                 f"the law runs over {law.length:.9g} mm but the path is {path.length:.9g} mm long; "
@@ -114,7 +114,7 @@ class Interpolator:
 
     @property
     def replaced(self) -> int:
-        """Steps so far in which the method gave no finite number and the arc length was taken instead."""
+        """Steps so far in which the method gave no finite number and were replaced by arc length."""
         return int(self._integers[REPLACED])
 
     @property
@@ -135,7 +135,7 @@ class Interpolator:
     def step(self) -> Array:
         """Position at the next tick, (axes,), mm, rotary axes rad; StopIteration after the last one.
 
-        The array is overwritten by the next step: copy what must stay. A method whose ticks do not need each other
+        The array is overwritten by the next step: copy what you keep. A method whose ticks do not need each other
         makes AHEAD of them at once, so that one call of so many takes some tenths of a millisecond.
         """
         if self.tick >= self.ticks:
@@ -224,8 +224,8 @@ def interpolate(
 
     period  servo period T, s (default: the law's); method  name of a registered method, see `methods()`
     corrections, tolerance  passes of a corrector, and the change of u that ends them early
-    chunk   None: all setpoints in one record; a number: an iterator of records of that many ticks, for jobs that
-            should not be in memory at once. The ticks are the same, bit for bit.
+    chunk   None: all setpoints in one record; a number: an iterator of records of that many ticks, for jobs that do not
+            fit in memory. The ticks are the same, bit for bit.
 
     Raises what `Interpolator` raises.
     Returns Setpoints of n ticks, (n,) and (n, axes), mm, rotary axes rad. Source: docs/math/interpolators.md names the
@@ -236,7 +236,7 @@ def interpolate(
     if chunk is None:
         return source.block()
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
-        raise InputError(f"chunk is {chunk!r}; a whole number of ticks from 1 up is needed")
+        raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
     return _blocks(source, int(chunk))
 
 

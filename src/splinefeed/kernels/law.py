@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from splinefeed.kernels.jit import hot_kernel
+from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.records import Array
 
 
@@ -26,3 +26,18 @@ def law_at(breaks: Array, coefficients: Array, piece: int, time: float) -> tuple
         feed = feed * tau + s
         s = s * tau + coefficients[piece, k]
     return piece, s, feed, 2.0 * acceleration
+
+
+@kernel
+def law_in_piece(coefficients: Array, piece: int, tau: float) -> tuple[float, float, float, float]:
+    """s, mm, and its three derivatives, mm/s^k, at tau, s, behind the start of one piece: Horner on c_0 ... c_5."""
+    s = coefficients[piece, 5]
+    v = 0.0
+    a = 0.0
+    j = 0.0
+    for k in range(4, -1, -1):
+        j = j * tau + a
+        a = a * tau + v
+        v = v * tau + s
+        s = s * tau + coefficients[piece, k]
+    return s, v, 2.0 * a, 6.0 * j

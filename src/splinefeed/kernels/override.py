@@ -36,19 +36,29 @@ HALVINGS = 5
 
 
 @kernel
+def own_jerk(rate: float, jerk: float, jumps: float) -> float:
+    """The law's own jerk at rates up to `rate`: it grows by r^3, what is left of it at jumps of q'' by r^2.
+
+    jerk  at rate 1, jumps included;  jumps  over r^2 as r goes to 0, at most 3 times that
+    """
+    square = rate * rate
+    if rate >= 1.0:
+        return square * rate * jerk
+    return square * ((1.0 - rate) * jumps + rate * jerk)
+
+
+@kernel
 def _room(rate: float, slope: float, ahead: Array, limit: Array, period: float) -> float:
     """Largest |r''| at rates up to `rate` and slopes up to `slope`; below 0 where not even r'' = 0 holds.
 
-    ahead (3, n): |q'|, |q''|, |q'''|; limit (3, n): velocity, acceleration, jerk. Jumps of q'' count in |q'''| and
-    grow by r^2: below r = 1 all of it is taken to.
+    ahead (4, n): |q'|, |q''|, jerk at rate 1 and that of jumps alone; limit (3, n): velocity, acceleration, jerk.
     """
     square = rate * rate
-    power = square * max(rate, 1.0)
     most = MOST_STEP / (period * period)
     for k in range(limit.shape[1]):
         if ahead[1, k] * square + ahead[0, k] * slope > limit[1, k]:
             return -1.0
-        left = limit[2, k] - ahead[2, k] * power - 3.0 * ahead[1, k] * rate * slope
+        left = limit[2, k] - own_jerk(rate, ahead[2, k], ahead[3, k]) - 3.0 * ahead[1, k] * rate * slope
         if left < 0.0:
             return -1.0
         if left < most * ahead[0, k]:
@@ -60,13 +70,12 @@ def _room(rate: float, slope: float, ahead: Array, limit: Array, period: float) 
 def _steepest(rate: float, ahead: Array, limit: Array, period: float) -> float:
     """Largest |r'| at rates up to `rate` that leaves jerk for r''."""
     square = rate * rate
-    power = square * max(rate, 1.0)
     most = MOST_STEP / period
     for k in range(limit.shape[1]):
         left = max(limit[1, k] - ahead[1, k] * square, 0.0)
         if left < most * ahead[0, k]:
             most = left / ahead[0, k]
-        left = FOR_SLOPE * max(limit[2, k] - ahead[2, k] * power, 0.0)
+        left = FOR_SLOPE * max(limit[2, k] - own_jerk(rate, ahead[2, k], ahead[3, k]), 0.0)
         if left < most * 3.0 * ahead[1, k] * rate:
             most = left / (3.0 * ahead[1, k] * rate)
     return most * (1.0 - 1e-9)
@@ -96,7 +105,7 @@ def _towards(gap: float, slope: float, bend: float, steepest: float, period: flo
 
 @kernel
 def _slow_enough(rate: float, ahead: Array, limit: Array) -> bool:
-    """Whether no axis is faster than it may be at that rate; ahead, limit (3, n)."""
+    """Whether no axis is faster than it may be at that rate; ahead (4, n), limit (3, n)."""
     kept = True
     for k in range(limit.shape[1]):
         kept = kept and ahead[0, k] * rate <= limit[0, k]
@@ -121,7 +130,7 @@ def _can_return(rate: float, base: float, left: float, ahead: Array, limit: Arra
 def cap_rates(ahead: Array, base: float, highest: float, left: Array, limit: Array, period: float, out: Array) -> None:
     """Highest steady rates on stretches that begin at each cell, from which there is a way back to `base` in time.
 
-    ahead (levels, cells, 3, n); left (levels,) s of plan time that each level speaks of; out (levels, cells).
+    ahead (levels, cells, 4, n); left (levels,) s of plan time that each level speaks of; out (levels, cells).
     """
     for level in range(ahead.shape[0]):
         for i in range(ahead.shape[1]):
@@ -156,7 +165,7 @@ def _way_out(
 ) -> bool:
     """Whether the step to `wanted`, and behind it a way to a steady rate of at most `base`, keep every limit.
 
-    highest  rate that neither exceeds; left  s of plan time for which `ahead` (3, n) holds. The way goes to
+    highest  rate that neither exceeds; left  s of plan time for which `ahead` (4, n) holds. The way goes to
     out (STATE,).
     """
     after = rate + 0.5 * period * (slope + wanted)
@@ -286,7 +295,7 @@ def run_rate(
 ) -> int:
     """Run a law towards the wanted rates `targets` (n,), negative ones backwards; plan time and rate at its ticks.
 
-    ahead (levels, cells, 3, columns)  what the law asks for in windows[level] ticks from tick first + i on, forwards,
+    ahead (levels, cells, 4, columns)  what the law asks for in windows[level] ticks from tick first + i on, forwards,
     or from tick first - i on, backwards; caps (levels, cells)  highest rates there; limit (3, columns); base  the rate
     that keeps the limits everywhere; state (STATE,), carried on. taus, rates (n,); rates are negative backwards.
     Ends before a tick for which `ahead` has nothing, at rest before it turns round, and at the end of the law; returns

@@ -164,6 +164,57 @@ def first_two(table: Array, row: int, shape: Shape, t: float) -> tuple[float, fl
     return square * scale * scale, product * scale * scale * scale
 
 
+@kernel
+def derivatives(table: Array, row: int, shape: Shape, t: float, order: int, out: Array) -> None:
+    """Point and derivatives by u to `order` <= 3 at t of one row, into out (order + 1, axes).
+
+    C^(k) = (A^(k) - sum_{i=1..k} C(k, i) w^(i) C^(k-i)) / w      (The NURBS Book, 2nd ed., eq. 4.8)
+    """
+    degree, axes, _, rational = shape
+    base = ORIGIN + axes
+    scale = table[row, SCALE]
+    w0 = 1.0
+    w1 = 0.0
+    w2 = 0.0
+    w3 = 0.0
+    if rational:
+        at = base + axes * (degree + 1)
+        w0 = table[row, at + degree]
+        for k in range(degree - 1, -1, -1):
+            w3 = w3 * t + w2
+            w2 = w2 * t + w1
+            w1 = w1 * t + w0
+            w0 = w0 * t + table[row, at + k]
+        w2 *= 2.0
+        w3 *= 6.0
+    inverse = 1.0 / w0
+    for a in range(axes):
+        at = base + a * (degree + 1)
+        c0 = table[row, at + degree]
+        c1 = 0.0
+        c2 = 0.0
+        c3 = 0.0
+        for k in range(degree - 1, -1, -1):
+            c3 = c3 * t + c2
+            c2 = c2 * t + c1
+            c1 = c1 * t + c0
+            c0 = c0 * t + table[row, at + k]
+        c2 *= 2.0
+        c3 *= 6.0
+        if rational:
+            c0 = c0 * inverse
+            c1 = (c1 - w1 * c0) * inverse
+            c2 = (c2 - 2.0 * w1 * c1 - w2 * c0) * inverse
+            c3 = (c3 - 3.0 * w1 * c2 - 3.0 * w2 * c1 - w3 * c0) * inverse
+        out[0, a] = table[row, ORIGIN + a] + c0
+        if order >= 1:
+            out[1, a] = c1 * scale
+        if order >= 2:
+            out[2, a] = c2 * scale * scale
+        if order >= 3:
+            out[3, a] = c3 * scale * scale * scale
+
+
 @hot_kernel
 def secant(table: Array, row: int, t: float, ahead: int, t_ahead: float, shape: Shape) -> tuple[float, float, float]:
     """D.D, D.C' and C'.C' over the measured axes: D from t of `row` to t_ahead of `ahead`, C' (by u) at the latter.

@@ -29,6 +29,9 @@ from splinefeed.kinematics.jets import Jet, Number, angle, sin_cos
 from splinefeed.records import Array
 
 Vector = tuple[Number, Number, Number]
+Turn = tuple[tuple[int, int], int, tuple[float, float]]
+"""A turn of the table: the two coordinates that it turns, by which rotary joint, and about which place, mm."""
+X, Y, Z = 0, 1, 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +58,7 @@ class Kinematics:
             value = getattr(self, each.name)
             place = f"kinematics.{each.name.replace('_', '-')}"
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InputError(f"{place} is {value!r}; a finite length in mm is needed")
+                raise InputError(f"{place} is {value!r}; expected a finite length in mm")
             object.__setattr__(self, each.name, float(value))
 
     @property
@@ -69,13 +72,32 @@ class Kinematics:
         """How many joints are linear; they are the first ones."""
         return len(self.joints) - self.rotary
 
-    def tip(self, q: tuple[Number, ...]) -> Vector:
-        """Tool tip on the workpiece, mm, for joints q."""
-        raise NotImplementedError
+    def table(self) -> tuple[Turn, ...]:
+        """How the table turns the workpiece, from the workpiece on; empty where it stands still."""
+        return ()
+
+    def reach(self, turns: tuple[Number, ...]) -> Vector:
+        """Where the linear joints are seen from the tip, mm: what the head and the tool add, by the rotary joints."""
+        return 0.0, 0.0, 0.0
 
     def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
         """The linear joints, mm, that put the tool tip at p when the rotary ones are at `turns`, rad."""
-        raise NotImplementedError
+        place = self._turned(p, turns, 1)
+        return tuple(at + arm for at, arm in zip(place, self.reach(turns), strict=True))
+
+    def tip(self, q: tuple[Number, ...]) -> Vector:
+        """Tool tip on the workpiece, mm, for joints q: the way of `slides` back."""
+        x, y, z = (at - arm for at, arm in zip(q, self.reach(q[3:]), strict=False))
+        return self._turned((x, y, z), q[3:], -1)
+
+    def _turned(self, p: Vector, turns: tuple[Number, ...], way: int) -> Vector:
+        """A place turned with the table (way 1), or back (-1)."""
+        place = list(p)
+        for (i, j), k, (x, y) in self.table()[::way]:
+            s, c = sin_cos(turns[k] * float(way))
+            one, other = place[i] - x, place[j] - y
+            place[i], place[j] = one * c - other * s + x, one * s + other * c + y
+        return place[0], place[1], place[2]
 
     def axis(self, turns: tuple[Number, ...]) -> Vector:
         """Tool axis on the workpiece, a unit vector from the tip to the spindle, for rotary joints, rad."""
@@ -107,15 +129,15 @@ class Kinematics:
 
 @dataclass(frozen=True, kw_only=True)
 class _Table(Kinematics):
-    """A table that turns about the z axis through p, on one that tilts."""
+    """A table that turns by the last joint about the z axis through p = (x, y, z)-rot-point."""
 
     x_rot_point: float = 0.0
     y_rot_point: float = 0.0
     z_rot_point: float = 0.0
 
-    @property
-    def _p(self) -> tuple[float, float, float]:
-        return self.x_rot_point, self.y_rot_point, self.z_rot_point
+    def table(self) -> tuple[Turn, ...]:
+        """Rz(last joint) about p."""
+        return (((X, Y), -1, (self.x_rot_point, self.y_rot_point)),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,21 +152,13 @@ class XyzacTrt(_Table):
     z_offset: float = 0.0
     tool_offset: float = 0.0
 
-    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
-        """q = Rx(A) (Rz(C) (P - p) - d) + d + p + (0, 0, tool-offset)."""
-        px, py, pz = self._p
-        dy, dz = self.y_offset, self.z_offset
-        x, y = _turned(p[0] - px, p[1] - py, turns[1])
-        y, z = _turned(y - dy, p[2] - pz - dz, turns[0])
-        return x + px, y + (dy + py), z + (dz + pz + self.tool_offset)
+    def table(self) -> tuple[Turn, ...]:
+        """Rz(C) about p, then Rx(A) about p + d."""
+        return *super().table(), ((Y, Z), 0, (self.y_rot_point + self.y_offset, self.z_rot_point + self.z_offset))
 
-    def tip(self, q: tuple[Number, ...]) -> Vector:
-        """P = Rz(-C) (Rx(-A) (q - (0, 0, tool-offset) - p - d) + d) + p."""
-        px, py, pz = self._p
-        dy, dz = self.y_offset, self.z_offset
-        y, z = _turned(q[1] - (py + dy), q[2] - (pz + dz + self.tool_offset), -q[3])
-        x, y = _turned(q[0] - px, y + dy, -q[4])
-        return x + px, y + py, z + (dz + pz)
+    def reach(self, turns: tuple[Number, ...]) -> Vector:
+        """(0, 0, tool-offset)."""
+        return 0.0, 0.0, self.tool_offset
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,21 +174,13 @@ class XyzbcTrt(_Table):
     z_offset: float = 0.0
     tool_offset: float = 0.0
 
-    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
-        """q = Ry(B) (Rz(C) (P - p) - d) + d + p + (0, 0, tool-offset)."""
-        px, py, pz = self._p
-        dx, dz = self.x_offset, self.z_offset
-        x, y = _turned(p[0] - px, p[1] - py, turns[1])
-        z, x = _turned(p[2] - pz - dz, x - dx, turns[0])
-        return x + (dx + px), y + py, z + (dz + pz + self.tool_offset)
+    def table(self) -> tuple[Turn, ...]:
+        """Rz(C) about p, then Ry(B) about p + d."""
+        return *super().table(), ((Z, X), 0, (self.z_rot_point + self.z_offset, self.x_rot_point + self.x_offset))
 
-    def tip(self, q: tuple[Number, ...]) -> Vector:
-        """P = Rz(-C) (Ry(-B) (q - (0, 0, tool-offset) - p - d) + d) + p."""
-        px, py, pz = self._p
-        dx, dz = self.x_offset, self.z_offset
-        z, x = _turned(q[2] - (pz + dz + self.tool_offset), q[0] - (px + dx), -q[3])
-        x, y = _turned(x + dx, q[1] - py, -q[4])
-        return x + px, y + py, z + (dz + pz)
+    def reach(self, turns: tuple[Number, ...]) -> Vector:
+        """(0, 0, tool-offset)."""
+        return 0.0, 0.0, self.tool_offset
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,17 +194,11 @@ class FiveAxisKins(Kinematics):
     pivot_length: float
     tool_offset: float = 0.0
 
-    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
-        """q = P + (pivot-length + tool-offset) k - (0, 0, pivot-length)."""
+    def reach(self, turns: tuple[Number, ...]) -> Vector:
+        """(pivot-length + tool-offset) k - (0, 0, pivot-length)."""
         arm = self.pivot_length + self.tool_offset
         x, y, z = self.axis(turns)
-        return p[0] + arm * x, p[1] + arm * y, p[2] + (arm * z - self.pivot_length)
-
-    def tip(self, q: tuple[Number, ...]) -> Vector:
-        """P = q - (pivot-length + tool-offset) k + (0, 0, pivot-length)."""
-        arm = self.pivot_length + self.tool_offset
-        x, y, z = self.axis(q[3:])
-        return q[0] - arm * x, q[1] - arm * y, q[2] - (arm * z - self.pivot_length)
+        return x * arm, y * arm, z * arm - self.pivot_length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,19 +212,11 @@ class HeadTable(_Table):
     pivot_length: float
     tool_offset: float = 0.0
 
-    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
-        """q = Rz(C) (P - p) + p + (pivot-length + tool-offset) (sin B, 0, cos B) - (0, 0, pivot-length)."""
+    def reach(self, turns: tuple[Number, ...]) -> Vector:
+        """(pivot-length + tool-offset) (sin B, 0, cos B) - (0, 0, pivot-length)."""
         arm = self.pivot_length + self.tool_offset
         s, c = sin_cos(turns[0])
-        x, y = _turned(p[0] - self.x_rot_point, p[1] - self.y_rot_point, turns[1])
-        return x + (arm * s + self.x_rot_point), y + self.y_rot_point, p[2] + (arm * c - self.pivot_length)
-
-    def tip(self, q: tuple[Number, ...]) -> Vector:
-        """P = Rz(-C) (q - (pivot-length + tool-offset) (sin B, 0, cos B) + (0, 0, pivot-length) - p) + p."""
-        arm = self.pivot_length + self.tool_offset
-        s, c = sin_cos(q[3])
-        x, y = _turned(q[0] - (arm * s + self.x_rot_point), q[1] - self.y_rot_point, -q[4])
-        return x + self.x_rot_point, y + self.y_rot_point, q[2] - (arm * c - self.pivot_length)
+        return s * arm, 0.0, c * arm - self.pivot_length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -234,16 +226,6 @@ class XyTheta(_Table):
     kind: ClassVar[str] = "xy-theta"
     joints: ClassVar[tuple[str, ...]] = ("x", "y", "z", "theta")
     rotary: ClassVar[int] = 1
-
-    def slides(self, p: Vector, turns: tuple[Number, ...]) -> tuple[Number, ...]:
-        """q = Rz(theta) (P - p) + p."""
-        x, y = _turned(p[0] - self.x_rot_point, p[1] - self.y_rot_point, turns[0])
-        return x + self.x_rot_point, y + self.y_rot_point, p[2]
-
-    def tip(self, q: tuple[Number, ...]) -> Vector:
-        """P = Rz(-theta) (q - p) + p."""
-        x, y = _turned(q[0] - self.x_rot_point, q[1] - self.y_rot_point, -q[3])
-        return x + self.x_rot_point, y + self.y_rot_point, q[2]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -296,9 +278,3 @@ def kinematics(kind: str, **parameters: Any) -> Kinematics:
 def parameters_of(kind: str) -> Mapping[str, bool]:
     """Names of the parameters of a kind as LinuxCNC's pins are called, and whether each must be given."""
     return {each.name.replace("_", "-"): each.default is MISSING for each in fields(KINDS[kind])}
-
-
-def _turned(x: Number, y: Number, by: Number) -> tuple[Number, Number]:
-    """(x, y) turned by an angle, rad: (x cos - y sin, x sin + y cos)."""
-    s, c = sin_cos(by)
-    return x * c - y * s, x * s + y * c

@@ -6,24 +6,28 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError, LimitsError
 from splinefeed.geometry.differential import by_arc_length
+from splinefeed.geometry.resolution import RESOLUTION
 from splinefeed.geometry.tool_path import ANGLES, ToolPath
 from splinefeed.kinematics.chains import Kinematics
 from splinefeed.kinematics.jets import Jet, root
 from splinefeed.records import ROTARY_AXES, Array, IntArray
 
+if TYPE_CHECKING:
+    from scipy.interpolate import KroghInterpolator
+
 #: A tool axis nearer to the axis of the last rotary joint than this, rad, is at the pole: the joint may turn anyhow.
 POLE = 1e-5
 #: A tool axis that is nowhere further from the pole than this, rad, is upright.
 UPRIGHT = 1e-9
-#: Places at the pole nearer than this share of the path are one; a single one is no longer than that.
-APART, SINGLE = 1e-3, 1e-5
+#: Places at the pole nearer than this share of the path are one.
+APART = 1e-3
 #: How far from the pole, rad, the window ends in which a joint passes it by a polynomial; and how far the tool axis may
 #: be off there, rad.
 PASS, OFF_AXIS, SAMPLES_OF_PASS = 1e-2, 2e-10, 65
@@ -31,18 +35,21 @@ PASS, OFF_AXIS, SAMPLES_OF_PASS = 1e-2, 2e-10, 65
 SAMPLE_TURN, HALVINGS, MOST_SAMPLES = 0.5, 48, 2_000_000
 #: Golden section, and the steps that bring it from one sample to rounding.
 GOLDEN, SECTIONS = 0.5 * (5.0**0.5 - 1.0), 60
+#: ... as a share of the path: a place found so that is nearer to a knot is the knot.
+FOUND = 1e-7
 #: The tool axis is looked at closely where it comes nearer to the pole than this, rad: joints turn fast there.
 NEAR_POLE = 0.1
 #: A path in joints turns sharply where a joint's r' jumps by more than this share of the largest one: it stops there.
 KINK = 1e-6
 #: How far beside a joint of curves derivatives are taken, as a share of the path.
 BESIDE = 1e-9
-#: Places nearer to each other than this share of the path are one.
-SAME = 1e-12
 #: Travel is left by more than this, mm or rad: rounding is not.
 LEFT = 1e-9
 #: Places beside the sample at which a joint is furthest, at which it is looked at once more.
 CLOSER = 257
+
+Pass = tuple[float, float, "KroghInterpolator"]
+"""Arc lengths, mm, between which the last joint passes the pole, and its polynomial there."""
 
 
 class JointPath:
@@ -55,8 +62,8 @@ class JointPath:
     Of the two ways to turn to a tool axis, and all whole turns of the last joint, one is taken for the whole path: the
     nearest to `start` that stays inside the travel. Near the pole, where the tool axis is the axis of the last joint,
     that turns fast, and its limits slow the tip down. A path that goes straight through the pole tilts on to the other
-    side, and no joint turns fast.
-    Raises CurveError where the tool turns off or stays at the pole, or tilts and the machine cannot; LimitsError where
+    side, and no joint turns fast; where the tool stays at the pole for a while, the joint turns meanwhile.
+    Raises CurveError where the tool turns off at the pole, or tilts and the machine cannot; LimitsError where
     it leaves the travel of a joint: with the joint, the place and the mend.
     Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad.
     Source: docs/how-to/five-axis.md. Example: `sf.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
@@ -71,7 +78,7 @@ class JointPath:
         start: Mapping[str, float] | None = None,
     ) -> None:
         if not isinstance(tool, ToolPath):
-            raise InputError(f"a JointPath needs a ToolPath; this is a {type(tool).__name__}: say how the tool stands")
+            raise InputError(f"a JointPath needs a ToolPath; this is a {type(tool).__name__}: give its tool axis too")
         if tool.tool_length is not None and hasattr(kinematics, "tool_offset"):
             kinematics = replace(kinematics, **{"tool_offset": tool.tool_length})
         self.tool, self.kinematics = tool.with_joints(kinematics.joints[kinematics.linear :]), kinematics
@@ -83,7 +90,7 @@ class JointPath:
                 raise InputError(f"{name}: {kinematics.kind} has no such joint; it has {', '.join(self.axes)}")
         self._start = np.array([(start or {}).get(name, 0.0) for name in self.axes[self.linear :]])
         self._fixed: Array | None = None  # where the rotary joints stay all along
-        self._passes: tuple[tuple[float, float, float, Array], ...] = ()  # windows in which a joint passes the pole
+        self._passes: tuple[Pass, ...] = ()  # windows in which a joint passes the pole
         self._s, self._turns = np.zeros(0), np.zeros(0)  # the last joint at samples, without jumps of whole turns
         self._dips = np.zeros(0)  # arc lengths where the tool axis is nearest to the pole
         self._choose()
@@ -130,11 +137,10 @@ class JointPath:
             turn = self.kinematics.turn(axis)
         near = np.interp(s, self._s, self._turns)
         turn = turn + math.pi * np.round((near - turn.value) / math.pi)
-        for low, high, origin, taylor in self._passes:
+        for low, high, through in self._passes:
             inside = np.flatnonzero((s >= low) & (s <= high))
-            x = s[inside] - origin
-            for order in range(len(turn.c)):
-                turn.c[order, inside] = _taylor(taylor, x, order)
+            if len(inside):
+                turn.c[:, inside] = Jet.of_derivatives(through.derivatives(s[inside], len(turn.c))).c
         return self.kinematics.tilted(axis, turn), turn
 
     # --- what the planner asks for ----------------------------------------------------------------------------------
@@ -143,19 +149,22 @@ class JointPath:
     def breaks(self) -> Array:
         """Arc lengths (k,) strictly inside, mm: knots and joints of tip and tool axis, corners, nearest to the pole."""
         tool = self.tool
-        places = [tool.curve_starts[1:-1], tool.corners.s, self._dips]
+        places = [tool.curve_starts[1:-1], tool.corners.s]
         for i, curve in enumerate(tool._joined):
             knots = curve.breaks if tool.tool_axis is None else np.union1d(curve.breaks, tool.tool_axis[i].breaks)
             places.append(tool.arc_length(np.full(len(knots), i), knots))
         s = np.unique(np.concatenate(places))
-        s = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
-        return s[np.diff(s, prepend=0.0) > SAME * self.length]
+        k = np.clip(np.searchsorted(s, self._dips), 1, len(s) - 1)
+        own = np.minimum(self._dips - s[k - 1], s[k] - self._dips) > FOUND * self.length
+        s = np.unique(np.append(s, self._dips[own]))
+        s = s[s < self.length - RESOLUTION]
+        return s[np.diff(s, prepend=0.0) > RESOLUTION]
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
         """Arc lengths strictly inside, mm, at which the tool must rest: those of the tip, and kinks of a joint."""
         away = BESIDE * self.length
-        b = self.breaks
+        b = self.breaks[(self.breaks > away) & (self.breaks < self.length - away)]
         if not len(b):
             return self.tool.stops
         before, after = (self.derivatives(b + way)[:, :, 3:] for way in (-away, away))
@@ -203,30 +212,29 @@ class JointPath:
                     "points or vectors of the tool axis, or the angles of this machine"
                 )
             return
-        if rotary == 2 and tool.columns:
+        tilt = 0.0
+        if tool.columns:
             curve, u = tool.samples
             away = self._from_pole(curve, u)
-            if np.max(away) > UPRIGHT:
+            if rotary == 2 and np.max(away) > UPRIGHT:
                 self._unwind(curve, u, away)
                 return
-        elif tool.columns:
-            curve, u = tool.samples
-            away = self._from_pole(curve, u)
-            k = int(np.argmax(away))
-            if away[k] > UPRIGHT:
+            down = tool.orientation(curve, u)[:, 0, 2] < 0.0
+            tilts = np.where(down, math.pi - away, away)
+            k = int(np.argmax(tilts))
+            tilt = math.pi if down[k] else 0.0
+            if rotary < 2 and tilts[k] > UPRIGHT:
                 place = tool.place(float(tool.arc_length(curve[k], u[k])))
                 raise CurveError(
-                    f"the tool axis tilts by {math.degrees(away[k]):.3g} deg at {place}; {self.kinematics.kind} "
+                    f"the tool axis tilts by {math.degrees(tilts[k]):.3g} deg at {place}; {self.kinematics.kind} "
                     "cannot tilt the tool: choose a machine with two rotary joints"
                 )
-        # upright all along: joints that turn stay where they are, inside their travel
-        fixed = self._start.copy()
+        # upright all along, or upside down: the joint that turns about the tool stays where it is, inside its travel
+        ends = [self.travel.get(name, (-math.inf, math.inf)) for name in self.axes[self.linear :]]
+        fixed = [min(max(at, low), high) for at, (low, high) in zip(self._start, ends, strict=True)]
         if rotary == 2:
-            fixed[0] = 0.0
-        for k, name in enumerate(self.axes[self.linear :]):
-            if name in self.travel:
-                fixed[k] = min(max(fixed[k], self.travel[name][0]), self.travel[name][1])
-        self._fixed = fixed
+            fixed[0] = -tilt if ends[0][1] < tilt else tilt
+        self._fixed = np.array(fixed)
 
     def _from_pole(self, curve: IntArray, u: Array) -> Array:
         """Angle between tool axis and the axis of the last rotary joint, either way along it, rad, (n,)."""
@@ -255,15 +263,21 @@ class JointPath:
         if len(low):
             near = self._from_pole(owner, nearest) < NEAR_POLE
             self._dips = self.tool.arc_length(owner[near], nearest[near])
-        at_pole = self._places_at_pole(s, away)
+        stays = self._at_pole(s, away)
+        at_pole = np.array([0.5 * (first + last) for first, last in stays])
+        turnable = np.array([*(last - first > RESOLUTION for first, last in stays), False])  # there it may turn anyhow
+        for first, last in stays:
+            self._dips = self._dips[(self._dips < first) | (self._dips > last)]
         clear = away >= POLE
         curve, u, s = curve[clear], u[clear], s[clear]
         turn = self._turn_at(curve, u)
         for _ in range(HALVINGS):
-            through = np.searchsorted(at_pole, s[1:]) > np.searchsorted(at_pole, s[:-1])
+            before = np.searchsorted(at_pole, s)
+            through, anyhow = np.diff(before) > 0, turnable[before[:-1]]
             whole_turn = np.where(through, math.pi, 2.0 * math.pi)  # through the pole it may be half a turn further
             step = (np.diff(turn) + 0.5 * whole_turn) % whole_turn - 0.5 * whole_turn
-            more = np.flatnonzero((np.abs(step) > SAMPLE_TURN) & (np.diff(curve) == 0) & (np.diff(u) > 0.0))
+            turns = (np.abs(step) > SAMPLE_TURN) & ~(through & anyhow)
+            more = np.flatnonzero(turns & (np.diff(curve) == 0) & (np.diff(u) > 0.0))
             if not len(more):
                 break
             if len(u) + len(more) > MOST_SAMPLES or np.any(through[more]):
@@ -274,42 +288,49 @@ class JointPath:
             s = self.tool.arc_length(curve, u)
         self._s = s
         self._take_turn(np.concatenate([turn[:1], turn[0] + np.cumsum(step)]), curve, u)
-        self._passes = tuple(self._pass(place) for place in at_pole)
+        self._passes = tuple(window for each in stays for window in self._pass(*each))
 
-    def _places_at_pole(self, s: Array, away: Array) -> Array:
-        """Arc lengths (k,) of single places at the pole, mm; CurveError where the tool stays there for longer."""
-        found = s[away < POLE]
+    def _at_pole(self, s: Array, away: Array) -> list[tuple[float, float]]:
+        """From where to where, mm, the tool is at the pole; often one place."""
+        found = np.flatnonzero(away < POLE)
         if not len(found):
-            return found
-        groups = np.split(found, np.flatnonzero(np.diff(found) > APART * self.length) + 1)
-        for group in groups:
-            if np.ptp(group) > SINGLE * self.length:
-                self._refuse_pole(float(group[0]))
-        return np.array([float(np.mean(group)) for group in groups])
+            return []
+        ends = np.flatnonzero((np.diff(found) > 1) & (np.diff(s[found]) > APART * self.length)) + 1
+        return [(float(s[group[0]]), float(s[group[-1]])) for group in np.split(found, ends)]
 
-    def _pass(self, place: float) -> tuple[float, float, float, Array]:
-        """Between which arc lengths, mm, the last joint passes the pole at a place, and its Taylor coefficients (8,).
+    def _pass(self, first: float, last: float) -> tuple[Pass, ...]:
+        """Windows of arc length, mm, in which the last joint passes the pole at first to last, as polynomials.
 
         So near to the pole the direction of k_xy is lost in rounding. The joint goes on as the polynomial of degree 7
-        that has its value and three derivatives at both ends of a window; at an end of the path, that of degree 3 from
-        the one side that there is. CurveError where that leaves the tool axis by more than OFF_AXIS.
+        that has its value and three derivatives at both ends of a window. Where the tool stays, and at an end of the
+        path, each side goes on as that of degree 3, and what is between them is turned while the tool is at the pole.
+        CurveError where that leaves the tool axis by more than OFF_AXIS.
         """
+        from scipy.interpolate import KroghInterpolator
+
+        def through(*places: float, d: Array) -> KroghInterpolator:
+            return KroghInterpolator(np.repeat(places, 4), d.ravel())
+
         ends = (0.0, self.length)
         for k in range(3, HALVINGS):
             reach = 0.5**k * self.length
-            sides = [max(place - reach, 0.0), min(place + reach, self.length)]
-            inner = [s for s, end in zip(sides, ends, strict=True) if abs(s - end) > 0.0]
+            sides = (max(first - reach, 0.0), min(last + reach, self.length))
+            inner = [s for s, end in zip(sides, ends, strict=True) if s != end]
             rho = [float(self._from_pole(*self.tool.locate(np.array([s])))[0]) for s in inner]
-            if max(rho) > PASS or not inner:
+            if max(rho) > PASS:
                 continue
             if min(rho) < 1e-2 * PASS:
                 break
-            derivatives = np.array([self._last(s) for s in inner])
-            found = (sides[0], sides[1], place, _through(np.array(inner) - place, derivatives))
-            s = np.linspace(sides[0], sides[1], SAMPLES_OF_PASS)
-            if self._off_axis(s, found) <= OFF_AXIS:
+            d = np.array([self._last(s) for s in inner])
+            found: tuple[Pass, ...] = ((*sides, through(*inner, d=d)),)
+            if len(inner) == 2 and last - first > RESOLUTION:
+                left, right = through(inner[0], d=d[0]), through(inner[1], d=d[1])
+                between = np.array([left.derivatives(first, 4), right.derivatives(last, 4)])
+                found = (sides[0], first, left), (last, sides[1], right), (first, last, through(first, last, d=between))
+            places = np.linspace([sides[0], first, last], [first, last, sides[1]], SAMPLES_OF_PASS, axis=1)
+            if self._off_axis(places.ravel(), found) <= OFF_AXIS:
                 return found
-        self._refuse_pole(place)
+        self._refuse_pole(first)
 
     def _last(self, s: float) -> Array:
         """The last joint and its first three derivatives by arc length, (4,), at s."""
@@ -317,9 +338,9 @@ class JointPath:
         jets = self._jets(*self.tool.locate(at), at, 3)
         return np.asarray(jets[-1].derivatives[:, 0])
 
-    def _off_axis(self, s: Array, window: tuple[float, float, float, Array]) -> float:
-        """How far the tool axis is from that of the path at s (n,) in a window, rad."""
-        self._passes = (window,)
+    def _off_axis(self, s: Array, windows: tuple[Pass, ...]) -> float:
+        """How far the tool axis is from that of the path at s (n,) in windows, rad."""
+        self._passes = windows
         curve, u = self.tool.locate(s)
         _, axis = self.kinematics.forward(self.joints(curve, u, s))
         self._passes = ()
@@ -369,8 +390,8 @@ class JointPath:
     def _refuse_pole(self, s: float) -> NoReturn:
         names = self.axes[self.linear :]
         raise CurveError(
-            f"at {self.tool.place(s)} the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off or "
-            "stays, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or "
+            f"at {self.tool.place(s)} the tool axis is that of joint {names[1]} (within {POLE:g} rad) and turns off "
+            "there, so that the joint would have to turn at once; tilt the workpiece or the tool axis a little, or "
             f"give the angles of {' and '.join(names)}"
         )
 
@@ -403,29 +424,6 @@ def _unit(v: tuple[Jet, ...]) -> tuple[Jet, Jet, Jet]:
     x, y, z = v
     size = root(x * x + y * y + z * z)
     return x / size, y / size, z / size
-
-
-def _through(x: Array, derivatives: Array) -> Array:
-    """Taylor coefficients (8,) about 0 of the polynomial with these derivatives (k, 4) at x (k,), k = 1 or 2."""
-    scale = float(np.max(np.abs(x)))
-    rows, values = [], []
-    count = derivatives.size
-    for at, each in zip(x / scale, derivatives, strict=True):
-        for order in range(4):
-            powers = [math.perm(k, order) * at ** max(k - order, 0) if k >= order else 0.0 for k in range(count)]
-            rows.append(powers)
-            values.append(each[order] * scale**order)
-    found = np.zeros(8)
-    found[:count] = np.linalg.solve(np.array(rows), np.array(values)) / scale ** np.arange(count)
-    return found
-
-
-def _taylor(coefficients: Array, x: Array, order: int) -> Array:
-    """The Taylor coefficient of this order at x (n,), of a polynomial given by its own about 0."""
-    found = np.zeros(len(x))
-    for k in range(len(coefficients) - 1, order - 1, -1):
-        found = found * x + math.comb(k, order) * coefficients[k]
-    return found
 
 
 def _as_jet(value: object, like: Jet) -> Jet:

@@ -1,4 +1,4 @@
-"""Rows taken by the clock of this computer, one a period, and kept nowhere: to watch a motion in real time."""
+"""Rows taken by this computer's clock, one a period, and dropped: to watch a motion in real time."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from splinefeed.live.sink import Rows, Taken
 from splinefeed.records import Array
 
-#: How often the end of the rows is looked for, s.
+#: How often the end of the rows is tested, s.
 LOOK = 0.005
 
 
 class ClockSink:
-    """A consumer that takes a row each period; it runs dry where there is none, and waits.
+    """A consumer that takes a row each period; if there is none it runs dry and waits.
 
     fill  rows that must be there before its clock starts, at the beginning and after a restart, or the last one
     """
@@ -54,7 +54,7 @@ class ClockSink:
             return len(self._rows)
 
     def restart(self) -> None:
-        """Go on, when there are enough rows again."""
+        """Resume once there are enough rows again."""
         with self._lock:
             self._rows.clear()
             self._waits = True
@@ -78,7 +78,7 @@ class ClockSink:
         return self.taken()
 
     def abandon(self) -> None:
-        """Forget what is not taken."""
+        """Drop the rows that are not taken."""
         with self._lock:
             self._rows.clear()
 

@@ -1,7 +1,7 @@
-"""Commands over a local socket: JSON lines on loopback, none without the token.
+"""Commands over a local socket: JSON lines on loopback, each with the token.
 
 {"token": "...", "override": 80}, "hold": true or false, "reverse": true or false, "stop": true, "status": true; every
-line is answered by one, and so many a second are read that a flood of them leaves the stream its time.
+line is answered by one, and their rate is limited, so that a flood of them does not delay the stream.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from typing import Any
 from splinefeed.errors import InputError
 from splinefeed.live.operator import Operator
 
-#: Longest line that is read, bytes; clients that are served at once; s without a line after which one is sent away.
+#: Longest line that is read, bytes; most clients at once; s without a line after which one is disconnected.
 LONGEST_LINE, MOST_CLIENTS, IDLE = 1024, 4, 60.0
-#: What a client is sent away for, so that there is room for others.
+#: Reasons to disconnect a client, so that there is room for others.
 STRANGER, TOO_LONG = "the token is missing or wrong", "the line is too long"
 SENT_AWAY = (STRANGER, TOO_LONG)
 #: s between two lines of a client, and between two clients.
@@ -29,7 +29,7 @@ PAUSE = 0.01
 
 
 class Control:
-    """Listens on a free port of loopback, in a thread of its own, until it is left.
+    """Listens on a free port of loopback, in its own thread, until the context ends.
 
     port   where; token  what every line must carry; status  the answer to a status request
     """
@@ -95,7 +95,7 @@ class Control:
             return _refused(STRANGER)
         unknown = set(said) - {"override", "hold", "reverse", "stop", "status"}
         if unknown:
-            return _refused(f"{min(unknown)!r} is not a command; there are override (%), hold, reverse, stop, status")
+            return _refused(f"{min(unknown)!r} is not a command; choose from override (%), hold, reverse, stop, status")
         override = said.get("override")
         if override is not None and (isinstance(override, bool) or not isinstance(override, int | float)):
             return _refused("override must be a number, in percent")

@@ -12,7 +12,7 @@ from splinefeed.formats.setpoints_halstreamer import MAX_FIELDS, cfg
 DEPTH = 4000
 #: Samples that HAL keeps until they are read.
 SAMPLES = 20000
-#: What an axis gets that says nothing of itself: gain 1/s, largest velocity mm/s or deg/s, lag of its drive s.
+#: What an axis gets by default: gain 1/s, largest velocity mm/s or deg/s, lag of its drive s.
 GAIN, VELOCITY, LAG = 60.0, 100.0, 2e-3
 
 
@@ -50,11 +50,11 @@ def hal_text(
 ) -> str:
     """The file for `halcmd -f`: everything simulated, with the place marked where the real drives go.
 
-    The stream runs while `spf-run` is set, until the last row has come, an axis does not follow, or a row is missing:
-    then it stays off until `spf-run` is set anew. `spf-end` is what the last field of the last row is, 0 or 1, and
-    `spf-allowed` what the count of underruns may not exceed. With `motion` it is a HALFILE of LinuxCNC, whose motion
-    controller has the places of the joints as its feedback: homed and switched off, it commands nothing, and its
-    kinematics tell where the tip is.
+    The stream runs while `spf-run` is set, until the last row has come, a following error is too large, or a row is
+    missing: then it stays off until `spf-run` is set again. `spf-end` is what the last field of the last row is, 0 or
+    1, and `spf-allowed` what the count of underruns may not exceed. With `motion` it is a HALFILE of LinuxCNC, whose
+    motion controller has the places of the joints as its feedback: homed and switched off, it commands nothing, and its
+    kinematics show the tool tip.
     Raises InputError for more axes than a streamer or a sampler has fields for.
     """
     names = [axis.name for axis in axes]

@@ -1,11 +1,11 @@
-"""Runs in LinuxCNC's own Python: rows from stdin into the FIFO of HAL's `streamer`, and back what HAL did with them.
+"""Runs in LinuxCNC's own Python: rows from stdin into the FIFO of HAL's `streamer`, and HAL's state back.
 
 It needs nothing but the standard library and the `hal` module. One argument, JSON: `axes` (their number), `rows` (depth
 to fill before the start), `nets` (lines of halcmd that connect its pins), `period` (s), `sampler` (what is sampled,
 to be sent back), `settle` (s of samples behind the last row). Lines on stdin are rows as `halstreamer` takes them,
 numbered from 1; their end is the end of the stream. Lines on stdout are JSON.
 
-When HAL has run out of rows it stays off, and so does this: rows are thrown away until a line `# restart`, which comes
+When HAL runs out of rows it stays off, and rows are dropped until a line `# restart`, which comes
 before the row behind the last one that was taken.
 
 Its component `splinefeed` has the pins run, end, allowed (out), taken, underruns, last, ok, feed-override, feed-hold,
@@ -27,7 +27,7 @@ import hal  # type: ignore[import-not-found]
 NAME, LIBRARY = "splinefeed", "liblinuxcnchal.so.0"
 #: Seconds between two reports, and between two looks at the FIFO, where it is long enough for that.
 REPORT, LOOK = 0.04, 0.01
-#: Seconds without a row being taken, at the end of the stream, after which it counts as dead.
+#: Seconds without a row being taken, at the end of the stream, after which it counts as stopped.
 PATIENCE = 5.0
 #: Seconds that a change of pins needs to be seen by the servo thread, at least.
 SETTLED = 0.01
@@ -137,7 +137,7 @@ class Player:
             time.sleep(SETTLED)
 
     def watch(self) -> str | None:
-        """See whether HAL is off; why it is for good, or None."""
+        """Whether HAL is off; the reason if it is final, or None."""
         part = self.part
         if not part["run"] or part["ok"] or self.done or self.dry_at:
             return None
@@ -156,11 +156,11 @@ class Player:
         self.part["run"] = False
         self.allow()
         self.settle()
-        self.drain()  # rows that came while it was found out that they are too late
+        self.drain()  # rows that came too late
         self.dry_at, self.filled = 0.0, 0
 
     def report(self) -> dict[str, object]:
-        """How it is doing; dry: how often it has been, 0 where it is not."""
+        """Its status; dry: how often it has run dry, 0 where it is not."""
         part = self.part
         rate = 0.0 if part["feed-hold"] else -part["feed-override"] if part["feed-reverse"] else part["feed-override"]
         missing = round(self.waited / self.given["period"])

@@ -29,18 +29,18 @@ PATIENCE = 20.0
 
 
 class LinuxcncError(SplinefeedError):
-    """LinuxCNC is not installed, or its HAL does not run or has stopped."""
+    """LinuxCNC is not installed, or its HAL is not running."""
 
 
 def as_nobody() -> tuple[str, ...]:
-    """What to put before a command of HAL: it refuses to run as root, which becomes `nobody`."""
+    """The prefix of a HAL command: HAL refuses to run as root, so root becomes `nobody`."""
     if os.geteuid() != 0:
         return ()
     return ("setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups")
 
 
 def installed() -> bool:
-    """Whether LinuxCNC's HAL is here."""
+    """Whether LinuxCNC's HAL is installed."""
     return shutil.which("halcmd") is not None and os.path.exists(PYTHON)
 
 
@@ -97,14 +97,14 @@ class LinuxcncSink:
             stderr=subprocess.PIPE,
             env=environment,
             cwd="/",
-            start_new_session=True,  # Ctrl-C is for us: the child goes on until the last row
+            start_new_session=True,  # Ctrl-C is for us: the child continues to the last row
         )
         self._threads = [threading.Thread(target=each, daemon=True) for each in (self._listen, self._hear)]
         for thread in self._threads:
             thread.start()
         if not self._ready.wait(PATIENCE) or not self._position:
             self._end()
-            said = self._said[-1] if self._said else "it says nothing"
+            said = self._said[-1] if self._said else "it gives no reason"
             raise LinuxcncError(f"HAL does not answer: {said}; start it first, see splinefeed linuxcnc init")
         at: Array = to_radians(np.array([self._position]), axes)[0]
         return at
@@ -174,7 +174,7 @@ class LinuxcncSink:
                 "holds it"
             )
         said = self._said[-1] if self._said else "its reason is not known"
-        raise LinuxcncError(f"HAL has stopped taking rows {where}, of {self._written} that were sent: {said}")
+        raise LinuxcncError(f"HAL stopped taking rows {where}, of {self._written} that were sent: {said}")
 
     def restart(self) -> None:
         """Tell the child that rows come again."""

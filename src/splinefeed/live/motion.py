@@ -1,4 +1,4 @@
-"""Rows of a motion under feedrate override: plan time, override and points together, some ticks at a time."""
+"""Rows of a motion under feedrate override: plan time, override and setpoints together, some ticks at a time."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from splinefeed.records import ROTARY_AXES, Array, Limits, Setpoints, TimeLaw
 
 #: Rows whose plan time is remembered, for a resume from one that is confirmed later.
 REMEMBERED = 1 << 16
-#: Plan times that are looked at in each period, and halvings of what is between them, to find where axes stand.
+#: Plan times that are examined in each period, and halvings of what is between them, to find where axes stand.
 LOOKS, HALVINGS = 2, 40
 
 
 class Motion:
-    """An override and the points that it needs, from plan time `tau` of the override on, where the axes rest.
+    """An override and the setpoints that it needs, from plan time `tau` of the override on, where the axes are at rest.
 
-    points  setpoints at plan times (n,), s, run at rates (n,)
+    setpoints  setpoints at plan times (n,), s, run at rates (n,)
     """
 
-    def __init__(self, override: Override, points: Callable[[Array, Array], Setpoints]) -> None:
+    def __init__(self, override: Override, setpoints: Callable[[Array, Array], Setpoints]) -> None:
         self.override, self.period, self.axes = override, override.period, override.course.axes
         self.duration = override.course.duration
-        self._points = points
+        self._points = setpoints
         #: Where it begins at plan time 0, (axes,).
-        self.origin: Array = points(np.zeros(1), np.zeros(1)).position[0]
+        self.origin: Array = setpoints(np.zeros(1), np.zeros(1)).position[0]
         self._begin(override.tau)
 
     def _begin(self, tau: float) -> None:
@@ -63,9 +63,9 @@ class Motion:
     def take(self, count: int, wanted: float) -> Setpoints:
         """The next `count` setpoints, fewer at the end; the first of all is where the motion begins."""
         if self._first is not None:
-            points, self._first = self._first, None
+            setpoints, self._first = self._first, None
             self._row = 1
-            return points
+            return setpoints
         ticks = self.override.run(np.full(count, wanted))
         self._taus.extend(ticks.tau.tolist())
         self._row += len(ticks)
@@ -77,7 +77,7 @@ class Motion:
         return self._taus[-1 - behind]
 
     def go_back_to(self, row: int) -> None:
-        """Be at rest at a row that was given, from 1, as if the later ones had not been."""
+        """Rest at a row that was given, from 1, and drop the later ones."""
         tau = self.tau_of(row)
         for _ in range(min(self._row - row, len(self._taus) - 1)):
             self._taus.pop()
@@ -85,12 +85,12 @@ class Motion:
         self.override.rest_at(tau)
 
     def begin_at(self, tau: float) -> None:
-        """Begin anew, at rest, at plan time tau, s."""
+        """Restart, at rest, at plan time tau, s."""
         self.override.rest_at(tau)
         self._begin(tau)
 
     def begin_near(self, position: Array, low: float, high: float) -> None:
-        """Begin anew, at rest, at the plan time from low to high, s, where the axes come nearest to `position`."""
+        """Restart, at rest, at the plan time from low to high, s, where the axes are nearest to `position`."""
         low, high = max(low, 0.0), min(high, self.duration)
         taus = np.linspace(low, high, max(round(LOOKS * (high - low) / self.period), 1) + 1)
         k = int(np.argmin(self._away(taus, position)))
@@ -99,7 +99,7 @@ class Motion:
             third = (high - low) / 3.0
             near, far = self._away(np.array([low + third, high - third]), position)
             low, high = (low, high - third) if near < far else (low + third, high)
-        # a row that was sent is met exactly
+        # a row that was sent is reproduced exactly
         last = np.array([low, float(taus[k]), high])
         self.begin_at(float(last[int(np.argmin(self._away(last, position)))]))
 
@@ -116,7 +116,7 @@ def along(
     rate: float = 1.0,
     highest: float = HIGHEST,
 ) -> Motion:
-    """A law along a path; limits are those that hold for what is sent, the law is planned under a reserve of them."""
+    """A law along a path; limits hold for the rows sent; the law is planned under a reserve of them."""
     course = LawCourse(path, law)
     return Motion(
         Override(course, limits, rate=rate, tau=tau, highest=highest), Instants(path, law, course.period).block
@@ -126,13 +126,13 @@ def along(
 def through(
     rows: Setpoints, limits: Limits, *, tau: float = 0.0, rate: float = 1.0, highest: float = HIGHEST
 ) -> Motion:
-    """Setpoints as they stand, without their path."""
+    """Setpoints without their path."""
     course = RowsCourse(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
     return Motion(Override(course, limits, rate=rate, tau=tau, highest=highest), course.block)
 
 
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:
-    """The straight move from where the axes stand to another place, (axes,), within limits, under the override too."""
+    """The straight move from the position of the axes to another, (axes,), within limits and under the override."""
     path = Path.polyline(np.array([start, end]), axes, name="approach")
     law = plan(path, with_reserve(limits), period=period)
     return along(path, law, limits, highest=1.0)

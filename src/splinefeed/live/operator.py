@@ -1,4 +1,4 @@
-"""What the operator wants, from any thread: keys, the local socket, a signal, or pins of the controller."""
+"""The operator's commands, from any thread: keys, the local socket, a signal, or pins of the controller."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class Operator:
             self._rate = min(max(self._rate + by, 0.0), MOST)
 
     def hold(self, held: bool = True) -> None:
-        """Hold, or go on."""
+        """Feed hold, or resume."""
         with self._lock:
             self._hold = held
 
     def reverse(self, back: bool = True) -> None:
-        """Go back along the path, or forward again."""
+        """Retrace the path, or go forward again."""
         with self._lock:
             self._back = back
 

@@ -1,4 +1,4 @@
-"""What a controller did with a stream, as a Response."""
+"""A recorded stream, as a Response."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def response_of(samples: Array, axes: tuple[str, ...], period: float, settings: 
     """What HAL sampled at its servo ticks, from the last one before the stream's first row on.
 
     samples (n, columns)  sample number, row, rows in the FIFO, commands, positions, underruns; rotary axes in degrees.
-    What the axes are measured at is all that is known of where they are, and of a control output nothing: it is 0.
+    Positions are the measured ones; the control output is unknown, 0.
     Raises InputError where no row was taken.
     """
     row = samples[:, 1].astype(np.int64) if len(samples) else np.zeros(0, dtype=np.int64)

@@ -55,7 +55,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Taken:
-    """What a sink knows of its consumer.
+    """The state of a sink's consumer.
 
     row        the last row that it has confirmed; 0 if none
     underruns  periods in which it wanted a row and there was none
@@ -70,7 +70,7 @@ class Taken:
 
 
 class Sink(Protocol):
-    """Consumer of the rows.
+    """Where the rows go.
 
     paced  whether rows are taken by a clock, so that only so many may be sent ahead
     """
@@ -87,13 +87,13 @@ class Sink(Protocol):
         """Rows that were written and are not confirmed yet; 0 where nothing is confirmed but by writing."""
 
     def restart(self) -> None:
-        """Go on after `dry`: the next row written is the one behind `taken().row`, and begins at rest."""
+        """Resume after `dry`: the next row written is the one behind `taken().row`, and begins at rest."""
 
     def close(self) -> Taken:
         """Wait until every row is taken, and end."""
 
     def abandon(self) -> None:
-        """End at once, after an error: leave nothing half-written."""
+        """End at once, after an error; leave nothing half-written."""
 
     def taken(self) -> Taken:
         """What the consumer has confirmed by now."""

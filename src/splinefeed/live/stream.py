@@ -1,4 +1,4 @@
-"""The stream: keeps a buffer ahead of the consumer, follows the operator, and stops on the path."""
+"""The stream: keeps a lookahead buffer, obeys the operator, and stops on the path."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class StreamError(SplinefeedError):
 
 @dataclass(frozen=True)
 class State:
-    """How a stream is doing.
+    """The status of a stream.
 
     row, depth  rows sent, and sent but not confirmed; confirmed  the last row that the consumer took
     tau, rate  plan time reached, s, and rate of what is sent; confirmed_tau  plan time of the confirmed row
@@ -77,12 +77,12 @@ def play(
     here      whether to move the whole path so that it begins where the axes are; else they must be there
     resume    begin where a stream ended early: at the plan time that the axes are at
     approach  gives the motion from where the axes are to the first row (axes,); without it they must be there
-    saved     called now and then, at the end, and after an error, with what the consumer has confirmed
+    saved     called from time to time, at the end, and after an error, with what the consumer has confirmed
     seen      called for each batch
 
-    While held no rows are made for a sink without a clock. A consumer that runs dry holds; it is then gone on from
-    rest, behind the last row that it took. Raises StreamError where the axes are not at the first row, and for a
-    consumer that takes no rows any more.
+    While held no rows are made for a sink without a clock. A consumer that runs dry holds; it then continues from rest,
+    after the last row that it took. Raises StreamError where the axes are not at the first row, and for a consumer that
+    stops taking rows.
     """
     stream = _Stream(motion, sink, operator, ahead, saved or _nothing, seen or _nothing)
     try:
@@ -96,7 +96,7 @@ def play(
 
 
 def _nothing(state: State) -> None:
-    """Nobody wants to know."""
+    """The default for `saved` and `seen`."""
 
 
 class _Stream:
@@ -119,7 +119,7 @@ class _Stream:
         self.taken = Taken(0)
 
     def begin(self, here: bool, resume: Resume | None, approach: Callable[[Array, Array], Motion] | None) -> None:
-        """Find out where the axes are, and begin there."""
+        """Find where the axes are, and begin there."""
         motion = self.motion
         at = self.sink.open(motion.axes, motion.period, motion.start)
         if resume is not None and not here:
@@ -136,7 +136,7 @@ class _Stream:
             k = int(np.argmax(off))
             raise StreamError(
                 f"the axes are not where the path begins: {motion.axes[k]} is at {at[k]:.6g}, the path begins at "
-                f"{motion.start[k]:.6g}; move them there, or stream with --approach (a straight way to it) or --here"
+                f"{motion.start[k]:.6g}; move them there, or stream with --approach (a straight move to it) or --here"
             )
         self.parts.insert(0, approach(at, motion.start))
 
@@ -158,7 +158,7 @@ class _Stream:
         return final
 
     def state(self) -> State:
-        """How it is doing."""
+        """The status."""
         motion, taken = self.motion, self.taken
         return State(
             row=self.row,
@@ -177,7 +177,7 @@ class _Stream:
         sink, operator = self.sink, self.operator
         batch = batch_rows(self.ahead) if sink.paced else FREE_ROWS
         before, moved, save_at = -1, time.monotonic(), 0.0
-        # what goes before another part rests at its end until it is there: behind it nobody could go back into it
+        # a part before another one rests at its end until it is confirmed there: retrace cannot cross into it
         while not part.done or (not last and sink.paced and self.taken.row < self.base + part.rows):
             self.taken = taken = sink.taken()
             if taken.dry:

@@ -1,4 +1,4 @@
-"""Rows as UDP datagrams: one a period, numbered, so that loss, repeat and order can be seen at the other end."""
+"""Rows as UDP datagrams: one a period, numbered, so that the receiver sees loss, repeats and order."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from splinefeed.formats.metadata import to_degrees
 from splinefeed.live.sink import Rows, Taken, starting_rows
 from splinefeed.records import Array
 
-#: What a datagram begins with: four letters, number of the row, whether it is the last, number of axes; behind it stand
+#: The head of a datagram: four letters, number of the row, whether it is the last, number of axes; behind it stand
 #: that many doubles, mm and degrees. All in network order.
 HEAD = struct.Struct("!4sQBB")
 MAGIC = b"spf1"
-#: Where datagrams go if nobody says else.
+#: Where datagrams go by default.
 HOST, PORT = "127.0.0.1", 5010
 
 
 class UdpSink:
-    """Sends rows ahead of a clock; nothing comes back, the clock is the consumer.
+    """Sends rows ahead of a clock; there is no answer; the clock is the consumer.
 
     ahead  rows that are there before the clock starts, and before it goes on after it has waited
     """

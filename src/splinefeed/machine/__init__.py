@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from splinefeed.machine.machine import Machine as Machine
+from splinefeed.machine.machine import MachineError as MachineError
 from splinefeed.machine.parts import Axis as Axis
 from splinefeed.machine.parts import Controller as Controller
 from splinefeed.machine.parts import Drive as Drive
@@ -11,5 +13,3 @@ from splinefeed.machine.parts import Load as Load
 from splinefeed.machine.parts import Motor as Motor
 from splinefeed.machine.parts import Scale as Scale
 from splinefeed.machine.parts import Transmission as Transmission
-from splinefeed.machine.table import Machine as Machine
-from splinefeed.machine.table import MachineError as MachineError

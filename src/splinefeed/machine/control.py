@@ -48,17 +48,17 @@ class Place(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Control(_Part):
-    """How a control plans blocks; what is None does not limit. mm, s.
+    """How a control plans blocks; None means no limit. mm, s.
 
-    mode                  "exact stop" rests at the end of each block, "blending" passes corners
+    mode                  "exact stop" stops at the end of each block, "blending" passes corners
     acceleration, jerk    along the path at feed; rapid_acceleration, rapid_jerk at rapid, those at feed if None
     velocity_step         largest step of an axis's velocity at a corner that is passed
-    tolerance             how far from a corner the path may pass, unless G64 P says it
+    tolerance             how far from a corner the path may pass, unless G64 P gives it
     arc_acceleration      centripetal acceleration on a radius of 1 mm; it grows with radius^arc_growth
     arc_kink              an arc whose radii differ by d begins and ends with a turn of arc_kink sqrt(2 d / r)
     stop_time             at each exact stop: between rapid and feed, and at markers
     block_time            least time of a block at feed; look_ahead  blocks in which it must be able to stop (0: all)
-    tool_change           time of M6 without the ways; start_time  from the start button to the first block
+    tool_change           time of M6 without its moves; start_time  from the start button to the first block
     home, change_place    where G28 leads, and where tools are changed
     """
 
@@ -89,7 +89,7 @@ PARTS: dict[str, type[_Part]] = {"spindle": SpindleControl, "home": Place, "chan
 
 
 def values(control: Control) -> Iterator[tuple[str, Field[Any], Any, bool]]:
-    """Name in the file (`spindle.start`, `axis.x.jerk`), field, value and whether it is rotary, of all that is said."""
+    """Name in the file (`spindle.start`, `axis.x.jerk`), field, value and whether it is rotary, of all that is set."""
     parts: list[tuple[str, Any, bool]] = [("", control, False)]
     parts += [(f"{name}.", part, False) for name in PARTS if (part := getattr(control, name)) is not None]
     parts += [(f"axis.{name}.", part, name in ROTARY_AXES) for name, part in control.axes.items()]

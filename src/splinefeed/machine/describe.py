@@ -1,4 +1,4 @@
-"""A machine in words, for people who ask what it is."""
+"""A machine described in words."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from splinefeed.machine.parts import Axis
 from splinefeed.machine.quantities import KINDS, show, told
 
 if TYPE_CHECKING:
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
 
 #: Sections in the order in which force and signal run.
 _ORDER = ("controller", "drive", "motor", "transmission", "load", "friction", "encoder", "scale", "limits")
@@ -62,7 +62,7 @@ def _describe_axis(axis: Axis) -> list[str]:
 
 
 def _describe_part(part: Any, axis: Axis) -> str:
-    """The fields of a part that say something, as `name value unit`."""
+    """The fields of a part that are set, as `name value unit`."""
     words = []
     for one, value, rotary in axis.said(part):
         if one.name == "source" or (value == 0.0 and one.default == 0.0):

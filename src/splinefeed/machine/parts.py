@@ -154,7 +154,7 @@ class Friction(_Part):
     """Friction of the guide: |F| = viscous |v| + coulomb + (static - coulomb) / (1 + (v / stribeck_speed)^2).
 
     coulomb, static  N or N*m; stribeck_speed  mm/s or rad/s; viscous  N*s/mm or N*m*s/rad. static follows coulomb
-    unless given.
+    by default.
     """
 
     coulomb: float = quantity("force", "not negative", 0.0)
@@ -220,9 +220,9 @@ class Controller(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class AxisLimits(_Part):
-    """What a motion must not ask of the axis: mm/s, mm/s^2, mm/s^3 (rad/s, ...), and the ends of its travel, mm or rad.
+    """The limits of the axis: mm/s, mm/s^2, mm/s^3 (rad/s, ...), and the ends of its travel, mm or rad.
 
-    What is left out does not limit.
+    A limit that is left out is infinite.
     """
 
     velocity: float | None = quantity("velocity", default=None)
@@ -235,7 +235,7 @@ class AxisLimits(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One axis of a table. Raises InputError with everything that is wrong, one line each, if its parts do not fit."""
+    """One axis of a machine. Raises InputError, one line for each fault, if its parts do not fit."""
 
     name: str
     motor: Motor
@@ -300,7 +300,7 @@ class Axis:
                 yield one, value, self.motor.motion == "rotary" if one.metadata.get("motor") else self.rotary
 
     def problems(self) -> Iterator[str]:
-        """What does not fit between the parts, each with its place, `section.key: what; the mend`."""
+        """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
         kind = self.transmission.kind
         direct = kind == "direct"
         if self.motor.motion == "linear" and (self.rotary or not direct):

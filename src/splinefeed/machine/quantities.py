@@ -43,7 +43,7 @@ _ANGULAR = ("frequency", "position loop gain")
 def parse(text: object, kind: str, rotary: bool) -> float:
     """The value of `text`, a number and its unit, in the base unit of `kind` for linear or rotary motion.
 
-    Frequencies come back in rad/s. Raises UnitError for what is no such quantity, and for a bare number: a machine
+    Frequencies come back in rad/s. Raises UnitError for any other quantity, and for a bare number: a machine
     file says its units.
     """
     value = read(text, KINDS[kind][rotary], None)

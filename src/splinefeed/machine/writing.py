@@ -12,12 +12,12 @@ from splinefeed.machine import quantities
 from splinefeed.machine.control import Control, values
 
 if TYPE_CHECKING:
+    from splinefeed.machine.machine import Machine
     from splinefeed.machine.parts import Axis
-    from splinefeed.machine.table import Machine
 
 #: Sections in the order in which the package's own files have them.
 _ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scale", "limits", "controller")
-#: ... and those that are not written when they say nothing.
+#: ... and those that are not written when they are empty.
 _MAY_BE_LEFT_OUT = ("friction", "limits")
 
 

@@ -1,9 +1,10 @@
-"""The blocks of a program as arrays: what a control must know of each to plan how fast it goes."""
+"""The blocks of a program as arrays: what a control needs of each to plan its feed."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,28 +13,32 @@ import numpy as np
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs
-from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, RAPID, Mark, Moves
+from splinefeed.formats.gcode.ends import Ends
+from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, RAPID, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import REFERENCES
-from splinefeed.formats.gcode.to_path import NO_LENGTH, Program, parse_offsets
-from splinefeed.formats.gcode.tools import Tools
+from splinefeed.formats.gcode.to_path import NO_LENGTH, Program
 from splinefeed.machine.control import Control, Place
 from splinefeed.records import Array, BoolArray, IntArray
 
-#: Places along a spline at which its radius is measured.
-_PLACES = 65
+#: Places along a spline at which its radius is measured, and chords of a trace for each of its control points.
+_PLACES, _CHORDS = 65, 8
+#: Turn of an arc within a chord of a trace at most, rad.
+_CHORD = np.pi / 36.0
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """What a program moves, (n,) each, without blocks that have no length.
+    """The moves of a program, (n,) each, without blocks that have no length.
 
     line        of the file; rapid  whether it is G0; length  mm, of rotary moves alone deg; feed  mm/s, inf where none
     step        (n, 9) mm and rad; moved  (n, 9) whether an axis moves, as on a full circle, whose step is 0
     first, last (n, 6) direction at start and end over the linear axes
-    radius      mm, inf on lines, the smallest of a spline; tolerance  of G64 P, mm, NaN where nothing is said
+    radius      mm, inf on lines, the least of a spline or spiral; tolerance  of G64 P, mm, NaN where none is given
     kink        rad: sqrt(2 d / r) of an arc whose radii at its ends differ by d, else 0
     stops       whether the tool stops at its end (G61.1)
-    marks       what is no motion, each before the block of its number; findings  of the reader
+    end         row of `trace` at which it ends
+    trace       (k, 3) X, Y and Z along the program, from its start, mm: arcs and splines as chords
+    marks       other events, each before the block of its number; findings  of the reader
     """
 
     line: IntArray
@@ -48,6 +53,8 @@ class Blocks:
     kink: Array
     tolerance: Array
     stops: BoolArray
+    end: IntArray
+    trace: Array
     marks: tuple[Mark, ...]
     findings: tuple[str, ...]
 
@@ -56,35 +63,28 @@ class Blocks:
 
 
 #: Fields of `Blocks` that have one row a block.
-_ARRAYS = ("line", "rapid", "length", "feed", "step", "moved", "first", "last", "radius", "kink", "tolerance", "stops")
+_ARRAYS = ("line", "rapid", "length", "feed", "step", "moved", "first", "last", "radius", "kink", "tolerance", "stops",
+           "end")  # fmt: skip
 
 
-def read_blocks(
-    file: str | os.PathLike[str],
-    control: Control,
-    *,
-    dialect: str | None = None,
-    start: str | Sequence[float] | None = None,
-    offsets: str | Mapping[str, Sequence[float]] | None = None,
-    tools: str | os.PathLike[str] | Tools | None = None,
-    repair: bool = False,
-    from_line: int | str | None = None,
-) -> Blocks:
-    """Read the program in `file` as `splinefeed.read` does; `control` says where G28 and tool changes lead.
+def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) -> Blocks:
+    """Read the program in `file` with the options of `splinefeed.read`; `control` says where G28 and changes go.
 
     Raises FormatError with the line that is wrong, or where nothing moves.
     """
     home = [control.home.x or 0.0, control.home.y or 0.0, control.home.z or 0.0, *[0.0] * (AXES - 3)]
-    program = Program(file, dialect, home if start is None else start, offsets, tools, repair, from_line)
+    given = {name: value for name, value in options.items() if value is not None}
+    program = Program(file, **{"start": home, **given})
     reading = program.reading()
     if control.home != Place():
         references = {number: np.array(home) for number in REFERENCES.values()}
-        reading = replace(reading, offsets={**references, **parse_offsets(offsets)})
+        reading = replace(reading, offsets={**references, **reading.offsets})
     moves = program.all_moves(reading)
     if not len(moves):
-        raise FormatError(f"{file}: no line of it moves an axis")
+        raise FormatError(f"{file}: no line moves an axis")
     (piece,) = program.pieces([moves], reading, np.arange(AXES), len(moves))
     step, rapid = moves.ends - moves.starts, moves.kind == RAPID
+    end, trace = _trace(moves, piece.arcs, step)
     ways = _by_way_of_changes(step, moves, control.change_place)
     length = np.where(rapid, _straight(step), piece.lengths)
     feed = piece.programmed_feeds
@@ -92,18 +92,21 @@ def read_blocks(
         reading.findings.say(f"line {missing[0]}: no feed before it (F): timed as rapid")
     kink, arcs, moved = np.zeros(len(moves)), piece.arcs, step != 0.0
     moved[arcs.move[:, None], arcs.axes] = True
+    kink[arcs.move] = np.sqrt(4.0 * np.abs(arcs.first - arcs.last) / (arcs.first + arcs.last))
+    ends = Ends.of(moves, arcs)
+    first, last = (np.nan_to_num(each) for each in ends.tangents)
     for i, spline in moves.spline_moves():
         moved[i] = np.ptp(spline.points, axis=0) > 0.0
-    kink[arcs.move] = np.sqrt(4.0 * np.abs(arcs.first - arcs.last) / (arcs.first + arcs.last))
-    first, last, radius = _directions(moves, arcs, step)
+        ends.radius[i] = _radius(spline)
     tolerance = moves.values[:, layout.ROW_TOLERANCE]
     made = Blocks(
-        moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, moved, first, last, radius,
-        kink, np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, tuple(moves.marks), (),
+        moves.line, rapid, length, np.where((feed <= 0.0) | rapid, np.inf, feed), step, moved, first, last, ends.radius,
+        kink, np.where(tolerance >= 0.0, tolerance, np.nan), moves.flags & layout.STOPS != 0, end, trace,
+        tuple(moves.marks), (),
     )  # fmt: skip
     made = _with_length(_with_ways(made, ways))
     if not len(made):
-        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+        raise FormatError(f"{file}: no move has a length; is the program complete?")
     return replace(made, findings=tuple(reading.findings.all()))
 
 
@@ -126,7 +129,7 @@ def _with_ways(blocks: Blocks, ways: Mapping[int, Array]) -> Blocks:
     more: dict[str, Any] = {
         "line": [blocks.marks[number].line for number in ways], "rapid": True, "length": size, "feed": np.inf,
         "step": steps, "moved": steps != 0.0, "first": straight, "last": straight, "radius": np.inf, "kink": 0.0,
-        "tolerance": np.nan, "stops": False,
+        "tolerance": np.nan, "stops": False, "end": np.append(blocks.end, 0)[np.array(at) - 1],
     }  # fmt: skip
     arrays = {name: np.insert(getattr(blocks, name), at, more[name], axis=0) for name in _ARRAYS}
     before = np.searchsorted(list(ways), np.arange(len(blocks.marks)), "left").tolist()
@@ -160,39 +163,42 @@ def _by_way_of_changes(step: Array, moves: Moves, place: Place) -> dict[int, Arr
     return ways
 
 
-def _directions(moves: Moves, arcs: Arcs, step: Array) -> tuple[Array, Array, Array]:
-    """Directions (n, 6) of each block at its start and its end, and its radius (n,)."""
-    straight = step[:, LINEAR]
-    size = np.linalg.norm(straight, axis=1, keepdims=True)
-    first = np.divide(straight, size, out=np.zeros_like(straight), where=size > 0.0)
-    last, radius = first.copy(), np.full(len(moves), np.inf)
-    if len(arcs):
-        rows, plane = np.arange(len(arcs))[:, None], arcs.axes
-        rise = straight[arcs.move].copy()
-        rise[rows, plane] = 0.0
-        mean = 0.5 * (arcs.first + arcs.last)
-        along = mean * np.abs(arcs.sweep)
-        total = np.hypot(along, np.linalg.norm(rise, axis=1))
-        for angle, out in ((arcs.angle, first), (arcs.angle + arcs.sweep, last)):
-            tangent = rise / total[:, None]
-            turn = np.sign(arcs.sweep) * along / total
-            tangent[rows, plane] = np.column_stack([-np.sin(angle) * turn, np.cos(angle) * turn])
-            out[arcs.move] = tangent
-        radius[arcs.move] = mean * (total / along) ** 2  # of a helix
+def _radius(spline: Spline) -> float:
+    """The least radius between places along a spline, mm: a cusp between two of them is passed as a corner is."""
+    if spline.path is None:
+        return math.inf
+    legs = np.diff(spline.path(np.linspace(0.0, spline.path.length, _PLACES)), axis=0)
+    sizes = np.maximum(np.linalg.norm(legs, axis=1), 1e-300)
+    turns = np.linalg.norm(np.diff(legs / sizes[:, None], axis=0), axis=1)
+    return float(np.min(0.5 * (sizes[:-1] + sizes[1:]) / np.maximum(turns, 1e-12)))
+
+
+def _trace(moves: Moves, arcs: Arcs, step: Array) -> tuple[IntArray, Array]:
+    """The row (n,) at which each move ends, and X, Y and Z (k, 3) along all of them, the first row where they begin."""
+    count = np.ones(len(moves), dtype=np.int64)
+    count[arcs.move] = np.maximum(np.ceil(np.abs(arcs.sweep) / _CHORD), 1.0)
     for i, spline in moves.spline_moves():
-        if spline.path is None:
-            continue
-        at = spline.path(np.linspace(0.0, spline.path.length, _PLACES))
-        columns = ["xyzuvw".index(axis) for axis in spline.path.axes]
-        legs = np.diff(at, axis=0)
-        for leg, out in ((legs[0], first), (legs[-1], last)):
-            out[i] = 0.0
-            out[i, columns] = leg / max(float(np.linalg.norm(leg)), 1e-300)
-        sizes = np.linalg.norm(legs, axis=1)
-        units = legs / np.maximum(sizes, 1e-300)[:, None]
-        turns = np.linalg.norm(np.diff(units, axis=0), axis=1)
-        radius[i] = float(np.min(0.5 * (sizes[:-1] + sizes[1:]) / np.maximum(turns, 1e-12)))
-    return first, last, radius
+        count[i] = _CHORDS * len(spline.points)
+    end = np.cumsum(count)
+    move = np.repeat(np.arange(len(moves)), count)
+    share = (np.arange(1, len(move) + 1) - (end - count)[move]) / count[move]
+    trace = moves.starts[move, :3] + share[:, None] * step[move, :3]
+    number = np.full(len(moves), -1)
+    number[arcs.move] = np.arange(len(arcs))
+    rows = np.flatnonzero(number[move] >= 0)
+    arc, part = number[move[rows]], share[rows]
+    angle = arcs.angle[arc] + part * arcs.sweep[arc]
+    radius = arcs.first[arc] + part * (arcs.last[arc] - arcs.first[arc])
+    trace[rows[:, None], arcs.axes[arc]] = (
+        arcs.centre[arc] + np.column_stack([np.cos(angle), np.sin(angle)]) * radius[:, None]
+    )
+    for i, spline in moves.spline_moves():
+        if spline.path is not None:
+            at = spline.path(np.linspace(0.0, spline.path.length, count[i] + 1)[1:])
+            for column, axis in enumerate(spline.path.axes):
+                if axis in "xyz":
+                    trace[end[i] - count[i] : end[i], "xyz".index(axis)] = at[:, column]
+    return end, np.concatenate([moves.start[None, :3], trace])
 
 
 def letter(axis: int) -> str:

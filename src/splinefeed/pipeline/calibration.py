@@ -21,14 +21,14 @@ from scipy.optimize import least_squares
 from splinefeed.errors import InputError
 from splinefeed.formats.run_log import RunLog, read_run
 from splinefeed.machine.control import Control, Place, changed, values
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.quantities import KINDS
-from splinefeed.machine.table import Machine
 from splinefeed.pipeline.blocks import Blocks, read_blocks
 from splinefeed.pipeline.cycle_time import CycleTime, timed
 from splinefeed.records import Array, IntArray
 
 #: Prior of each number: what it is where the machine file says nothing, and the standard deviation of its logarithm,
-#: or of itself for those in PLAIN: round values of machining centres, wide enough to let the runs speak.
+#: or of itself for those in PLAIN: round values of machining centres, wide enough for the runs to decide.
 PRIORS: dict[str, tuple[float, float]] = {
     "acceleration": (500.0, 1.0),
     "jerk": (5000.0, 1.0),
@@ -51,7 +51,7 @@ PRIORS: dict[str, tuple[float, float]] = {
 #: Numbers that may be 0 or negative: fitted as they are.
 PLAIN = ("arc_growth", "home.z", "change_place.x", "change_place.y")
 #: A number is shown by the runs where they narrow its standard deviation to less than the first share of the prior's;
-#: above the second they say nothing of it.
+#: above the second they do not show it.
 SHOWN, HIDDEN = 0.7, 0.95
 #: Least seconds of a piece of a run, and the scatter of its ends by sampling, s.
 PIECE, SAMPLING = 4.0, 0.07
@@ -106,7 +106,7 @@ class Fitted:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A machine with fitted numbers, what is known of each, and how each run is met."""
+    """A machine with fitted numbers, what is known of each, and how each run is reproduced."""
 
     machine: Machine
     numbers: tuple[Fitted, ...]
@@ -132,10 +132,10 @@ def record(program: str | os.PathLike[str], log: str | os.PathLike[str], machine
     end = int(max(blocks.line.max(), max((mark.line for mark in blocks.marks), default=0))) + 1
     if run.line.max() > end:
         raise InputError(
-            f"{log}: line {run.line.max()} runs, and {program} has {end - 1}; is it the run of another one?"
+            f"{log}: line {run.line.max()} runs, and {program} has {end - 1} lines; is it the log of another program?"
         )
     if np.any(np.diff(blocks.line) < 0):
-        raise InputError(f"{program}: its lines do not run in order (loops, subprograms); fit runs of others")
+        raise InputError(f"{program}: its lines do not run in order (loops, subprograms); use runs of other programs")
     changes = [mark for mark in blocks.marks if "M6" in mark.text.split()]
     starts = [mark.line for mark in changes] or [0]
     # line, when, tool, scatter of what follows: the way to the first change may come before its line is logged
@@ -168,7 +168,7 @@ def _cut(
 def calibrate(
     runs: Sequence[Recorded], machine: Machine, *, keep: Sequence[str] = (), say: Callable[[str], None] = lambda _: None
 ) -> Calibration:
-    """Fit the control of `machine` to recorded runs; what its file says is the middle of each prior.
+    """Fit the control of `machine` to recorded runs; the values of its file are the middle of each prior.
 
     keep  numbers that stay as the file has them, by their names there (`home.z`)
 
@@ -202,12 +202,12 @@ def calibrate(
         value, low, high = (_rounded(_outer(name, each)) for each in (x, x - width, x + width))
         numbers.append(Fitted(name, value, low, high, _unit(start, name), name in seen))
     best = changed(start, {each.name: each.value for each in numbers} | {"source": _source(runs, numbers)})
-    table = replace(machine, control=best)
-    return Calibration(table, tuple(numbers), tuple(compared(run, table) for run in runs))
+    model = replace(machine, control=best)
+    return Calibration(model, tuple(numbers), tuple(compared(run, model) for run in runs))
 
 
 def compared(run: Recorded, machine: Machine) -> dict[str, Any]:
-    """Recorded and estimated seconds of a run, in all and per tool."""
+    """Recorded and estimated seconds of a run, in total and per tool."""
     assert machine.control is not None
     time = timed(read_blocks(run.program, machine.control, **run.options), machine, run.program)
     estimated = run.estimated(time)
@@ -248,7 +248,7 @@ def _unit(control: Control, name: str) -> str:
 
 def _source(runs: Sequence[Recorded], numbers: Sequence[Fitted]) -> str:
     prior = [each.name for each in numbers if not each.shown]
-    kept = f"; not shown by them, at the prior: {', '.join(prior)}" if prior else ""
+    kept = f"; left at the prior: {', '.join(prior)}" if prior else ""
     return f"fitted by splinefeed calibrate to {', '.join(run.log.name for run in runs)}{kept}"
 
 

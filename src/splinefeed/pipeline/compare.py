@@ -38,7 +38,7 @@ BESIDE_A_RUN = (
 class MethodResult:
     """What one interpolation method did.
 
-    ripple_max, ripple_rms  relative feed error of the steps; ripple_floor  what the rounding of s alone may make
+    ripple_max, ripple_rms  relative feed error of the steps; ripple_floor  the part due to the rounding of s alone
     drift_mm        how far it was ahead of the law at the end (behind: negative), runs beyond the path's end included
     drift_max_mm    the largest |drift| on the way; chord_error_mm  largest, to the true curve
     ns_per_tick     time of a setpoint, point included, by the compiled loop on this machine, if it was timed
@@ -98,9 +98,9 @@ def compare(
 ) -> Iterator[MethodTrace]:
     """Run each method over the whole motion and measure it; one trace at a time, in the given order (default: all).
 
-    timed  how long a setpoint takes, too: each method is compiled for it, and run again and again
+    timed  also measures the time of a setpoint: each method is compiled for it, and run again and again
     Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.
-    period in s, the law's unless given; errors in mm, times in ns. Source: docs/math/interpolators.md names the papers.
+    period in s, the law's by default; errors in mm, times in ns. Source: docs/math/interpolators.md names the papers.
     Example: `[trace.result for trace in sf.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
     """
     if period is not None or law.period is not None:
@@ -121,9 +121,9 @@ def _measure(
         )
 
     source = fresh()
-    points = source.block()
-    ripple = feed_ripple(points, path, law)
-    ahead = drift(points, law)
+    setpoints = source.block()
+    ripple = feed_ripple(setpoints, path, law)
+    ahead = drift(setpoints, law)
     return MethodTrace(
         MethodResult(
             method=name,
@@ -133,8 +133,8 @@ def _measure(
             ripple_floor=ripple.floor,
             drift_mm=float(ahead[-1]) + source.overrun,
             drift_max_mm=float(np.max(np.abs(ahead))),
-            chord_error_mm=float(np.max(chord_errors(points, path), initial=0.0)),
-            ns_per_tick=1e9 * _seconds(fresh) / len(points) if timed else None,
+            chord_error_mm=float(np.max(chord_errors(setpoints, path), initial=0.0)),
+            ns_per_tick=1e9 * _seconds(fresh) / len(setpoints) if timed else None,
             replaced=source.replaced,
         ),
         ripple.t,

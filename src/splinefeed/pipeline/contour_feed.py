@@ -1,4 +1,4 @@
-"""The highest feed at which a machine keeps to a contour tolerance, found by simulating it at many feeds."""
+"""The highest feed at which a machine keeps a contour tolerance, found by simulating it at many feeds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.experiment import Served, serve
 from splinefeed.pipeline.run import MOST_TICKS, check_ticks
 from splinefeed.records import Limits, TimeLaw, positive
@@ -81,9 +81,9 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class FeedTuning:
-    """Trials by increasing scale, the best that keeps the tolerance, mm, with what the machine made of it, or None.
+    """Trials by increasing scale, the best that keeps the tolerance, mm, with the response of the machine, or None.
 
-    notes  what the search found out of the ordinary, one sentence each
+    notes  what the search found that is unusual, one sentence each
     """
 
     tolerance: float
@@ -142,10 +142,10 @@ def tune_feed(
 ) -> FeedTuning:
     """The fastest motion along `path`, of those under `limits` scaled down, whose contour error keeps `tolerance`, mm.
 
-    Each trial plans, interpolates, and lets the machine follow. Friction, counts and saturation make the error no
-    monotone function of the feed. So scales from 1 to LOWEST in equal ratios come first; the highest that keeps the
+    Each trial plans, interpolates, and lets the machine follow. Friction, counts and saturation make the error a
+    non-monotone function of the feed. So scales from 1 to LOWEST in equal ratios come first; the highest that keeps the
     tolerance is bracketed by the next one above, which does not, and the boundary between them is halved until it is
-    known within CLOSE_ENOUGH. The answer is a trial that was simulated as it stands, never interpolated between two.
+    known within CLOSE_ENOUGH. The result is a trial that was simulated, never interpolated between two.
     Raises what `plan`, `interpolate` and `follow` raise, and LimitsError for a tolerance that is not positive.
     """
     allowed = positive(tolerance, "contour tolerance")
@@ -157,15 +157,15 @@ def tune_feed(
             on_progress(f"trial {len(found) + 1}: {scale:.4g} of the limits")
         law = plan(path, scaled(limits, scale, vary), strategy=strategy, period=period)
         check_ticks(law, period)
-        points = interpolate(path, law, period=period, method=method, corrections=corrections)
-        served = serve(path, law, points, machine)
+        setpoints = interpolate(path, law, period=period, method=method, corrections=corrections)
+        served = serve(path, law, setpoints, machine)
         contour = served.tally.contour
         assert contour is not None  # there is a path
         trial = Trial(
             scale=scale,
             limits=scaled(limits, scale, vary),
             law=law,
-            feed=float(np.max(points.feed)),
+            feed=float(np.max(setpoints.feed)),
             duration=law.duration,
             error=contour.value,
             rms=served.tally.rms(contour),
@@ -213,7 +213,7 @@ def limits_within(path: Path, limits: Limits, machine: Machine, tolerance: float
         least = tuning.least
         raise LimitsError(
             f"no feed tried keeps a contour error of {1e3 * tolerance:g} um on {machine.name}; the least is "
-            f"{1e3 * least.error:.4g} um at {least.feed:.4g} mm/s: allow more, or mend the machine (splinefeed tune)"
+            f"{1e3 * least.error:.4g} um at {least.feed:.4g} mm/s: allow more, or tune the machine (splinefeed tune)"
         )
     return tuning.best.limits
 

@@ -17,7 +17,7 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats.gcode.moves import AXES
 from splinefeed.machine.control import AxisControl
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.blocks import Blocks, letter
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -56,7 +56,7 @@ LIMITS = (*NAMES, *(f"{name} {letter(axis)}" for name in AXIS_NAMES for axis in 
 
 
 def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
-    """Time each block under `machine.control`; InputError where the machine file says too little."""
+    """Time each block under `machine.control`; InputError where the machine file has too little."""
     control = machine.control
     assert control is not None
     bounds = _bounds(blocks, machine)
@@ -64,7 +64,7 @@ def block_times(blocks: Blocks, machine: Machine) -> BlockTimes:
     length, speed, a, j = blocks.length, bounds.speed, bounds.acceleration, bounds.jerk
     energy = np.concatenate([[0.0], np.where(stop[:-1], 0.0, junction) ** 2, [0.0]])
     gain = 2.0 * a * length
-    if control.look_ahead:  # what it cannot see it must be able to stop before
+    if control.look_ahead:  # it must be able to stop before what it cannot see
         seen = np.concatenate([[0.0], np.cumsum(gain)])
         ahead = np.minimum(np.arange(len(seen)) + control.look_ahead, len(seen) - 1)
         energy = np.minimum(energy, seen[ahead] - seen)
@@ -114,7 +114,7 @@ def _bounds(blocks: Blocks, machine: Machine) -> _Bounds:
     velocity, velocity_by = _along(blocks, _axis_values(machine, lambda axis: axis.rapid, "velocity"))
     if not np.all(np.isfinite(velocity[rapid])):
         axis = letter(int(np.argmax(np.abs(blocks.step[rapid & ~np.isfinite(velocity)][0]))))
-        raise InputError(f"{machine.name}: control.axis.{axis}.rapid: missing; say how fast {axis} goes at rapid")
+        raise InputError(f"{machine.name}: control.axis.{axis}.rapid: missing; give the rapid velocity of {axis}")
     axis_acceleration, axis_by = _along(blocks, _axis_values(machine, lambda axis: axis.acceleration, "acceleration"))
     axis_jerk, _ = _along(blocks, _axis_values(machine, lambda axis: axis.jerk, "jerk"))
 
@@ -125,7 +125,7 @@ def _bounds(blocks: Blocks, machine: Machine) -> _Bounds:
     along = chosen(control.acceleration, control.rapid_acceleration)
     acceleration = np.minimum(along, axis_acceleration)
     if not np.all(np.isfinite(acceleration)):
-        raise InputError(f"{machine.name}: control.acceleration: missing; say how fast the tool speeds up")
+        raise InputError(f"{machine.name}: control.acceleration: missing; give the acceleration along the path")
     arc = np.minimum(np.inf if control.arc_acceleration is None else control.arc_acceleration, axis_acceleration)
     speed, by = np.where(rapid, velocity, blocks.feed), np.where(rapid, len(NAMES) + velocity_by, 0)
     lowered: list[tuple[Any, Array]] = [(1, _arc_speed(arc, blocks.radius, control.arc_growth))]

@@ -25,7 +25,7 @@ MOST_CURVES = 20_000
 
 @dataclass(frozen=True)
 class Conversion:
-    """What became of paths in a file.
+    """How paths were written to a file.
 
     format    title of the file's format
     notes     what was approximated and what is lost, one sentence each

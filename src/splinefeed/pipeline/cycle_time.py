@@ -15,7 +15,7 @@ from splinefeed.errors import InputError
 from splinefeed.formats.gcode.moves import Mark
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.machine.control import AxisControl, Control, changed, values
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.blocks import Blocks, read_blocks
 from splinefeed.pipeline.control_planning import BlockTimes, block_times
 from splinefeed.records import Array, IntArray
@@ -29,7 +29,7 @@ PLACES, BETTER = 10, 0.2
 RPM = 30.0 / np.pi
 #: Parameters whose decrease saves time; all other numbers of a control save it by growing.
 _LESS = ("stop_time", "block_time", "tool_change", "start_time", "spindle.start", "spindle.stop")
-#: Numbers of a control that are no performance.
+#: Numbers of a control that are not performance.
 _NEITHER = ("arc_growth", "arc_kink", "look_ahead", "spindle.top_speed")
 
 
@@ -44,11 +44,29 @@ class Waits:
 
 
 @dataclass(frozen=True, eq=False)
+class LineTimes:
+    """The time of each line of a program, (n,) each: a line that is carried out again counts each time.
+
+    line     of the file; seconds  in all, of which `beyond` are not length over programmed feed
+    begin    s from the start, when it is first carried out; limit  what binds longest there, by its number
+    place    (n, 3) X, Y and Z when it has been carried out, mm; operation  how many tool changes there were by then
+    """
+
+    line: IntArray
+    seconds: Array
+    beyond: Array
+    begin: Array
+    limit: IntArray
+    place: Array
+    operation: IntArray
+
+
+@dataclass(frozen=True, eq=False)
 class CycleTime:
     """The time of a program, s, in all and of each block (n,), wait (m,), operation and tool. Made by `cycle_time`.
 
     blocks, times  what moves, and how long; waits  what is between; tools  (block from which it cuts, line, its name)
-    Raises InputError where a machine with other limits says too little. Source: docs/cycle-time.md.
+    Raises InputError where the machine file has too little. Source: docs/cycle-time.md.
 
     Example:
         >>> from pathlib import Path
@@ -103,7 +121,7 @@ class CycleTime:
 
     @property
     def tools(self) -> list[dict[str, Any]]:
-        """Times of each tool, in the order of their first use; what is before the first change is of tool ""."""
+        """Times of each tool, in the order of their first use; time before the first change belongs to tool ""."""
         found: dict[str, dict[str, Any]] = {}
         for each in self.operations:
             tool = found.setdefault(each["tool"], {"tool": each["tool"]})
@@ -112,25 +130,42 @@ class CycleTime:
                     tool[key] = tool.get(key, 0.0) + value
         return list(found.values())
 
+    @cached_property
+    def by_line(self) -> LineTimes:
+        """The time of each line that takes any, in the order of the file."""
+        line, seconds, kind, number = self.rows
+        lines, first, of = np.unique(line, return_index=True, return_inverse=True)
+        moving = number >= 0
+        ideal = np.zeros(len(line))
+        ideal[moving] = self.blocks.length[number[moving]] / self.blocks.feed[number[moving]]
+        order = np.lexsort((-np.arange(len(line)), seconds, of))
+        longest = order[np.searchsorted(of[order], np.arange(len(lines)), "right") - 1]
+        limit = np.where(moving, self.times.limit[number] + len(KINDS), kind)[longest]
+        last = np.zeros(len(lines), dtype=np.int64)
+        np.maximum.at(last, of, np.arange(len(line)))
+        block = np.maximum.accumulate(number)[last]
+        place = self.blocks.trace[np.append(self.blocks.end, 0)[block]]
+        operation = np.cumsum((kind == CHANGE) & ~moving)[last]
+        sums: Array = np.bincount(of, seconds).astype(np.float64)
+        beyond: Array = sums - np.bincount(of, ideal)
+        return LineTimes(lines, sums, beyond, (np.cumsum(seconds) - seconds)[first], limit, place, operation)
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """What `by_line` numbers: kinds of waits, then limits of moves."""
+        return (*(name.replace("_", " ") for name in KINDS), *self.times.limits)
+
     def places(self, most: int = PLACES) -> list[dict[str, Any]]:
         """The lines that take longest: seconds, those beyond length over programmed feed, and which limit binds."""
-        line, seconds, kind, number = self.rows
-        top = int(line.max(initial=0)) + 1
-        sums = np.bincount(line, seconds, top)
-        found = []
-        for at in np.argsort(-sums, kind="stable")[:most].tolist():
-            of = np.flatnonzero(line == at)
-            if not len(of) or sums[at] <= 0.0:
-                break
-            longest = of[int(np.argmax(seconds[of]))]
-            block = int(number[longest])
-            moving = number[of][number[of] >= 0]
-            ideal = float(np.sum(self.blocks.length[moving] / self.blocks.feed[moving]))
-            limit = KINDS[int(kind[longest])].replace("_", " ")
-            limit = limit if block < 0 else self.times.limits[int(self.times.limit[block])]
-            spent = float(sums[at])
-            found.append({"line": at, "seconds": spent, "beyond_feed_s": spent - ideal, "limit": limit})
-        return found
+        of = self.by_line
+        found = [k for k in np.argsort(-of.seconds, kind="stable")[:most].tolist() if of.seconds[k] > 0.0]
+        return [
+            {
+                "line": int(of.line[k]), "seconds": float(of.seconds[k]), "beyond_feed_s": float(of.beyond[k]),
+                "limit": self.limits[int(of.limit[k])],
+            }
+            for k in found
+        ]  # fmt: skip
 
     def bound_by(self) -> dict[str, float]:
         """Seconds of the blocks in which each limit binds, the longest first."""
@@ -138,7 +173,7 @@ class CycleTime:
         return {self.times.limits[k]: float(sums[k]) for k in np.argsort(-sums) if sums[k] > 0.0}
 
     def saves(self, better: float = BETTER) -> list[dict[str, Any]]:
-        """What each parameter of the control saves if it were better by this share, s: planned anew, most first."""
+        """What each parameter of the control saves if it were better by this share, s: planned again, most first."""
         control = self.machine.control
         assert control is not None
         found = [{"what": "programmed feeds", "saves_s": self.total - self._again(control, 1.0 + better)}]
@@ -187,7 +222,7 @@ def cycle_time(
     backward, then a trapezoid or S-curve between them (`pipeline.control_planning`); docs/cycle-time.md says what is
     modelled. A machine without [control] is taken to blend within the limits of its axes, with exact stops at corners.
 
-    Raises FormatError for a program that cannot be read, InputError where the machine says too little.
+    Raises FormatError for a program that cannot be read, InputError where the machine file has too little.
 
     Example:
         >>> from pathlib import Path
@@ -197,14 +232,14 @@ def cycle_time(
         >>> 6.0 < time.tools[0]["cutting_s"] < 6.5
         True
     """
-    table = Machine.load(machine) if isinstance(machine, str) else machine
-    table = table if table.control is not None else replace(table, control=Control(axes=_limits(table)))
-    assert table.control is not None
+    model = Machine.load(machine) if isinstance(machine, str) else machine
+    model = model if model.control is not None else replace(model, control=Control(axes=_limits(model)))
+    assert model.control is not None
     blocks = read_blocks(
-        program, table.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
+        program, model.control, dialect=dialect, start=start, offsets=offsets, tools=tools, repair=repair,
         from_line=from_line,
     )  # fmt: skip
-    return timed(blocks, table, Path(program).stem)
+    return timed(blocks, model, Path(program).stem)
 
 
 def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
@@ -215,15 +250,15 @@ def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
     return CycleTime(name, machine, blocks, times, waits, changes)
 
 
-def _limits(table: Machine) -> dict[str, AxisControl]:
-    """The axes of a machine that says nothing of its control; InputError where they have no limits."""
+def _limits(model: Machine) -> dict[str, AxisControl]:
+    """The axes of a machine without [control]; InputError where they have no limits."""
     found = {}
-    for name, axis in table.axes.items():
+    for name, axis in model.axes.items():
         one = axis.limits
         if one.velocity is not None and one.acceleration is not None:
             found[name] = AxisControl(rapid=one.velocity, acceleration=one.acceleration, jerk=one.jerk)
     if not found:
-        raise InputError(f"{table.name}: control: missing, and its axes have no limits; give a section [control]")
+        raise InputError(f"{model.name}: control: missing, and its axes have no limits; give a section [control]")
     return found
 
 
@@ -261,7 +296,7 @@ def _waits(blocks: Blocks, seconds: Array, control: Control) -> tuple[Waits, tup
             passed += time
 
     def settle(block: int, line: int) -> None:
-        """Wait until the spindle turns as commanded, or stands."""
+        """Wait until the spindle turns as commanded, or has stopped."""
         wait(block, line, spindle.ready - (clock[block] + passed), SPINDLE)
 
     due: tuple[int, int] | None = None  # the block before which a start of the spindle is waited for
@@ -279,7 +314,7 @@ def _waits(blocks: Blocks, seconds: Array, control: Control) -> tuple[Waits, tup
                     continue
             if code[0] == "S" or code in ("M3", "M4"):
                 if code[0] == "M" and spindle.ready > clock[mark.move] + passed and spindle.speed == 0.0:
-                    settle(mark.move, mark.line)  # it comes to rest before it turns again
+                    settle(mark.move, mark.line)  # it stops before it turns again
                 spindle.turning = True
                 spindle.to(spindle.asked, clock[mark.move] + passed)
                 due = (_behind(blocks, mark), mark.line)

@@ -1,4 +1,4 @@
-"""The paper's experiment: setpoints of several methods on its table, side by side, and what follows from them."""
+"""The paper's experiment: setpoints of several methods on its machine, side by side, and the conclusions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.analysis.tally import ErrorTally
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.follow import Servo, follow_chunks
 from splinefeed.records import ROTARY_AXES, Response, Setpoints, TimeLaw
 from splinefeed.simulation.follow import CHUNK, join, slices
@@ -27,12 +27,12 @@ SAME = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Served:
-    """Setpoints of one method, what the machine did with them, the tally of its errors, and what was left out.
+    """Setpoints of one method, the machine's response, the tally of its errors, and what was left out.
 
     off_law  largest distance of a setpoint from where the law wants it, mm over the linear axes
     """
 
-    points: Setpoints
+    setpoints: Setpoints
     response: Response
     tally: ErrorTally
     notes: tuple[str, ...]
@@ -40,44 +40,44 @@ class Served:
 
     def numbers(self) -> dict[str, Any]:
         """What `--json` prints."""
-        return {"method": self.points.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
+        return {"method": self.setpoints.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
 
 
 class Serving:
     """The axes of a machine that follow the setpoints of a motion along `path`, chunk by chunk."""
 
-    def __init__(self, path: Path, law: TimeLaw, table: Machine) -> None:
-        self.path, self.law, self.servo, self.off_law = path, law, Servo(table, path), 0.0
+    def __init__(self, path: Path, law: TimeLaw, machine: Machine) -> None:
+        self.path, self.law, self.servo, self.off_law = path, law, Servo(machine, path), 0.0
 
-    def follow(self, points: Setpoints) -> Response | None:
-        """What the machine does with the next setpoints, None after an axis ran away."""
+    def follow(self, setpoints: Setpoints) -> Response | None:
+        """The machine's response to the next setpoints, None after an axis ran away."""
         path, linear = self.path, self.path.linear
-        wanted = path(np.clip(self.law(points.t), 0.0, path.length))[:, :linear]
-        away = np.linalg.norm(points.position[:, :linear] - wanted, axis=1)
+        wanted = path(np.clip(self.law(setpoints.t), 0.0, path.length))[:, :linear]
+        away = np.linalg.norm(setpoints.position[:, :linear] - wanted, axis=1)
         self.off_law = max(self.off_law, float(np.max(away)))
         if self.servo.stopped is not None:
             return None
-        return join(list(follow_chunks(slices(points, CHUNK), self.servo)))
+        return join(list(follow_chunks(slices(setpoints, CHUNK), self.servo)))
 
-    def served(self, points: Setpoints, response: Response) -> Served:
-        """What came of it, with the setpoints and the response that are kept."""
-        return Served(points, response, self.servo.tally, tuple(self.servo.notes), self.off_law)
+    def served(self, setpoints: Setpoints, response: Response) -> Served:
+        """The result, with the setpoints and the response that are kept."""
+        return Served(setpoints, response, self.servo.tally, tuple(self.servo.notes), self.off_law)
 
 
-def serve(path: Path, law: TimeLaw, points: Setpoints, table: Machine) -> Served:
-    """Let the axes of `table` follow all setpoints of a motion along `path`."""
-    serving = Serving(path, law, table)
-    response = serving.follow(points)
+def serve(path: Path, law: TimeLaw, setpoints: Setpoints, machine: Machine) -> Served:
+    """Let the axes of `machine` follow all setpoints of a motion along `path`."""
+    serving = Serving(path, law, machine)
+    response = serving.follow(setpoints)
     assert response is not None  # nothing ran away before
-    return serving.served(points, response)
+    return serving.served(setpoints, response)
 
 
 def serve_methods(
-    path: Path, law: TimeLaw, table: Machine, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
+    path: Path, law: TimeLaw, machine: Machine, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
 ) -> Iterator[Served]:
     """The same motion by one method after the other, each followed by the same machine."""
     for method in methods:
-        yield serve(path, law, interpolate(path, law, method=method, corrections=corrections), table)
+        yield serve(path, law, interpolate(path, law, method=method, corrections=corrections), machine)
 
 
 def largest_linear_error(tally: ErrorTally) -> tuple[str, float, float, float | None]:
@@ -102,15 +102,15 @@ def comparison(served: list[Served]) -> dict[str, Any]:
     }
 
 
-def sentences(served: list[Served], table: Machine) -> list[str]:
-    """What is model and what is measurement, and whether the choice of the method matters, from the numbers."""
+def sentences(served: list[Served], machine: Machine) -> list[str]:
+    """What is measured and what is assumed, and whether the choice of the method matters, from the numbers."""
     main = served[-1]
     axis, error, _, s = largest_linear_error(main.tally)
-    half = 0.5 * float(main.points.s[-1])
+    half = 0.5 * float(main.setpoints.s[-1])
     place = "" if s is None else f", {abs(s - half):.2f} mm {'behind' if s > half else 'before'} the nose"
     words = [
-        f"model: {table.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
-        f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {table.name})",
+        f"model: {machine.name}, simulated; the paper gives gains, encoders, scales and card, but not the plant: "
+        f"speed per volt, lag, masses and friction are assumptions (splinefeed machine show {machine.name})",
         f"measurement: the paper's {PAPER_ERROR * 1e3:.2f} um, the largest of its axes, where the arc begins; here it "
         f"is {error * 1e3:.2f} um on {axis}{place}: {error / PAPER_ERROR:.1f} times as much, an effect of the "
         f"plant, not of the interpolator",
@@ -127,10 +127,10 @@ def sentences(served: list[Served], table: Machine) -> list[str]:
     return words
 
 
-def servo_numbers(served: list[Served], table: Machine, of_paper: bool) -> dict[str, Any]:
-    """What `run` says of a machine: the errors of the last of `served`, and of the paper's experiment all of them."""
+def servo_numbers(served: list[Served], machine: Machine, of_paper: bool) -> dict[str, Any]:
+    """The numbers of `run` for a machine: errors of the last of `served`, and of the paper's experiment all of them."""
     main = served[-1]
-    numbers: dict[str, Any] = {"machine": table.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
+    numbers: dict[str, Any] = {"machine": machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
     if of_paper:
         axis, error, t, s = largest_linear_error(main.tally)
         numbers["experiment"] = {
@@ -140,6 +140,6 @@ def servo_numbers(served: list[Served], table: Machine, of_paper: bool) -> dict[
             "largest_error_at": {"t_s": t, "s_mm": s},
             "methods": [each.numbers() for each in served],
             **comparison(served),
-            "sentences": sentences(served, table),
+            "sentences": sentences(served, machine),
         }
     return numbers

@@ -12,7 +12,7 @@ from splinefeed.analysis.place import Placer
 from splinefeed.analysis.tally import ErrorTally
 from splinefeed.errors import InputError, expect
 from splinefeed.geometry.path import Path
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints, check_finite
 from splinefeed.simulation.follow import CHUNK, Follower, Progress, join, slices
 from splinefeed.simulation.linear import margins
@@ -20,15 +20,15 @@ from splinefeed.simulation.plant import SUB_STEPS
 
 
 class Servo:
-    """A machine that follows setpoints piece by piece, and the tally of its errors; the bits are those of one run.
+    """A machine that follows setpoints piece by piece, and the tally of its errors; the same bits as in one run.
 
     path     the contour error is measured against it, near the commanded points; without it there is none
-    tally    what was largest so far, where, and root mean squares; `stopped` says why it ended early, or None
-    notes    what had to be left out, one sentence each
+    tally    the largest errors so far, where, and root mean squares; `stopped` says why it ended early, or None
+    notes    what is left out, one sentence each
     sub_steps, linear  as `simulation.follow.Follower` takes them
 
-    An axis of the setpoints that the machine lacks is left out as long as it stays where it is; one that moves is an
-    InputError, and so is a linear axis of the path that the setpoints do not tell.
+    An axis of the setpoints that the machine lacks is left out as long as it does not move; one that moves is an
+    InputError, and so is a linear axis of the path that the setpoints lack.
     """
 
     def __init__(
@@ -61,74 +61,73 @@ class Servo:
 
     @property
     def off_path(self) -> float:
-        """How far setpoints that do not say their arc length lay from the path at the most, mm."""
+        """How far setpoints without arc length lay from the path at the most, mm."""
         return 0.0 if self._placer is None else self._placer.apart
 
-    def follow(self, points: Setpoints) -> Response:
+    def follow(self, setpoints: Setpoints) -> Response:
         """The response to the next setpoints; shorter than they are if an axis runs away."""
-        check_setpoints(points)
+        check_setpoints(setpoints)
         if self._follower is None or self._tally is None:
-            self._begin(points)
+            self._begin(setpoints)
         assert self._follower is not None
         assert self._tally is not None
-        if points.axes != self._axes:
-            raise InputError(f"setpoints have axes {', '.join(points.axes)}; expected {', '.join(self._axes)}")
-        self._check_rests(points)
-        moved = points
+        if setpoints.axes != self._axes:
+            raise InputError(f"setpoints have axes {', '.join(setpoints.axes)}; expected {', '.join(self._axes)}")
+        self._check_rests(setpoints)
+        moved = setpoints
         if self._rests:
-            kept = [points.axes.index(axis) for axis in self._follower.axes]
-            moved = replace(points, axes=self._follower.axes, position=points.position[:, kept])
+            kept = [setpoints.axes.index(axis) for axis in self._follower.axes]
+            moved = replace(setpoints, axes=self._follower.axes, position=setpoints.position[:, kept])
         response = self._follower.follow(moved)
         s = None
         if self._placer is not None:
-            s = self._placer.place(points)[: len(response)]
+            s = self._placer.place(setpoints)[: len(response)]
             if self._meter is not None:
-                found = self._meter.measure(self._position(response, points), s_hint=s)
+                found = self._meter.measure(self._position(response, setpoints), s_hint=s)
                 response = replace(response, contour_error=found.error)
-        elif np.isfinite(points.s).all():
-            s = points.s[: len(response)]
+        elif np.isfinite(setpoints.s).all():
+            s = setpoints.s[: len(response)]
         self.commanded = np.zeros(0) if s is None else s
         self._tally.see(response, s)
         return response
 
-    def _begin(self, points: Setpoints) -> None:
+    def _begin(self, setpoints: Setpoints) -> None:
         """Find the axes that both sides have, and say what is left out."""
-        axes = tuple(axis for axis in points.axes if axis in self.machine.axes)
-        first = points.position[0]
-        self._axes = points.axes
-        self._rests = {axis: float(first[i]) for i, axis in enumerate(points.axes) if axis not in axes}
+        axes = tuple(axis for axis in setpoints.axes if axis in self.machine.axes)
+        first = setpoints.position[0]
+        self._axes = setpoints.axes
+        self._rests = {axis: float(first[i]) for i, axis in enumerate(setpoints.axes) if axis not in axes}
         if not axes:
             raise InputError(
-                f"machine {self.machine.name!r} has none of the axes {', '.join(points.axes)}; "
+                f"machine {self.machine.name!r} has none of the axes {', '.join(setpoints.axes)}; "
                 f"its axes are {', '.join(self.machine.axes)}"
             )
-        self._check_rests(points)
+        self._check_rests(setpoints)
         for axis in self._rests:
             self.notes.append(f"axis {axis} does not move and {self.machine.name} has none: left out")
         for axis in self.machine.axes:
-            if axis not in points.axes:
+            if axis not in setpoints.axes:
                 self.notes.append(f"{axis}: no setpoints; this axis of {self.machine.name} holds its position")
         if self.path is not None:
             for axis in self.path.axes[: self.path.linear]:
-                if axis not in points.axes:
+                if axis not in setpoints.axes:
                     raise InputError(
-                        f"the path has an axis {axis}, which the setpoints do not tell; "
-                        f"theirs are {', '.join(points.axes)}"
+                        f"the path has an axis {axis}; the setpoints have only {', '.join(setpoints.axes)}"
                     )
             for axis in axes:
                 if axis not in self.path.axes and axis not in ROTARY_AXES:
-                    self.notes.append(f"axis {axis} is none of the path: the contour error leaves it out")
+                    self.notes.append(f"axis {axis} is not on the path: the contour error leaves it out")
         for axis in axes:
-            found = margins(self.machine.axes[axis], points.period)
+            found = margins(self.machine.axes[axis], setpoints.period)
             if found.close or not found.stable:
                 self.notes.append(f"axis {axis}: gains {found.verdict}")
-        self._follower = Follower(self.machine, axes, points.period, **self._options)  # type: ignore[arg-type]
-        self._tally = ErrorTally(axes, points.period)
+        self._follower = Follower(self.machine, axes, setpoints.period, **self._options)  # type: ignore[arg-type]
+        self._tally = ErrorTally(axes, setpoints.period)
 
-    def _check_rests(self, points: Setpoints) -> None:
+    def _check_rests(self, setpoints: Setpoints) -> None:
         """InputError for an axis that the machine lacks and the setpoints move."""
         for axis, rest in self._rests.items():
-            away = float(np.max(np.abs(points.position[:, points.axes.index(axis)] - rest), initial=0.0))
+            away = float(np.max(np.abs(setpoints.position[:, setpoints.axes.index(axis)] - rest), initial=0.0))
             if away > 0.0:
                 travel = f"{np.rad2deg(away):.4g} deg" if axis in ROTARY_AXES else f"{away:.4g} mm"
                 raise InputError(
@@ -136,7 +135,7 @@ class Servo:
                     f"its axes are {', '.join(self.machine.axes)}"
                 )
 
-    def _position(self, response: Response, points: Setpoints) -> Array:
+    def _position(self, response: Response, setpoints: Setpoints) -> Array:
         """Where the linear axes of the path were, (n, linear); those that the machine lacks are at their setpoints."""
         assert self.path is not None
         n = len(response)
@@ -145,20 +144,20 @@ class Servo:
             if axis in response.axes:
                 columns.append(response.position[:, response.axes.index(axis)])
             else:
-                columns.append(points.position[:n, points.axes.index(axis)])
+                columns.append(setpoints.position[:n, setpoints.axes.index(axis)])
         return np.column_stack(columns)
 
 
-def check_setpoints(points: Setpoints) -> None:
+def check_setpoints(setpoints: Setpoints) -> None:
     """InputError for a position that is NaN or infinite, with its tick, time and axis."""
-    finite = np.isfinite(points.position)
+    finite = np.isfinite(setpoints.position)
     if not finite.all():
         tick, column = (int(k) for k in np.unravel_index(int(np.argmin(finite)), finite.shape))
         raise InputError(
-            f"at t = {points.t[tick]:.9g} s axis {points.axes[column]} is {points.position[tick, column]}; "
+            f"at t = {setpoints.t[tick]:.9g} s axis {setpoints.axes[column]} is {setpoints.position[tick, column]}; "
             f"every position must be a finite number"
         )
-    check_finite(points.t, "Setpoints.t")
+    check_finite(setpoints.t, "Setpoints.t")
 
 
 def follow(
@@ -170,15 +169,15 @@ def follow(
     sub_steps: int = SUB_STEPS,
     linear: bool = False,
 ) -> Response:
-    """Simulate what the axes of `machine` do when they are given `setpoints`, from rest at the first one.
+    """Simulate the axes of `machine` as they follow `setpoints`, from rest at the first one.
 
     path  the contour error is measured against it: the distance over its linear axes from the nearest point near the
-          commanded one (`analysis.contour`); where the setpoints do not say their arc length it is found first
-    on_progress(done, total) is called now and then; sub_steps, linear: see `simulation.follow.Follower`
+          commanded one (`analysis.contour`); where the setpoints have no arc length it is found first
+    on_progress(done, total) is called from time to time; sub_steps, linear: see `simulation.follow.Follower`
 
-    If an axis runs away the response ends there and says so in `stopped`. Raises InputError for no setpoints, ones that
-    are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there is
-    `follow_chunks`.
+    If an axis runs away the response ends there, with the reason in `stopped`. Raises InputError for no setpoints, ones
+    that are not finite, and axes that machine or setpoints lack (see `Servo`). For jobs that do not fit in memory there
+    is `follow_chunks`.
     Returns a Response of n ticks, (n, axes): mm, rotary axes rad, V. Source: docs/machines.md has the model.
     Example: `sf.follow(setpoints, machine, path=path).tracking_error`
     """
@@ -199,7 +198,7 @@ def follow(
 
 def follow_chunks(chunks: Iterable[Setpoints], servo: Servo) -> Iterator[Response]:
     """The response piece by piece, for jobs that do not fit in memory; ends with the piece that has a run-away."""
-    for points in chunks:
-        yield servo.follow(points)
+    for setpoints in chunks:
+        yield servo.follow(setpoints)
         if servo.stopped is not None:
             return

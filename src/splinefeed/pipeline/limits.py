@@ -1,4 +1,4 @@
-"""Which limits hold for a motion: those that were said, those of the machine's axes, the feeds of a program."""
+"""Which limits hold for a motion: those that were given, those of the machine's axes, the feeds of a program."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.run import PAPER_LIMITS
 from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits
 
@@ -31,7 +31,7 @@ def over_machine(flat: Mapping[str, float], machine: Machine, axes: Sequence[str
 
 
 def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:
-    """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it.
+    """The limits for a path whose curves carry the feeds of a program, where no feed is given, and a note of it.
 
     The programmed feeds then hold. Rapid moves run as fast as the axes can where their velocities are limited, else at
     the highest programmed feed or the paper's, whichever is more. Limits stay as they are for a path without feeds.
@@ -43,7 +43,12 @@ def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits,
         top, rapids = float(np.max(known, initial=0.0)), len(known) < len(path.feeds)
     else:
         top, rapids = path.feeds
-    note = f"no feed is given: curves run at the program's feeds, {top:.6g} mm/s at most"
+    said = (
+        f"curves run at the program's feeds, {top:.6g} mm/s at most"
+        if top
+        else "the program has rapid moves alone here"
+    )
+    note = f"no feed is given: {said}"
     if not rapids:
         return replace(limits, feed=top), [note]
     if limits.axis_velocity is not None:

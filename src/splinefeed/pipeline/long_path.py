@@ -40,24 +40,24 @@ def stream_setpoints(
     """Where every axis must be at each tick k T along a path that comes in parts, planned window by window.
 
     paths   parts that follow each other, of the same axes; each is taken when the motion comes near it, and
-            forgotten when it is behind. A Path is cut into parts.
+            dropped when it is behind. A Path is cut into parts.
     period  servo period T, s; chunk  ticks of each record but the last; window  as for `LookAhead`
 
-    The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint lies where the law says
+    The motion is that of the `look-ahead` strategy and keeps all limits; each setpoint is where the law puts it
     (`arc-length`). `curve` and `s` count from the start of the first part. Raises what `LookAhead` raises, and
     InputError for no parts.
     Positions (n, axes), mm, rotary axes rad. Source: docs/scale.md.
     Example: `next(sf.live.stream_setpoints(path, limits, period=1e-3, chunk=100)).position`
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
-        raise InputError(f"chunk is {chunk!r}; a whole number of ticks from 1 up is needed")
+        raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
     return _collected(
         _Walk(limits, period, window).pieces(parts_of(paths) if isinstance(paths, Path) else paths), int(chunk)
     )
 
 
 def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
-    """A path as parts of at most `size` curves, with their feeds and markers, made when they are needed."""
+    """A path as parts of at most `size` curves, with their feeds and markers, made on demand."""
     count = len(path.curves)
     return (cut(path, first, min(first + size, count)) for first in range(0, count, size))
 

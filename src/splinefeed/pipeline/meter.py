@@ -1,4 +1,4 @@
-"""What a motion leaves behind that is seen chunk by chunk: its worst values, its counts, and the ticks of a figure."""
+"""A motion measured chunk by chunk: its worst values, its counts, and the ticks of a figure."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LONG = 1_000_000
 #: Of a longer one: stretches of time of which the least and the greatest of every quantity are kept, and most ticks of
 #: one stretch and of one chunk.
 COLUMNS, MOST_IN_COLUMN = 1200, 65_536
-#: Ticks on both sides of a chunk that its measures may look at: what a third difference needs.
+#: Ticks on both sides of a chunk that its measures may use: what a third difference needs.
 NEIGHBOURS = 2
 #: Columns of setpoints, of what the axes do, and of a response.
 SAID = ("t", "curve", "u", "s", "feed", "position")
@@ -42,7 +42,7 @@ def chunk_of(ticks: int) -> int:
 
 
 class Meter:
-    """Sees a motion chunk by chunk, in memory that does not grow but for the ticks that a figure needs.
+    """Measures a motion chunk by chunk, in constant memory plus the ticks that a figure needs.
 
     column  ticks in one column of a figure, of which the least and the greatest of every quantity are kept; 1: all
     """
@@ -62,33 +62,33 @@ class Meter:
         self._first: Setpoints | None = None
         self._answer: Response | None = None
 
-    def see(self, block: Setpoints, own: slice, points: Setpoints) -> None:
-        """The next chunk `points`, which is `own` of `block`, where its neighbours are too."""
-        path, law, t = self.path, self.law, points.t
+    def see(self, block: Setpoints, own: slice, setpoints: Setpoints) -> None:
+        """The next chunk `setpoints`, which is `own` of `block`, where its neighbours are too."""
+        path, law, t = self.path, self.law, setpoints.t
         if self._first is None:
-            self._first, self._top = points, _top_feed(law, points.period)
+            self._first, self._top = setpoints, _top_feed(law, setpoints.period)
         motion = axis_motion(block, path, law)
         use = limit_use(motion, block, path, law, self.limits)
         self._names = use.names
         counts = np.bincount(use.binding[own] + 1, minlength=len(use.names) + 1)
         self._bound = counts if not len(self._bound) else self._bound + counts
-        place = points.position
+        place = setpoints.position
         if isinstance(path, JointPath):
-            place = self.tip.evaluate(points.curve, points.u, 0)[:, 0]
+            place = self.tip.evaluate(setpoints.curve, setpoints.u, 0)[:, 0]
         else:
             self.chord = max(self.chord, float(np.max(chord_errors(block, path)[own], initial=0.0)))
         self._see_place(place[:, self._shown])
-        self._see_ripple(feed_ripple(block, self.tip, law, top=self._top), points)
-        self._rows = {name: getattr(points, name) for name in SAID}
+        self._see_ripple(feed_ripple(block, self.tip, law, top=self._top), setpoints)
+        self._rows = {name: getattr(setpoints, name) for name in SAID}
         self._rows |= {name: getattr(motion, name)[own] for name in MOTION}
         self._rows |= {"share": use.share[own], "top": use.top[own]}
-        self._peaked = [points.feed, law.acceleration(t), law.jerk(t), self._rows["top"]]
+        self._peaked = [setpoints.feed, law.acceleration(t), law.jerk(t), self._rows["top"]]
         for name in ("position", "share", *MOTION):
             self._peaked += list(self._rows[name].T)
-        self.ticks += len(points)
+        self.ticks += len(setpoints)
 
     def see_response(self, response: Response) -> None:
-        """What a machine did with the chunk that was seen last, as far as it came."""
+        """The machine's response to the last chunk, as far as it went."""
         self._answer = response
         n, count = len(response), len(self._rows["t"])
         if not n:
@@ -114,15 +114,15 @@ class Meter:
             self._thread = Thread(low, high)
         self._thread.see(place)
 
-    def _see_ripple(self, ripple: Ripple, points: Setpoints) -> None:
-        own = (ripple.t >= points.t[0]) & (ripple.t <= points.t[-1])
+    def _see_ripple(self, ripple: Ripple, setpoints: Setpoints) -> None:
+        own = (ripple.t >= setpoints.t[0]) & (ripple.t <= setpoints.t[-1])
         t, relative = ripple.t[own], ripple.relative[own]
         if not len(t):
             return
         self._squares += float(np.sum(relative**2))
         self._steps += len(t)
         self._floor = max(self._floor, ripple.floor)
-        kept = extremes(relative, -(-len(points) // self.column))
+        kept = extremes(relative, -(-len(setpoints) // self.column))
         self._kept.setdefault("ripple t", []).append(t[kept])
         self._kept.setdefault("ripple", []).append(relative[kept])
 
@@ -135,7 +135,7 @@ class Meter:
         return np.zeros((0, 0)) if self._thread is None else self._thread.line
 
     @property
-    def points(self) -> Setpoints:
+    def setpoints(self) -> Setpoints:
         """The ticks that are kept."""
         assert self._first is not None
         columns: dict[str, Any] = {name: self._all(name) for name in SAID}
@@ -143,7 +143,7 @@ class Meter:
 
     @property
     def motion(self) -> AxisMotion:
-        """What the axes do at them."""
+        """The axis motion at them."""
         return AxisMotion(self._all("t"), *(self._all(name) for name in MOTION))
 
     @property
@@ -161,7 +161,7 @@ class Meter:
 
     @property
     def response(self) -> Response:
-        """What the machine did at the ticks that are kept, as far as it came."""
+        """The machine's response at the kept ticks, as far as it went."""
         assert self._answer is not None
         columns: dict[str, Any] = {
             name: self._all(f"response {name}") for name in ANSWER if f"response {name}" in self._kept

@@ -1,4 +1,4 @@
-"""Setpoints to the pulse words of a motion card, each word decoded again before it is written."""
+"""Setpoints to the pulse words of a motion card; each word is decoded again before it is written."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.formats import bit_pattern
 from splinefeed.formats.bit_pattern import SLOTS, BitPattern
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.records import ROTARY_AXES, Setpoints
 
 
 @dataclass
 class Survey:
-    """What setpoints ask of a pulse clock, gathered chunk by chunk.
+    """The demand of setpoints on a pulse clock, gathered chunk by chunk.
 
     ticks    setpoints; period  s
     fastest  most pulses of one axis in one period, at tick `at` (the period after it), of axis `axis`
@@ -64,22 +64,22 @@ def survey(chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], *,
 
 @dataclass
 class Tally:
-    """What the words came to, decoded again: periods, pulses each way by axis, and the largest distance in pulses."""
+    """The words, decoded again: periods, pulses each way by axis, and the largest distance in pulses."""
 
     periods: int = 0
     plus: dict[str, int] = field(default_factory=dict)
     minus: dict[str, int] = field(default_factory=dict)
     off: float = 0.0
 
-    def see(self, pattern: BitPattern, points: Setpoints) -> None:
+    def see(self, pattern: BitPattern, setpoints: Setpoints) -> None:
         """Take in a pattern and the setpoints (n, axes) at the beginning of its first period and the end of each."""
         self.periods += len(pattern)
         bits = np.bitwise_count(pattern.words).sum(axis=(0, 3), dtype=np.int64)
         for i, axis in enumerate(pattern.axes):
             self.plus[axis] = self.plus.get(axis, 0) + int(bits[i, 0])
             self.minus[axis] = self.minus.get(axis, 0) + int(bits[i, 1])
-        decoded = bit_pattern.decode(pattern)[-len(points) :]
-        off = np.abs((decoded - points.position) * pattern.pulses_per_unit)
+        decoded = bit_pattern.decode(pattern)[-len(setpoints) :]
+        off = np.abs((decoded - setpoints.position) * pattern.pulses_per_unit)
         self.off = max(self.off, float(np.max(off, initial=0.0)))
 
 

@@ -1,4 +1,4 @@
-"""One run: a path and limits to setpoints, and the numbers that say how good they are; in chunks where it is long."""
+"""One run: a path and limits to setpoints, and the numbers of their quality; in chunks where it is long."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.experiment import Served, Serving
 from splinefeed.pipeline.meter import Meter, chunk_of, column_of, with_neighbours
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
@@ -41,7 +41,7 @@ TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
 #: Most ticks of a motion that is kept in memory, above an hour at 1 ms, and of one that is made in chunks, above ten
 #: days.
 MOST_TICKS, MOST_IN_CHUNKS = 4_000_000, 1_000_000_000
-#: Makes the setpoints anew, in chunks of so many ticks, each time that it is called.
+#: Makes the setpoints again, in chunks of so many ticks, each time that it is called.
 Chunks = Callable[[int], Iterator[Setpoints]]
 #: Is called with what is being done, how many ticks are done, and of how many.
 Progress = Callable[[str, int, int], None]
@@ -49,12 +49,12 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Everything that one run made; `numbers()` is what `--json` prints.
+    """The result of one run; `numbers()` is what `--json` prints.
 
     ticks   number of setpoints; kept  all of them, or of a long motion those that figures need, every peak among them
     motion, use, ripple  at the ticks that are kept; use and ripple count over all of them
     thread  (m, d) where the path runs, for a picture, a row of NaN where it is broken; d linear axes, at most three
-    chunks  makes all setpoints anew
+    chunks  makes all setpoints again
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
     served  what a machine did that followed the setpoints, or None
     Lengths in mm, times in s, arrays (n,) or (n, axes) of n ticks. Source: docs/code-overview.md.
@@ -85,7 +85,9 @@ class Run:
     def points(self) -> Setpoints:
         """All setpoints; LimitsError for a long motion, of which `setpoints()` gives them in chunks."""
         if not self.whole:
-            raise LimitsError(f"a motion of {self.ticks} ticks is not kept in memory; take setpoints(), in chunks")
+            raise LimitsError(
+                f"a motion of {self.ticks} ticks is not kept in memory; use setpoints(), which gives chunks"
+            )
         return self.kept
 
     @property
@@ -95,7 +97,7 @@ class Run:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """How the setpoints are made, as they say themselves."""
+        """How the setpoints are made."""
         return dict(self.kept.settings)
 
     @property
@@ -170,22 +172,22 @@ class Run:
 
     def numbers(self) -> dict[str, Any]:
         """Durations in s, lengths in mm, limits with their worst value, share and place; rotary axes in degrees."""
-        law, points = self.law, self.kept
+        law, setpoints = self.law, self.kept
         return {
             "ok": self.ok,
             "duration_s": law.duration,
             "lower_bound_s": law.settings.get("lower_bound_s"),
             "length_mm": self.path.length,
             "ticks": self.ticks,
-            "period_s": points.period,
-            "method": points.method,
+            "period_s": setpoints.period,
+            "method": setpoints.method,
             "strategy": law.strategy,
             "ripple_max": self.ripple.max,
             "ripple_rms": self.ripple.rms,
             "ripple_floor": self.ripple.floor,
             "end_error_mm": self.end_error_mm,
             "end_reached": self.end_reached,
-            "feed_max_mm_s": float(points.feed.max()),
+            "feed_max_mm_s": float(setpoints.feed.max()),
             "chord_error_max_mm": self.chord_error_mm,
             "limits": self.verdict.as_dict()["limits"],
             "problems": list(self.verdict.problems),
@@ -197,7 +199,7 @@ class Run:
     def axis_peaks(self) -> dict[str, dict[str, float | str]]:
         """Largest |velocity|, |acceleration| and |jerk| of each axis, in mm or degrees, with the unit.
 
-        For linear axes their shares of the path's own acceleration and jerk, too, which nothing holds them to.
+        For linear axes their shares of the path's own acceleration and jerk, too, which they need not keep.
         """
         peaks: dict[str, dict[str, float | str]] = {}
         for i, axis in enumerate(self.axes):
@@ -249,18 +251,18 @@ def run(
     Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).plot()`
     """
     expect("run(path, limits)", (path, (Path, JointPath)), (limits, Limits))
-    table = Machine.load(machine) if isinstance(machine, str) else machine
+    model = Machine.load(machine) if isinstance(machine, str) else machine
     if isinstance(path, ToolPath):
-        path, table = on_machine(path, table, limits), None
+        path, model = on_machine(path, model, limits), None
     joints = isinstance(path, JointPath)
-    if joints and table is not None:
-        raise InputError("machine: these are the joints of one already; leave it out")
+    if joints and model is not None:
+        raise InputError("machine: the path is already in the joints of a machine; leave it out")
     limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     ticks = check_ticks(law, period, MOST_TICKS if joints else MOST_IN_CHUNKS)
     asked: dict[str, Any] = {"period": period, "method": method, "corrections": corrections, "tolerance": tolerance}
     chunks = partial(_made, path, law, asked)
-    return measured(path, limits, law, chunks, ticks, machine=table, on_progress=on_progress)
+    return measured(path, limits, law, chunks, ticks, machine=model, on_progress=on_progress)
 
 
 def _made(path: Path | JointPath, law: TimeLaw, asked: dict[str, Any], chunk: int) -> Iterator[Setpoints]:
@@ -280,14 +282,14 @@ def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Li
         raise InputError(
             f"{path.name}: has a tool axis, which only a machine can follow; give a machine with kinematics (--machine)"
         )
-    table = machine if isinstance(machine, Machine) else Machine.load(machine)
-    if table.kinematics is None:
+    model = machine if isinstance(machine, Machine) else Machine.load(machine)
+    if model.kinematics is None:
         line = "" if path.lines is None else f" (line {path.lines[0]})"
         raise InputError(
-            f"{table.name}: has no [kinematics], which a tool path needs{line}; add them to the machine file, or take "
+            f"{model.name}: has no [kinematics], which a tool path needs{line}; add them to the machine file, or take "
             "a machine that has them (trunnion)"
         )
-    return JointPath(path, table.kinematics, travel=limits.travel_of(table.kinematics.joints))
+    return JointPath(path, model.kinematics, travel=limits.travel_of(model.kinematics.joints))
 
 
 def planned_axes(path: Path, machine: Machine | None) -> tuple[str, ...]:
@@ -313,13 +315,13 @@ def measured(
     again = partial(chunks, ticks if joints else chunk_of(ticks))
     meter = Meter(path, limits, law, 1 if joints else column_of(ticks))
     serving = None if machine is None else Serving(meter.tip, law, machine)
-    for block, own, points in with_neighbours(again()):
-        meter.see(block, own, points)
-        if serving is not None and (response := serving.follow(points)) is not None:
+    for block, own, setpoints in with_neighbours(again()):
+        meter.see(block, own, setpoints)
+        if serving is not None and (response := serving.follow(setpoints)) is not None:
             meter.see_response(response)
         meter.keep()
         say("measuring", meter.ticks, ticks)
-    kept = meter.points
+    kept = meter.setpoints
     whole = len(kept) == meter.ticks
     verdict = check(kept if whole else _told(again(), "checking", ticks, say), path, limits, law=law)
     chord, thread = meter.chord, meter.line
@@ -345,7 +347,7 @@ def measured(
 
 
 def _told(chunks: Iterator[Setpoints], what: str, ticks: int, say: Progress) -> Iterator[Setpoints]:
-    """The chunks as they are, with a word of progress about each."""
+    """The chunks as they are, reporting progress on each."""
     done = 0
     for chunk in chunks:
         yield chunk

@@ -1,4 +1,4 @@
-"""A path smoothed as a user asks, with what is proven of it among its findings; a tool path with its tool axis."""
+"""A path smoothed by the user's settings, with the proof among its findings; a tool path with its tool axis."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from splinefeed.geometry.tool_path import ToolPath
 
 
 def smooth(path: Path, how: Mapping[str, Any]) -> Path:
-    """The path smoothed by these settings; its findings say what is proven of it.
+    """The path smoothed by these settings; its findings state the proof.
 
     how  `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`, `corner_angle`, degrees, and
          `angle_tolerance`, of the tool axis or of rotary axes, rad
 
-    Raises InputError where a program says no tolerance, and CurveError if the path is over it, which no path is known
-    to bring about.
+    Raises InputError where a program has no tolerance, and CurveError if the path exceeds it, which is not known to
+    happen.
     """
     if how.get("smooth") is None:
         return path
@@ -36,7 +36,7 @@ def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:
     said: dict[str, Any] = {"tolerance": how["smooth"]}
     if how["smooth"] == PROGRAM:
         if not says_tolerance:
-            raise InputError("--smooth program: the program says no tolerance (G64 P); give one, --smooth 0.01mm")
+            raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
         said["corners"] = "round"
     said |= {"corners": how["corners"]} if "corners" in how else {}
     if "corner_angle" in how:

@@ -1,4 +1,4 @@
-"""A machine tuned, by a rule or on a path: the new one, its page of numbers, and what figures show of its axes."""
+"""A machine tuned, by a rule or on a path: the new one, its numbers, and what figures show of its axes."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from splinefeed.geometry.path import Path
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.table import Machine
 from splinefeed.pipeline.tuning import tune_on_path
 from splinefeed.records import Setpoints
 from splinefeed.simulation.curves import TunedAxis, hunts, rest_swing, tuned_axis
@@ -23,7 +23,7 @@ class TunedMachine:
     page    what was found: gains and margins of each axis before and after; curves  what figures show, made on request
     """
 
-    table: Machine
+    machine: Machine
     page: dict[str, Any]
     curves: Callable[[], list[TunedAxis]]
 
@@ -61,12 +61,12 @@ def by_rule(
     return TunedMachine(new, {"period_s": period, "identify": identify, "axes": axes}, curves)
 
 
-def along_path(machine: Machine, points: Setpoints, path: Path, **options: Any) -> TunedMachine:
+def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: Any) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path; see `pipeline.tuning.tune_on_path`."""
-    found = tune_on_path(machine, points, path, **options)
+    found = tune_on_path(machine, setpoints, path, **options)
     numbers = {
         name: {
-            **_numbers(each.old, each.axis, each.before, each.margins, points.period),
+            **_numbers(each.old, each.axis, each.before, each.margins, setpoints.period),
             "tracking_error_max_before": each.tracking_before,
             "tracking_error_max": each.tracking,
             "tracking_unit": "rad" if each.axis.rotary else "mm",
@@ -74,7 +74,7 @@ def along_path(machine: Machine, points: Setpoints, path: Path, **options: Any) 
         for name, each in found.axes.items()
     }
     page = {
-        "period_s": points.period,
+        "period_s": setpoints.period,
         "path_name": path.name,
         "bound": found.bound.words,
         "runs": found.evaluations,
@@ -85,7 +85,7 @@ def along_path(machine: Machine, points: Setpoints, path: Path, **options: Any) 
     }
 
     def curves() -> list[TunedAxis]:
-        return [tuned_axis(t.old, t.axis, f"rule path, {path.name}", points.period) for t in found.axes.values()]
+        return [tuned_axis(t.old, t.axis, f"rule path, {path.name}", setpoints.period) for t in found.axes.values()]
 
     return TunedMachine(found.machine, page, curves)
 

@@ -1,4 +1,4 @@
-"""Gains for a path: contour error is made small while every loop keeps its distance from instability."""
+"""Gains for a path: the contour error is minimised while every loop keeps its stability margins."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 from splinefeed.analysis.contour import Contour, ContourMeter
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
-from splinefeed.machine.table import Machine
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints
 from splinefeed.simulation import tuning
 from splinefeed.simulation.bound import Bound, BoundTest
@@ -23,24 +23,24 @@ from splinefeed.simulation.linear import Margins, margins
 from splinefeed.simulation.plant import force_per_volt
 
 PATH_RULE = "path"
-#: Runs of the whole path that the optimiser may make, unless the caller says otherwise, and at most.
+#: Runs of the whole path that the optimiser may make, by default, and at most.
 EVALUATIONS = 300
 MOST_EVALUATIONS = 100_000
 #: Share of them that goes to gains drawn at random; the rest improves the best of these step by step.
 DRAWN = 0.4
 #: Gains are drawn, in equal shares of their logarithm, between these factors of those that a rule or the machine gives.
 SPREAD = (1.0 / 20.0, 4.0)
-#: Feed-forward is sought between 0 and this many times what would make the drive follow by itself.
+#: Feed-forward is searched between 0 and this many times what would make the drive follow by itself.
 FORWARD = 1.5
 #: First step of the improvement, in natural logarithms of the gains, and the one at which it ends.
 FIRST_STEP, LAST_STEP = 0.3, 1e-3
-#: The improvement starts anew from its best as long as that makes the error smaller by this share.
+#: The improvement restarts from its best as long as that makes the error smaller by this share.
 WORTHWHILE = 0.02
 #: The quick test asks for this much more than the bound, so that the exact one holds too.
 RESERVE = 1e-3
 #: Draws for one that keeps the bound.
 MOST_DRAWS = 2000
-#: Gains go no farther than this from their start, in logarithms; what a run that ran away counts as, and the least
+#: Gains go no farther than this from their start, in logarithms; what a run-away counts as, and the least
 #: error that counts, mm or rad.
 FARTHEST = 8.0
 RAN_AWAY = 1e3
@@ -134,12 +134,12 @@ def tune(
 def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
     """Tune the gains of an axis by a rule, or of a machine's axes together on a path.
 
-    With an axis, a rule of `simulation.tuning.rules()` ("ziegler-nichols" unless given) and the options of
+    With an axis, a rule of `simulation.tuning.rules()` ("ziegler-nichols" by default) and the options of
     `simulation.tuning.tune`: `period` in s, `kind`, `experiment`, `volts` in V. With a Machine, rule "path" and the
     options of `tune_on_path`, of which `setpoints` and `path` are needed.
 
     Returns a Tuning or a PathTuning: gains in V/mm (rotary axes V/rad), margins in dB and deg.
-    Raises InputError for anything but an axis or a Machine, a rule that does not go with it, and what the two raise.
+    Raises InputError for anything but an axis or a Machine, a rule that does not fit it, and what the two raise.
     Source: J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768; the search on a path, see `tune_on_path`.
     Example: `sf.tune(sf.Machine.load("xytheta").axes["x"], "tyreus-luyben").controller.kp`
     """
@@ -172,19 +172,19 @@ def tune_on_path(
     """Find gains that make the largest contour error on a path small, every loop within a bound on its margins.
 
     setpoints     on `path`; their period is the servo's
-    axes          those to tune; all of the setpoints unless given
-    bound         gain margin 6 dB, phase margin 40 deg and |1 / (1 + L)| <= 2 unless given
+    axes          those to tune; all of the setpoints by default
+    bound         gain margin 6 dB, phase margin 40 deg and |1 / (1 + L)| <= 2 by default
     evaluations   runs of the whole path at most; seed  of the random draws: the same seed gives the same gains
-    feed_forward  whether the feed-forward of speed and acceleration is sought too
+    feed_forward  whether the feed-forward of speed and acceleration is tuned too
     on_progress   called with the runs made and allowed
 
-    Gains with which an axis of the full model does not come to rest (`simulation.curves.rest_swing`) are out as well.
-    Gains are drawn around those of Ziegler and Nichols, or the machine's where that rule has none; those out of the
-    bound are thrown away unsimulated, and the best is improved by COBYLA (M. J. D. Powell, in Advances in Optimization
-    and Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the gains. Linear
-    axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own following error.
-    The old gains are kept where nothing better keeps the bound. Raises InputError where nothing does at all.
-    Source: as named, and docs/tune.md.
+    Gains with which an axis of the full model does not come to rest (`simulation.curves.rest_swing`) are rejected too.
+    Gains are drawn around those of Ziegler and Nichols, or the machine's where that rule has none; those outside the
+    bound are rejected without simulation, and the best is improved by COBYLA (M. J. D. Powell, in Advances in
+    Optimization and Numerical Analysis, Kluwer 1994, 51-67, doi:10.1007/978-94-015-8330-5_4) on the logarithms of the
+    gains. Linear axes are tuned together for contour error; a rotary axis has no part in it and is tuned for its own
+    following error. The old gains are kept where nothing better keeps the bound.
+    Raises InputError where nothing keeps it. Source: as named, and docs/tune.md.
     Example: `sf.simulation.tune_on_path(machine, setpoints, path, evaluations=2).machine`
     """
     bound = bound or Bound()
@@ -255,7 +255,7 @@ class _Search:
         self,
         machine: Machine,
         names: tuple[str, ...],
-        points: Setpoints,
+        setpoints: Setpoints,
         meter: ContourMeter,
         hints: Array,
         bound: Bound,
@@ -263,14 +263,14 @@ class _Search:
     ) -> None:
         self.machine = machine
         self.names = names
-        self.points = points
+        self.setpoints = setpoints
         self.meter = meter
         self.hints = hints
         self.bound = bound
         self.runs = 0
         self.forward = len(FEED_FORWARD) if feed_forward else 0
-        self.start = {name: _start(machine.axes[name], points.period) for name in names}
-        self.tests = {name: BoundTest(axis, points.period, bound) for name, axis in self.start.items()}
+        self.start = {name: _start(machine.axes[name], setpoints.period) for name in names}
+        self.tests = {name: BoundTest(axis, setpoints.period, bound) for name, axis in self.start.items()}
         self.width = {name: len(GAINS[axis.controller.kind]) + self.forward for name, axis in self.start.items()}
         self.best = (math.inf, np.empty(0), machine)
 
@@ -335,7 +335,7 @@ class _Search:
         machine = replace(self.machine, axes={**self.machine.axes, **axes})
         error = self._error(machine)
         report(self.runs)
-        unrest = max(_unrest(axis, self.points.period) for axis in axes.values())
+        unrest = max(_unrest(axis, self.setpoints.period) for axis in axes.values())
         if error < self.best[0] and unrest == 0.0 and np.min(self._slacks(x)) >= 0.5 * RESERVE:
             self.best = (error, np.array(x), machine)
         return math.log(min(error, RAN_AWAY) + SMALLEST) + unrest
@@ -343,11 +343,11 @@ class _Search:
     def _error(self, machine: Machine) -> float:
         """Largest contour error of the linear axes, mm, or following error of a rotary one, rad; of one run."""
         self.runs += 1
-        response = _followed(self.points, machine)
+        response = _followed(self.setpoints, machine)
         if response.stopped is not None:
             return math.inf
         if self.names[0] in ROTARY_AXES:
-            return float(np.max(np.abs(response.tracking_error[:, self.points.axes.index(self.names[0])])))
+            return float(np.max(np.abs(response.tracking_error[:, self.setpoints.axes.index(self.names[0])])))
         return self.meter.measure(response.position, s_hint=self.hints).max
 
     def _calmed(self, name: str, calm: bool) -> Array:

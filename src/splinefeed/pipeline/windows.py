@@ -1,4 +1,4 @@
-"""From a file to checked setpoints by windows: read, smoothed, planned, made and judged as it comes, in flat memory."""
+"""From a file to checked setpoints, window by window in constant memory: read, smooth, plan, interpolate, check."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Progress = Callable[[int, int], None]
 
 @dataclass(eq=False)
 class WindowedRun:
-    """A run along a path that comes in parts, made once: `setpoints`, and when they are through, its `verdict`.
+    """A run along a path that comes in parts, made once: `setpoints`, and after them its `verdict`.
 
     how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees
-    said      what the setpoints say of themselves, in addition to `settings` and the name of the path
+    said      the settings stored with the setpoints, in addition to `settings` and the name of the path
     """
 
     source: PathParts
@@ -46,7 +46,7 @@ class WindowedRun:
         self._verdict: Verdict | None = None
 
     def setpoints(self) -> Iterator[Setpoints]:
-        """All setpoints, in chunks, each judged before it is given; to be taken once."""
+        """All setpoints, in chunks, each checked before it is yielded; iterate once."""
         for chunk in stream_setpoints(self._paths(), self.limits, period=self.period):
             self._check.see(chunk)
             self._ticks += len(chunk)
@@ -68,13 +68,13 @@ class WindowedRun:
 
     @property
     def verdict(self) -> Verdict:
-        """What the check found of all setpoints; InputError before they are through."""
+        """The verdict on all setpoints; InputError before the last of them."""
         if self._verdict is None:
-            raise InputError("there is no verdict yet: take all of the setpoints first")
+            raise InputError("no verdict yet: read all setpoints first")
         return self._verdict
 
     def numbers(self) -> dict[str, Any]:
-        """What `run` says too, as far as it can be known without the whole path."""
+        """The numbers of `run` that do not need the whole path."""
         verdict = self.verdict
         page = verdict.as_dict()
         found = [*self.source.findings, *([] if self._smoother is None else [self._smoother.summary])]

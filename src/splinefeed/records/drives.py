@@ -56,7 +56,7 @@ class Combination:
 
 @dataclass(frozen=True)
 class Torque:
-    """Bounds on the torques (of linear joints: forces) that a rigid-body model asks of joints.
+    """Bounds on the torques (of linear joints: forces) that a rigid-body model gives for joints.
 
     model  inverse dynamics tau(q, q', q''), each (n, joints), rad (linear joints mm) by s, to torques (n, joints),
            N m (N): M(q) q'' + C(q, q') q' + g(q), without friction
@@ -90,7 +90,7 @@ class Torque:
         return [list(axes).index(axis) for axis in self.most]
 
     def of(self, position: Array, velocity: Array, acceleration: Array) -> Array:
-        """Torques (n, joints) of joints (n, joints); LimitsError where the model says something else."""
+        """Torques (n, joints) of joints (n, joints); LimitsError where the model returns something else."""
         try:
             found = np.asarray(self.model(position, velocity, acceleration), dtype=np.float64)
         except (TypeError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""TimeLaw: how far along the path by when."""
+"""TimeLaw: arc length over time."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from splinefeed.records.arrays import Array, check_finite, frozen_array
 
 #: Number of coefficients of a time-law piece: quintic in t, the highest degree that a strategy makes.
 LAW_COEFFICIENTS = 6
-#: Instants at which a notebook's view looks at the feed.
+#: Instants at which a notebook's view samples the feed.
 SAMPLES = 2001
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TimeLaw:
-    """How far along the path the tool is by when: s(t), polynomial between breaks.
+    """Arc length of the tool along the path over time: s(t), polynomial between breaks.
 
     breaks        (m+1,)  s, from 0, increasing
     coefficients  (m, 6)  s(t) = sum_k coefficients[i, k] (t - breaks[i])^k  mm, in mm/s^k
     period        servo period that the law was brought to, s; None if it was not
-    notes         what the planner had to give way in, one sentence each
+    notes         what the planner had to relax, one sentence each
     settings      what it was planned with, for the records of a run
     Raises InputError for arrays of other shapes, that are not finite, or breaks that do not begin at 0 and increase.
     Source: docs/math/planner.md. Example: `law.feed(np.linspace(0, law.duration, 100))`

@@ -68,10 +68,10 @@ ByAxis: TypeAlias = Mapping[str, float] | Sequence[float] | NDArray[Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """What a motion must never exceed; whatever is left out does not limit.
+    """What a motion must never exceed; a limit that is left out is infinite.
 
     feed  mm/s; acceleration, deceleration  mm/s^2 and jerk (while speeding up), deceleration_jerk (while slowing
-    down)  mm/s^3, along the path; deceleration and its jerk follow acceleration and jerk unless given
+    down)  mm/s^3, along the path; deceleration and its jerk follow acceleration and jerk by default
     start_feed, end_feed  mm/s at the ends of the path
     chord_error   mm between the curve and the line from one setpoint to the next; centripetal  mm/s^2
     orientation_error  rad between the tool axis and that of a tool path, from one setpoint to the next
@@ -82,10 +82,10 @@ class Limits:
                   tool stops at every corner (exact stop)
     axis_minimum, axis_maximum  ends of the travel of axes (soft limits), mm or rad: one value per axis, given likewise
     combinations  a `Combination` by name: bounds on weighted sums of axes
-    torque        a `Torque`: what a rigid-body model may ask of joints
+    torque        a `Torque`: the joint torques of a rigid-body model
 
-    Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for travel that is
-    none, and if neither feed nor axis_velocity is given.
+    Raises LimitsError for a limit that is not a positive number, for an end feed outside [0, feed], for empty travel,
+    and if neither feed nor axis_velocity is given.
     Source: docs/check.md defines each by the setpoints.
     Example: `sf.Limits(feed=60, axis_acceleration=[500, 800], axis_jerk=20000)`
     """
@@ -280,14 +280,16 @@ class Limits:
 
     @classmethod
     def from_dict(cls, flat: Mapping[str, float]) -> Limits:
-        """The limits that `as_dict` wrote; LimitsError for a name that is none."""
+        """The limits that `as_dict` wrote; LimitsError for an unknown name."""
         known = {f.name for f in fields(cls)}
         values: dict[str, Any] = {}
         combinations: dict[str, dict[str, Any]] = {}
         for key, value in flat.items():
             name, _, axis = key.partition(".")
             if name == "torque":
-                raise LimitsError(f"{key}: its model is a function, which no file holds; give Limits(torque=...) anew")
+                raise LimitsError(
+                    f"{key}: its model is a function, which a file cannot hold; give Limits(torque=...) again"
+                )
             if name == "combinations":
                 label, _, kind = axis.partition(".")
                 own = combinations.setdefault(label, {"weights": {}})
@@ -327,7 +329,7 @@ def _in_order(value: object, name: str) -> tuple[float, ...] | None:
 def refuse_orientation(limits: Limits, name: str) -> None:
     """LimitsError for an orientation error on a path, of this name, that has no tool axis."""
     if limits.orientation_error is not None:
-        raise LimitsError(f"orientation_error: {name} has no tool axis that could be off; leave it out")
+        raise LimitsError(f"orientation_error: {name} has no tool axis; leave it out")
 
 
 def number(value: object, name: str) -> float:
@@ -335,7 +337,7 @@ def number(value: object, name: str) -> float:
     try:
         result = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise LimitsError(f"{name} is {value!r}; a number is needed") from None
+        raise LimitsError(f"{name} is {value!r}; expected a number") from None
     if not math.isfinite(result):
         raise LimitsError(f"{name} is {result}; it must be finite")
     return result

@@ -19,18 +19,18 @@ STREAM_COLUMNS = ("row", "depth", "underruns")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Response:
-    """What the axes of a machine did when they were given setpoints.
+    """The motion of a machine's axes that follow setpoints.
 
     t          (n,)       time of the tick, s
     command    (n, axes)  commanded position of each axis, mm, rotary axes rad
     position   (n, axes)  where it was
-    measured   (n, axes)  where its encoder or scale said it was
+    measured   (n, axes)  what its encoder or scale measured
     output     (n, axes)  control output, V
     saturated  (n, axes)  whether the output was at its limit
     contour_error  (n,)   distance of `position` from the true path over the linear axes, mm; None if no path was given
     row, depth, underruns  (n,)  of a stream to a controller: number of its row, rows that it still had, and periods in
                            which it had none so far; None where nothing was streamed
-    stopped    why the run ended early, or None; settings  all that is needed to make it again
+    stopped    why the run ended early, or None; settings  all that is needed to repeat it
     Raises InputError for arrays of other shapes. Source: docs/machines.md.
     Example: `sf.follow(setpoints, machine, path=path).contour_error.max()`
     """

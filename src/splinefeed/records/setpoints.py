@@ -24,7 +24,7 @@ class Setpoints:
     feed      (n,)       planned feed at the tick, mm/s
     position  (n, axes)  mm, rotary axes rad
     axes      names of the axes; period in s; method as registered
-    settings  all that is needed to make these points again
+    settings  all that is needed to repeat them
     Raises InputError for arrays of other shapes. Source: docs/setpoint-files.md.
     Example: `sf.interpolate(path, law).position[:, 0]`
     """

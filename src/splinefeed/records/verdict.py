@@ -56,8 +56,8 @@ class Verdict:
     """What a check of setpoints found.
 
     limits    by name: feed, acceleration, deceleration, jerk, chord_error, centripetal, axis_jerk.x, ..., travel.x
-    problems  one sentence each: what, how much, where; none if all is well
-    notes     what was allowed for, and what decides where exact derivatives cannot, one sentence each
+    problems  one sentence each: what, how much, where; empty if all is well
+    notes     allowances, and what decides where exact derivatives cannot, one sentence each
     numbers   other measurements: duration_s, length_mm, ticks, period_s, method, end_error_mm, ...
     Limits and worst values are in mm, s and rad; `as_dict` gives rotary axes in degrees. Source: docs/check.md.
     Example: `sf.check(setpoints, path, limits).ok`

@@ -81,7 +81,7 @@ def of_run(run: Run, responses: Mapping[str, Response] | None = None, machine: s
     """The figures of a run for its page, by name; responses: what a machine did, by method, the run's own first."""
     from splinefeed.report.motion_figures import motion_figure
     from splinefeed.report.path_figures import limits_figure, path_figure
-    from splinefeed.report.servo_figures import errors_figure, spectra_figure
+    from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
 
     followed = {name: each for name, each in (responses or {}).items() if len(each)}
     own = next(iter(followed.values()), None)
@@ -90,7 +90,7 @@ def of_run(run: Run, responses: Mapping[str, Response] | None = None, machine: s
         found["limits"] = limits_figure(run.use, run.kept, run.path.name)
     if own is not None:
         found["errors"] = errors_figure(followed, run.path.name, machine)
-        if run.whole:  # a spectrum needs every tick
+        if has_spectra(run, own):
             found["spectra"] = spectra_figure(own)
     return found
 
@@ -158,7 +158,7 @@ def write(
 
         machine = str((record or {}).get("machine", ""))
         served = [*others, *([] if run.served is None else [run.served])]
-        own_first = {each.points.method: each.response for each in reversed(served)}
+        own_first = {each.setpoints.method: each.response for each in reversed(served)}
         drawn = of_run(run, own_first, machine)
         beside = None if own is None else deviation(own.response, run.path, run.kept.s)
         names += save_figures(figures(run, traces, drawn, beside, machine), place, wanted)
@@ -170,16 +170,16 @@ def write(
     return names
 
 
-def write_setpoints(points: Setpoints | Iterator[Setpoints], place: File, formats: Iterable[str]) -> list[str]:
+def write_setpoints(setpoints: Setpoints | Iterator[Setpoints], place: File, formats: Iterable[str]) -> list[str]:
     """Write setpoints in every format, and give the names; chunks are made once, for the first."""
     wanted = list(dict.fromkeys(formats))
-    if isinstance(points, Setpoints) or len(wanted) == 1:
+    if isinstance(setpoints, Setpoints) or len(wanted) == 1:
         for form in wanted:
-            save(points, place / SETPOINTS[form])
+            save(setpoints, place / SETPOINTS[form])
         return [SETPOINTS[form] for form in wanted]
-    first = next(points)
+    first = next(setpoints)
     whole = place / SETPOINTS["hdf5"]
-    save(chain([first], points), whole)
+    save(chain([first], setpoints), whole)
     for form in wanted:
         if form != "hdf5":
             save(load_chunks(whole, len(first)), place / SETPOINTS[form])

@@ -91,7 +91,7 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
     duration, bound = run.law.duration, run.law.settings.get("lower_bound_s")
     cards = [("cycle time", f"{duration:.6g} s", "")]
     if bound:
-        gap = f"no plan on this grid is faster; gap {100.0 * (duration / bound - 1.0):.2g} %"
+        gap = f"no motion within these limits is faster; gap {100.0 * (duration / bound - 1.0):.2g} %"
         cards.append(("lower bound", f"{bound:.6g} s", gap))
     worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
     if worst is not None:

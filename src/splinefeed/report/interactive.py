@@ -26,6 +26,9 @@ from splinefeed.report.figure import (
 from splinefeed.report.layout import EYE
 
 Plain = dict[str, Any]
+#: How wide and how high a path in space is at most, in units of Plotly's scene, so that it stays in view as it turns;
+#: ticks along an axis, a unit; and how flat a scene may be, as a share of its longest side.
+WIDE, HIGH, TICKS, FLAT = 1.6, 1.15, 5.0, 0.02
 MARGIN = {"l": 84, "r": 24, "t": 16, "b": 52}
 FONT = {"size": 12.5}
 CURSOR = {"showspikes": True, "spikemode": "across", "spikethickness": 1, "spikedash": "dot"}
@@ -156,7 +159,12 @@ def _line(mark: Line) -> Plain:
         "x": array(mark.x),
         "y": array(mark.y),
         "name": mark.name,
-        "line": {"color": mark.colour, "width": mark.width, **({"dash": "dash"} if mark.dash else {})},
+        "line": {
+            "color": mark.colour,
+            "width": 0 if mark.fill else mark.width,
+            **({"dash": "dash"} if mark.dash else {}),
+        },
+        **({"fill": "toself", "hoverinfo": "name"} if mark.fill else {}),
     }
 
 
@@ -247,17 +255,18 @@ def _path(panel: Panel) -> Plain:
         words = ("start and end",) if closed else ("start", "end")
         data.append(_ends(mark.place[[0, -1][: len(words)]], mark.place, words, letters))
         if np.isnan(mark.thread).any():  # the tool axis beside the path
-            data.append({"type": "scatter3d", **thread})
+            data.append({"type": "scatter3d", **thread, "line": {"color": theme.FAINT, "width": 2}})
         both = np.concatenate([mark.place, mark.thread])
         size = np.nanmax(both, axis=0) - np.nanmin(both, axis=0)
-        size = size / np.max(size)  # Plotly's own sizes would let flat parts overflow
+        size = np.maximum(size, FLAT * np.max(size))  # a side of no length has no scale
+        size = size * min(WIDE / np.hypot(size[0], size[1]), HIGH / size[2])
         layout["margin"] = dict.fromkeys("lrtb", 8)
         layout["scene"] = {
             "aspectmode": "manual",
             "aspectratio": dict(zip("xyz", size.tolist(), strict=True)),
             "camera": {"eye": dict(zip("xyz", EYE.tolist(), strict=True)), "center": {"x": 0, "y": 0, "z": -0.12}},
             **{
-                f"{letter}axis": {"title": {"text": label}, "nticks": 2 + round(7 * float(part))}
+                f"{letter}axis": {"title": {"text": label}, "nticks": 2 + round(TICKS * float(part))}
                 for letter, label, part in zip(letters, labels, size, strict=True)
             },
         }

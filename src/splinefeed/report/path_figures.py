@@ -45,7 +45,7 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
 
     response  what the axes of a machine did; colour  the only one wanted, where there is one of that name
     """
-    path, points = run.path, run.kept
+    path, setpoints = run.path, run.kept
     unit = unit_along(path.axes)
     place, thread = _place(run), run.thread
     if path.linear <= 1:
@@ -56,15 +56,15 @@ def path_figure(run: Run, response: Response | None = None, colour: str | None =
     if colour in values:
         values = {colour: values[colour]}
     shades = {name: Shades(each.values[kept], each.label, each.low, each.high) for name, each in values.items()}
-    hover = np.column_stack([points.t, points.s, points.u, points.feed])[kept]
+    hover = np.column_stack([setpoints.t, setpoints.s, setpoints.u, setpoints.feed])[kept]
     names = ("t (s)", f"s ({unit})", "u", f"feed ({unit}/s)")
     thread = thread[:, : place.shape[1]] if path.linear > 1 else place[kept]
     marks: list[Mark] = [Coloured(place[kept], shades, hover, names, thread, run.whole)]
     if not space:
         marks += [*_ends(place), *(_stops(path) if path.linear > 1 else ())]
     title = f"{theme.words(path.name)}: {theme.short(path.length)} {unit} in {theme.short(run.law.duration)} s, "
-    title += f"top feed {theme.short(float(np.max(points.feed)))} {unit}/s"
-    x, y, z = _labels(path, points, space)
+    title += f"top feed {theme.short(float(np.max(setpoints.feed)))} {unit}/s"
+    x, y, z = _labels(path, setpoints, space)
     return Figure(title, (Panel(Axis(x), Axis(y), tuple(marks), height=300, equal=path.linear > 1, z=z),))
 
 
@@ -95,16 +95,16 @@ def _curvature(path: Path, found: Array, turning: BoolArray) -> Shades:
 
 def _place(run: Run) -> Array:
     """Points of the picture, (n, 2 or 3): over the linear axes, the first one over time where there is one or none."""
-    points, linear = run.kept, run.path.linear
+    setpoints, linear = run.kept, run.path.linear
     place = run.place
     if linear <= 1:
         factor = 1.0 if linear else 180.0 / np.pi
-        return np.column_stack([points.t, factor * points.position[:, 0]])
+        return np.column_stack([setpoints.t, factor * setpoints.position[:, 0]])
     flat = place.shape[1] < 3 or (run.joints is None and np.ptp(place[:, 2]) <= 0.0)
     return place[:, :2] if flat else place
 
 
-def _labels(path: Path, points: Setpoints, space: bool) -> tuple[str, str, str]:
+def _labels(path: Path, setpoints: Setpoints, space: bool) -> tuple[str, str, str]:
     names = [theme.words(axis, 12) for axis in path.axes]
     if path.linear <= 1:
         return TIME.label, f"{names[0]} ({'mm' if path.linear else 'deg'})", ""
@@ -113,14 +113,14 @@ def _labels(path: Path, points: Setpoints, space: bool) -> tuple[str, str, str]:
 
 def _quantities(run: Run, response: Response | None) -> dict[str, Shades]:
     """What the path may be coloured by, at each tick."""
-    points, path, use = run.kept, run.path, run.use
+    setpoints, path, use = run.kept, run.path, run.use
     along = unit_along(path.axes)
-    out = {"feed": _shades(points.feed, f"feed ({along}/s)")}
+    out = {"feed": _shades(setpoints.feed, f"feed ({along}/s)")}
     if path.linear:
-        found = path.evaluate(points.curve, points.u, 2)
-        out["curvature"] = _curvature(path, found, path.turning(points.curve, points.u))
+        found = path.evaluate(setpoints.curve, setpoints.u, 2)
+        out["curvature"] = _curvature(path, found, path.turning(setpoints.curve, setpoints.u))
     if response is not None and response.contour_error is not None:
-        error = np.full(len(points), np.nan)
+        error = np.full(len(setpoints), np.nan)
         error[: len(response)] = 1e3 * response.contour_error
         out["contour error"] = _shades(error, "contour error (µm)")
     most = 100.0 * use.share.max(axis=1, initial=0.0)
@@ -165,14 +165,14 @@ def _stops(path: Path) -> list[Dots]:
     return [Dots(at[:, 0], at[:, 1], "exact stop at a corner", named=True)]
 
 
-def limits_figure(use: LimitUse, points: Setpoints, name: str) -> Figure:
+def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:
     """Feed and maximum-velocity curve over time, and below them the share of each limit that is used."""
-    high = HEADROOM * float(np.max(points.feed))
+    high = HEADROOM * float(np.max(setpoints.feed))
     lines = (
         thin(use.t, np.minimum(use.top, high), "maximum velocity", theme.PALE, width=1.0, named=True),
-        thin(points.t, points.feed, "feed", named=True),
+        thin(setpoints.t, setpoints.feed, "feed", named=True),
     )
-    feed = Panel(TIME, Axis(f"feed ({unit_along(points.axes)}/s)", low=0.0), lines, height=190)
+    feed = Panel(TIME, Axis(f"feed ({unit_along(setpoints.axes)}/s)", low=0.0), lines, height=190)
     return Figure(
         f"{theme.words(name)}: which limit binds\nof the time: {_sentence(use)}",
         (feed, Panel(TIME, Axis("limit"), (_shares(use),), height=26 * max(len(use.names), 1))),

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from splinefeed.analysis.spectrum import tracking_spectra
+from splinefeed.analysis.spectrum import LEAST_SAMPLES, tracking_spectra
 from splinefeed.analysis.thinning import extremes
 from splinefeed.pipeline.contour_feed import FeedTuning
+from splinefeed.pipeline.run import Run
 from splinefeed.records import ROTARY_AXES, Array, Response
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Dots, Figure, Level, Line, Mark, Panel, peak
@@ -59,6 +60,11 @@ def _errors(
     if own.stopped is not None and len(own):
         marks.append(Level(float(own.t[-1]), "stopped", upright=True, always=True))
     return Panel(TIME, Axis(f"{label} ({unit})"), tuple(marks), note=note)
+
+
+def has_spectra(run: Run, response: Response) -> bool:
+    """Whether there are spectra: they need every tick, and enough of them."""
+    return run.whole and len(response) >= LEAST_SAMPLES
 
 
 def spectra_figure(response: Response) -> Figure:

@@ -1,16 +1,21 @@
-"""The time of a program drawn along its lines: stacked bars by kind of time."""
+"""A program with its time: stacked bars by kind of time along its lines, and its path by operation and by feed."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from splinefeed.analysis.thinning import cells
 from splinefeed.pipeline.cycle_time import KINDS, CycleTime
 from splinefeed.records import Array
 from splinefeed.report import theme
-from splinefeed.report.figure import Axis, Figure, Line, Panel
+from splinefeed.report.figure import Axis, Coloured, Figure, Line, Panel, Shades
 
 #: Bars along the program at the most.
 BARS = 120
+#: Points of a path that are drawn as they are; what lies within a pixel of others is left out beyond that.
+POINTS = 200_000
+#: mm/min in mm/s.
+_A_MINUTE = 60.0
 
 
 def time_figure(time: CycleTime) -> Figure:
@@ -32,6 +37,31 @@ def time_figure(time: CycleTime) -> Figure:
     title = f"{theme.words(time.name)} on {theme.words(time.machine.name)}: {theme.short(time.total)} s"
     up = Axis(f"time (s) of {size} lines" if size > 1 else "time (s)", low=0.0)
     return Figure(title, (Panel(Axis("line of the program"), up, tuple(marks), height=220),))
+
+
+def program_figure(time: CycleTime) -> Figure:
+    """Where the tool goes, by operation and by feed, mm/min, as the control reaches it; rapid moves have no colour."""
+    blocks = time.blocks
+    kept = np.arange(len(blocks.trace)) if len(blocks.trace) <= POINTS else cells(blocks.trace)
+    place = blocks.trace[kept]
+    block = np.minimum(np.searchsorted(blocks.end, kept), len(blocks) - 1)
+    line = blocks.line[block]
+    reached = _A_MINUTE * blocks.length / time.times.seconds
+    operation = np.searchsorted([before for before, _, _ in time.changes], block, "right").astype(np.float64)
+    rapid = (blocks.rapid | ~np.isfinite(blocks.feed))[block]
+    shades = {
+        name: Shades(np.where(rapid, np.nan, values), label, low, float(np.max(values[~rapid], initial=low + 1.0)))
+        for name, values, label, low in (
+            ("operation", operation, "operation", float(np.min(operation[~rapid], initial=1.0))),
+            ("feed", reached[block], "feed (mm/min)", 0.0),
+            ("programmed feed", _A_MINUTE * blocks.feed[block], "programmed feed (mm/min)", 0.0),
+        )
+    }
+    flat = float(np.ptp(place[:, 2])) == 0.0
+    place = place[:, :2] if flat else place
+    coloured = Coloured(place, shades, np.column_stack([line, reached[block]]), ("line", "feed (mm/min)"), place)
+    x, y, z = Axis("x (mm)"), Axis("y (mm)"), "" if flat else "z (mm)"
+    return Figure(theme.words(time.name), (Panel(x, y, (coloured,), height=300, equal=True, z=z),))
 
 
 def _outline(edges: Array, low: Array, high: Array) -> tuple[Array, Array]:

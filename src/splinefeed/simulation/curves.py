@@ -1,4 +1,4 @@
-"""What a figure of a tuned axis shows: its loop over frequency, and its answer to a small step."""
+"""What a figure of a tuned axis shows: its loop over frequency, and its response to a small step."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.table import Machine
 from splinefeed.records import Array, Setpoints
 from splinefeed.simulation.experiments import FrequencyResponse
 from splinefeed.simulation.follow import Follower
@@ -53,7 +53,7 @@ class StepResponse:
 class TunedAxis:
     """What the figures of one axis show.
 
-    old, new    the loop before and after; before, margins: those of the two; steps: the two answers to a step
+    old, new    the loop before and after; before, margins: those of the two; steps: the two step responses
     identified  the measured loop with the new gains: frequency and L, or None
     """
 
@@ -115,9 +115,9 @@ def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, S
 
 
 def rest_swing(axis: Axis, period: float) -> float:
-    """By how much the full axis still swings, peak to peak, mm or rad, when it should stand still after a small step.
+    """The amplitude, peak to peak, mm or rad, at which the full axis hunts after a small step.
 
-    Integral action against static friction, or too little phase margin, can keep it swinging for ever; a good loop
+    Integral action against static friction, or too little phase margin, can make it hunt; a good loop
     comes to rest within a count or two. Infinite if the axis runs away.
     """
     resolution = seen_resolution(axis)
@@ -129,7 +129,7 @@ def rest_swing(axis: Axis, period: float) -> float:
     watched = position[-math.ceil(REST_WATCHED / period) :]
     moves = np.diff(watched)
     up, down = float(np.sum(moves[moves > 0.0])), float(-np.sum(moves[moves < 0.0]))
-    return min(float(np.ptp(watched)), up, down)  # a slow creep to the goal goes one way only, and is no swing
+    return min(float(np.ptp(watched)), up, down)  # a slow creep to the goal goes one way only, and is not hunting
 
 
 def seen_resolution(axis: Axis) -> float:
@@ -140,7 +140,7 @@ def seen_resolution(axis: Axis) -> float:
 
 
 def hunts(axis: Axis, swing: float) -> bool:
-    """Whether a swing at rest is more than counts alone make."""
+    """Whether hunting at rest is more than counts alone make."""
     return swing > HUNTING * seen_resolution(axis)
 
 
@@ -155,7 +155,7 @@ def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool
     if linear:
         axis = replace(axis, controller=replace(axis.controller, error_limit=1e12))
     nothing = np.zeros(ticks)
-    points = Setpoints(
+    setpoints = Setpoints(
         t=np.asarray(np.arange(ticks) * period, dtype=np.float64),
         curve=nothing.astype(np.int64),
         u=nothing,
@@ -167,7 +167,7 @@ def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool
         method="step",
     )
     machine = Machine(name=axis.name, axes={axis.name: axis})
-    response = Follower(machine, points.axes, period, linear=linear).follow(points)
+    response = Follower(machine, setpoints.axes, period, linear=linear).follow(setpoints)
     return response.position[:, 0], response.output[:, 0], response.stopped
 
 

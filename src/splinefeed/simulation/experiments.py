@@ -17,7 +17,7 @@ from splinefeed.simulation.plant import SUB_STEPS, parameters, plant, step_table
 
 ComplexArray = NDArray[np.complex128]
 
-#: Time that an axis is given to settle before a sine is measured, s, or lags of its drive; time that it is measured.
+#: Time for an axis to settle before a sine is measured, s, or lags of its drive; time that it is measured.
 SETTLING = 0.5
 SETTLING_LAGS = 12.0
 WINDOW = 0.5
@@ -48,7 +48,7 @@ class FrequencyResponse:
 
 @dataclass(frozen=True)
 class UltimatePoint:
-    """Where proportional control alone just keeps swinging: gain V/mm or V/rad, period s, and how it was found.
+    """Where proportional control alone oscillates steadily: gain V/mm or V/rad, period s, and how it was found.
 
     Source: docs/tune.md. Example: `sf.tune(machine.axes["x"]).ultimate.gain`
     """
@@ -70,10 +70,10 @@ def swept_sine(
 ) -> FrequencyResponse:
     """The frequency response of an axis, found by driving it open loop with one sine after another.
 
-    amplitude in V; each frequency, Hz, is moved a little so that whole swings fill whole ticks. After SETTLING the
+    amplitude in V; each frequency, Hz, is moved a little so that whole periods fill whole ticks. After SETTLING the
     measured position is fitted, in least squares, by offset, drift, sine and cosine. bias, V, keeps an axis with a
     velocity drive going: where it never turns round, dry friction is a constant and the response that of the linear
-    part; where it does, friction takes a share of the swing and leads its phase.
+    part; where it does, friction reduces the oscillation and leads its phase.
     """
     wanted = np.atleast_1d(np.asarray(frequency, dtype=np.float64))
     nyquist = 0.5 / period
@@ -108,7 +108,7 @@ def swept_sine(
 def relay(
     axis: Axis, period: float, volts: float, hysteresis: float = 0.0, *, sub_steps: int = SUB_STEPS
 ) -> UltimatePoint:
-    """The ultimate point of an axis: a relay of +-`volts` makes it swing, and sines around that swing measure it.
+    """The ultimate point of an axis: a relay of +-`volts` makes it oscillate, and sines around that measure it.
 
     After K. J. Astrom and T. Hagglund, Automatica 20 (1984) 645-651, doi:10.1016/0005-1098(84)90014-1; hysteresis in mm
     or rad. Their reading K_u = 4 d / (pi a) of the swing alone is 38 to 48 % too high on X of `xytheta`, and not taken:
@@ -188,7 +188,7 @@ def driven(kind: int, volts: Array, hysteresis: float, table: Array, numbers: Ar
 
 
 def _swing(axis: Axis, period: float, volts: float, hysteresis: float, sub_steps: int) -> float:
-    """Period of the swing that a relay keeps up, s."""
+    """Period of the oscillation under a relay, s."""
     table = step_table(plant(axis), period, sub_steps)
     numbers = parameters(axis, period, sub_steps)
     ticks = 2000
@@ -199,5 +199,5 @@ def _swing(axis: Axis, period: float, volts: float, hysteresis: float, sub_steps
             return float(rises[-1] - rises[-1 - MEASURED_SWINGS]) * period / MEASURED_SWINGS
         ticks *= 10
     raise InputError(
-        f"axis {axis.name}: a relay of {volts:g} V makes no steady swing; friction may hold the axis: take more volts"
+        f"axis {axis.name}: a relay of {volts:g} V makes no steady swing; friction may hold the axis: raise the voltage"
     )

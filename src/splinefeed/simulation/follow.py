@@ -1,4 +1,4 @@
-"""Setpoints through the axes of a machine: commands, positions, what the encoders saw, and the volts."""
+"""Setpoints through the axes of a machine: commands, positions, measured positions, and control output."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics, servo
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.records import Array, Response, Setpoints, check_finite
 from splinefeed.simulation import plant as plants
 
@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(eq=False)
 class _AxisState:
-    """One axis on its way: step matrices, parameters and memory of the kernel."""
+    """One axis in simulation: step matrices, parameters and memory of the kernel."""
 
     name: str
     table: Array
@@ -34,11 +34,11 @@ class _AxisState:
 
 
 class Follower:
-    """A machine that follows setpoints chunk by chunk, in memory that does not grow; the bits are those of one run.
+    """A machine that follows setpoints chunk by chunk, in memory that does not grow; the same bits as in one run.
 
     machine, axes  the machine and the names of the axes that move, in the order of the setpoints
     period       servo period, s
-    sub_steps    steps of the nonlinear model in a period; linear: without friction, play, counts, codes and limits
+    sub_steps    steps of the nonlinear model in a period; linear: without friction, backlash, counts, codes and limits
     """
 
     def __init__(
@@ -78,18 +78,18 @@ class Follower:
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        """What it takes to make the response again."""
+        """The settings that repeat the response."""
         return {"machine": self.machine.name, "sub_steps": self.sub_steps, "linear": self.linear}
 
-    def follow(self, points: Setpoints) -> Response:
+    def follow(self, setpoints: Setpoints) -> Response:
         """The response to the next setpoints; shorter than they are if an axis runs away, and empty from then on."""
-        if points.axes != self.axes:
-            raise InputError(f"setpoints have axes {', '.join(points.axes)}; expected {', '.join(self.axes)}")
-        if points.period != self.period:
-            raise InputError(f"setpoints have a period of {points.period} s; expected {self.period} s")
-        check_finite(points.position, "Setpoints.position")
-        count = 0 if self.stopped is not None else len(points)
-        command = np.ascontiguousarray(points.position.T[:, :count])  # (axes, n), one row an axis for the kernel
+        if setpoints.axes != self.axes:
+            raise InputError(f"setpoints have axes {', '.join(setpoints.axes)}; expected {', '.join(self.axes)}")
+        if setpoints.period != self.period:
+            raise InputError(f"setpoints have a period of {setpoints.period} s; expected {self.period} s")
+        check_finite(setpoints.position, "Setpoints.position")
+        count = 0 if self.stopped is not None else len(setpoints)
+        command = np.ascontiguousarray(setpoints.position.T[:, :count])  # (axes, n), one row an axis for the kernel
         position, measured, output, saturated = (np.empty_like(command) for _ in range(4))
         done = count
         for i, state in enumerate(self._states):
@@ -111,11 +111,13 @@ class Follower:
             )
             if ticks < done or (ticks == done and self.stopped is None and self._away(i, ticks, command, measured)):
                 done = ticks
-                self.stopped = self._why(i, float(points.t[ticks - 1]), command[i, ticks - 1] - measured[i, ticks - 1])
+                self.stopped = self._why(
+                    i, float(setpoints.t[ticks - 1]), command[i, ticks - 1] - measured[i, ticks - 1]
+                )
         self.ticks += done
         return Response(
-            t=points.t[:done].copy(),
-            command=points.position[:done].copy(),
+            t=setpoints.t[:done].copy(),
+            command=setpoints.position[:done].copy(),
             position=np.ascontiguousarray(position[:, :done].T),
             measured=np.ascontiguousarray(measured[:, :done].T),
             output=np.ascontiguousarray(output[:, :done].T),
@@ -134,7 +136,7 @@ class Follower:
         return not error <= self._states[axis].parameters[mechanics.ERROR_LIMIT]
 
     def _why(self, axis: int, time: float, error: float) -> str:
-        """Say which axis ran away, when and by how much."""
+        """Report which axis ran away, when and by how much."""
         state = self._states[axis]
         unit, factor = ("deg", 180.0 / np.pi) if self.machine.axes[state.name].rotary else ("mm", 1.0)
         limit = state.parameters[mechanics.ERROR_LIMIT]
@@ -144,10 +146,10 @@ class Follower:
         )
 
 
-def slices(points: Setpoints, size: int) -> Iterator[Setpoints]:
+def slices(setpoints: Setpoints, size: int) -> Iterator[Setpoints]:
     """The setpoints in pieces of at most `size` ticks."""
-    for start in range(0, len(points), size):
-        yield points.part(start, start + size)
+    for start in range(0, len(setpoints), size):
+        yield setpoints.part(start, start + size)
 
 
 def join(parts: Sequence[Response]) -> Response:

@@ -19,7 +19,7 @@ from splinefeed.simulation.plant import plant, zero_order_hold
 
 ComplexArray = NDArray[np.complex128]
 
-#: Points of the grid on which crossings are looked for, from LOWEST_SHARE of the Nyquist frequency up to it.
+#: Points of the grid on which crossings are searched, from LOWEST_SHARE of the Nyquist frequency up to it.
 GRID = 4000
 LOWEST_SHARE = 1e-6
 #: Gain margins below this, or phase margins below this many degrees, are called close to unstable.
@@ -54,7 +54,7 @@ class Margins:
     gain_margin         factor by which the gain may rise (infinite if no crossing); at gain_frequency, Hz
     gain_reduction      factor < 1 by which it may fall before the loop is unstable, 0 if it may fall to nothing
     phase_margin        deg, at phase_frequency, Hz (infinite if the loop gain never passes 1)
-    delay_margin        dead time that the loop bears beside what it has, s (infinite if the loop gain never passes 1)
+    delay_margin        further dead time that the loop tolerates, s (infinite if the loop gain never passes 1)
     sensitivity         largest |1 / (1 + L)|, M_s: 1 / M_s is the distance of L from -1
     bandwidth           of the closed loop from reference to position: where it is first 3 dB down, Hz
     spectral_radius     largest modulus of the closed loop's poles: stable below 1
@@ -284,7 +284,7 @@ def scaled(axis: Axis, factor: float) -> Axis:
 
 
 def _sensitivity(loop: Callable[[float], complex], grid: Array, values: ComplexArray) -> float:
-    """Largest |1 / (1 + L)| of the loop with `values` over the grid, rad/s, sought between its neighbours."""
+    """Largest |1 / (1 + L)| of the loop with `values` over the grid, rad/s, refined between its neighbours."""
     at = int(np.argmin(np.abs(1.0 + values)))
     ends = (float(grid[max(at - 1, 0)]), float(grid[min(at + 1, len(grid) - 1)]))
     least = minimize_scalar(

@@ -11,7 +11,7 @@ from splinefeed.kernels import mechanics
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
 
-#: Sub-steps of a period for the nonlinear model unless the caller says otherwise: at 1 ms a step of half a millisecond,
+#: Sub-steps of a period for the nonlinear model by default: at 1 ms a step of half a millisecond,
 #: exact for all that is linear and of fourth order for the curve of friction.
 SUB_STEPS = 2
 #: Norm of a matrix below which TAYLOR_TERMS terms give its exponential to rounding: 2^-60 / 10! < 1e-24.
@@ -194,7 +194,7 @@ def step_table(model: Plant, period: float, sub_steps: int = SUB_STEPS) -> Array
 def parameters(axis: Axis, period: float, sub_steps: int = SUB_STEPS, *, linear: bool = False) -> Array:
     """The parameters of an axis in the order of `kernels.mechanics`, (PARAMETERS,).
 
-    linear: without dry friction, play, counts, codes and limits of torque, speed and output; the error limit stays.
+    linear: without dry friction, backlash, counts, codes and limits of torque, speed and output; the error limit stays.
     """
     control, friction = axis.controller, axis.friction
     out = np.zeros(mechanics.PARAMETERS)

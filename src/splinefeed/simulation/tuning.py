@@ -30,7 +30,7 @@ RULES: dict[str, dict[str, tuple[float, float, float]]] = {
 }
 #: Where the ultimate point comes from.
 EXPERIMENTS = ("model", "sine", "relay")
-#: Volts of relay and sines unless the caller says otherwise: many counts, far from the limits.
+#: Volts of relay and sines by default: many counts, far from the limits.
 VOLTS = 1.0
 #: A swept sine goes through this many frequencies, from the first of these shares of half the servo rate to the second.
 SINES = 40
@@ -39,7 +39,7 @@ SWEPT_SHARES = (0.005, 0.9)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tuning:
-    """Gains that a rule gives, and where they come from.
+    """Gains that a rule gives, and their source.
 
     old, axis  the axis as it was and with the new controller; before, margins: those of the two controllers
     ultimate  gain and period; response: the frequency response of the plant that they were read from
@@ -145,11 +145,11 @@ def tune(
 
     rule        one of `rules()`; kind "p", "pi" or "pid"; period  servo period, s
     experiment  "model": the ultimate point of the linear plant; "sine": of its response to SINES sines of `volts`;
-                "relay": of sines around the swing that a relay of +-`volts` makes, see `experiments.relay`
+                "relay": of sines around the oscillation that a relay of +-`volts` makes, see `experiments.relay`
     K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Filter and feed-forward stay, but
     for that of speed where a P-PI cascade becomes a PID: there it went through the speed loop.
 
-    Raises InputError for names that are none, and for an axis without an ultimate gain.
+    Raises InputError for unknown names, and for an axis without an ultimate gain.
     """
     if rule not in RULES:
         raise InputError(f"no tuning rule is called {rule!r}; there are {', '.join(RULES)}")
@@ -192,7 +192,7 @@ def identify(
 
 
 def sines(axis: Axis, period: float, volts: float = VOLTS) -> FrequencyResponse:
-    """The response of the full axis to SINES sines of `volts`, kept going all the while; see `swept_sine`."""
+    """The response of the full axis to SINES sines of `volts`, kept moving all the while; see `swept_sine`."""
     amplitude, bias = gentle(axis, volts)
     lowest, highest = (share * 0.5 / period for share in SWEPT_SHARES)
     frequency = np.geomspace(lowest, highest, SINES)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from splinefeed.errors import InputError
 from splinefeed.formats import registry
@@ -14,10 +14,8 @@ from splinefeed.machine import writing
 from splinefeed.report import files, html
 from splinefeed.report.record import documented
 from splinefeed.studio import results
+from splinefeed.studio.bench import Bench
 from splinefeed.studio.settings import resolve
-
-if TYPE_CHECKING:
-    from splinefeed.studio.tasks import Bench
 
 #: Formats that a path is offered in.
 PATHS = ("json", "dxf", "svg", "ngc")
@@ -58,9 +56,9 @@ def make(what: str, form: str | None, settings: Mapping[str, Any], bench: Bench,
 
 
 def _machine(settings: Mapping[str, Any], bench: Bench, place: File) -> File:
-    table = resolve(settings, bench.uploads).table
-    if table is None:
+    machine = resolve(settings, bench.uploads).machine
+    if machine is None:
         raise InputError("no machine is chosen")
     file = place / "machine.toml"
-    writing.save(table, file)
+    writing.save(machine, file)
     return file

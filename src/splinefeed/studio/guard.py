@@ -7,6 +7,8 @@ import secrets
 
 from tornado.web import HTTPError, RequestHandler
 
+from splinefeed.studio.house import House
+
 #: Names that the loopback interface goes by.
 HOSTS = ("127.0.0.1", "localhost")
 
@@ -47,6 +49,27 @@ class Guard:
             handler.set_cookie(self.cookie_name, self._cookie, path="/", httponly=True, samesite="Strict")
             return
         raise HTTPError(403, reason="the token is missing or wrong: open the address that splinefeed studio printed")
+
+
+class Guarded(RequestHandler):
+    """What all our handlers share: the guard before anything else, and headers that keep the browser to our files."""
+
+    guard: Guard
+    house: House
+    entrance = False
+
+    def initialize(self, guard: Guard, house: House) -> None:
+        """Take the parts of the studio."""
+        self.guard, self.house = guard, house
+
+    def set_default_headers(self) -> None:
+        """Headers of every answer."""
+        for name, value in headers(self.application.settings["port"]).items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        """Check who asks."""
+        self.guard.check(self, entrance=self.entrance)
 
 
 def _same(given: str, expected: str) -> bool:

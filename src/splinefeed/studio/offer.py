@@ -10,7 +10,7 @@ def offer() -> dict[str, Any]:
     from splinefeed.feed.planning import STRATEGIES
     from splinefeed.geometry import shapes
     from splinefeed.interpolation import registry
-    from splinefeed.machine.table import Machine
+    from splinefeed.machine.machine import Machine
     from splinefeed.report.files import SETPOINTS
     from splinefeed.studio.downloads import PATHS
     from splinefeed.studio.settings import USUAL
@@ -21,7 +21,8 @@ def offer() -> dict[str, Any]:
         "strategies": list(STRATEGIES),
         "methods": [{"name": name, "title": registry.method(name).title} for name in registry.methods()],
         "machines": [
-            {"name": each.name, "title": each.title} for each in map(Machine.load, Machine.names()) if each.axes
+            {"name": each.name, "title": each.title, "axes": bool(each.axes), "control": each.control is not None}
+            for each in map(Machine.load, Machine.names())
         ],
         "setpoints": list(SETPOINTS),
         "paths": list(PATHS),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from splinefeed.errors import SplinefeedError
 from splinefeed.feed.planning import plan
@@ -18,12 +18,10 @@ from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.stream import play
 from splinefeed.records import TimeLaw
 from splinefeed.studio import sources
+from splinefeed.studio.bench import Bench
 from splinefeed.studio.settings import SettingsError, field_of, resolve
 
 Planned = Path | JointPath
-
-if TYPE_CHECKING:
-    from splinefeed.studio.tasks import Bench
 
 #: Look-ahead that is kept before the clock, and at least so many rows; time between two pictures, s.
 AHEAD, LEAST_ROWS, FRAME = 0.15, 24, 1.0 / 30.0

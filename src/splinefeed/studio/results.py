@@ -13,10 +13,11 @@ from splinefeed.formats.plain import plain
 from splinefeed.pipeline.experiment import servo_numbers
 from splinefeed.pipeline.run import Run
 from splinefeed.report import interactive
+from splinefeed.report.figure import Figure
 from splinefeed.report.motion_figures import motion_figure
 from splinefeed.report.path_figures import limits_figure, path_figure
 from splinefeed.report.record import about, record
-from splinefeed.report.servo_figures import errors_figure, spectra_figure
+from splinefeed.report.servo_figures import errors_figure, has_spectra, spectra_figure
 from splinefeed.report.theme import limit_words
 from splinefeed.studio.settings import Wanted
 from splinefeed.studio.sources import MOST_EDITED
@@ -28,8 +29,8 @@ PICTURE, PICTURE_POINTS = 96.0, 300
 def numbers(wanted: Wanted, run: Run, formats: tuple[str, ...] = ("hdf5",)) -> dict[str, Any]:
     """The page of numbers of a run, as `splinefeed run` writes it, with the source called as the user does."""
     servo = None
-    if run.served is not None and wanted.table is not None:
-        servo = {**servo_numbers([run.served], wanted.table, False), "machine_file": machine_name(wanted)}
+    if run.served is not None and wanted.machine is not None:
+        servo = {**servo_numbers([run.served], wanted.machine, False), "machine_file": machine_name(wanted)}
     origin = wanted.origin
     said = {"text": origin.text, **({} if origin.sha256 is None else {"sha256": origin.sha256})}
     machine = None if servo is None and wanted.followed else machine_name(wanted)
@@ -42,9 +43,9 @@ def numbers(wanted: Wanted, run: Run, formats: tuple[str, ...] = ("hdf5",)) -> d
 def machine_name(wanted: Wanted) -> str | None:
     """What a command line calls the machine: its name, or that of the file that a page offers."""
     given = wanted.given["machine"]
-    if wanted.table is None:
+    if wanted.machine is None:
         return None
-    return f"{wanted.table.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.table.name
+    return f"{wanted.machine.name}.toml" if isinstance(given, Mapping) and given.get("toml") else wanted.machine.name
 
 
 def result(wanted: Wanted, run: Run, look: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -57,17 +58,21 @@ def result(wanted: Wanted, run: Run, look: Mapping[str, Any] | None = None) -> d
         figures["binding"] = limits_figure(run.use, run.kept, run.path.name)
     if response is not None and len(response):
         figures["errors"] = errors_figure({run.kept.method: response})
-        if run.whole:
+        if has_spectra(run, response):
             figures["spectra"] = spectra_figure(response)
-    picture = interactive.to_plain(path)
     return {
         "numbers": numbers(wanted, run),
         "words": {name: limit_words(name) for name in run.verdict.limits},
         "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
-        "path": {**picture, "colours": interactive.colours_of(path), "space": interactive.in_space(path)},
+        "path": drawn(path),
         "curves": curves(run),
         "axes": list(run.path.axes),
     }
+
+
+def drawn(path: Figure) -> dict[str, Any]:
+    """The figure of a path, and what it may be coloured by."""
+    return {**interactive.to_plain(path), "colours": interactive.colours_of(path), "space": interactive.in_space(path)}
 
 
 def curves(run: Run) -> str | None:

@@ -17,8 +17,7 @@ from tornado.web import Application, HTTPError, RequestHandler, stream_request_b
 
 from splinefeed.errors import InputError
 from splinefeed.report import library
-from splinefeed.studio import guard
-from splinefeed.studio.guard import Guard
+from splinefeed.studio.guard import Guard, Guarded
 from splinefeed.studio.house import House
 from splinefeed.studio.socket import Socket
 from splinefeed.studio.uploads import LARGEST, Upload
@@ -29,26 +28,8 @@ KINDS = {"html": "text/html; charset=utf-8", "css": "text/css", "js": "text/java
 PIECE = 2**18
 
 
-class Answering(RequestHandler):
-    """What all our handlers share: the guard before anything else, and errors in words."""
-
-    guard: Guard
-    house: House
-    entrance = False
-
-    def initialize(self, guard: Guard, house: House) -> None:
-        """Take the parts of the studio."""
-        self.guard, self.house = guard, house
-
-    def set_default_headers(self) -> None:
-        """Headers that keep the browser to our own files."""
-        port = self.application.settings["port"]
-        for name, value in guard.headers(port).items():
-            self.set_header(name, value)
-
-    def prepare(self) -> None:
-        """Check who asks."""
-        self.guard.check(self, entrance=self.entrance)
+class Answering(Guarded):
+    """A handler that says errors in words."""
 
     def write_error(self, status_code: int, **more: Any) -> None:
         """One line of text, no traceback."""

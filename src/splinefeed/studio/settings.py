@@ -19,7 +19,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation import registry as methods
 from splinefeed.kinematics import JointPath
-from splinefeed.machine.table import Machine, MachineError
+from splinefeed.machine.machine import Machine, MachineError
 from splinefeed.pipeline.limits import at_programmed_feeds, over_machine
 from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
 from splinefeed.records import BY_AXIS, Limits
@@ -36,6 +36,7 @@ USUAL: dict[str, Any] = {
     "corrections": 1,
     "period": "1 ms",
     "machine": None,
+    "by_control": False,  # a whole program, as the control of the machine plans it
 }
 #: Stands for a feed where the program of the path says it.
 _ANY_FEED = 1.0
@@ -67,18 +68,18 @@ class Wanted:
     method: str
     corrections: int
     period: float
-    table: Machine | None
+    machine: Machine | None
     notes: tuple[str, ...]
 
     @cached_property
     def moved(self) -> Path | JointPath:
         """What is planned: the path, or joints of the machine for a path with a tool axis."""
-        return on_machine(self.path, self.table if isinstance(self.path, ToolPath) else None, self.limits)
+        return on_machine(self.path, self.machine if isinstance(self.path, ToolPath) else None, self.limits)
 
     @property
     def followed(self) -> bool:
         """Whether a machine's servo loops follow it; those of a tool path are not simulated."""
-        return self.table is not None and not isinstance(self.path, ToolPath)
+        return self.machine is not None and not isinstance(self.path, ToolPath)
 
 
 def key_of(settings: Mapping[str, Any]) -> str:
@@ -96,14 +97,8 @@ def complete(given: object) -> dict[str, Any]:
             hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(USUAL)}"
             raise SettingsError({"": f"{str(name)[:40]!r} is not a setting; {hint}"})
     settings = {**USUAL, **given}
-    kinds: dict[str, Any] = {
-        "source": Mapping,
-        "tangential": bool,
-        "limits": Mapping,
-        "strategy": str | None,
-        "method": str,
-    }
-    for name, kind in kinds.items():
+    for name in ("source", "tangential", "limits", "strategy", "method", "by_control"):
+        kind = str | None if name == "strategy" else type(USUAL[name])
         if not isinstance(settings[name], kind):
             raise SettingsError({name: f"is {str(settings[name])[:40]!r}, which is of the wrong kind"})
     corrections = settings["corrections"]
@@ -126,13 +121,15 @@ def resolve(given: object, folder: File) -> Wanted:
         problems["method"] = f"{method[:40]!r} is not known; there are {', '.join(methods.methods())}"
     period = _quantity(settings["period"], "time", "period", problems) or PAPER_PERIOD
     smooth = _quantity(settings["smooth"], "length", "smooth", problems)
-    table = _machine(settings["machine"], problems)
+    machine = machine_of(settings["machine"], problems)
+    if machine is not None and not machine.axes:
+        problems["machine"] = f"{machine.name} has a control but no axes; choose another machine"
     try:
         path, origin = sources.path_of(settings["source"], folder, smooth=smooth, tangential=settings["tangential"])
     except (SplinefeedError, OSError) as error:
         raise SettingsError({**problems, "source": sources.words(error, folder)}) from error
     notes: list[str] = []
-    limits = _limits(settings["limits"], path, table, problems, notes)
+    limits = _limits(settings["limits"], path, machine, problems, notes)
     if problems or limits is None:
         raise SettingsError(problems)
     try:
@@ -148,7 +145,7 @@ def resolve(given: object, folder: File) -> Wanted:
         method=method,
         corrections=settings["corrections"],
         period=period,
-        table=table,
+        machine=machine,
         notes=tuple(notes),
     )
 
@@ -169,7 +166,7 @@ def _quantity(value: object, kind: str, field: str, problems: dict[str, str]) ->
         return None
     try:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise InputError(f"{str(value)[:40]!r} is no quantity")
+            raise InputError(f"{str(value)[:40]!r} is not a quantity")
         number = units.parse(value, kind)
         if number <= 0.0:
             raise InputError("must be greater than 0")
@@ -179,7 +176,7 @@ def _quantity(value: object, kind: str, field: str, problems: dict[str, str]) ->
         return None
 
 
-def _machine(given: object, problems: dict[str, str]) -> Machine | None:
+def machine_of(given: object, problems: dict[str, str]) -> Machine | None:
     """The machine by its name, or from the text of a machine file."""
     if given is None or given == "":
         return None
@@ -204,7 +201,7 @@ def _machine(given: object, problems: dict[str, str]) -> Machine | None:
 
 
 def _limits(
-    given: Mapping[str, Any], path: Path, table: Machine | None, problems: dict[str, str], notes: list[str]
+    given: Mapping[str, Any], path: Path, machine: Machine | None, problems: dict[str, str], notes: list[str]
 ) -> Limits | None:
     """Limits as the fields say them, over those of the machine; None where one is wrong."""
     said = {str(name): value for name, value in given.items() if value not in ("", None, {})}
@@ -217,8 +214,8 @@ def _limits(
         flat = limits_toml.from_content({"feed": _ANY_FEED, **said} if programmed else said, "limits").as_dict()
         if programmed:
             del flat["feed"]
-        if table is not None:
-            flat = over_machine(flat, table, planned_axes(path, table))
+        if machine is not None:
+            flat = over_machine(flat, machine, planned_axes(path, machine))
         limits = Limits.from_dict({"feed": _ANY_FEED, **flat} if programmed else flat)
     except limits_toml.LimitsFileError as error:
         for problem in error.problems:

@@ -30,7 +30,7 @@ def from_toml(text: str) -> dict[str, Any]:
     try:
         return complete(tomllib.loads(text))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FormatError(f"settings: are no TOML: {error}") from None
+        raise FormatError(f"settings: are not TOML: {error}") from None
 
 
 def _said(values: Mapping[str, Any]) -> dict[str, Any]:

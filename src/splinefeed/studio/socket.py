@@ -11,36 +11,18 @@ from typing import Any
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from splinefeed.errors import SplinefeedError
-from splinefeed.studio import guard as guards
 from splinefeed.studio import share
-from splinefeed.studio.guard import Guard
-from splinefeed.studio.house import House, message
+from splinefeed.studio.guard import Guarded
+from splinefeed.studio.house import message
 
 #: What a tab calls itself, drawn at random by the page.
 _NAME = re.compile(r"[0-9a-f]{16}")
-#: Titles of jobs by their kind.
-_TITLES = {"settle": "plan", "read": "read file", "make": "make file", "tune": "tune"}
 
 
-class Socket(WebSocketHandler):
+class Socket(Guarded, WebSocketHandler):
     """The socket of a tab."""
 
-    guard: Guard
-    house: House
     name = ""
-
-    def initialize(self, guard: Guard, house: House) -> None:
-        """Take the parts of the studio."""
-        self.guard, self.house = guard, house
-
-    def set_default_headers(self) -> None:
-        """The same headers as everywhere."""
-        for name, value in guards.headers(self.application.settings["port"]).items():
-            self.set_header(name, value)
-
-    def prepare(self) -> None:
-        """Check who asks."""
-        self.guard.check(self)
 
     def check_origin(self, origin: str) -> bool:
         """The guard has looked at it."""
@@ -75,7 +57,7 @@ class Socket(WebSocketHandler):
         except SplinefeedError as error:
             self.send("refused", n=said.get("n"), error={"fields": {"": str(error)}, "fault": False})
         except (ValueError, TypeError, KeyError, RecursionError):
-            self.send("refused", n=None, error={"fields": {"": "the page sent what is not a request"}, "fault": True})
+            self.send("refused", n=None, error={"fields": {"": "the page sent an invalid request"}, "fault": True})
 
     def _hello(self, said: dict[str, Any]) -> None:
         name = str(said["tab"])
@@ -91,8 +73,9 @@ class Socket(WebSocketHandler):
 
     def _job(self, said: dict[str, Any]) -> None:
         kind = str(said["kind"])
-        request = {"task": kind, **{name: said[name] for name in _FIELDS[kind] if name in said}}
-        self.house.jobs.add(kind, f"{_TITLES[kind]} {str(said.get('title', ''))[:60]}".strip(), self.name, request)
+        words, fields = _JOBS[kind]
+        request = {"task": kind, **{name: said[name] for name in fields if name in said}}
+        self.house.jobs.add(kind, f"{words} {str(said.get('title', ''))[:60]}".strip(), self.name, request)
 
     def _cancel(self, said: dict[str, Any]) -> None:
         self.house.jobs.cancel(int(said["job"]))
@@ -122,12 +105,12 @@ class Socket(WebSocketHandler):
             self.send("toml", text=share.to_toml(dict(said["settings"])))
 
 
-#: What each kind of job takes from the page.
-_FIELDS = {
-    "settle": ("settings",),
-    "read": ("source",),
-    "make": ("settings", "what", "form"),
-    "tune": ("settings", "how"),
+#: What each kind of job is called, and what it takes from the page.
+_JOBS = {
+    "settle": ("plan", ["settings"]),
+    "read": ("read file", ["source"]),
+    "make": ("make file", ["settings", "what", "form"]),
+    "tune": ("tune", ["settings", "how"]),
 }
 #: What a page may ask.
 _ASKED: dict[str, Callable[[Socket, dict[str, Any]], None]] = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path as File
@@ -26,7 +26,9 @@ LONGEST_CURVES = 4_000_000
 #: Control points that a page shows for editing, at the most.
 MOST_EDITED = 2000
 #: Options of readers that a page may give, each with the kind of its value.
-READING = {"chord": float, "tolerance": float, "layer": str, "dialect": str, "units": str}
+READING = {"chord": float, "tolerance": float, "layer": str, "units": str, "dialect": str, "offsets": str, "tools": str}
+#: Those of programs.
+PROGRAM = ("dialect", "offsets", "tools")
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def _plain_path(text: str, folder: File) -> tuple[Path, Origin]:
     if "shape" in source:
         shape = source["shape"]
         if not isinstance(shape, str) or not shapes.is_shape(shape):
-            raise InputError(f"{str(shape)[:80]!r} is no shape; there are {', '.join(shapes.names())}")
+            raise InputError(f"{str(shape)[:80]!r} is not a shape; there are {', '.join(shapes.names())}")
         return shapes.from_text(shape), Origin(shape, None, {})
     if "curves" in source:
         return edited(source["curves"])
@@ -82,14 +84,22 @@ def _plain_path(text: str, folder: File) -> tuple[Path, Origin]:
 def contents_of(source: Mapping[str, Any], folder: File) -> tuple[Contents, File]:
     """All paths of an upload, and its file."""
     file = upload(source.get("file"), folder)
-    options: dict[str, Any] = {}
-    for name, kind in READING.items():
-        value = source.get(name)
-        if value is not None:
-            if isinstance(value, bool) or not isinstance(value, kind | int if kind is float else kind):
-                raise InputError(f"{name}: {str(value)[:40]!r} is of the wrong kind")
-            options[name] = value
-    return registry.read_all(file, **options), file
+    return registry.read_all(file, **_options(source, READING, folder)), file
+
+
+def program(source: Mapping[str, Any], folder: File) -> tuple[File, dict[str, Any]]:
+    """The file of a program, and how it is read."""
+    return upload(source.get("file"), folder), _options(source, PROGRAM, folder)
+
+
+def _options(source: Mapping[str, Any], names: Iterable[str], folder: File) -> dict[str, Any]:
+    """Options of a reader: a tool table is an upload too."""
+    options = {name: source[name] for name in names if source.get(name) is not None}
+    for name, value in options.items():
+        kind = READING[name]
+        if isinstance(value, bool) or not isinstance(value, kind | int if kind is float else kind):
+            raise InputError(f"{name}: {str(value)[:40]!r} is of the wrong kind")
+    return options | ({"tools": upload(options["tools"], folder)} if "tools" in options else {})
 
 
 def upload(name: object, folder: File) -> File:

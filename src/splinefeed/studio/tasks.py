@@ -3,70 +3,18 @@
 from __future__ import annotations
 
 import secrets
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path as File
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
-from splinefeed.pipeline.run import PAPER_LIMITS, Run, run
-from splinefeed.studio import results, sources
-from splinefeed.studio.settings import SettingsError, Wanted, complete, field_of, key_of, resolve
-
-if TYPE_CHECKING:
-    from splinefeed.workers import Mail
+from splinefeed.pipeline.run import PAPER_LIMITS
+from splinefeed.studio import programs, results, sources
+from splinefeed.studio.bench import Bench
+from splinefeed.studio.settings import SettingsError, complete, resolve
 
 #: Paths of more curves than this are not planned while a slider moves.
 MOST_WHILE_MOVING = 20_000
-#: Runs that a worker keeps at hand.
-KEPT = 3
-
-Say = Callable[[str], None]
-
-
-@dataclass
-class Bench:
-    """What a worker has at hand.
-
-    uploads, made  the folders of uploads and of files made; say  tells the page what is being done
-    mail           for what runs and takes orders; runs  the last ones, by their settings
-    """
-
-    uploads: File
-    made: File
-    say: Say
-    mail: Mail
-    runs: OrderedDict[str, tuple[Wanted, Run]] = field(default_factory=OrderedDict)
-
-    def done(self, asked: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run]:
-        """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
-        key = key_of({**complete(asked), "follow": follow})
-        if key in self.runs:
-            self.runs.move_to_end(key)
-            return self.runs[key]
-        wanted = resolve(asked, self.uploads)
-        self.say(f"planning {wanted.path.name}, {wanted.strategy}")
-        try:
-            made = run(
-                wanted.moved,
-                wanted.limits,
-                machine=wanted.table if follow and wanted.followed else None,
-                period=wanted.period,
-                strategy=wanted.strategy,
-                method=wanted.method,
-                corrections=wanted.corrections,
-                on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
-            )
-        except SettingsError:
-            raise
-        except SplinefeedError as error:
-            raise SettingsError({field_of(error): sources.words(error, self.uploads)}) from error
-        self.runs[key] = wanted, made
-        while len(self.runs) > KEPT:
-            self.runs.popitem(last=False)
-        return self.runs[key]
 
 
 def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
@@ -76,6 +24,8 @@ def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     figure, `look`, gets no other, and the history does not hear of it.
     """
     settings = complete(request.get("settings"))
+    if settings["by_control"]:
+        return programs.timed(settings, bench, at_once=True)
     wanted = resolve(settings, bench.uploads)
     final = wanted.strategy != TIME_OPTIMAL and not wanted.followed
     quick = {**settings, "strategy": LOOK_AHEAD} if wanted.strategy == TIME_OPTIMAL else settings
@@ -89,8 +39,11 @@ def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
 
 def settle(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """A run of the settings, followed by its machine."""
-    wanted, made = bench.done(_settings(request))
+    """A run of the settings, followed by its machine, or a program as its control plans it."""
+    settings = complete(_settings(request))
+    if settings["by_control"]:
+        return programs.timed(settings, bench, at_once=False)
+    wanted, made = bench.done(settings)
     bench.say("drawing")
     found = results.result(wanted, made)
     entry = results.entry(wanted, found["numbers"], made)
@@ -183,6 +136,6 @@ def error_of(error: BaseException) -> dict[str, Any]:
     if isinstance(error, SplinefeedError):
         return {"fields": {"": " ".join(str(error).split())}, "fault": False}
     if isinstance(error, MemoryError):
-        words = "not enough memory for this; raise the period, or take a smaller path"
+        words = "not enough memory for this; choose a longer period or a shorter path"
         return {"fields": {"": words}, "fault": False}
     return {"fields": {"": f"internal fault, please report it: {type(error).__name__}: {error}"}, "fault": True}

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.formats.plain import plain
 from splinefeed.machine import writing
 from splinefeed.pipeline.experiment import serve
+from splinefeed.pipeline.run import Run
 from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
 from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.studio import sources
+from splinefeed.studio.bench import Bench
 from splinefeed.studio.settings import SettingsError, Wanted
-
-if TYPE_CHECKING:
-    from splinefeed.pipeline.run import Run
-    from splinefeed.studio.tasks import Bench
 
 #: Runs of the path that a page may ask for.
 MOST_RUNS = 5000
@@ -34,17 +32,17 @@ def tuned(settings: Mapping[str, Any], how: Mapping[str, Any], bench: Bench) -> 
     """
     wanted, run = bench.done(settings)
     before = run.served
-    if wanted.table is None or before is None:
+    if wanted.machine is None or before is None:
         raise SettingsError({"machine": "choose the machine to tune"})
     try:
         found = _found(wanted, run, how, bench)
-        bench.say(f"following on the tuned {wanted.table.name}")
-        after = serve(wanted.path, run.law, run.points, found.table)
+        bench.say(f"following on the tuned {wanted.machine.name}")
+        after = serve(wanted.path, run.law, run.points, found.machine)
     except SplinefeedError as error:
         raise SettingsError({"": sources.words(error, bench.uploads)}) from error
     bench.say("drawing")
     old, new = before.tally.numbers(), after.tally.numbers()
-    figures = {"tuning": step_figure(found.curves(), wanted.table.name)}
+    figures = {"tuning": step_figure(found.curves(), wanted.machine.name)}
     if len(before.response) and len(after.response):
         figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
     page = {
@@ -55,23 +53,23 @@ def tuned(settings: Mapping[str, Any], how: Mapping[str, Any], bench: Bench) -> 
         "tracking_error_max": new.get("tracking_error_max"),
         "stopped": new.get("stopped"),
     }
-    name = wanted.table.name if wanted.table.name.endswith("-tuned") else f"{wanted.table.name}-tuned"
+    name = wanted.machine.name if wanted.machine.name.endswith("-tuned") else f"{wanted.machine.name}-tuned"
     return {
         "numbers": plain(page),
         "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
-        "machine": {"name": name, "toml": writing.to_text(found.table)},
+        "machine": {"name": name, "toml": writing.to_text(found.machine)},
         "rule": how.get("rule"),
     }
 
 
 def _found(wanted: Wanted, run: Run, how: Mapping[str, Any], bench: Bench) -> TunedMachine:
-    table = wanted.table
-    assert table is not None
-    moving = [axis for axis in wanted.path.axes if axis in table.axes]
+    machine = wanted.machine
+    assert machine is not None
+    moving = [axis for axis in wanted.path.axes if axis in machine.axes]
     if how.get("rule") != PATH_RULE:
         kind, identify = str(how.get("kind", "pid")), str(how.get("identify", "model"))
         return by_rule(
-            table, moving, str(how.get("rule")), period=wanted.period, kind=kind, identify=identify, say=bench.say
+            machine, moving, str(how.get("rule")), period=wanted.period, kind=kind, identify=identify, say=bench.say
         )
     runs = how.get("runs", EVALUATIONS)
     if isinstance(runs, bool) or not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
@@ -87,7 +85,7 @@ def _found(wanted: Wanted, run: Run, how: Mapping[str, Any], bench: Bench) -> Tu
         bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
 
     return along_path(
-        table,
+        machine,
         run.points,
         wanted.path,
         axes=moving,

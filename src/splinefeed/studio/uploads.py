@@ -26,7 +26,7 @@ class Uploads:
     def begin(self, name: str, size: int | None) -> Upload:
         """Room for a file of that name; InputError if it is too large or its size is not said."""
         if size is None:
-            raise InputError("the size of the upload is not said")
+            raise InputError("the size of the upload is missing")
         if size > LARGEST:
             raise InputError(f"{size / 2**20:.0f} MB; at most {LARGEST // 2**20} MB are taken: use the command line")
         if size == 0:
@@ -63,7 +63,7 @@ class Upload:
         """Take more of it; InputError for more than was said."""
         self._left -= len(chunk)
         if self._left < 0:
-            raise InputError("the upload is larger than it said")
+            raise InputError("the upload is larger than announced")
         self._file.write(chunk)
 
     def end(self) -> str:

@@ -15,7 +15,8 @@ from splinefeed.workers import Answer, Handler, Mail
 
 def open_bench(mail: Mail, uploads: str, made: str) -> Handler:
     """What answers requests with the two folders; errors are answers too, and the next request finds it sound."""
-    from splinefeed.studio.tasks import TASKS, Bench, error_of
+    from splinefeed.studio.bench import Bench
+    from splinefeed.studio.tasks import TASKS, error_of
 
     bench = Bench(Path(uploads), Path(made), lambda words: mail.tell({"kind": "progress", "words": words}), mail)
 

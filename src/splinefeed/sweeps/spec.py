@@ -23,7 +23,7 @@ from splinefeed.formats import limits_toml
 from splinefeed.formats.source import read_text
 from splinefeed.geometry import shapes
 from splinefeed.interpolation import registry
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.records import BY_AXIS
 
 #: More runs than this are a slip of the hand.
@@ -41,7 +41,7 @@ Settings = dict[str, Any]
 
 
 class SpecError(ProblemsError):
-    """A sweep file with errors: the first line names the file, each of `problems` its place and the mend."""
+    """A sweep file with errors: the first line names the file, each of `problems` its place and how to fix it."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Sweep:
     def task(self, index: int) -> Task:
         """Run number `index`: the last setting varies fastest; random draws depend on seed and draw number alone."""
         if not 0 <= index < len(self):
-            raise InputError(f"run {index} is none of the {len(self)} runs of the sweep")
+            raise InputError(f"run {index} is not one of the {len(self)} runs of the sweep")
         source, *combination, row, draw = (int(k) for k in np.unravel_index(index, self._sizes))
         settings = dict(self.fixed)
         settings |= {name: values[k] for (name, values), k in zip(self.grid.items(), combination, strict=True)}
@@ -160,7 +160,7 @@ def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | 
     for table, names in made.items():
         for name in names:
             if name in seen:
-                problems.append(f"{name}: stands in two tables, {seen[name]} and {table}; leave one out")
+                problems.append(f"{name}: is in two tables, {seen[name]} and {table}; leave one out")
             seen[name] = table
     for key, value in tables["output"].items():
         if key not in _OUTPUT or not isinstance(value, bool):
@@ -199,7 +199,7 @@ def _sources(given: Any, folder: Path, problems: list[str]) -> tuple[str, ...]:
         names = sorted(glob.glob(str(folder / each), recursive=True)) if glob.has_magic(each) else [str(folder / each)]
         names = [name for name in names if os.path.isfile(name)]
         if not names:
-            problems.append(f"sources: {each}: there is no such file or shape, and nothing fits it as a pattern")
+            problems.append(f"sources: {each}: no such file or shape, and no file matches it as a pattern")
         found += names
     return tuple(dict.fromkeys(found))
 

@@ -19,7 +19,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
-from splinefeed.machine.table import Machine
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, Run, on_machine, planned_axes
 from splinefeed.pipeline.run import run as make_run
 from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
@@ -95,16 +95,16 @@ def _bare(task: Task) -> Row:
 def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     settings = task.settings
     path = _path(task.source)
-    table = _machine(settings)
+    machine = _machine(settings)
     tool = isinstance(path, ToolPath)
-    limits = _limits(settings, table, planned_axes(path, table))
+    limits = _limits(settings, machine, planned_axes(path, machine))
     period = settings.get("period", PAPER_PERIOD)
     motion = tuple(limits.as_dict().items()), settings.get("machine") if tool else None
     moved = _moved(task.source, *motion)
     law = _law(task.source, *motion, settings.get("strategy"), period)
     method = settings.get("method", DEFAULT_METHOD)
     corrections = settings.get("corrections", 1)
-    followed = None if tool else table
+    followed = None if tool else machine
     run = make_run(moved, limits, machine=followed, period=period, method=method, corrections=corrections, law=law)
     worst = max(run.verdict.limits.items(), key=lambda each: each[1].share, default=None)
     row: Row = {
@@ -164,32 +164,32 @@ def _machine(settings: Settings) -> Machine | None:
         if any(name.startswith("machine.") for name in settings):
             raise InputError("machine.* varies a machine, but there is none; add machine = NAME to the sweep")
         return None
-    table = Machine.load(settings["machine"])
+    machine = Machine.load(settings["machine"])
     for name, factor in settings.items():
         if not name.startswith("machine."):
             continue
         _, axis, part, field = name.split(".")
-        if axis not in table.axes:
-            raise InputError(f"{name}: machine {table.name} has the axes {', '.join(table.axes)}")
-        of = table.axes[axis]
+        if axis not in machine.axes:
+            raise InputError(f"{name}: machine {machine.name} has the axes {', '.join(machine.axes)}")
+        of = machine.axes[axis]
         value = getattr(getattr(of, part, None), field, None)
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InputError(f"{name}: axis {axis} of {table.name} has no number {part}.{field}")
+            raise InputError(f"{name}: axis {axis} of {machine.name} has no number {part}.{field}")
         changed = dataclasses.replace(of, **{part: dataclasses.replace(getattr(of, part), **{field: factor * value})})
-        table = dataclasses.replace(table, axes={**table.axes, axis: changed})
-    return table
+        machine = dataclasses.replace(machine, axes={**machine.axes, axis: changed})
+    return machine
 
 
-def _limits(settings: Settings, table: Machine | None, planned: Sequence[str]) -> Limits:
+def _limits(settings: Settings, machine: Machine | None, planned: Sequence[str]) -> Limits:
     """Limits of the sweep, of the machine where the sweep is silent, and else the paper's along the path."""
     given = {name.removeprefix("limits."): value for name, value in settings.items() if name.startswith("limits.")}
-    machine: dict[str, Any] = {}
-    if table is not None:
+    of_machine: dict[str, Any] = {}
+    if machine is not None:
         kinds = {name.partition(".")[0] for name in given}
-        for name, axes in table.limits(planned).items():
+        for name, axes in machine.limits(planned).items():
             if name not in kinds:
-                machine |= {f"{name}.{axis}": value for axis, value in axes.items()}
-    said = {**machine, **given}
+                of_machine |= {f"{name}.{axis}": value for axis, value in axes.items()}
+    said = {**of_machine, **given}
     kinds = {name.partition(".")[0] for name in said}
     assumed = {} if kinds & {"feed", "axis_velocity"} else {"feed": PAPER_LIMITS.feed}
     if not kinds & {"axis_acceleration", "axis_jerk"}:

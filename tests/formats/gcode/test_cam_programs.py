@@ -166,7 +166,7 @@ def test_comments_in_comments_are_mended_when_asked_for(tmp_path: Path) -> None:
     assert refusal(tmp_path, *lines) == "line 1: ) closes no comment"
     path = path_of(tmp_path, *lines, repair=True)
     assert path.length == pytest.approx(2.0 + math.sqrt(2.0))
-    assert sum("comments are taken to their last bracket" in finding for finding in path.findings) == 2
+    assert sum("a comment ends at its last bracket" in finding for finding in path.findings) == 2
 
 
 def test_the_centre_across_the_plane_may_be_said_if_it_is_0(tmp_path: Path) -> None:

@@ -26,13 +26,16 @@ PROGRAMS = [
     "G42.1 D1\nG3 X5 Y0 R20\nG1 X9 Y9\nG40",
     "G41.1 D0\nG2 X5 Y5 R30\nG40\nG1 X3",
     "G41.1 D4\nG1 X0 Y0\nX20\nX40\nG2 X40 Y0 I0 J-10\nG1 Y30",
+    # arcs that meet twice: the corner is cut off at the place that lies on both
+    "G20\nG41.1 D.15\nG1 X.0652 Y1.5342\nY2.4577\nG2 X.6065 I.2707\nG2 X1.4888 I.4411\nG1 X2",
+    "G41.1 D.5\nG1 X-39.500873 Y-104.657107\nX-54.500873 Y-94.657107\nG2 I-1.575966 J-2.552711 X-57.872219 Y-99.613276",
 ]
 REFUSED = [
     ("G42.1 D4\nG1 X0 Y0\nX1\nX1 Y-20", 6, "the tool of radius 2 mm cannot reach this corner without a gouge"),
     ("G42.1 D40\nG1 X0 Y0\nX10", 4, "the line on which cutter compensation begins must be longer than the tool's rad"),
     ("G41.1 D4\nG1 X0 Y0\nX10\nG3 X15 Y5 I0 J1.5", 6, ""),
     ("G41.1 D4\nG1 X0 Y0\nX10\nG3 X10 Y3 I0 J1.5", 6, "the arc's radius 1.5 mm is too small for the tool's 2 mm"),
-    ("G41.1 D4\nG1 X0 Y0\nG55\nX10", 5, "G55 cannot stand between G41 or G42 and G40"),
+    ("G41.1 D4\nG1 X0 Y0\nG55\nX10", 5, "G55 is not allowed between G41 or G42 and G40"),
     ("G41.1 D4\nG41.1 D4\nX10", 4, "G41.1: cutter compensation is on; write G40 before it"),
     ("G19\nG41.1 D4\nX10", 4, "G41.1: there is no cutter compensation in G19; choose G17 or G18"),
     ("G41.1\nX10", 3, "G41.1 needs D"),

@@ -40,6 +40,15 @@ def test_what_a_cycle_stands_for(tmp_path: Path, lines: list[str], wanted: str) 
     assert holes(tmp_path, *lines) == wanted.split(";")
 
 
+def test_within_cycles_linuxcnc_keeps_to_the_path(tmp_path: Path) -> None:
+    lines = [*BEGIN, "G64 P.1", "G1 X1", "G81 X2 Z-3 R1", "G0 X3"]
+    path = path_of(tmp_path, *lines)
+    assert path.tolerances is not None
+    assert path.tolerances.tolist() == [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.1]
+    path = path_of(tmp_path, *lines, dialect="mach3")
+    assert path.tolerances is not None and path.tolerances.tolist()[1:] == [0.1] * (len(path.curves) - 1)
+
+
 @pytest.mark.parametrize(
     ("lines", "wanted"),
     [
@@ -87,16 +96,16 @@ def test_cycles_of_fanuc_keep_their_words_and_return_to_the_initial_plane(tmp_pa
         ("G82 X1 Z-3 R1", "G82 needs P"),
         ("G83 X1 Z-3 R1", "G83 needs Q"),
         ("G83 X1 Z-3 R1 Q0", "G83 Q0: the depth of a peck is greater than 0"),
-        ("G83 X1 Z-3 R1 Q.0000001", "G83 stands for more than 100000 moves; drill deeper at a time (Q)"),
+        ("G83 X1 Z-3 R1 Q.0000001", "G83 makes more than 100000 moves; drill deeper at a time (Q)"),
         ("G81 X1 Z-3 R-4", "G81: R lies 1 mm below Z, the bottom of the hole"),
         ("G81 X1 Z-3 R1 L0", "L0: repeats of G81 are whole, 1 to 10000"),
         ("G81 X1 Z-3 R1 A5", "A: G81 moves X, Y and Z only"),
-        ("G81 X1 Z-3 R1 Q5", "Q5 belongs to no code of the line"),
+        ("G81 X1 Z-3 R1 Q5", "Q5 is used by no code of the line"),
         ("G93 G81 X1 Z-3 R1 F1", "G81 cannot have feeds by inverse time; write G94"),
         ("G74 X1 Z-3 R1", "G74 needs the spindle to turn by M4"),
         ("G86 X1 Z-3 R1 P1 M5", "G86 needs the spindle to turn; write M3 or M4 before it"),
         ("G82 X1 Z-3 R1 P-1", "G82: a wait of -1 s is not possible"),
-        ("G87 X1 Z-3 R1", "G87 is a canned cycle that is not read; let the CAM system write its moves"),
+        ("G87 X1 Z-3 R1", "G87 is a canned cycle that is not supported; let the CAM system write its moves"),
     ],
 )
 def test_cycles_that_cannot_be(tmp_path: Path, line: str, reason: str) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gcode_programs import path_of, program, refusal
+from gcode_programs import path_of, program, refusal, said
 from rs274_held import held_against
 from rs274_twin import PROGRAM
 from splinefeed.formats.gcode import flow
@@ -57,30 +57,30 @@ PROGRAMS = [
 ]  # fmt: skip
 #: What both refuse, and the line.
 REFUSED = [
-    ("o1 sub\nG0 X1\nM99\no1 endsub\no1 call", 3, "M99 stands within o1 sub; write endsub or return"),
-    ("G0 X1\nM98 P5\nM2", 2, "o5 is called and stands neither in the program nor in 5.ngc beside it; begin it with O5"),
-    ("o1 call [1]", 1, "o1 is called and stands neither in the program nor in 1.ngc beside it; define it with sub and"),
+    ("o1 sub\nG0 X1\nM99\no1 endsub\no1 call", 3, "M99 is inside o1 sub; write endsub or return"),
+    ("G0 X1\nM98 P5\nM2", 2, "o5 is called, and is neither in the program nor in 5.ngc beside it; begin it with O5"),
+    ("o1 call [1]", 1, "o1 is called, and is neither in the program nor in 1.ngc beside it; define it with sub and"),
     ("G0 X1\no1 if [0]\nG0 X1", 2, "o1 if has no o1 endif behind it"),
     ("o1 while [0]\no1 endwhile\no1 while [0]\no1 endwhile", 3, "o1 while: line 1 has the label; write another number"),
     ("o<a> sub\no<a> call\no<a> endsub\no<a> call", 2,
      "o<a>: more than 10 calls within calls; does a sub call itself?"),
     ("o1 if [1] G0 X3\no1 endif", 1, "o1 if: expected brackets, 1 at most, got 'G0X3'"),
     ("o1 if 1\nG0 X3\no1 endif", 1, "o1 if: expected brackets"),
-    ("o1 endif", 1, "o1 endif stands without o1 if before it"),
-    ("o1 else\no1 endif", 1, "o1 else stands without o1 if before it"),
-    ("G0 X1\no1 endwhile", 2, "o1 endwhile stands without o1 while before it"),
-    ("o1 repeat [2]\no1 break\no1 endrepeat", 2, "o1 break stands without o1 while or do before it"),
-    ("o1 return", 1, "o1 return stands outside of a sub that was called"),
+    ("o1 endif", 1, "o1 endif has no o1 if before it"),
+    ("o1 else\no1 endif", 1, "o1 else has no o1 if before it"),
+    ("G0 X1\no1 endwhile", 2, "o1 endwhile has no o1 while before it"),
+    ("o1 repeat [2]\no1 break\no1 endrepeat", 2, "o1 break has no o1 while or do before it"),
+    ("o1 return", 1, "o1 return is outside of a called sub"),
     ("o1 if [1]\no1 if [1]\no1 endif\no1 endif", 2, "o1 if: line 1 has the label; write another number"),
-    ("o1 sub\no2 sub\no2 endsub\no1 endsub\no1 call", 2, "o2 sub stands within o1; define it outside"),
+    ("o1 sub\no2 sub\no2 endsub\no1 endsub\no1 call", 2, "o2 sub is inside o1; define it outside"),
     ("o1 sub\no1 endsub\no1 sub\no1 endsub\no1 call", 3, "o1 sub: line 1 defines it already"),
     ("M98 P7 L2.5\nM2\nO7\nM99", 1, "L2.5 of M98 is not a whole number from 0"),
     ("M98\nM2", 1, "M98 needs P, the number of the subprogram"),
-    ("o1 sub\nG0 X1 X2\no1 endsub\nG0 X1\no1 call", 2, "X stands twice"),
+    ("o1 sub\nG0 X1 X2\no1 endsub\nG0 X1\no1 call", 2, "X appears twice"),
     ("o1 if [1]\n (abort, no tool)\no1 endif", 2, "the program ends itself: no tool"),
     ("o1 do\nG0 X1\no1 while", 3, "o1 while needs a value in brackets"),
     ("o1 call [1\nM2\no1 sub\no1 endsub", 1, "] is missing at the end of the line"),
-    ("#<_x>=1", 1, "#<_x> is where the machine says how things are, and cannot be set"),
+    ("#<_x>=1", 1, "#<_x> is set by the machine and cannot be assigned"),
     ("o1 what", 1, "o1: expected sub, call, if, while, repeat or the like, got 'what'"),
 ]  # fmt: skip
 
@@ -178,7 +178,23 @@ def test_random_jumps_are_those_of_linuxcnc(tmp_path: Path, seed: int) -> None:
 )
 def test_a_loop_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: list[str]) -> None:
     monkeypatch.setattr(flow, "MAX_STEPS", 20_000)
-    assert "more than 20000 lines are carried out; does a loop near here have no end?" in refusal(tmp_path, *loop)
+    assert "more than 20000 lines are executed; is there an endless loop near here?" in refusal(tmp_path, *loop)
+
+
+def test_modes_are_kept_and_restored(tmp_path: Path) -> None:
+    lines = ["G21 G91 F60 S500 M3 M8", "G64 P.1", "M70", "G20 G90 F9 S20 M5 M9", "G64 P1", "G1 X1", "M72", "X1", "M30"]
+    path = path_of(tmp_path, *lines)
+    assert said(path) == ["S500 M3 M8", "S20 M5 M9", "F25.4", "S500 M3 M9 M8", "F26.4", "M30"]
+    assert path.feeds is not None and path.feeds.tolist() == [pytest.approx(0.15), 1.0]
+    assert path.tolerances is not None and path.tolerances.tolist() == [25.4, 0.1]
+    sub = ["o1 sub", "M73", "G91 G1 X2 F9", "o1 endsub", "G90 G1 X1 F60", "o1 call", "X5"]
+    assert said(path_of(tmp_path, *sub)) == ["F1", "F3", "F5"]
+    assert refusal(tmp_path, "o1 sub", "M72", "o1 endsub", "M70", "o1 call") == (
+        "line 2: M72: nothing is kept here; write M70 before it, in the same sub"
+    )
+    compensated = ["G41.1 D2", "G1 X9 F60", "M70"]
+    assert refusal(tmp_path, *compensated) == "line 3: M70 to M73 are not allowed between G41 or G42 and G40"
+    assert said(path_of(tmp_path, "G1 X1 F60", "M70", "X2", dialect="mach3")) == ["F1", "M70", "F2"]
 
 
 def test_subprograms_of_fanuc(tmp_path: Path) -> None:
@@ -195,8 +211,8 @@ def test_subprograms_of_fanuc(tmp_path: Path) -> None:
 
 def test_a_file_of_subs_is_named_where_it_is_wrong(tmp_path: Path) -> None:
     (tmp_path / "deep.ngc").write_text("o<deep> sub\nG1 X1 F1\nG1 X1 X2\no<deep> endsub\n")
-    assert refusal(tmp_path, "G0 X1", "o<deep> call") == f"{tmp_path / 'deep.ngc'}: line 3: X stands twice"
-    assert refusal(tmp_path, "o<../deep> call").startswith("line 1: o<../deep> is called and stands neither in")
+    assert refusal(tmp_path, "G0 X1", "o<deep> call") == f"{tmp_path / 'deep.ngc'}: line 3: X appears twice"
+    assert refusal(tmp_path, "o<../deep> call").startswith("line 1: o<../deep> is called, and is neither in")
     (tmp_path / "deep.ngc").write_text("o<deep> sub\nG1 X1 F1\nG2 X1 R.001\no<deep> endsub\n")
     assert refusal(tmp_path, "G0 X9", "o<deep> call").startswith("line 2: ")  # moves are of the line that calls
 
@@ -213,5 +229,5 @@ def test_long_stretches_between_jumps_are_read_as_line_by_line(tmp_path: Path) -
 
 
 def test_in_other_dialects_there_are_no_jumps(tmp_path: Path) -> None:
-    assert refusal(tmp_path, "M98 P100", dialect="printer").startswith("line 1: M98: subprograms are not read")
+    assert refusal(tmp_path, "M98 P100", dialect="printer").startswith("line 1: M98: subprograms are not supported")
     assert refusal(tmp_path, "O100 sub", dialect="printer").startswith("line 1: O100 sub: subprograms, loops and")

@@ -41,7 +41,7 @@ def test_case_blanks_comments_and_numbers_of_lines_mean_nothing(tmp_path: Path) 
     path = path_of(tmp_path, "%", "n10 g 1 x+1. (a comment) y.5f6000;rest", "", "N20.1 X 2", "/ Y3", "%")
     assert ends(path) == [[1, 0.5], [2, 0.5], [2, 3]]
     assert path.feeds is not None and path.feeds.tolist() == [100, 100, 100]
-    assert any("lines with / are carried out" in finding for finding in path.findings)
+    assert any("lines with / are executed" in finding for finding in path.findings)
 
 
 def test_units_distances_and_rotary_axes(tmp_path: Path) -> None:
@@ -51,6 +51,19 @@ def test_units_distances_and_rotary_axes(tmp_path: Path) -> None:
                                     [1, 2, math.pi / 2, -math.pi]])  # fmt: skip
     assert path.feeds is not None and path.feeds[:3].tolist() == [25.4] * 3
     assert path.feeds[3] == pytest.approx(25.4 * math.sqrt(59.8**2 + 2**2) / 59.8, rel=1e-12)  # F is of X, not of U
+
+
+def test_feeds_beside_a_change_of_units(tmp_path: Path) -> None:
+    """LinuxCNC knows the units of the lines before; where the program says none, and elsewhere, the new ones count."""
+    lines = ["G20 F60 G1 X1", "G21 F60 X2", "G20 F60 X3"]
+    path = path_of(tmp_path, *lines)
+    assert path.feeds is not None and path.feeds.tolist() == pytest.approx([25.4, 25.4, 1.0])
+    assert path.findings == (
+        "F on a line that changes units is taken in inches a minute: line 1, 2",
+        "F on a line that changes units is taken in mm a minute: line 3",
+    )
+    path = path_of(tmp_path, *lines, dialect="fanuc")
+    assert path.feeds is not None and path.feeds.tolist() == pytest.approx([25.4, 1.0, 25.4])
 
 
 def test_offsets_of_coordinate_systems(tmp_path: Path) -> None:
@@ -87,7 +100,7 @@ def test_where_a_path_starts(tmp_path: Path) -> None:
     early = sf.read(program(tmp_path, "G0 Z5", "G1 X1 F60"))
     assert early.curves[0].control_points.tolist() == [[0, 5], [1, 5]]
     assert early.findings == (
-        "line 2: where X is before this move is not said: taken as 0 in the program's first coordinate system (start=)",
+        "line 2: where X is before this move is unknown: taken as 0 in the program's first coordinate system (start=)",
     )
 
 
@@ -148,16 +161,16 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["G0 G1 X1"], "line 1: G0 and G1 exclude each other (both: motion); write one of them"),
         (["G17 G18"], "line 1: G17 and G18 exclude each other (both: plane); write one of them"),
         (["M3 M5"], "line 1: M3 and M5 exclude each other (both: spindle); write one of them"),
-        (["G1 X1 X2"], "line 1: X stands twice"),
+        (["G1 X1 X2"], "line 1: X appears twice"),
         (["X1"], "line 1: axis words without G0, G1, G2 or G3 before them"),
         (["G1 X1 F1", "G80", "X2"], "line 3: axis words without G0, G1, G2 or G3 before them"),
         (["G1 X"], "line 1: X: a number is missing at the end of the line"),
         (["G1 Xnan"], "line 1: X: a number is missing before 'nan'"),
         (["G1 X1 (and) 0,5"], "line 1: expected a letter, got ',5'"),
         (["G92"], "line 1: G92 needs the axes whose places it gives"),
-        (["G1 X1e9"], "line 1: E9 belongs to no code of the line; a number cannot have an exponent"),
+        (["G1 X1e9"], "line 1: E9 is used by no code of the line; a number cannot have an exponent"),
         (["G1 X99999999999"], "line 1: X leads to 1e+11; at most 1e+09 mm or rad from the zero point is possible"),
-        (["G1 X1 I2"], "line 1: I2 belongs to no code of the line"),
+        (["G1 X1 I2"], "line 1: I2 is used by no code of the line"),
         (["G1 X#7"], "line 1: X: #7 has no value; set it in the program before it is used"),
         (["G1 X#<no>"], "line 1: X: #<no> has no value; set it in the program before it is used"),
         (["G1 X[1/0]"], "line 1: X: 1 / 0 has no value"),
@@ -175,7 +188,7 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["M3", "G33 Z-1 K1"], "line 2: G33 needs the speed of the spindle; write S before it"),
         (["M3 S100", "G33 Z-1"], "line 2: G33 needs the way a revolution, K (Fanuc: F)"),
         (["M3 S100", "G33 Z-1 K0"], "line 2: G33: the way a revolution must not be 0"),
-        (["M3 S100", "G33 Z-1 K1 F9"], "line 2: F cannot stand with G33, whose feed is K times the spindle's speed"),
+        (["M3 S100", "G33 Z-1 K1 F9"], "line 2: F is not allowed with G33, whose feed is K times the spindle's speed"),
         (["M3 S100", "G76 P1 Z-1 I0 J.1 K1"], "line 2: G76: I, from the drive line to the crest of the thread, must"),
         (["M3 S100", "G76 P1 Z-1 I1 J1 K1"], "line 2: G76: J, the first cut, must be greater than 0 and less than K"),
         (["M3 S100", "G76 P1 Z-1 I1 J.1"], "line 2: G76 needs K"),
@@ -183,20 +196,20 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["M3 S100", "G76 P1 Z-1 I1 J.1 K1 Q90"], "line 2: G76 Q90: the angle of the slide is less than 90 degrees"),
         (["M3 S100", "G76 P1 Z-1 I1 J.1 K1 L4"], "line 2: G76: L is 0 to 3, the ends with a taper"),
         (["M3 S100", "G76 P1 Z-1 I1 J.00001 K1"], "line 2: G76 has more than 10000 passes; cut deeper at a time (J)"),
-        (["G10 L20 P1 R3"], "line 1: R3 belongs to no code of the line"),
-        (["G87 X1 Z-1 R1"], "line 1: G87 is a canned cycle that is not read; let the CAM system write its moves"),
+        (["G10 L20 P1 R3"], "line 1: R3 is used by no code of the line"),
+        (["G87 X1 Z-1 R1"], "line 1: G87 is a canned cycle that is not supported; let the CAM system write its moves"),
         (["O100 sub"], "line 1: o100 sub has no o100 endsub behind it"),
-        (["M98 P100"], "line 1: o100 is called and stands neither in the program nor in 100.ngc beside it"),
-        (["#1=1", "WHILE [#1 LT 5] DO1"], "line 2: WHILE: programs that jump or loop are not read"),
+        (["M98 P100"], "line 1: o100 is called, and is neither in the program nor in 100.ngc beside it"),
+        (["#1=1", "WHILE [#1 LT 5] DO1"], "line 2: WHILE: jumps and loops are not supported"),
         (["F1", "G93 G1 X1"], "line 2: F is missing; in inverse time (G93) every move needs its own"),
-        (["G1 X1 F-3"], "line 1: F-3 is no feed"),
+        (["G1 X1 F-3"], "line 1: F-3 is not a feed"),
         (["G4"], "line 1: G4 needs P, the time to wait"),
         (["G4 P-1"], "line 1: G4: a wait of -1 s is not possible"),
         (["G10 L2 P12 X1"], "line 1: G10 P12: coordinate systems are 1 to 9, or 0 for the one in force"),
         (["G53 G2 X1 I1"], "line 1: G53 needs G0 or G1"),
         (["G1 X1 F1", "X" + " " * 5000 + "2"], "line 2: has 5002 characters; at most 4096 can be read"),
-        (["M3 S100"], "no line of it moves an axis"),
-        (["G1 X0 F1"], "no move of it has a length; is the program complete?"),
+        (["M3 S100"], "no line moves an axis"),
+        (["G1 X0 F1"], "no move has a length; is the program complete?"),
     ],
 )
 def test_what_cannot_be_read_is_named_in_one_line(tmp_path: Path, lines: list[str], reason: str) -> None:

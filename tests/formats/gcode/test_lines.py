@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.interpreter import Interpreter
-from splinefeed.formats.gcode.layout import MODES, STATE
+from splinefeed.formats.gcode.layout import MODES, PLANE, STATE
 from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import Moves
 from splinefeed.formats.gcode.reader import Reading, joined
@@ -119,7 +119,7 @@ def test_numbers_are_the_nearest_floats(mantissa: int, places: int, negative: bo
         return
     lines = Lines(f"G1 X{text}\n".encode())
     state, modes = np.zeros(STATE), np.zeros(MODES, dtype=np.int64)
-    state[18:27] = 1.0
+    state[18:27], modes[PLANE] = 1.0, 17
     rows, marks = np.zeros((4, 16)), np.zeros((4, 6), dtype=np.int64)
     said, spoken = np.zeros((4, 4), dtype=np.int64), np.zeros((4, 2))
     _, count, _, status = lines.scan(0, state, modes, rows, marks, 0, said, spoken)
@@ -137,7 +137,7 @@ def test_what_is_said_again_is_read_at_full_speed(file: Path, monkeypatch: pytes
     file.write_text(text)
     with pytest.raises(FormatError, match="line 6: "):
         list(Reading().moves(file))
-    assert said == [2, 4, 6]
+    assert said == [1, 2, 4, 6]  # the first to say units is the interpreter's
     agree(file, text)
 
 

@@ -56,6 +56,13 @@ PROGRAMS = {
     "G76 P1 Z5 I-1 J.6 K1 Q10 E.5 L1\nG76 P1 Z-5 I-1 J.1 K.5 R.5",
     "a revolution": "S500 G95 F.1 M3\nG1 X1\nS800 X2\nX3\nX4 F.2\nG2 X6 I1\nG20\nF.01\nG1 X1\nG21\nF.1\nG81 X1 Z-3 R1\n"
     "G80 M5\nG94 F100 G1 X3\nG95 F.5\nX5\nG93 X6 F2",
+    "kept modes": "G21 F60 G64 P.1 S100 M3 M7\nG1 X1\nM70 G20\nG91 G55 G18 G61.1 F9 S50 M4 M9 G90.1 G95\nX1\nM72\nX2 Y3"
+    "\nG91 G3 X1 I.5\nM72\no1 sub\nM73 G20 F5\nG91 G1 X1\no1 if [#1]\nM71\no1 return\no1 endif\no1 endsub\n"
+    "o1 call [0]\nX4 Y1\nM98 P7 L2\nX5\no1 call [1]\nX.1\nM72\nX9\nM2\nO7\nM73\nG91 X1 F20\nM99",
+    "kept cycles": "F60\nM70 G99\nG98 G81 X1 Z-1 R1\nX2\nM72\nX3\nG0 X4\nG10 L2 P2 X5 R30\nG55\nM70\nG54 X1\nM72\nX2",
+    "feeds beside units": "G21 F60 G1 X9\nG20 F7\nX1\nG21 F60 X3\nF50 G20 G1 X2\nG21 F8 G3 X52.8 I1",
+    "exact path in cycles": "F60 S100 M3 G64 P.1\nG0 X1 Z-5\nG81 X1 Z-1 R1\nX3\nG0 X4\nG61.1\nG82 X5 Z-2 R2 P.1\n"
+    "G0 X6\nG64\nG83 X7 Z-3 R2 Q1\nG61\nG85 X8 Z-3 R1\nG0 X9 Z5",
     "existence": "#<a>=999\nG0 X[exists[#1]] Y[exists[#99999]] Z[exists[#<a>]] A[exists[#<b>]]\nX[exists[#5601]*5]",
     "ends": "G1 X1 F1\nM2\nG1 X2\n",
     "percent": "%\nG1 X1 F1\nX2\n%\nX3\n",
@@ -71,7 +78,8 @@ REFUSED = [
     "G1 F1 X1 (open", "G93 G1 X1", "G2 X1 I1 R1 F1", "G17 G2 X1 K1 F1", "G5 X1 Y1 F1", "G5.1 X1 Y1 F1", "G4",
     "G1 X[1/0] F1", "G1 X[sqrt[-1]] F1", "G92", "F-1", "G1 X F1", "Q1", "G1 X1 F1 I2", "G18 F1 G5 X1 Y1 I1 J1 P1 Q1",
     "G5.3", "G0 @5", "G91 G0 @5 ^3", "G0 X1 @5", "G53 G0 @5 ^3",
-    "G28 @5 ^3", "G2 X2 I1 P-1 F1", "G53 G2 X1 I1 F1", "M1000", "G123.4", "#1=", "G1 X[1 + F1", "G3 R5 F1",
+    "G28 @5 ^3", "G2 X2 I1 P-1 F1", "G53 G2 X1 I1 F1", "M1000", "M72", "M70 M3", "G123.4", "#1=",
+    "G1 X[1 + F1", "G3 R5 F1",
 ]  # fmt: skip
 
 
@@ -92,7 +100,11 @@ TOOL_PROGRAMS = [
     "T1\nX1\nM6\nG43\nX2 Z2\nT7 M6\nG43\nX2 Z2\nG43 H0 X3 Z2", "G43 H1\nG92 Z0\nG0 X1 Z1\nG53 G0 Z0",
     "G43 H1\nG10 L20 P1 Z0\nG0 X1 Z1\nG53 G0 Z0", "G20 G43 H1\nG0 X1 Z1\nG21 X1 Z1", "G43 H1\nG81 X1 Z-1 R1\nG49 X2",
     "G43 H5\nG0 X1", "T5 M6\nX1", "G43.2\nX1", "G43.2 H1 Z1\nX1", "G43 H1.5\nX1", "G43 H-1\nX1", "T1.5 M6",
-    "T0 M6\nX1 G43",
+    "T0 M6\nX1 G43", "M61 Q1 G43\nG0 Z5", "M61 Q9", "M61 Q1\nM61", "G10 L11 P1 Z3\nG43 H1\nG0 X1 Z1",
+    "G0 X2 Z5\nG92 Z1\nG10 L2 P1 Z7\nG10 L2 P9 X1 Z2\nG10 L11 P1 X1 Z3\nG43 H1\nG0 X0 Z1",
+    "G10 L2 P9 X2 R90\nG0 X5 Y1\nG10 L11 P1 X3\nG43 H1\nG0 X0 Y0", "G43 H1\nM70\nG49\nG0 X1 Z1\nM72\nX2 Z2",
+    "G10 L2 P1 X2 R90\nG0 X5 Y1\nG10 L10 P1 X3 Y2\nG43 H1\nG0 X0 Y0", "T1 M6\nG43\nM70\nG49\nX1 Z1\nM72\nX2 Z2",
+    "G41.1 D2\nG0 X9\nY9\nG40\nT1 M6\nG0 Z5\nX1",
 ]  # fmt: skip
 
 
@@ -163,9 +175,7 @@ def random_program(rng: np.random.Generator, lines: int) -> str:
                 words = [plane, motion, f"{names[a]}{value()} {names[b]}{radius:.2f} {across}{value()}"]
                 words += [f"P{rng.integers(1, 4)}"] if rng.random() < 0.5 else []
         if rng.random() < 0.1:
-            # F beside G20 or G21 is taken in the new units here, and a finding says so; LinuxCNC takes it in the old
-            more = ["M3 S100", "M5", "M8", "(c)", "S5" if words[0] in ("G20", "G21") else "F200"]
-            words.append(str(rng.choice(more)))
+            words.append(str(rng.choice(["M3 S100", "M5", "M8", "(c)", "F200"])))
         out.append(" ".join(words))
     return "\n".join([*out, "M2", ""])
 

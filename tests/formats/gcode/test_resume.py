@@ -59,8 +59,8 @@ def test_where_the_tool_is_the_lines_before_say(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
-        (34, "line 34: is not carried out, as the program ends before it or leads around it; resume at another line"),
-        (33, "line 33: is not carried out, as the program ends before it"),
+        (34, "line 34: is never executed: the program ends before it or jumps over it; resume at another line"),
+        (33, "line 33: is never executed: the program ends before it"),
         (
             15,
             "line 15: lies within a row of canned cycles (G80); resume at line 14, where that",
@@ -69,9 +69,9 @@ def test_where_the_tool_is_the_lines_before_say(tmp_path: Path) -> None:
             29,
             "line 29: lies within cutter compensation (G41, G42); resume at line 27, where that begins, or behind its",
         ),
-        (0, "from_line: '0' is no number of a line; lines count from 1"),
-        ("x", "from_line: 'x' is no number of a line; lines count from 1"),
-        (True, "from_line: 'True' is no number of a line; lines count from 1"),
+        (0, "from_line: '0' is not a line number; lines count from 1"),
+        ("x", "from_line: 'x' is not a line number; lines count from 1"),
+        (True, "from_line: 'True' is not a line number; lines count from 1"),
     ],
 )
 def test_lines_at_which_nothing_can_be_resumed(tmp_path: Path, line: object, reason: str) -> None:
@@ -80,7 +80,7 @@ def test_lines_at_which_nothing_can_be_resumed(tmp_path: Path, line: object, rea
 
 def test_a_line_that_is_not_carried_out(tmp_path: Path) -> None:
     lines = ["G1 X1 F1", "o1 if [0]", "G1 X2", "o1 endif", "G1 X3", "M2"]
-    assert refusal(tmp_path, *lines, from_line=3).startswith("line 3: is not carried out")
+    assert refusal(tmp_path, *lines, from_line=3).startswith("line 3: is never executed")
     assert refusal(tmp_path, "G5.2 X1 Y1 P1 L3 F1", "X2 Y0", "X3 Y1", "X4", "G5.3", from_line=3).startswith(
         "line 3: lies within a spline; resume at line 1"
     )

@@ -75,7 +75,7 @@ def test_the_axis_is_that_across_the_plane(tmp_path: Path) -> None:
     [
         ("CYCLE81(110,100,2)", "CYCLE81 needs DP or DPR, the depth"),
         ("CYCLE81(110,,2,35)", "CYCLE81 needs RFP"),
-        ("CYCLE81(110,100,2,35,,7)", "CYCLE81: parameter 6 is not read; leave out what follows DPR"),
+        ("CYCLE81(110,100,2,35,,7)", "CYCLE81: parameter 6 is not supported; leave out what follows DPR"),
         ("CYCLE81(110,100,2,x)", "CYCLE81: DP is 'x', and no number"),
         ("CYCLE81(110,100,2,35", "CYCLE81( is not closed by )"),
         ("CYCLE81(110,100,2,105)", "CYCLE81: the depth lies 3 mm above the plane where it begins (RFP + SDIS)"),
@@ -83,11 +83,11 @@ def test_the_axis_is_that_across_the_plane(tmp_path: Path) -> None:
         ("CYCLE81(nan,100,2,35)", "RTP leads to nan; at most 1e+09 mm or rad from the zero point is possible"),
         ("CYCLE83(110,100,1,,20,,30)", "CYCLE83: the first depth, 30 mm, must be greater than 0 and at most 20 mm"),
         ("CYCLE83(110,100,1,,20,,10,-1)", "CYCLE83: DAM=-1; a factor of the stroke lies between -1 and 0"),
-        ("CYCLE83(110,100,1,,20,,0.0001)", "CYCLE83 stands for more than 100000 moves; drill deeper at a"),
+        ("CYCLE83(110,100,1,,20,,0.0001)", "CYCLE83 makes more than 100000 moves; drill deeper at a"),
         ("CYCLE83(110,100,1,,20,,10,0,0,0,2)", "CYCLE83: FRF=2, the part of the feed for the first depth, is 0.00"),
         ("CYCLE84(110,100,2,,30,,3,7,,90,200)", "CYCLE84 needs PIT, the pitch, or MPIT, the size of a metric thread"),
         ("CYCLE84(110,100,2,,30,,7,5,,90,200)", "CYCLE84: SDAC=7; the spindle goes on by 3, 4 or 5 (M3, M4, M5)"),
-        ("CYCLE85(110,100,2,35)", "CYCLE85( is a call, which is not read; write plain lines"),
+        ("CYCLE85(110,100,2,35)", "CYCLE85( is a call, which is not supported; write plain lines"),
     ],
 )  # fmt: skip
 def test_cycles_that_cannot_be(tmp_path: Path, line: str, reason: str) -> None:

@@ -58,6 +58,18 @@ def test_lengths_shift_the_path_and_changes_take_their_time(tmp_path: Path) -> N
     assert any("the path is that of the tool's tip, as programmed (tools=)" in each for each in bare.findings)
 
 
+def test_tables_are_changed_by_the_program(tmp_path: Path) -> None:
+    """L1 says the offset, L10 the place in the system in force, L11 that in G59.3; M61 names the tool that is there."""
+    tools = table(tmp_path, TOML, "tools.toml")
+    begin = ["G10 L2 P9 X2 Z1", "G10 L2 P1 X4", "G0 X1 Z9"]  # the tool at X5 Z9 of the machine
+    for word, x, z in (("L1 X1 Z3", 1, 3), ("L10 X1 Z3", 0, 6), ("L11 X1 Z3", 2, 5)):
+        path = path_of(tmp_path, *begin, f"G10 P1 {word}", "M61 Q1", "G43", "G0 X0 Z0", tools=tools)
+        assert path.curves[-1].control_points[-1].tolist() == [4 + x, z]
+    assert [marker.text for marker in path.markers] == ["M61 Q1"]
+    assert refusal(tmp_path, "M61 Q5", tools=tools).startswith("line 1: tool 5 is not in the tool table")
+    assert refusal(tmp_path, "M61") == "line 1: M61 needs Q, the number of the tool in the spindle"
+
+
 def test_reference_places_may_be_given(tmp_path: Path) -> None:
     path = path_of(tmp_path, "G0 X5 Z2", "G28 Z9", "G1 X1 F60", "G30", offsets="G28=-1,0,30;G30=7")
     ends = [curve.control_points[-1].tolist() for curve in path.curves]
@@ -67,9 +79,9 @@ def test_reference_places_may_be_given(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
-        ("T9 M6", "tool 9 is not in the tool table, which has T1, T2"),
-        ("X1 F1 T9", "tool 9 is not in the tool table, which has T1, T2"),
-        ("G43 H3", "tool 3 is not in the tool table, which has T1, T2"),
+        ("T9 M6", "tool 9 is not in the tool table, which has T1, T2; add it there"),
+        ("X1 F1 T9", "tool 9 is not in the tool table, which has T1, T2; add it there"),
+        ("G43 H3", "tool 3 is not in the tool table, which has T1, T2; add it there"),
         ("G43.2", "G43.2 needs H, or axes, and not both"),
     ],
 )
@@ -83,7 +95,7 @@ def test_a_tool_that_is_missing(tmp_path: Path, line: str, reason: str) -> None:
     [
         ("T1 Z5\nZ5 D3\n", "a.tbl", "line 2: expected T1 P1 Z50.2 D6, got 'Z5 D3'"),
         ("T1 Z5 hello\n", "a.tbl", "line 1: expected T1 P1 Z50.2 D6, got 'T1 Z5 hello'"),
-        ("T1 Z5\nT1 Z6\n", "a.tbl", "line 2: T1 stands twice, or is not a number of a tool"),
+        ("T1 Z5\nT1 Z6\n", "a.tbl", "line 2: T1 appears twice, or is not a tool number"),
         ("T1 Z1e9\n", "a.tbl", "line 1: expected T1 P1 Z50.2 D6"),
         ("T1 Z99999999999\n", "a.tbl", "an offset or diameter of a tool is beyond 1e+09 mm"),
         ("[tools.1]\nlength = nan\n", "a.toml", "tools.1.z: "),

@@ -24,7 +24,7 @@ class Places:
     linear                 how many axes the arc length counts
     axes                   names of the axes
     period                 servo period, s, or None
-    feed    (n,)           feed that the path asks for, mm/s, infinite where it says nothing
+    feed    (n,)           feed that the path asks for, mm/s, infinite where none is given
     corner  (n,)           largest feed at a corner that is passed here, mm/s, infinite elsewhere
     turn, bend (2, axes, n)  the sum of the jumps of r' and of r'' within reach of the place, those up and those down
     chord   (n,)           curvature that a chord from tick to tick leaves, 1/mm, where it is not that of the path
@@ -134,11 +134,6 @@ class Rows:
             high=np.concatenate([self.high, high[None]]),
             names=(self.names[0], (*self.names[1], "turn"), self.names[2]),
         )
-
-    def without_jerk(self) -> Rows:
-        """All but the rows of jerk."""
-        names = (*self.names[:2], ())
-        return dataclasses.replace(self, jerk=self.jerk[:0], jump=self.jump[:, :, :0], names=names)
 
     def by_kind(self, shares: Array) -> Array:
         """The largest of shares (t + m + k, ...) among tops, linear rows and those of jerk, (3, ...)."""

@@ -31,7 +31,7 @@ def rows(at: Places, limits: Limits) -> Iterator[Row]:
     if np.max(np.abs(faster)) > ROUNDING * np.max(np.abs(b) + np.abs(c)):
         raise LimitsError(
             "torque: at twice the velocity and four times the acceleration the model's torque is not four times what "
-            "motion takes: it has friction, which no row knows; leave it out of the model and lower `most` by it"
+            "motion takes: it has friction; leave friction out of the model and lower `most` by it"
         )
     for k, (axis, limit) in enumerate(torque.most.items()):
         if np.isfinite(limit):
@@ -39,7 +39,7 @@ def rows(at: Places, limits: Limits) -> Iterator[Row]:
             if abs(c[still, k]) >= limit:
                 raise PlanError(
                     f"at s = {at.s[still]:.6g} mm standing still takes {abs(c[still, k]):.6g} of {axis}, whose torque "
-                    f"is at most {limit:.6g}: no motion along the path holds that"
+                    f"is at most {limit:.6g}: no motion along the path is possible"
                 )
             low, high = (-limit - c[:, k]) / limit, (limit - c[:, k]) / limit
             yield Linear(f"torque.{axis}", b[:, k] / limit, 0.5 * a[:, k] / limit, low, high)

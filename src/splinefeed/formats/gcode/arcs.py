@@ -34,8 +34,6 @@ HELIX_ERROR = 1e-9
 #: Degree along a helix, its widest piece, rad, and how far such a piece is from linear, relative to its rise; the
 #: error of narrower ones falls with the eighth power.
 _HELIX_DEGREE, _HELIX_PIECE, _HELIX_RELATIVE = 7, math.pi / 4.0, 5e-10
-#: First and second axis of each plane; counterclockwise is from the first to the second.
-PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = Fal
     """The circles of all arcs; LineError with the line for one that misses its circle, or a finding with `repair`."""
     chosen = np.flatnonzero((moves.kind == CLOCKWISE) | (moves.kind == COUNTERCLOCKWISE))
     planes = moves.codes[chosen, layout.ROW_PLANE]
-    axes = np.array([PLANES[int(p)] for p in (17, 18, 19)])[planes - 17]
+    axes = np.array(list(layout.PLANES.values()))[planes - 17]
     rows = np.arange(len(chosen))[:, None]
     start = moves.starts[chosen][rows, axes]
     end = moves.ends[chosen][rows, axes]
@@ -147,7 +145,7 @@ def _check_radii(
     if not repair or findings is None:
         raise ArcError(moves, int(chosen[int(np.argmax(missed))]), said[0])
     for line, each in zip(lines.tolist(), said, strict=True):
-        findings.say(f"line {line}: {each}: read as a spiral from the one to the other")
+        findings.say(f"line {line}: {each}: read as a spiral between them")
 
 
 class ArcError(LineError):
@@ -167,6 +165,14 @@ def arc_lengths(moves: Moves, arcs: Arcs) -> Array:
     along = 0.5 * (arcs.first + arcs.last) * arcs.sweep
     lengths: Array = np.hypot(np.hypot(along, arcs.last - arcs.first), np.linalg.norm(step, axis=1))
     return lengths
+
+
+def arc_degrees(moves: Moves, arcs: Arcs) -> IntArray:
+    """Degrees (m,) of the curves that `arc_curve` makes: 1, 2, or 7 where another axis moves too."""
+    step = (moves.ends - moves.starts)[arcs.move]
+    step[np.arange(len(arcs))[:, None], arcs.axes] = 0.0
+    degrees: IntArray = np.where(np.any(step != 0.0, axis=1), _HELIX_DEGREE, 2)
+    return np.where(np.abs(arcs.sweep) <= CHORD_SWEEP, 1, degrees)
 
 
 def arc_curve(start: Array, end: Array, arcs: Arcs, i: int, columns: IntArray) -> NurbsCurve:

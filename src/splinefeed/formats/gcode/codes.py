@@ -29,35 +29,27 @@ GROUP_OF = {code: group for group, codes in GROUPS.items() for code in codes}
 
 M_GROUPS: dict[str, tuple[int, ...]] = {
     "stop": (0, 1, 2, 30, 60, 99),
-    "spindle": (3, 4, 5, 19),
+    "spindle": (3, 4, 5, 19, 70, 71, 72, 73),  # M70 to M73, as in LinuxCNC
     "tool change": (6, 61),
     "override": (48, 49),
 }
 M_GROUP_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
-#: Canned cycles that some dialects have: threading and fine boring, back boring, boring with a retract by hand.
-CYCLES_OF_SOME = (760, 870, 880)
 #: What cannot be a path, or not without the machine: what it is, and what to do.
 REFUSED: dict[int, str] = {
-    310: "a probe move: where it ends is known on the machine only; leave it out",
-    382: "a probe move: where it ends is known on the machine only; leave it out",
-    383: "a probe move: where it ends is known on the machine only; leave it out",
-    384: "a probe move: where it ends is known on the machine only; leave it out",
-    385: "a probe move: where it ends is known on the machine only; leave it out",
-    410: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
-    411: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
-    420: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
-    421: "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
-    650: "a macro call; only plain programs are read",
-    660: "a modal macro call; only plain programs are read",
+    **dict.fromkeys((310, 382, 383, 384, 385), "a probe move: only the machine knows where it ends; leave it out"),
+    **dict.fromkeys(
+        (410, 411, 420, 421),
+        "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
+    ),
+    650: "a macro call, which is not supported; write plain lines",
+    660: "a modal macro call, which is not supported; write plain lines",
     680: "a turned coordinate system; write the turned coordinates",
     510: "scaling or mirroring; write the scaled coordinates",
     160: "polar coordinates; write X and Y",
     70: "lathe diameter mode; write radii (G8)",
-    171: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
-    181: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
-    191: "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19",
-    **{code: "a canned cycle that is not read; let the CAM system write its moves" for code in CYCLES_OF_SOME},
+    **dict.fromkeys((171, 181, 191), "a plane of U, V, W, in which there are no arcs; choose G17, G18 or G19"),
+    **dict.fromkeys((760, 870, 880), "a canned cycle that is not supported; let the CAM system write its moves"),
 }
 
 #: Cutter compensation can be read as it stands, if the user says so with `repair`.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.arcs import PLANES, find_arcs
+from splinefeed.formats.gcode.arcs import find_arcs
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, RAPID, Moves
 from splinefeed.formats.gcode.state import State
@@ -77,13 +77,19 @@ class Cutter:
         self.first_line = line
         self.on = self.state.held = True
         self._radius, self._last = radius, None
-        self._axes = list(PLANES[int(self.state.modes[layout.PLANE])])
+        self._axes = list(layout.PLANES[int(self.state.modes[layout.PLANE])])
         self._here = self.state.position[self._axes].copy()
 
     def end(self) -> None:
         """G40: the tool is where it is; axes that the next line leaves out go to the contour, as in LinuxCNC."""
         self._ended |= self.on
         self.on = self.state.held = False
+
+    def forget(self) -> None:
+        """M6: the next line begins where the tool is, as in LinuxCNC, which asks the machine for its place."""
+        if self._ended:
+            self.state.position[self._axes] = self._here
+        self._ended = False
 
     @property
     def busy(self) -> bool:
@@ -170,9 +176,13 @@ class Cutter:
         if bend * radius >= 0.0 if back else turn < 0.0:
             self._around(side, corner)
             return
-        meet = _meet(last, side, corner, radius)
-        if meet is None or not last.reaches(before, meet) or not side.reaches(meet, side.end):
+        meets = [
+            each for each in _meets(last, side, corner, radius)
+            if last.reaches(before, each) and side.reaches(each, side.end)
+        ]  # fmt: skip
+        if not meets:
             raise LineError(GOUGE.format(abs(radius)))
+        meet = meets[0]
         self.state.rows[last.row : side.row, self._axes] = meet
         self._begins = meet
 
@@ -197,17 +207,16 @@ class Cutter:
         self._begins = side.begin
 
 
-def _meet(last: _Side, side: _Side, corner: Array, radius: float) -> Array | None:
-    """Where two moves beside the contour meet, the place nearest to the corner; None if they do not."""
+def _meets(last: _Side, side: _Side, corner: Array, radius: float) -> list[Array]:
+    """Where two moves beside the contour meet, the place nearest to the corner first."""
     if last.centre is None and side.centre is None:
         normals = (last.end + side.begin - 2.0 * corner) / radius
-        meet: Array = corner + radius * normals / (1.0 + float(last.last @ side.first))
-        return meet
+        return [corner + radius * normals / (1.0 + float(last.last @ side.first))]
     if last.centre is not None and side.centre is not None:
         between = side.centre - last.centre
         distance = float(np.linalg.norm(between))
         if distance < SAME_PLACE:
-            return None
+            return []
         along = (distance**2 + last.radius**2 - side.radius**2) / (2.0 * distance)
         foot, way, circle = last.centre + along * between / distance, between / distance, last.radius
         centre, way = last.centre, np.array([-way[1], way[0]])
@@ -220,6 +229,6 @@ def _meet(last: _Side, side: _Side, corner: Array, radius: float) -> Array | Non
             foot = line.end + float((centre - line.end) @ way) * way
     height = circle**2 - float((foot - centre) @ (foot - centre))
     if height < 0.0:
-        return None
+        return []
     both = [foot + sign * math.sqrt(height) * way for sign in (1.0, -1.0)]
-    return min(both, key=lambda each: float(np.linalg.norm(each - corner)))
+    return sorted(both, key=lambda each: float(np.linalg.norm(each - corner)))

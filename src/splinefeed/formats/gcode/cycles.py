@@ -17,7 +17,7 @@ from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LETTERS, LINE, POLAR, RAPID, Findings
-from splinefeed.formats.gcode.state import State, check_size
+from splinefeed.formats.gcode.state import UNSAID, State, check_size
 
 #: Most moves that one line may stand for, and most repeats.
 MAX_MOVES, MAX_REPEATS = 100_000, 10_000
@@ -25,8 +25,6 @@ MAX_MOVES, MAX_REPEATS = 100_000, 10_000
 PECK_CLEARANCE = 0.254
 #: Levels this near each other, mm, are one: a peck that ends at the bottom is the last.
 SAME_LEVEL = 1e-9
-#: The axis across each plane, which is drilled along.
-ACROSS = {17: 2, 18: 1, 19: 0}
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ class Cycles:
 
     def __init__(self, state: State, dialect: Dialect, findings: Findings) -> None:
         self.state, self.dialect, self.findings = state, dialect, findings
-        self.returns = dialect.returns
+        state.returns = dialect.returns
         self.known = FANUC if dialect.keeps_cycles else CYCLES
         self.first_line = 0  # where the row of cycles began; 0 where there is none
         self._code = 0
@@ -92,7 +90,7 @@ class Cycles:
         state, cycle = self.state, self.known[code]
         if state.modes[layout.FEED_MODE] == layout.INVERSE:
             raise LineError(f"{g_name(code)} cannot have feeds by inverse time; write G94")
-        across = ACROSS[int(state.modes[layout.PLANE])]
+        across = state.across
         axes = {letter: words.pop(letter) for letter in LETTERS + POLAR if letter in words}
         if wrong := next((letter for letter in axes if letter not in "XYZ" + POLAR), ""):
             raise LineError(f"{wrong}: {g_name(code)} moves X, Y and Z only")
@@ -128,17 +126,21 @@ class Cycles:
         if retract < bottom:
             below = f"above {depth}, to which it cuts" if cycle.back else f"below {depth}, the bottom of the hole"
             raise LineError(f"{g_name(code)}: R lies {bottom - retract:.6g} mm {below}")
-        clear = max(initial, retract) if self.returns == 98 or cycle.back else retract
+        clear = max(initial, retract) if state.returns == 98 or cycle.back else retract
         hole = _Hole(state, across, line, self, code, cycle, retract, bottom, clear, clearance)
         hole.check(times)
         if times and initial < retract and not cycle.back:
             hole.move(RAPID, retract)
+        before = float(state.values[layout.TOLERANCE]), int(state.modes[layout.EXACT_STOP])
+        if self.dialect.of_linuxcnc and before[0] != UNSAID:
+            state.values[layout.TOLERANCE] = state.modes[layout.EXACT_STOP] = 0  # exact path, as in LinuxCNC
         for _ in range(times):
             there, said, stated = state.target(axes)
             there[across] = state.position[across] if state.position[across] > retract else clear
             if any(there[axis] != state.position[axis] for axis in range(3)):
                 state.add(RAPID, there, said, stated, line)
             hole.drill()
+        state.values[layout.TOLERANCE], state.modes[layout.EXACT_STOP] = before
 
     def _repeats(self, code: int, words: dict[str, float]) -> int:
         """How often; LinuxCNC's L is at least 1, Fanuc's K may be 0, which only keeps the words."""
@@ -210,7 +212,7 @@ class _Hole(Along):
         if not self.peck > 0.0:
             raise LineError(f"{g_name(self.code)} Q{self.cycles._kept['Q']:g}: the depth of a peck is greater than 0")
         if times * 3.0 * (self.retract - self.bottom) > MAX_MOVES * self.peck:
-            raise LineError(f"{g_name(self.code)} stands for more than {MAX_MOVES} moves; drill deeper at a time (Q)")
+            raise LineError(f"{g_name(self.code)} makes more than {MAX_MOVES} moves; drill deeper at a time (Q)")
 
     @property
     def peck(self) -> float:

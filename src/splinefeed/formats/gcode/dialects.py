@@ -22,7 +22,7 @@ class Dialect:
     repeats       letters of a canned cycle's repeats
     jumps         whether O-words, M98 and M99 are read
     keeps_cycles  whether R, Z, P and Q stay in force from one kind of cycle to the next
-    threads       whether G76 cuts a thread, with LinuxCNC's words
+    of_linuxcnc   whether words that LinuxCNC alone has are read: G76 as a thread, M70 to M73, M128, F before units
     lead          letter of the way a revolution of G33
     """
 
@@ -38,14 +38,14 @@ class Dialect:
     repeats: str = "L"
     keeps_cycles: bool = False
     jumps: bool = False
-    threads: bool = False
+    of_linuxcnc: bool = False
     lead: str = "K"
 
 
 DIALECTS = {
     each.name: each
     for each in (
-        Dialect("linuxcnc", "LinuxCNC", returns=99, jumps=True, threads=True),
+        Dialect("linuxcnc", "LinuxCNC", returns=99, jumps=True, of_linuxcnc=True),
         Dialect(
             "fanuc",
             "Fanuc",

@@ -88,7 +88,7 @@ class Parameters:
         """Give a parameter a value."""
         if isinstance(key, str):
             if self.known is not None and self.known(key) is not None:
-                raise LineError(f"#<{key}> is where the machine says how things are, and cannot be set")
+                raise LineError(f"#<{key}> is set by the machine and cannot be assigned")
             self._names(key)[key] = value
         else:
             self.numbers[key] = value
@@ -150,7 +150,7 @@ class Scanner:
         value = self._deeper(self.value)
         number = round(value) if math.isfinite(value) and abs(value) < 1e6 else -1
         if number < 1 or abs(value - number) > SAME:
-            raise LineError(f"#{value:g} is no parameter; their numbers are whole and from 1")
+            raise LineError(f"#{value:g} is not a parameter; their numbers are whole and from 1")
         return number
 
     def _deeper(self, read: Callable[[], T]) -> T:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinefeed.errors import InputError
+from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array
 
@@ -23,7 +25,7 @@ MAX_ARCS = 200_000
 #: A curve this near a circle, relative to its radius, is one.
 EXACT = 1e-9
 #: First and second axis of each plane, counterclockwise from the one to the other, as letters.
-PLANES = {"G17": ("X", "Y"), "G18": ("Z", "X"), "G19": ("Y", "Z")}
+PLANES = {f"G{plane}": (LETTERS[a], LETTERS[b]) for plane, (a, b) in layout.PLANES.items()}
 
 
 @dataclass(frozen=True)

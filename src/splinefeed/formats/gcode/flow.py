@@ -198,7 +198,7 @@ class Flow:
         """So many lines are carried out; LineError for too many."""
         self._steps += lines
         if self._steps > MAX_STEPS:
-            raise LineError(f"more than {MAX_STEPS} lines are carried out; does a loop near here have no end?")
+            raise LineError(f"more than {MAX_STEPS} lines are executed; is there an endless loop near here?")
 
     def finish(self) -> None:
         """The text is at its end."""
@@ -261,7 +261,7 @@ class Flow:
         """Line and word of what the line belongs to."""
         text, index, word = self._labels.get((self._scope, jump.name), (self.text, -1, ""))
         if word not in _OWNERS[jump.word] or text is not self.text:
-            raise LineError(f"{jump.said} stands without o{jump.name} {' or '.join(_OWNERS[jump.word])} before it")
+            raise LineError(f"{jump.said} has no o{jump.name} {' or '.join(_OWNERS[jump.word])} before it")
         return index, word
 
     def _find(self, jump: Jump, *words: str) -> int:
@@ -335,13 +335,13 @@ class Flow:
 
     def _sub(self, jump: Jump) -> None:
         if self._calls:
-            raise LineError(f"{jump.said} stands within o{self._scope}; define it outside")
+            raise LineError(f"{jump.said} is inside o{self._scope}; define it outside")
         if (before := self.text.first(jump.name, ("sub",))) != self.at and before is not None:
             raise LineError(f"{jump.said}: line {self.text.before + before + 1} defines it already")
         end = self._find(jump, "endsub")
         inside = next((i for i in self.text.order if self.at < i < end and self.text.jumps[i].word == "sub"), None)
         if inside is not None:
-            fault = LineError(f"{self.text.jumps[inside].said} stands within o{jump.name}; define it outside")
+            fault = LineError(f"{self.text.jumps[inside].said} is inside o{jump.name}; define it outside")
             fault.line = self.text.before + inside + 1
             raise fault
         self.at = end + 1
@@ -362,7 +362,7 @@ class Flow:
         if end is None:
             raise LineError(f"o{name} sub has no o{name} endsub behind it")
         self._enter(_Call(name, text, first, end, (self.text, self.at + 1), self.shown))
-        self._parameters.enter(arguments)
+        self._run.enter(arguments)
 
     def _enter(self, call: _Call) -> None:
         if len(self._calls) >= MAX_CALLS:
@@ -384,15 +384,15 @@ class Flow:
                 self._files[base] = _load(file)
             if (found := self._files[base].first(name, words)) is not None:
                 return self._files[base], found
-        raise LineError(f"o{name} is called and stands neither in the program nor in {base}.ngc beside it; {mend}")
+        raise LineError(f"o{name} is called, and is neither in the program nor in {base}.ngc beside it; {mend}")
 
     def _return(self, jump: Jump) -> None:
         if not self._calls or not self._calls[-1].own:
-            raise LineError(f"{jump.said} stands outside of a sub that was called")
+            raise LineError(f"{jump.said} is outside of a called sub")
         if jump.word == "endsub" and self.at != self._calls[-1].end:
-            raise LineError(f"{jump.said} stands within o{self._scope}, which has an endsub of its own name")
+            raise LineError(f"{jump.said} is inside o{self._scope}, which has an endsub of its own name")
         value = self._values(jump, 1)
-        self._parameters.leave()
+        self._run.leave()
         self._parameters.set("_value", value[0] if value else 0.0)
         self._parameters.set("_value_returned", float(len(value)))
         self.text, self.at = self._calls.pop().back
@@ -411,7 +411,7 @@ class Flow:
             name = str(number)
             text, first = self._target(name, ("",), f"begin it with O{number}")
             self._enter(_Call(name, text, first, None, (self.text, self.at + 1), self.shown, repeats, own=False))
-            self._parameters.enter()
+            self._run.enter()
         else:
             self.at += 1
 
@@ -422,12 +422,12 @@ class Flow:
             return
         call = self._calls[-1]
         if call.own:
-            raise LineError(f"M99 stands within o{call.name} sub; write endsub or return")
+            raise LineError(f"M99 is inside o{call.name} sub; write endsub or return")
         call.repeats -= 1
-        self._parameters.leave()
+        self._run.leave()
         if call.repeats > 0:
             self.text, self.at = call.text, call.first + 1
-            self._parameters.enter()
+            self._run.enter()
             return
         self.text, self.at = self._calls.pop().back
 

@@ -51,7 +51,7 @@ class Heidenhain(Interpreter):
         upper = block.upper()
         if not block or upper.startswith(_SILENT):
             if upper.startswith("BEGIN PGM") and upper.endswith("INCH"):
-                self.state.set_units(inch=True)
+                self.state.set_units(20)
             return
         if upper.startswith("END PGM"):
             self.ended = True
@@ -94,7 +94,9 @@ class Heidenhain(Interpreter):
                 kind = known
                 break
         else:
-            raise LineError(f"{kind or block[:20]!r} is not read in a Heidenhain program; write L, CC, C, CR and SPL")
+            raise LineError(
+                f"{kind or block[:20]!r} is not supported in a Heidenhain program; write L, CC, C, CR and SPL"
+            )
         if kind == "M":
             rest = f"M{rest}"
         words, markers = self._words_of(rest)
@@ -123,7 +125,7 @@ class Heidenhain(Interpreter):
             if name == "M":
                 markers.append(int(float(text or "nan")) if text.isdigit() else _refuse_number("M", text))
             elif name in words:
-                raise LineError(f"{name} stands twice")
+                raise LineError(f"{name} appears twice")
             else:
                 words[name] = text.upper()
         return words, markers
@@ -148,7 +150,7 @@ class Heidenhain(Interpreter):
             return feed == "MAX"
         value = _value("F", feed)
         if not 0.0 <= value <= layout.LARGEST:
-            raise LineError(f"F{value:g} is no feed")
+            raise LineError(f"F{value:g} is not a feed")
         self.state.values[layout.FEED] = value * self.state.values[layout.SCALE]
         return False
 

@@ -1,15 +1,15 @@
 """What a line does: the interpreter of RS274 as LinuxCNC has it, and of the dialects that are near to it.
 
 Source: LinuxCNC documentation, "G-Codes", "M-Codes" and "G-Code Overview"; NISTIR 6556. Order within a line: feed mode,
-units, feed, speed, tool, spindle and coolant, dwell, plane, tool length, coordinate system, path control, distance
-mode, offsets and reference points, motion, stop. LinuxCNC takes F in the units of the line before; here F goes with
-G20 and G21 of its own line, and a finding says so.
+feed, speed, tool, spindle and coolant, dwell, plane, units, tool length, coordinate system, path control, distance
+mode, offsets and reference points, motion, stop. F beside G20 or G21 is in the units that the program has said before,
+as in LinuxCNC; where it has said none, and in other dialects, it is in those of its own line. A finding says which.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from splinefeed.formats.gcode import codes, layout
 from splinefeed.formats.gcode.codes import g_name
@@ -19,7 +19,7 @@ from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, POLAR, RAPID, Findings
 from splinefeed.formats.gcode.offset_words import OffsetWords
 from splinefeed.formats.gcode.spline_words import SplineWords
-from splinefeed.formats.gcode.state import UNBOUNDED, State, number
+from splinefeed.formats.gcode.state import UNBOUNDED, Modal, State, number
 from splinefeed.formats.gcode.threads import thread, tied
 from splinefeed.formats.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS
 from splinefeed.formats.gcode.words import Block, parse, without_comments, without_nested
@@ -41,6 +41,7 @@ class Interpreter(OffsetWords):
         self.splines = SplineWords(state, findings)
         self.cycles = Cycles(state, dialect, findings)
         self._percents = False
+        self._kept: list[tuple[Modal, int] | None] = [None]  # what M70 or M73 has kept, by level of calls
 
     def run(self, text: str, line: int) -> None:
         """Do what the line `text` says; LineError, without the line's number, for what cannot be done."""
@@ -52,7 +53,7 @@ class Interpreter(OffsetWords):
             text = self._closed(text)
         block = parse(text, self.parameters, exponents=self.repair)
         if block.deletable:
-            self.findings.count("lines with / are carried out, as if block delete were off", line)
+            self.findings.count("lines with / are executed, as with block delete off", line)
         if block.percent:
             self._percent()
         if not block.empty:
@@ -68,6 +69,18 @@ class Interpreter(OffsetWords):
         if self.splines.open:
             return self.splines.first_line, "a spline"
         return self.cycles.first_line, "a row of canned cycles (G80)"
+
+    def enter(self, arguments: Sequence[float] | None = None) -> None:
+        """A sub begins; with `arguments` it has its own #1 to #30."""
+        self.parameters.enter(arguments)
+        self._kept.append(None)
+
+    def leave(self) -> None:
+        """A sub ends: what its M73 has kept is in force again."""
+        kept = self._kept.pop()
+        if kept is not None and kept[1] == 73:
+            self._restore(kept[0])
+        self.parameters.leave()
 
     def end(self) -> None:
         """The file is at its end; LineError if a spline is still open."""
@@ -85,7 +98,7 @@ class Interpreter(OffsetWords):
         try:
             without_comments(text)
         except LineError as fault:
-            self.findings.count(f"{fault}; comments are taken to their last bracket, or to the end", self.line)
+            self.findings.count(f"{fault}; a comment ends at its last bracket, or at the end of the line", self.line)
             text = without_nested(text)
         return text
 
@@ -125,6 +138,8 @@ class Interpreter(OffsetWords):
         if self.cutter.on:
             self._beside_contour(block, known)
         said = {codes.GROUP_OF[code]: code for code in sorted(known, reverse=True) if code in codes.GROUP_OF}
+        if "F" in self._words and "units" in said:
+            self._units_of_feed(said["units"])
         for group, do in _ACTS.items():
             if group is None:
                 self._feed_word(said.get("motion", self._modal))
@@ -139,11 +154,11 @@ class Interpreter(OffsetWords):
         if self._words:
             letter, value = next(iter(self._words.items()))
             hint = "; a number cannot have an exponent" if letter == "E" else ""
-            raise LineError(f"{letter}{value:g} belongs to no code of the line{hint}")
+            raise LineError(f"{letter}{value:g} is used by no code of the line{hint}")
 
     def _refuse(self, code: int, known: set[int]) -> None:
         reason = codes.REFUSED.get(code)
-        if self._compensates(code) or code in self.cycles.known or (code == 760 and self.dialect.threads):
+        if self._compensates(code) or code in self.cycles.known or (code == 760 and self.dialect.of_linuxcnc):
             return
         if reason is None:
             if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
@@ -195,21 +210,26 @@ class Interpreter(OffsetWords):
             state.set_feed(None)
 
     def _units(self, code: int) -> None:
-        inch = code in (200, 700)
-        if inch != self.state.inch:
-            if "F" in self._words:
-                unit = "inches" if inch else "mm"
-                self.findings.count(f"F stands with a change of units and is taken in {unit} a minute", self.line)
-            self.state.set_units(inch=inch)
+        self.state.set_units(20 if code in (200, 700) else 21)
+
+    def _units_of_feed(self, code: int) -> None:
+        """F on a line that changes units: the new ones come first, unless LinuxCNC knows others from lines before."""
+        before = int(self.state.modes[layout.UNITS])
+        if (code in (200, 700)) == self.state.inch:
+            return
+        if not (self.dialect.of_linuxcnc and before):
+            self._units(code)
+        unit = "inches" if self.state.inch else "mm"
+        self.findings.count(f"F on a line that changes units is taken in {unit} a minute", self.line)
 
     def _feed_word(self, motion: int | None) -> None:
         feed, state = self._words.get("F"), self.state
         if motion in (330, 331) and feed is not None:
             if self.dialect.lead != "F":
-                raise LineError(f"F cannot stand with {g_name(motion)}, whose feed is K times the spindle's speed")
+                raise LineError(f"F is not allowed with {g_name(motion)}, whose feed is K times the spindle's speed")
             return
         if feed is not None and not 0.0 <= feed <= layout.LARGEST:
-            raise LineError(f"F{feed:g} is no feed")
+            raise LineError(f"F{feed:g} is not a feed")
         if feed is not None and state.modes[layout.FEED_MODE] != layout.INVERSE:
             state.set_feed(feed)
             self._take("F")
@@ -224,14 +244,21 @@ class Interpreter(OffsetWords):
         said = [f"G{code // 10}" for code in (960, 970) if code in block.g]
         said += [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
         before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
+        if self.dialect.of_linuxcnc:
+            before = [code for code in before if not self._modal_state(code)]
         for code in before:
             wait_tool += self.state.switch(code)
-            if code in (SWITCH_ON, SWITCH_OFF) and self.dialect.name == "linuxcnc":
+            if code == 6:
+                self.cutter.forget()
+            if code == 61 and self.dialect.of_linuxcnc:
+                self._tool_number()
+            if code in (SWITCH_ON, SWITCH_OFF) and self.dialect.of_linuxcnc:
                 self.tool_tip.switch(code, self.line)
             if code in codes.SUBPROGRAMS:
                 self._subprogram(code, block)
         before = [code for code in before if code not in codes.SUBPROGRAMS]
-        said += [f"M{code}" for code in before]
+        number_said = f" Q{number(self.state.loaded)}" if self.dialect.of_linuxcnc else ""
+        said += [f"M{code}{number_said if code == 61 else ''}" for code in before]
         if before and not any(code in codes.GROUP_OF for code in block.g):
             said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
         if said:
@@ -240,14 +267,40 @@ class Interpreter(OffsetWords):
         if wait is not None:
             self.state.say(self.line, dwell=wait)
 
+    def _tool_number(self) -> None:
+        """M61 Q: the tool in the spindle has another number."""
+        if "Q" not in self._words:
+            raise LineError("M61 needs Q, the number of the tool in the spindle")
+        state, selected = self.state, self.state.selected
+        state.select(self._words.pop("Q"), self.line)
+        state.loaded, state.selected = state.selected, selected
+
+    def _modal_state(self, code: int) -> bool:
+        """M70 keeps how things are, M73 also for the end of the sub, M72 restores it, M71 forgets it."""
+        if code in (70, 73):
+            self._kept[-1] = self.state.modal(), code
+        elif code == 71:
+            self._kept[-1] = None
+        elif code == 72:
+            if (kept := self._kept[-1]) is None:
+                raise LineError("M72: nothing is kept here; write M70 before it, in the same sub")
+            self._restore(kept[0])
+        return 70 <= code <= 73
+
+    def _restore(self, kept: Modal) -> None:
+        length = self.state.length_code
+        self.state.restore(kept, self.line)
+        if self.state.length_code != length:
+            self._tool_length(self.state.length_code)
+
     def _subprogram(self, code: int, block: Block) -> None:
         """M98: what `Flow` calls behind this line, P by number and L times; Fanuc's P may say both."""
         if code != 98 or not self.dialect.jumps:
-            raise LineError(f"M{code}: subprograms are not read; write the program in one piece")
+            raise LineError(f"M{code}: subprograms are not supported here; write the program in one piece")
         if "P" not in self._words:
             raise LineError("M98 needs P, the number of the subprogram")
-        if self.dialect.name == "linuxcnc" and (block.g or self._words.keys() - {"P", "L"}):
-            raise LineError("M98 stands alone on its line; LinuxCNC loses what else the line says")
+        if self.dialect.of_linuxcnc and (block.g or self._words.keys() - {"P", "L"}):
+            raise LineError("M98 must be alone on its line; LinuxCNC ignores the rest of it")
         packed = self.dialect.keeps_cycles and "L" not in self._words
         number = self._whole_m("P", 98)
         times, number = divmod(number, 10_000) if packed and number > 9_999 else (1, number)
@@ -282,12 +335,12 @@ class Interpreter(OffsetWords):
             self._take("Q")
             if not bound >= 0.0:
                 raise LineError("G64: P, the tolerance, must be 0 or more")
-            if bound == 0.0 and self.dialect.threads:  # LinuxCNC's interpreter makes no difference
+            if bound == 0.0 and self.dialect.of_linuxcnc:  # LinuxCNC's interpreter makes no difference
                 bound = UNBOUNDED
         state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
 
     def _retract(self, code: int) -> None:
-        self.cycles.returns = code // 10
+        self.state.returns = code // 10
 
     def _distance(self, code: int) -> None:
         self.state.modes[layout.RELATIVE] = code == 910
@@ -314,7 +367,7 @@ class Interpreter(OffsetWords):
                 self._set_modal(None)
             return
         axes = {letter: self._words[letter] for letter in LETTERS + POLAR if letter in self._words}
-        if self._modal == 760 and self.dialect.threads and 530 not in known and (axes or code is not None):
+        if self._modal == 760 and self.dialect.of_linuxcnc and 530 not in known and (axes or code is not None):
             thread(state, self._words, self.line, self.findings)
             return
         if self._modal in self.cycles.known and 530 not in known and (axes or code is not None):
@@ -345,7 +398,7 @@ class Interpreter(OffsetWords):
             said, stated = said | TOOL_AXIS, stated | TOOL_AXIS
             more = {**more, **tool_axis, "flags": int(more.get("flags", 0)) | int(tool_axis["flags"])}
         if kind in (CLOCKWISE, COUNTERCLOCKWISE):
-            said |= {17: 3, 18: 5, 19: 6}[int(state.modes[layout.PLANE])]
+            said |= 7 & ~(1 << state.across)
             arc = self._arc()
             more = {**more, **arc, "flags": int(more.get("flags", 0)) | int(arc["flags"])}
         before = state.position.copy()
@@ -369,7 +422,7 @@ class Interpreter(OffsetWords):
         for code in block.m:
             if code == 99:
                 if not self.dialect.jumps or "P" in self._words:
-                    raise LineError("M99 with P, or in this dialect, is not read; write the program in one piece")
+                    raise LineError("M99 with P, or in this dialect, is not supported; write the program in one piece")
                 self._take("L")
                 self.returns = True
             elif code in codes.M_GROUPS["stop"]:
@@ -384,9 +437,9 @@ class Interpreter(OffsetWords):
 #: What carries out the code of each group, in LinuxCNC's order; None: feed, speed, tool, spindle, coolant and dwell.
 _ACTS: dict[str | None, Callable[[Interpreter, int], None]] = {
     "feed mode": Interpreter._feed_mode,
-    "units": Interpreter._units,
     None: lambda *_: None,
     "plane": Interpreter._plane,
+    "units": Interpreter._units,
     "cutter compensation": Interpreter._cutter,
     "tool length": Interpreter._tool_length,
     "coordinate system": Interpreter._system,

@@ -60,11 +60,11 @@ class LineWords:
 
     def _arc(self) -> dict[str, float]:
         state = self.state
-        plane = int(state.modes[layout.PLANE])
-        across = {17: "K", 18: "J", 19: "I"}[plane]
+        across = "IJK"[state.across]
         if self._words.get(across) == 0.0:  # as FreeCAD writes it beside I and J
             self._take(across)
         if across in self._words:
+            plane = state.modes[layout.PLANE]
             raise LineError(f"{across} lies across the plane G{plane}; choose another plane or leave it out")
         turns = self._take("P", 1.0) or 0.0
         if not 1.0 <= turns <= MAX_TURNS or turns != math.floor(turns):
@@ -86,7 +86,7 @@ class LineWords:
             flags |= 1 << k
         if state.modes[layout.CENTRES]:
             flags |= layout.ABSOLUTE
-            if flags & 7 != {17: 3, 18: 5, 19: 6}[plane]:
+            if flags & 7 != 7 & ~(1 << state.across):
                 raise LineError("with G90.1 an arc needs both words of its centre")
         return {**more, "flags": flags}
 

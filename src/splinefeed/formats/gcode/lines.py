@@ -33,6 +33,7 @@ from splinefeed.formats.gcode.layout import (
     RELATIVE,
     SCALE,
     SURFACE,
+    UNITS,
     UNKNOWN,
 )
 from splinefeed.records import Array, BoolArray, IntArray
@@ -206,7 +207,7 @@ class Lines:
     ) -> tuple[int, int, int, int]:
         """Read lines from the byte `start` on, the beginning of one, until one is not known here.
 
-        state (29,), modes (9,) are read and kept up to date; moves are written to rows (n, 16) and marks (n, 6) from
+        state (29,), modes (10,) are read and kept up to date; moves are written to rows (n, 16) and marks (n, 6) from
         `count` on, what M, S and T say between them to said (m, 4) and spoken (m, 2) from 0 on. Returns where it
         stopped (the beginning of a line), the count of moves, that of what is said, and DONE, UNKNOWN or FULL.
         """
@@ -216,7 +217,7 @@ class Lines:
                 return int(self.begins[line]), count, heard, FULL
             part = slice(line, min(line + size, self.count))
             wanted = part.stop - line
-            known = self._known[part] & self._said_again(part, state, modes)
+            known = self._known[part] & self._said_again(part, modes)
             if not modes[EXTRUDER]:
                 known &= ~self.extruded[part]
             with np.errstate(all="ignore"):  # behind a line that is not known anything may come
@@ -230,7 +231,7 @@ class Lines:
             size = min(8 * size, _MOST)
         return int(self.begins[-1]), count, heard, DONE
 
-    def _said_again(self, part: slice, state: Array, modes: IntArray) -> BoolArray:
+    def _said_again(self, part: slice, modes: IntArray) -> BoolArray:
         """Lines of a part whose G codes, but those that move, only say how things are."""
         known = np.ones(part.stop - part.start, dtype=bool)
         if self._modal is None:
@@ -242,7 +243,7 @@ class Lines:
             float(modes[PLANE]),
             91.0 if modes[RELATIVE] else 90.0,
             (94.0, 93.0, 95.0, 95.0)[modes[FEED_MODE]],
-            21.0 if state[SCALE] == 1.0 else 20.0,
+            float(modes[UNITS]),
         ):
             same = values == value
             there |= same
@@ -331,8 +332,7 @@ class _Part:
         self.bits = np.zeros(self.size, dtype=np.int64)
         for letter, axis in self.axes.items():
             self.bits |= self._has(letter).astype(np.int64) << axis
-        plane = int(modes[PLANE])
-        across = 4 if plane == 17 else (2 if plane == 18 else 1)
+        across = 1 << layout.ACROSS[int(modes[PLANE])]
         self.centre = np.zeros(self.size, dtype=np.int64)
         for k, letter in enumerate("IJK"):
             self.centre |= self._has(letter).astype(np.int64) << k
@@ -456,7 +456,7 @@ class _Part:
         marks[:, layout.KIND], marks[:, layout.ROW_LINE] = mode, first_line + at
         marks[:, layout.ROW_PLANE], marks[:, layout.FLAGS], marks[:, layout.SPLINE] = modes[PLANE], flags, -1
         # both axes of the plane belong to an arc, whether they are said or not
-        both = {17: 3, 18: 5}.get(int(modes[PLANE]), 6)
+        both = 7 & ~(1 << layout.ACROSS[int(modes[PLANE])])
         stated = 0 if modes[RELATIVE] else self.bits[at]
         marks[:, layout.AXES] = self.bits[at] | np.where(mode >= 2, both, 0) | stated << layout.STATED
 

@@ -154,11 +154,11 @@ class Findings:
             lines.append(line)
         self.counted[what] = count + 1, lines
 
-    def all(self) -> list[str]:
-        """All of it, one sentence each."""
+    def all(self, place: str = "line") -> list[str]:
+        """All of it, one sentence each; `place` is what the numbers beside the faults count."""
         found = list(self.sentences)
         for what, (count, lines) in self.counted.items():
             named = ", ".join(map(str, lines))
             more = f" and {count - len(lines)} more" if count > len(lines) else ""
-            found.append(f"{what.replace('{count}', str(count))}: line {named}{more}")
+            found.append(f"{what.replace('{count}', str(count))}: {place} {named}{more}")
         return found

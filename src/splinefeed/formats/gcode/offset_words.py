@@ -54,18 +54,17 @@ class OffsetWords(ToolWords):
 
     def _set_system(self) -> None:
         kind, state = self._whole("L", 100), self.state
-        if kind in (1, 10) and state.tools is not None:
+        if kind in (1, 10, 11) and state.tools is not None:
             number, radius, axes = self._whole("P", 100), self._take("R"), self._axes()
             tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
             offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
-            bare = state.position - state.offsets.total + state.offsets.length
-            for axis, value in axes.items():
-                offset[axis] = value if kind == 1 else bare[axis] - value
+            for axis, value in (axes if kind == 1 else state.offsets.tool_by(axes, state.place, kind == 11)).items():
+                offset[axis] = value
             by_number = {**state.tools.by_number, number: Tool(offset, diameter)}
             state.tools = replace(state.tools, by_number=by_number)
             return
         if kind not in (2, 20):
-            self.findings.count(f"G10 L{kind} changes the tool table, which no path knows", self.line)
+            self.findings.count(f"G10 L{kind} changes the tool table, which is not supported", self.line)
             self._words = {each: value for each, value in self._words.items() if each in "FST"}
             return
         system = self._whole("P", 100)
@@ -87,9 +86,7 @@ class OffsetWords(ToolWords):
             values = [self.parameters.numbers.get(first + axis, 0.0) for axis in range(AXES)]
             point = np.array([state.scaled(axis, value) for axis, value in enumerate(values)])
         if point is None:
-            self.findings.count(
-                f"{g_name(code)} is left out: where the machine's reference point lies is not known here", self.line
-            )
+            self.findings.count(f"{g_name(code)} is left out: the machine's reference point is unknown here", self.line)
             if said and stated:
                 state.add(RAPID, there, said, stated, self.line)
             return
@@ -111,9 +108,7 @@ class OffsetWords(ToolWords):
         for letter in axes:
             self._take(letter)
         if not self._machine_known:
-            self.findings.count(
-                "G53 is left out: where the machine's zero lies is not known here (offsets=)", self.line
-            )
+            self.findings.count("G53 is left out: the machine's zero is unknown here (offsets=)", self.line)
             return
         end = self.state.place
         said = 0

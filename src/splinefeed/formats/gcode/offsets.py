@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -75,15 +74,27 @@ class Offsets:
     def set_here(self, number: int, values: Mapping[int, float], place: Array) -> None:
         """G10 L20: the system in which `place` (9,) of the machine has the given values."""
         number = number or self.active
-        zero = self.systems[number] + self.length
-        turned = Frame(self.angles.get(number, 0.0), zero[:2])
-        said = turned.from_machine(place) - zero - self.g92
+        zero = self._zero(number, values, place, self.g92)
+        self.set_system(number, {axis: value - self.length[axis] for axis, value in zero.items()})
+
+    def tool_by(self, values: Mapping[int, float], place: Array, fixture: bool) -> dict[int, float]:
+        """G10 L10: the tool's offset by axis with which `place` (9,) has the values; L11: in G59.3 without G92."""
+        number, shift = (SYSTEMS[593], np.zeros(AXES)) if fixture else (self.active, self.g92)
+        zero = self._zero(number, values, place, shift)
+        return {axis: value - self.systems[number][axis] for axis, value in zero.items()}
+
+    def _zero(self, number: int, values: Mapping[int, float], place: Array, shift: Array) -> dict[int, float]:
+        """What a system and the tool must add, by axis, for `place` (9,) to have the values, and the others as before.
+
+        A system that is turned moves X and Y together.
+        """
+        turned = Frame(self.angles.get(number, 0.0), np.zeros(2))
+        said = turned.from_machine(place - self.systems[number] - self.length) - shift
         for axis, value in values.items():
             said[axis] = value
-        turned = replace(turned, centre=np.zeros(2))
-        system = place - self.length - turned.to_machine(said + self.g92)
+        zero = place - turned.to_machine(said + shift)
         moved = values.keys() | ({0, 1} if turned.angle and values.keys() & {0, 1} else set())
-        self.set_system(number, {axis: float(system[axis]) for axis in moved})
+        return {axis: float(zero[axis]) for axis in moved}
 
     def set_g92(self, values: Mapping[int, float], position: Array) -> None:
         """G92: the offset by which `position` (9,) gets the given values."""

@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 import os
 import pathlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.arcs import CHORD_SWEEP, Arcs, arc_curve
+from splinefeed.formats.gcode.arcs import Arcs, arc_degrees
+from splinefeed.formats.gcode.ends import Ends
 from splinefeed.formats.gcode.moves import (
     AXES,
     CLOCKWISE,
@@ -25,7 +26,6 @@ from splinefeed.formats.gcode.moves import (
     LINE,
     LINEAR,
     RAPID,
-    ROTARY,
     SPLINE,
     Moves,
 )
@@ -34,7 +34,6 @@ from splinefeed.formats.gcode.state import CAPACITY
 from splinefeed.formats.gcode.to_path import Piece, Program, axis_names, path_columns
 from splinefeed.formats.metadata import axis_units, to_degrees
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP, STOP_ANGLE
-from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array, BoolArray
 
 _KINDS = {RAPID: "G0", LINE: "G1", CLOCKWISE: "G2", COUNTERCLOCKWISE: "G3", SPLINE: "splines"}
@@ -154,7 +153,7 @@ def summary(
             _add(found, piece, joint)
     path_columns(found.used, file)
     if not found.degrees:
-        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+        raise FormatError(f"{file}: no move has a length; is the program complete?")
     found.dialect = "" if reading.dialect is None else reading.dialect.name
     found.lines, found.ends, found.units = reading.lines, reading.ended, "in" if reading.inch else "mm"
     found.findings = reading.findings.all()
@@ -178,7 +177,6 @@ def _add(found: Summary, piece: Piece, joint: _Joint) -> None:
     found.left_out += piece.left_out
     found.last = moves.ends[-1].copy()
     found.without_length += int(np.sum(piece.none))
-    step = moves.ends - moves.starts
     for kind, name in _KINDS.items():
         found.moves[name] += int(np.sum(moves.kind == kind))
         found.lengths[name] += float(np.sum(piece.lengths[piece.left_out :][moves.kind[piece.left_out :] == kind]))
@@ -187,106 +185,46 @@ def _add(found: Summary, piece: Piece, joint: _Joint) -> None:
         return
     kept = np.zeros(len(moves), dtype=bool)
     kept[piece.kept] = True
-    ends = _Ends.of(moves, arcs, step)
-    _splines(found, moves, ends)
+    ends = Ends.of(moves, arcs)
+    found.min_radius = min(found.min_radius, float(np.min(ends.radius)))
+    _splines(found, moves)
     _list(found, piece)
     _feeds(found, piece)
     _boxes(found, moves, arcs, kept)
     if np.any(kept & (moves.kind <= LINE)):
         found.degrees.add(1)
-    _arc_shapes(found, moves, arcs, step)
+    found.degrees |= set(arc_degrees(moves, arcs).tolist())
     _corners(found, moves, ends, kept, joint)
 
 
-@dataclass
-class _Ends:
-    """Tangents and curvature vectors (n, linear) at both ends."""
-
-    tangents: tuple[Array, Array]
-    bends: tuple[Array, Array]
-
-    @classmethod
-    def of(cls, moves: Moves, arcs: Arcs, step: Array) -> _Ends:
-        """Of lines and arcs; those of splines are filled in later."""
-        linear = step[:, LINEAR]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            leave = linear / np.linalg.norm(linear, axis=1)[:, None]
-        arrive = leave.copy()
-        bends = np.zeros_like(leave), np.zeros_like(leave)
-        if len(arcs):
-            rows = np.arange(len(arcs))
-            a, b = arcs.axes.T
-            rise = linear[arcs.move]  # X, Y, Z are the first linear axes too
-            rise[rows, a] = rise[rows, b] = 0.0
-            rise /= np.abs(arcs.sweep)[:, None]
-            turn = np.sign(arcs.sweep)
-            for angle, radius, tangent, bend in (
-                (arcs.angle, arcs.first, leave, bends[0]),
-                (arcs.angle + arcs.sweep, arcs.last, arrive, bends[1]),
-            ):
-                there = rise.copy()
-                there[rows, a], there[rows, b] = -turn * radius * np.sin(angle), turn * radius * np.cos(angle)
-                # an arc that ends at its centre, as a spiral of a repaired program may, has no tangent there
-                speed = np.maximum(np.linalg.norm(there, axis=1), 1e-150)
-                tangent[arcs.move] = there / speed[:, None]
-                inward = np.zeros_like(there)
-                inward[rows, a], inward[rows, b] = -radius * np.cos(angle), -radius * np.sin(angle)
-                bend[arcs.move] = inward / (speed**2)[:, None]
-        return cls((leave, arrive), bends)
-
-
-def _splines(found: Summary, moves: Moves, ends: _Ends) -> None:
+def _splines(found: Summary, moves: Moves) -> None:
     """Measure every spline as the curve that it is."""
-    for i, spline in moves.spline_moves():
+    for _, spline in moves.spline_moves():
         path = spline.path
         if path is None:
             continue
-        (curve,) = path.curves
-        columns = [LINEAR.index(LETTERS.index(axis.upper())) for axis in path.axes]
+        axes = [LETTERS.index(axis.upper()) for axis in path.axes]
         found.corners += len(path.corners)
         found.stops += len(path.stops)
-        found.degrees.add(curve.degree)
-        found.min_radius = min(found.min_radius, path.minimum_radius())
+        found.degrees.add(path.curves[0].degree)
         low, high = path.bounding_box()
-        axes = [LINEAR[column] for column in columns]
         found.low[axes], found.high[axes] = np.minimum(found.low[axes], low), np.maximum(found.high[axes], high)
-        for k, u in enumerate(curve.domain):
-            ends.tangents[k][i] = 0.0
-            ends.tangents[k][i][columns] = curve.tangent(u)
-            _, velocity, second = curve.derivatives(u, 2, side=("right", "left")[k])
-            square = float(velocity @ velocity)
-            if square > 0.0:
-                ends.bends[k][i] = 0.0
-                ends.bends[k][i][columns] = (second - (second @ velocity) / square * velocity) / square
 
 
 def _list(found: Summary, piece: Piece) -> None:
-    """What `info` says of the curves of these moves, which are the same as those of the path."""
-    moves, arcs = piece.moves, piece.arcs
+    """What `info` says of the curves of these moves, which are those of the path."""
     chosen = piece.kept[: found.most_listed - len(found.curves)]
-    number_of_arc = {int(move): i for i, move in enumerate(arcs.move)} if len(chosen) else {}
-    for i in chosen.tolist():
-        degree, points, spans, rational, closed = 1, 2, 1, False, False
-        if moves.kind[i] == SPLINE:
-            spline = moves.splines[int(moves.codes[i, layout.SPLINE])]
-            curve = NurbsCurve(spline.degree, spline.knots, spline.points[:, LINEAR], spline.weights)
-        elif i in number_of_arc:
-            start = moves.start if i == 0 else moves.ends[i - 1]
-            curve = arc_curve(start, moves.ends[i], arcs, number_of_arc[i], np.arange(3))
-        else:
-            curve = None
-        if curve is not None:
-            degree, points, spans = curve.degree, len(curve.control_points), len(curve.spans)
-            rational, closed = curve.rational, curve.closed
+    first = replace(piece, kept=chosen, places=piece.places[: len(chosen) + 1])
+    for length, curve in zip(piece.lengths[chosen].tolist(), first.curves() if len(chosen) else (), strict=True):
         found.curves.append(
             {
                 "path": 1,
-                "degree": degree,
-                "control_points": points,
-                "spans": spans,
-                "rational": rational,
-                "closed": closed,
-                "length_mm": float(piece.lengths[i]),
+                "degree": curve.degree,
+                "control_points": len(curve.control_points),
+                "spans": len(curve.spans),
+                "rational": curve.rational,
+                "closed": curve.closed,
+                "length_mm": length,
             }
         )
 
@@ -314,23 +252,7 @@ def _boxes(found: Summary, moves: Moves, arcs: Arcs, kept: BoolArray) -> None:
         (np.maximum if quarter < 2 else np.minimum).at(found.high if quarter < 2 else found.low, axis, place)
 
 
-def _arc_shapes(found: Summary, moves: Moves, arcs: Arcs, step: Array) -> None:
-    """Degrees and least radii: that of a helix is r (1 + (rise / (r sweep))^2)."""
-    if not len(arcs):
-        return
-    rows = np.arange(len(arcs))[:, None]
-    rest = step[arcs.move].copy()
-    rest[rows, arcs.axes] = 0.0
-    steep = np.any(rest != 0.0, axis=1)
-    flat = np.abs(arcs.sweep) <= CHORD_SWEEP
-    found.degrees |= {int(degree) for degree in np.where(flat, 1, np.where(steep, 7, 2))}
-    rest[:, list(ROTARY)] = 0.0
-    least = np.minimum(arcs.first, arcs.last)
-    slope = np.linalg.norm(rest, axis=1) / np.maximum(least * np.abs(arcs.sweep), 1e-100)
-    found.min_radius = min(found.min_radius, float(np.min(least * (1.0 + slope**2))))
-
-
-def _corners(found: Summary, moves: Moves, ends: _Ends, kept: BoolArray, joint: _Joint) -> None:
+def _corners(found: Summary, moves: Moves, ends: Ends, kept: BoolArray, joint: _Joint) -> None:
     """Joints at which the tangent turns or the curvature jumps, the one to the part before included."""
     moving = kept & np.all(np.isfinite(ends.tangents[0]), axis=1)
     leave, bend = ends.tangents[0][moving], ends.bends[0][moving]

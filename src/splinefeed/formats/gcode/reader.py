@@ -79,7 +79,7 @@ class Reading:
                 self._leave_out(moves)
         if self.from_line and not self._resumed:
             raise FormatError(
-                f"{file}: line {self.from_line}: is not carried out, as the program ends before it or leads around it; "
+                f"{file}: line {self.from_line}: is never executed: the program ends before it or jumps over it; "
                 "resume at another line (from_line)"
             )
 

@@ -73,7 +73,7 @@ class Siemens(Interpreter):
             elif key == "SUPA":
                 words.append("G53")
             elif key not in _IGNORED:
-                raise LineError(f"{key} is not read in a Siemens program; write plain lines")
+                raise LineError(f"{key} is not supported in a Siemens program; write plain lines")
         motion = any(re.fullmatch(r"G0*[0123]", word) for word in words)
         if "BSPLINE" in keys:
             self._close()
@@ -118,7 +118,7 @@ class Siemens(Interpreter):
             elif not absolute and not relative:
                 value += self._place(axis)
         else:
-            raise LineError(f"{letter}={match[2].upper()}( is not read in a Siemens program")
+            raise LineError(f"{letter}={match[2].upper()}( is not supported in a Siemens program")
         return f"{letter}={value:.17f} "
 
     def _place(self, axis: int) -> float:
@@ -204,7 +204,7 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], Call 
                 letter = {"CR": "R", "TURN": "P"}.get(name, name)
                 words.append(f"{letter}{number + (name == 'TURN'):.17f}")
             else:
-                raise LineError(f"{name}= is not read in a Siemens program")
+                raise LineError(f"{name}= is not supported in a Siemens program")
         elif match["call"] is not None and match["key"].upper() in _SETTINGS:
             keys |= {match["key"].upper()} & {"TRAORI"}
             end = text.find(")", at)
@@ -215,7 +215,7 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], Call 
                 raise LineError(f"{match['key'].upper()}( is not closed by )")
             call, at = call_of(match["key"].upper(), inside), len(text) - len(behind)
         elif match["call"] is not None:
-            raise LineError(f"{match['key'].upper()}( is a call, which is not read; write plain lines")
+            raise LineError(f"{match['key'].upper()}( is a call, which is not supported; write plain lines")
         else:
             keys.add(match["key"].upper())
     if "G4" in words or "G04" in words:  # F is in seconds there

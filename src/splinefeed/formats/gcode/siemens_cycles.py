@@ -11,10 +11,11 @@ import math
 from dataclasses import dataclass
 
 from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.cycles import ACROSS, MAX_MOVES, SAME_LEVEL, Along
+from splinefeed.formats.gcode.cycles import MAX_MOVES, SAME_LEVEL, Along
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import LINE, RAPID, Findings
 from splinefeed.formats.gcode.state import State, check_size
+from splinefeed.formats.gcode.threads import TIED
 
 #: Names of the parameters in their order; behind those, others for special machines may stand, which must be empty.
 _HOLE = ("RTP", "RFP", "SDIS", "DP", "DPR")
@@ -50,7 +51,7 @@ def call_of(name: str, text: str) -> Call:
         if not each.strip():
             continue
         if i >= len(names):
-            raise LineError(f"{name}: parameter {i + 1} is not read; leave out what follows {names[-1]}")
+            raise LineError(f"{name}: parameter {i + 1} is not supported; leave out what follows {names[-1]}")
         try:
             given[names[i]] = float(each)
         except ValueError:
@@ -62,7 +63,7 @@ def call_of(name: str, text: str) -> Call:
 def drill(call: Call, state: State, line: int, findings: Findings) -> None:
     """Carry out the cycle where the tool is."""
     name, given = call.name, call.given
-    across = ACROSS[int(state.modes[layout.PLANE])]
+    across = state.across
     zero, scale = float(state.values[layout.OFFSET + across]), float(state.values[layout.SCALE + across])
     for needed in ("RTP", "RFP"):
         if needed not in given:
@@ -111,7 +112,7 @@ def _depths(first: float, total: float, less: float) -> list[float]:
     stroke, depths = first, [first]
     while (rest := total - depths[-1]) > SAME_LEVEL:
         if len(depths) > MAX_MOVES // 4:
-            raise LineError(f"CYCLE83 stands for more than {MAX_MOVES} moves; drill deeper at a time (FDPR, DAM)")
+            raise LineError(f"CYCLE83 makes more than {MAX_MOVES} moves; drill deeper at a time (FDPR, DAM)")
         if less > 0.0:
             stroke = 0.5 * rest if less < rest <= 2.0 * less else max(stroke - less, less)  # the last two are alike
         elif less < 0.0:
@@ -162,11 +163,7 @@ def _tap(call: Call, hole: Along, begin: float, bottom: float, findings: Finding
     after = int(given.get("SDAC", 5.0) or 5.0)
     if after not in (3, 4, 5):
         raise LineError(f"CYCLE84: SDAC={given['SDAC']:g}; the spindle goes on by 3, 4 or 5 (M3, M4, M5)")
-    findings.count(
-        "moves tied to the spindle have the feed of their lead times its speed S, taken as constant; waits for its "
-        "index are left out",
-        hole.line,
-    )
+    findings.count(TIED, hole.line)
     turning = 3 if math.copysign(1.0, pitch or size) > 0.0 else 4
     state.say(hole.line, f"M19 S{speed:g} M{turning}")
     hole.move(LINE, bottom, lead * speed)

@@ -30,7 +30,7 @@ START_TOLERANCE = 1e-3
 #: The kind of a spline of Siemens.
 BSPLINE = 1
 #: Letters of a control point of G5.2 in each plane.
-_PLANE_LETTERS = {17: ("X", "Y"), 18: ("X", "Z"), 19: ("Y", "Z")}
+_PLANE_LETTERS = {plane: [LETTERS[axis] for axis in sorted(axes)] for plane, axes in layout.PLANES.items()}
 
 
 class SplineWords:

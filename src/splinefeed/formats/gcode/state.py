@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from splinefeed.formats.gcode.offsets import (
 )
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.gcode.turned import Frame, from_polar
-from splinefeed.records import Array
+from splinefeed.records import Array, IntArray
 
 #: Moves that are kept before they are handed on.
 CAPACITY = 2**16
@@ -33,6 +35,21 @@ _TEXTS = 2**16
 INCH = 25.4
 #: Tolerance of what says nothing of it, and of G64 without P, which sets no bound.
 UNSAID, UNBOUNDED = -1.0, math.inf
+
+
+#: Entries of the modes that M70 keeps, and what else a State keeps with them.
+_KEPT_MODES = [layout.RELATIVE, layout.PLANE, layout.FEED_MODE, layout.EXACT_STOP, layout.CENTRES, layout.UNITS]
+_KEPT = ("_speed", "feed_per_turn", "top_speed", "surface", "spindle", "coolant", "returns", "length_code")
+
+
+@dataclass(frozen=True)
+class Modal:
+    """How things are but for places and the motion: what M70 keeps (LinuxCNC, "M70 Saved State")."""
+
+    modes: IntArray
+    values: Array
+    system: int
+    own: Mapping[str, Any]
 
 
 class State:
@@ -59,11 +76,12 @@ class State:
         self.surface = False  # S is a speed at the surface (G96), m or ft a minute
         self.splines: list[Spline] = []
         self.said: list[Mark] = []
-        self.inch = False
         self.held = False  # the last rows may still change
         self.tip = 0  # layout.TIP while X, Y and Z are the tool's tip
         self.spindle = 0  # 3 or 4 while it turns, as M codes say
         self.coolant: dict[int, None] = {}  # 7 and 8, as M codes say
+        self.returns = 98  # or 99: where canned cycles end
+        self.length_code = 490  # or 430, G43, to which G43.1 and G43.2 belong
         self.values[layout.TOLERANCE] = UNSAID
         self.modes[layout.MOTION] = -1
         self.modes[layout.PLANE] = 17
@@ -73,7 +91,7 @@ class State:
         self._chunk_start = start.copy()
         self._turned, self._turned_at = 0, start.copy()  # rows that are turned already, and where they end, unturned
         self._taken = False
-        self.set_units(inch=False)
+        self.set_units(0)
         self.set_offsets()
 
     @property
@@ -95,11 +113,21 @@ class State:
         """Whether the moves should be taken before the next line."""
         return self.count > self._capacity - _ROOM and not self.held
 
-    def set_units(self, *, inch: bool) -> None:
-        """G20 and G21: mm of one unit; degrees stay degrees."""
-        self.inch = inch
+    @property
+    def across(self) -> int:
+        """The axis across the plane in force."""
+        return layout.ACROSS[int(self.modes[layout.PLANE])]
+
+    @property
+    def inch(self) -> bool:
+        """Whether G20 is in force."""
+        return bool(self.modes[layout.UNITS] == 20)
+
+    def set_units(self, code: int) -> None:
+        """G20 and G21, or 0 for mm unsaid: mm of one unit; degrees stay degrees."""
+        self.modes[layout.UNITS] = code
         scale = self.values[layout.SCALE : layout.SCALE + AXES]
-        scale[:] = INCH if inch else 1.0
+        scale[:] = INCH if self.inch else 1.0
         scale[list(ROTARY)] = math.pi / 180.0
 
     @property
@@ -263,6 +291,28 @@ class State:
             return 0.0
         self.loaded = self.selected
         return 0.0 if self.tools is None else self.tools.change
+
+    def modal(self) -> Modal:
+        """What M70 keeps."""
+        own = {name: getattr(self, name) for name in _KEPT}
+        values = self.values[[layout.FEED, layout.TOLERANCE]]
+        return Modal(self.modes[_KEPT_MODES], values, self.offsets.active, own)
+
+    def restore(self, kept: Modal, line: int) -> None:
+        """M72: how things were; what that switches becomes a marker."""
+        said = [f"S{number(kept.own['_speed'] or 0.0)}"] if kept.own["_speed"] != self._speed else []
+        said += [f"M{kept.own['spindle'] or 5}"] if kept.own["spindle"] != self.spindle else []
+        if kept.own["coolant"] != self.coolant:
+            said += ["M9", *[f"M{code}" for code in kept.own["coolant"]]]
+        self.modes[_KEPT_MODES] = kept.modes
+        self.values[[layout.FEED, layout.TOLERANCE]] = kept.values
+        for name, value in kept.own.items():
+            setattr(self, name, value)
+        self.set_units(int(self.modes[layout.UNITS]))
+        self.offsets.select(kept.system)
+        self.set_offsets()
+        if said:
+            self.say(line, " ".join(said))
 
     def summary(self) -> str:
         """Tool, spindle and coolant as they are, in words."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from splinefeed.formats.gcode.moves import Findings
 from splinefeed.records import Array
 
 #: Decimals of numbers where a control does not read all digits of a float; LinuxCNC, which does, gets them all.
@@ -29,8 +30,7 @@ class Text:
     control: str = ""
     ended: bool = False
     worst: float = 0.0
-    approximated: dict[str, list[int]] = field(default_factory=dict)
-    sentences: dict[str, None] = field(default_factory=dict)
+    said: Findings = field(default_factory=Findings)
 
     def number(self, value: float) -> str:
         """A number as the control reads it: no exponent, all digits that count, a point."""
@@ -77,22 +77,14 @@ class Text:
         """The next line of motion says its G word again."""
         self.motion = ""
 
-    def say(self, sentence: str) -> None:
-        """Something to be said once."""
-        self.sentences.setdefault(sentence)
-
     def approximate(self, what: str, curve: int, error: float) -> None:
         """Curve number `curve` is not what it was."""
-        self.approximated.setdefault(what, []).append(curve)
+        self.said.count(what, curve)
         self.worst = max(self.worst, error)
 
     def findings(self) -> list[str]:
         """All that is to be said of the program."""
-        found = list(self.sentences)
-        for what, curves in self.approximated.items():
-            named = ", ".join(str(curve) for curve in curves[:3])
-            more = f" and {len(curves) - 3} more" if len(curves) > 3 else ""
-            found.append(f"{what}: curve {named}{more}")
+        found = self.said.all("curve")
         if self.worst > 0.0:
             found.append(f"what is approximated is at most {self.worst:.3g} mm from the curves, measured both ways")
         if self.decimals < 15:

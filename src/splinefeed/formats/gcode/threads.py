@@ -18,6 +18,11 @@ from splinefeed.formats.gcode.moves import LETTERS, LINE, RAPID, Findings
 from splinefeed.formats.gcode.state import State, check_size
 from splinefeed.records import Array
 
+#: What is taken of the spindle.
+TIED = (
+    "moves tied to the spindle have the feed of their lead times its speed S, taken as constant; waits for its index "
+    "are left out"
+)
 #: Most passes of a thread.
 MAX_PASSES = 10_000
 _X, _Z = 0, 2
@@ -114,9 +119,5 @@ def _feed(state: State, code: int, lead: float, line: int, findings: Findings) -
         raise LineError(f"{g_name(code)} needs the speed of the spindle; write S before it")
     if not lead > 0.0:
         raise LineError(f"{g_name(code)}: the way a revolution must not be 0")
-    findings.count(
-        "moves tied to the spindle have the feed of their lead times its speed S, taken as constant; waits for its "
-        "index are left out",
-        line,
-    )
+    findings.count(TIED, line)
     return float(lead * state.values[layout.SCALE] * turns)

@@ -81,7 +81,7 @@ def from_file(
     columns = path_columns(moves.used, file)
     (piece,) = program.pieces([moves], reading, columns, max(len(moves), 1))
     if not len(piece.kept):
-        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+        raise FormatError(f"{file}: no move has a length; is the program complete?")
     tolerances, said = piece.tolerances
     path = piece.path(tolerances if said else None, piece.markers, reading.findings)
     return Contents([path], units="in" if reading.inch else "mm")
@@ -113,7 +113,7 @@ def in_parts(file: pathlib.Path, **options: Any) -> PathParts:
         tolerances, any_said = piece.tolerances
         tolerance, said = max(tolerance, float(np.max(tolerances, initial=0.0))), said or any_said
     if not any_length:
-        raise FormatError(f"{file}: no move of it has a length; is the program complete?")
+        raise FormatError(f"{file}: no move has a length; is the program complete?")
     return PathParts(
         name=file.stem,
         axes=axis_names(columns),
@@ -311,7 +311,7 @@ class Program:
                     reading.findings.count("rapid moves without tool centre point control are left out", line)
             known |= int(np.bitwise_or.reduce(part.codes[:, layout.AXES] >> layout.STATED)) & turns
         if not found:
-            raise FormatError(f"{self.file}: no move of it has a length; is the program complete?")
+            raise FormatError(f"{self.file}: no move has a length; is the program complete?")
         stem = pathlib.Path(self.file).stem
         return [make(stem if len(found) == 1 else f"{stem}-{i}") for i, make in enumerate(found, start=1)]
 
@@ -405,7 +405,7 @@ def path_columns(used: int, file: str | os.PathLike[str]) -> IntArray:
     """Columns of the axes that the program moves, in the order of a path; FormatError for none."""
     columns = np.array([column for column in PATH_ORDER if used >> column & 1], dtype=np.int64)
     if not len(columns):
-        raise FormatError(f"{file}: no line of it moves an axis")
+        raise FormatError(f"{file}: no line moves an axis")
     return columns
 
 
@@ -438,7 +438,7 @@ def _leading(moves: Moves, needed: int, findings: Findings) -> int:
         if moves.kind[i] != RAPID or not stated[i]:
             missing = " ".join(LETTERS[c] for c in PATH_ORDER if needed & ~known & 1 << c)
             findings.say(
-                f"line {moves.line[i]}: where {missing} is before this move is not said: taken as 0 "
+                f"line {moves.line[i]}: where {missing} is before this move is unknown: taken as 0 "
                 "in the program's first coordinate system (start=)"
             )
             return i if i and known else 0
@@ -490,7 +490,7 @@ def _numbers(text: str, name: str) -> list[float]:
 def _line_number(given: int | str) -> int:
     """The number of a line; InputError for what is none."""
     if isinstance(given, bool) or not str(given).isascii() or not str(given).isdigit() or not 0 < int(given) < 2**40:
-        raise InputError(f"from_line: {str(given)[:40]!r} is no number of a line; lines count from 1")
+        raise InputError(f"from_line: {str(given)[:40]!r} is not a line number; lines count from 1")
     return int(given)
 
 
@@ -498,7 +498,7 @@ def _place(given: str | Sequence[float], name: str) -> Array:
     """A place (9,) in mm and rad from X,Y,Z,A,B,C,U,V,W in mm and degrees."""
     values = _numbers(given, name) if isinstance(given, str) else [float(each) for each in given]
     if not 1 <= len(values) <= AXES or not all(abs(value) <= layout.LARGEST for value in values):
-        raise InputError(f"{name}: 1 to {AXES} numbers are needed, in the order {' '.join(LETTERS)}, got {values}")
+        raise InputError(f"{name}: 1 to {AXES} numbers expected, in the order {' '.join(LETTERS)}, got {values}")
     place = np.zeros(AXES)
     place[: len(values)] = values
     place[list(ROTARY)] = np.deg2rad(place[list(ROTARY)])

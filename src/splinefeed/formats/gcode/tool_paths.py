@@ -84,7 +84,8 @@ def _check_one_way(moves: Moves, vectors: BoolArray, file: str) -> None:
     if vectors.any() and said.any():
         both = int(moves.line[np.flatnonzero(said)[0]])
         raise FormatError(
-            f"{file}: line {both}: a rotary axis is said, and line {int(moves.line[np.argmax(vectors)])} gives the "
+            f"{file}: line {both}: a rotary axis is programmed, and line "
+            f"{int(moves.line[np.argmax(vectors)])} gives the "
             "tool axis as a vector; write one of them"
         )
 
@@ -112,7 +113,7 @@ def _first(moves: Moves, needed: int, known: int, findings: Findings) -> int:
             names = [letter for column, letter in enumerate(LETTERS) if missing >> column & 1]
             names += ["the tool axis (upright)"] if missing & TOOL_AXIS else []
             findings.say(
-                f"line {moves.line[i]}: where {', '.join(names)} is before this move is not said: taken as it was "
+                f"line {moves.line[i]}: where {', '.join(names)} is before this move is unknown: taken as it was "
                 "before tool centre point control began; write a rapid move (G0) with all of them"
             )
             return i
@@ -129,7 +130,9 @@ def _runs(
     turn = np.linalg.norm(step[:, list(rotary)] if axis is None else np.diff(axis, axis=0), axis=1)
     cut = np.flatnonzero(still & (turn > JUMP) & (np.arange(len(moves)) >= first))
     for line in moves.line[cut].tolist():
-        findings.count("the tool turns while its tip rests; a path ends before that and the next begins behind", line)
+        findings.count(
+            "the tool turns while its tip stands still; one path ends before it and the next begins after it", line
+        )
     yield from zip([first, *(cut + 1).tolist()], [*cut.tolist(), len(moves)], strict=True)
 
 

@@ -69,9 +69,9 @@ class ToolTip:
         if vector is None:
             return {}
         if not self.state.tip:
-            raise LineError("a tool axis (A3= B3= C3=) stands without TRAORI before it")
+            raise LineError("a tool axis (A3= B3= C3=) has no TRAORI before it")
         if modal not in (0, 10):
-            raise LineError("a tool axis stands with an arc or a spline; give it with lines, G0 or G1")
+            raise LineError("a tool axis is given with an arc or a spline; give it with lines, G0 or G1")
         size = max(map(abs, vector))
         if not 0.0 < size <= layout.LARGEST:
             shown = " ".join(f"{each:g}" for each in vector)

@@ -41,6 +41,7 @@ class ToolWords(LineWords):
                 )
             return
         offset = state.offsets.tool
+        state.length_code = 490 if code == 490 else 430
         if code == 432 and (number is None) == (not axes):
             raise LineError("G43.2 needs H, or axes, and not both")
         if code in (430, 490):
@@ -77,7 +78,7 @@ class ToolWords(LineWords):
             raise LineError(f"{g_name(code)}: there is no cutter compensation in G19; choose G17 or G18")
         if code % 10:
             if self._take("L", 0.0):
-                raise LineError(f"{g_name(code)} L: tools of a lathe are not read")
+                raise LineError(f"{g_name(code)} L: tools of a lathe are not supported")
             diameter = self.state.scaled(0, self._need("D", code))
         else:
             tools, number = self.state.tools, self._take("D", self.state.loaded)
@@ -99,6 +100,8 @@ class ToolWords(LineWords):
         same = {10 * int(self.state.modes[layout.PLANE]), 940, 200 if self.state.inch else 210}
         for code in sorted(known - allowed - same):
             if 400 not in known and codes.GROUP_OF.get(code) in groups:
-                raise LineError(f"{g_name(code)} cannot stand between G41 or G42 and G40")
+                raise LineError(f"{g_name(code)} is not allowed between G41 or G42 and G40")
+        if any(70 <= code <= 73 for code in block.m):
+            raise LineError("M70 to M73 are not allowed between G41 or G42 and G40")
         if 6 in block.m or self.state.modes[layout.FEED_MODE] == layout.INVERSE:
-            raise LineError("a change of tool and G93 cannot stand between G41 or G42 and G40")
+            raise LineError("a change of tool and G93 are not allowed between G41 or G42 and G40")

@@ -48,7 +48,9 @@ class Tools:
             return self.by_number.get(0, Tool(np.zeros(AXES)))
         found = self.by_number.get(int(number)) if number == int(number) else None
         if found is None:
-            raise LineError(f"tool {number:g} is not in the tool table, which has {_listed(self.by_number)}")
+            raise LineError(
+                f"tool {number:g} is not in the tool table, which has {_listed(self.by_number)}; add it there"
+            )
         return found
 
 
@@ -76,7 +78,7 @@ def _of_lines(text: str, file: str | os.PathLike[str]) -> dict[int, Tool]:
             continue
         number = words["T"]
         if number in found or number < 0 or number != int(number):
-            raise FormatError(f"{file}: line {line}: T{number:g} stands twice, or is not a number of a tool")
+            raise FormatError(f"{file}: line {line}: T{number:g} appears twice, or is not a tool number")
         found[int(number)] = _tool({each: words[each] for each in LETTERS if each in words}, words.get("D", 0.0), file)
     return found
 

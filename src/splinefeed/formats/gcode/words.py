@@ -14,6 +14,8 @@ MAX_CODE = 999
 MAX_WORDS = 100
 _CODE_SLACK = 1e-4
 
+#: What stands in brackets, and from a semicolon on.
+_COMMENT = re.compile(r"\([^)]*\)|;.*", re.DOTALL)
 _BLANKS, _BLANKS_BUT_E = re.compile(r"\s+"), re.compile(r"\s+(?![eE])")
 _MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]", re.IGNORECASE)
 
@@ -50,13 +52,13 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
             scanner.at += 1  # /2: the number of a switch
     if scanner.peek() == "%":
         if scanner.text[scanner.at + 1 :].strip():
-            raise LineError("% stands alone on its line")
+            raise LineError("% must be alone on its line")
         block.percent = True
         return block
     macro = _MACRO.match("".join(scanner.text.split()))
     if macro is not None:
         raise LineError(
-            f"{macro[1].upper()}: programs that jump or loop are not read; let the CAM system write plain lines"
+            f"{macro[1].upper()}: jumps and loops are not supported here; let the CAM system write plain lines"
         )
     count = 0
     while c := scanner.peek().upper():
@@ -88,25 +90,10 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
 
 def without_comments(text: str) -> str:
     """The line up to a semicolon, without what stands in brackets; LineError for a bracket that is not closed."""
-    if ";" not in text and "(" not in text and ")" not in text:
-        return text
-    kept = []
-    at = 0
-    while at < len(text):
-        c = text[at]
-        if c == ";":
-            break
-        if c == "(":
-            end = text.find(")", at)
-            if end < 0:
-                raise LineError("a comment opens with ( and is not closed with )")
-            at = end + 1
-            continue
-        if c == ")":
-            raise LineError(") closes no comment")
-        kept.append(c)
-        at += 1
-    return "".join(kept)
+    plain = _COMMENT.sub("", text)
+    if left := re.search(r"[()]", plain):
+        raise LineError(") closes no comment" if left[0] == ")" else "a comment opens with ( and is not closed with )")
+    return plain
 
 
 def without_nested(text: str) -> str:
@@ -135,7 +122,7 @@ def _program_number(scanner: Scanner, text: str) -> None:
     """Behind O, : or :O: the number of a program alone is only its name; everything else is a subprogram."""
     if not re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
         raise LineError(
-            f"{_shown(text)[1:-1]}: subprograms, loops and jumps are not read; write the program in one piece"
+            f"{_shown(text)[1:-1]}: subprograms, loops and jumps are not supported here; write the program in one piece"
         )
     scanner.at = len(scanner.text)
 
@@ -160,7 +147,7 @@ def _add(block: Block, letter: str, value: float) -> None:
         block.m.append(code)
     else:
         if letter in block.words:
-            raise LineError(f"{letter} stands twice")
+            raise LineError(f"{letter} appears twice")
         block.words[letter] = value
 
 

@@ -164,7 +164,7 @@ def _planar_nurbs(task: Task, text: Text) -> None:
     pieces = [whole]
     if not _uniform(whole):
         pieces = whole.split(*whole.breaks[1:-1].tolist())
-        text.say(f"curve {task.number}: its knots are not uniform, so that it is written as {len(pieces)} pieces")
+        text.said.say(f"curve {task.number}: its knots are not uniform, so that it is written as {len(pieces)} pieces")
     columns = [task.letters.index("X"), task.letters.index("Y")]
     text.set_plane("G17")
     for piece in pieces:
@@ -228,7 +228,7 @@ def _bspline(task: Task, text: Text) -> None:
         multiple = len(curve.knots) > 2 * (curve.degree + 1) + len(curve.breaks) - 2
         if np.max(weights) > HIGHEST_WEIGHT or multiple:
             # PW ends at 3, and a step PL of 0 within a curve is not what the manual describes: piece by piece then
-            _chords(task, text, "with weights above 3 or knots that stand several times, written as lines (G1)")
+            _chords(task, text, "with weights above 3 or repeated knots, written as lines (G1)")
             return
         steps = np.zeros(len(weights) - 1)
         spans = np.diff(curve.breaks)

@@ -64,19 +64,19 @@ def write(
         raise InputError(f"dialect {dialect!r} cannot be written; there are {', '.join(FORMS)}")
     form = FORMS[dialect][0] if as_ is None else as_.lower()
     if form not in FORMS[dialect]:
-        raise InputError(f"as_ {as_!r} is nothing that {dialect} has; there are {', '.join(FORMS[dialect])}")
+        raise InputError(f"as_ {as_!r} is no form of {dialect}; choose from {', '.join(FORMS[dialect])}")
     allowed = units.parse(tolerance, "length")
     if allowed <= 0.0:
         raise InputError(f"tolerance is {allowed:g} mm; it must be greater than 0")
     places = DECIMALS[dialect] if decimals is None else decimals
     if isinstance(places, bool) or not isinstance(places, int) or not 1 <= places <= 17:
-        raise InputError(f"decimals is {places!r}; a whole number from 1 to 17 is needed")
+        raise InputError(f"decimals is {places!r}; expected a whole number from 1 to 17")
     text = Text(dialect, places)
     text.lines += _HEADERS[dialect]
     for number, path in enumerate(paths, start=1):
         letters = _letters(path, text)
         if number > 1:
-            text.say(f"path {number} begins elsewhere: a straight rapid move leads there")
+            text.said.say(f"path {number} begins elsewhere: a straight rapid move leads there")
         speed = None if feed is None else units.parse(feed, "feed")
         _write_path(path, letters, text, form, allowed, speed)
     if not text.ended:
@@ -98,7 +98,7 @@ def _letters(path: Path, text: Text) -> list[str]:
                 f"axis {axis!r} has no letter in a program; name the axes x, y, z, u, v, w and a, b, c (or theta)"
             )
         if axis == "theta":
-            text.say("axis theta is written as C")
+            text.said.say("axis theta is written as C")
         letters.append(letter)
     if len(set(letters)) < len(letters):
         raise InputError(f"axes {path.axes}: theta and c would both be written as C")
@@ -117,10 +117,10 @@ def _write_path(path: Path, letters: list[str], text: Text, form: str, tolerance
             _write_control(float(path.tolerances[i]), text)
         speed = feed if path.feeds is None else float(path.feeds[i])
         if speed is None:
-            text.say("no feed is said, and most controls refuse lines without F; give feed=")
+            text.said.say("no feed is given, and most controls refuse lines without F; give feed=")
         rapid = speed is not None and math.isinf(speed)
         if rapid and curve.degree > 1:
-            text.say("a rapid move along a curve is written at the feed in force")
+            text.said.say("a rapid move along a curve is written at the feed in force")
         write_curve(Task(i, curve, letters, rotary, form, tolerance, None if rapid else speed, rapid), text)
     _write_markers(markers.get(len(path.curves), []), text, last=True)
 
@@ -139,7 +139,7 @@ def _write_markers(markers: Sequence[Marker], text: Text, last: bool) -> None:
             if not (marker.text.isascii() and marker.text.isprintable()):
                 raise InputError(f"marker {marker.text[:40]!r} is not a line of G-code; use plain letters and digits")
             if marker.text in _ENDS and not last:
-                text.say(f"{marker.text} stands inside the path and is left out")
+                text.said.say(f"{marker.text} is inside the path and is left out")
                 continue
             text.lines.append(marker.text)
             text.ended |= marker.text in _ENDS
@@ -159,7 +159,7 @@ def _write_control(tolerance: float, text: Text) -> None:
     elif math.isinf(tolerance) or text.dialect != "linuxcnc":
         said = "G64"
         if math.isfinite(tolerance):
-            text.say(f"{text.dialect} has no word for how far a path may be left: G64 without P is written")
+            text.said.say(f"{text.dialect} has no word for a path tolerance: G64 is written without P")
     else:
         said = f"G64 P{text.number(tolerance)}"
     if said != text.control:

@@ -12,7 +12,7 @@ from splinefeed.records import Array, IntArray
 CORNER_ANGLE = math.radians(30.0)
 #: A corner turns at least this many times as much as the points before and behind it.
 SHARPER = 3.0
-#: More than this, rad, is a corner whatever stands beside it: fewer than five points a turn tell no smooth curve.
+#: More than this, rad, is a corner whatever is beside it: fewer than five points a turn define no smooth curve.
 SURE_CORNER = math.radians(75.0)
 
 
@@ -35,7 +35,7 @@ def corner_indices(points: Array, angle: float, arm: float, closed: bool = False
     corner = np.zeros(len(line), dtype=bool)
     candidates = np.flatnonzero(sharp)
     for i in candidates[np.argsort(-turn[at][candidates], kind="stable")]:
-        if not np.any(corner[back[i] + 1 : ahead[i]]):  # the sharpest within its arms speaks for its neighbours
+        if not np.any(corner[back[i] + 1 : ahead[i]]):  # the sharpest within its arms stands for its neighbours
             corner[at[i]] = True
     found = np.flatnonzero(corner)
     if closed:

@@ -21,7 +21,7 @@ FEW_SHARE = 0.8
 DENSITY_WIDTH, LEAST_DENSITY = 3, 0.1
 #: How many more spans than the fewest are tried, where the curvature would turn back more often than it need.
 MORE = (1.0, 1.25, 1.6, 2.0, 2.5)
-#: Places a span at which curvature is looked at, and the share of its range below which a turn is none.
+#: Places a span at which curvature is sampled, and the share of its range below which a turn is none.
 PLACES, SWING = 6, 0.01
 
 

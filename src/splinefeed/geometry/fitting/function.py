@@ -1,4 +1,4 @@
-"""A curve near a function, within a tolerance that is checked where the fit did not look."""
+"""A curve near a function, within a tolerance that is checked at other points than the fit's."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from splinefeed.geometry.fitting.grid import MAX_SPANS, ROUNDS, check_degree, ch
 from splinefeed.geometry.fitting.spline_space import columns, design, least_squares
 from splinefeed.records import Array
 
-#: Samples that tell how large the function's image is, before anything is fitted.
+#: Samples that give the size of the function's image, before anything is fitted.
 FIRST_SAMPLES = 257
 #: Spans whose error is above this share of the tolerance are halved with those above it: beside a finer span the error
 #: grows a little, and would else come over the tolerance one span at a time.
@@ -47,7 +47,7 @@ def fit_function(
     if np.any(~((inner > start) & (inner < end))):
         raise InputError(f"breaks must lie inside the domain ({start:g}, {end:g})")
     if smoothness < 0:
-        raise InputError(f"smoothness is {smoothness}; 0 or more is needed")
+        raise InputError(f"smoothness is {smoothness}; expected 0 or more")
     allowed = check_tolerance(tolerance, _values(function, np.linspace(start, end, FIRST_SAMPLES)))
     nodes = np.polynomial.legendre.leggauss(degree + 2)[0]
     # between the nodes and near the ends of spans, where a least-squares error is largest
@@ -96,7 +96,7 @@ def _values(function: Callable[[Array], Array], u: Array) -> Array:
     """function(u) as (n, axes); InputError if it is of another shape or not finite."""
     values = np.asarray(function(u), dtype=np.float64)
     if values.ndim != 2 or len(values) != len(u) or not 1 <= values.shape[1] <= MAX_AXES:
-        raise InputError(f"the function gave shape {values.shape} for {len(u)} parameters; ({len(u)}, axes) is needed")
+        raise InputError(f"the function gave shape {values.shape} for {len(u)} parameters; ({len(u)}, axes) expected")
     finite = np.all(np.isfinite(values), axis=1)
     if not np.all(finite):
         raise InputError(f"the function is not finite at u = {u[int(np.argmin(finite))]:g}")

@@ -26,7 +26,7 @@ GRADE = 2.01
 def check_degree(degree: int) -> int:
     """`degree` if it is a whole number from 1 to 12; InputError otherwise."""
     if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= MAX_DEGREE:
-        raise InputError(f"degree is {degree!r}; a whole number from 1 to {MAX_DEGREE} is needed")
+        raise InputError(f"degree is {degree!r}; expected a whole number from 1 to {MAX_DEGREE}")
     return int(degree)
 
 
@@ -35,7 +35,7 @@ def check_tolerance(tolerance: float, points: Array) -> float:
     try:
         allowed = float(tolerance)
     except (TypeError, ValueError):
-        raise InputError(f"tolerance is {tolerance!r}; a length in mm is needed") from None
+        raise InputError(f"tolerance is {tolerance!r}; expected a length in mm") from None
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     if not (math.isfinite(allowed) and allowed > 0.0):
         raise InputError(f"tolerance is {allowed:g} mm; it must be finite and greater than 0")

@@ -22,7 +22,7 @@ from splinefeed.records import Array, IntArray, Points, check_finite, frozen_arr
 MAX_POINTS = 1_000_000
 #: Parameters grow with the distance of neighbours to this power.
 POWERS = {"chord": 1.0, "chord-length": 1.0, "centripetal": 0.5}
-#: Corners are looked at over arms of at least this many tolerances.
+#: Corners are measured over arms of at least this many tolerances.
 ARM = 10.0
 
 
@@ -47,7 +47,7 @@ class Fit:
         return sum(len(curve.knots) - 2 * curve.degree - 2 for curve in self.curves)
 
     def path(self, axes: Sequence[str] | None = None, name: str = "fit") -> Path:
-        """The curves as a path whose findings tell the error."""
+        """The curves as a path, with the error as a finding."""
         finding = (
             f"fitted by {len(self.curves)} curve(s) of degree {self.curves[0].degree} with {self.knots} knots; "
             f"largest distance {self.error:.3g} mm (tolerance {self.tolerance:g} mm)"
@@ -75,9 +75,9 @@ def fit(
                   given; math.pi for never); curves pass exactly through corners and through the ends of an open line
     parameters    "chord" (or "chord-length") or "centripetal": where u_i begin; they end as arc length of the curve
 
-    Knots are halved where the error is largest until it is within half the tolerance; then the fewest are looked for
-    that hold it with no more swings of curvature, and lambda grows, span by span, until the error comes near it. Where
-    points are few they are passed exactly: more knots cannot help.
+    Knots are halved where the error is largest until it is within half the tolerance; then the fewest are searched that
+    keep it with no more oscillations of the curvature, and lambda grows, span by span, until the error comes near it.
+    Where points are few they are passed exactly: more knots cannot help.
     Raises InputError for points, a tolerance or a degree that cannot be used, CurveError if it cannot be held.
     Sources: The NURBS Book, 2nd ed., sections 9.2 to 9.4; Eilers, Marx, "Flexible smoothing with B-splines and
     penalties", Statistical Science 11(2), 1996, doi 10.1214/ss/1038425655.
@@ -106,8 +106,8 @@ def fit(
     error = float(np.max(distances(curves, data)))
     if error > allowed:
         raise CurveError(
-            f"the points cannot be passed within {allowed:g} mm by degree {degree}: {error:.3g} mm is left over; "
-            f"allow more, or mend points that jump back and forth"
+            f"the points cannot be passed within {allowed:g} mm by degree {degree}: {error:.3g} mm is left "
+            "over; allow more, or clean points that jump back and forth"
         )
     return Fit(tuple(curves), error, allowed)
 
@@ -127,7 +127,7 @@ def _distinct(points: Points, closed: bool) -> Array:
         data = data[:-1]
     least = 3 if closed else 2
     if len(data) < least:
-        raise InputError(f"{len(data)} distinct point(s) among {count}; at least {least} are needed")
+        raise InputError(f"{len(data)} distinct point(s) among {count}; expected at least {least}")
     return data
 
 

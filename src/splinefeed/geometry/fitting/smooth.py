@@ -33,7 +33,7 @@ FAIR_WIDTH = 9
 NEAR = 20.0
 #: Arc length and fit are renewed in turn this often; it settles by a factor of about ten each time.
 RENEWALS = 3
-#: An arc longer than this many chords bends by more than half a turn between two points: no length to go by.
+#: An arc longer than this many chords bends by more than half a turn between two points: no usable length.
 MOST_ARC = 0.5 * np.pi
 #: More points than this are fitted by so many of them first, to this share of the tolerance, and those that are then
 #: too far off are added, so many times; from a guess, a foot point is found in so many steps.
@@ -50,7 +50,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 def smooth_curve(points: Array, tolerance: float, degree: int, power: float, periodic: bool = False) -> NurbsCurve:
     """One curve on [0, 1] near distinct points (n, axes); through both ends exactly, unless periodic.
 
-    Parameters begin as |chord|^power, summed. Nothing is promised: the caller measures the distance that is left.
+    Parameters begin as |chord|^power, summed. Without guarantee: the caller measures the remaining distance.
     """
     if len(points) == 2:
         return NurbsCurve.bezier(np.linspace(points[0], points[1], degree + 1))

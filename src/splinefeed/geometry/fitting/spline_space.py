@@ -63,7 +63,7 @@ def solve(matrix: Any, right: Array) -> Array:
         return np.asarray(factor.solve(right))
     except (LinAlgError, RuntimeError):
         raise CurveError(
-            "the points lie so unevenly that rounding leaves no curve near them; mend or thin them"
+            "the points lie so unevenly that rounding leaves no curve near them; clean or thin them"
         ) from None
 
 

@@ -19,7 +19,7 @@ from splinefeed.records import Array
 THICKNESS = (0.2969, -0.1260, -0.3516, 0.2843, -0.1036)
 #: Degree of the exact section.
 EXACT_DEGREE = 8
-#: Degree of fitted sections unless the caller says another.
+#: Degree of fitted sections by default.
 FITTED_DEGREE = 5
 #: Chord if neither chord nor perimeter is given, mm.
 DEFAULT_CHORD = 100.0
@@ -92,12 +92,12 @@ def naca(
 def _digits(code: str) -> tuple[float, float, float]:
     """Camber, its place and the thickness, as shares of the chord; InputError for what is no such code."""
     if not isinstance(code, str) or len(code) != 4 or not (code.isascii() and code.isdigit()):
-        raise InputError(f"NACA code is {code!r}; four digits such as '0025' or '2412' are needed")
+        raise InputError(f"NACA code is {code!r}; expected four digits such as '0025' or '2412'")
     camber, place, thickness = int(code[0]) / 100.0, int(code[1]) / 10.0, int(code[2:]) / 100.0
     if thickness == 0.0:
         raise InputError(f"NACA code {code!r} has no thickness; its last two digits must be 01 or more")
     if camber > 0.0 and place == 0.0:
-        raise InputError(f"NACA code {code!r} has camber but no place of it; its second digit must be 1 or more")
+        raise InputError(f"NACA code {code!r} has camber but no position of it; its second digit must be 1 or more")
     return camber, place, thickness
 
 

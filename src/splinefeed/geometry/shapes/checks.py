@@ -1,4 +1,4 @@
-"""What every shape checks of its sizes."""
+"""The checks of a shape's sizes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def number(value: object, name: str, unit: str = " mm") -> float:
     try:
         result = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{name} is {value!r}; a number is needed") from None
+        raise InputError(f"{name} is {value!r}; expected a number") from None
     if not math.isfinite(result):
         raise InputError(f"{name} is {result}; it must be finite")
     if abs(result) > MAX_SIZE:

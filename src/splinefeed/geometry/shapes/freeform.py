@@ -46,7 +46,7 @@ def helix(
     """
     r, rise, count = positive(radius, "radius"), number(pitch, "pitch"), positive(turns, "turns", "")
     if rise == 0.0:
-        raise InputError("pitch is 0 mm: that is a circle, run through again and again; use circle")
+        raise InputError("pitch is 0 mm: that is one circle, repeated; use circle")
     if count > MAX_TURNS:
         raise InputError(f"turns is {count:g}; at most {MAX_TURNS} are possible")
 

@@ -111,7 +111,7 @@ def from_text(text: str) -> Path:
     Raises InputError for an unknown shape or option, naming the nearest and the known ones, and for a bad value.
     """
     if not isinstance(text, str) or not text.strip():
-        raise InputError(f"shape is {text!r}; a text such as {_SHAPES['naca'].example!r} is needed")
+        raise InputError(f"shape is {text!r}; expected a text such as {_SHAPES['naca'].example!r}")
     if len(text) > MAX_TEXT:
         raise InputError(f"a shape's text has {len(text)} characters; at most {MAX_TEXT} are read")
     name, argument, query = _split(text)
@@ -121,10 +121,10 @@ def from_text(text: str) -> Path:
     values: dict[str, Any] = {}
     if shape.argument is not None:
         if not argument:
-            raise InputError(f"{text}: {name} needs its {shape.argument} behind a colon, as in {shape.example!r}")
+            raise InputError(f"{text}: {name} needs its {shape.argument} after a colon, as in {shape.example!r}")
         values[shape.argument] = argument
     elif argument is not None:
-        raise InputError(f"{text}: {name} takes nothing behind a colon; write options as in {shape.example!r}")
+        raise InputError(f"{text}: {name} takes nothing after a colon; write options as in {shape.example!r}")
     known = {**shape.options, TANGENTIAL: "word"}
     for part in [] if query is None else query.split("&"):
         option, equals, value = (word.strip() for word in part.partition("="))
@@ -133,7 +133,7 @@ def from_text(text: str) -> Path:
         if not equals or not value:
             raise InputError(f"{text}: {option} has no value; write {option}=...")
         if option in values:
-            raise InputError(f"{text}: {option} stands twice; leave one of them out")
+            raise InputError(f"{text}: {option} appears twice; leave one of them out")
         try:
             values[option] = _value(value, known[option])
         except InputError as error:

@@ -53,7 +53,7 @@ const dressedLayout = (layout, c) => {
   if (layout.scene) {
     out.scene = { ...layout.scene };
     for (const name of ["xaxis", "yaxis", "zaxis"]) {
-      out.scene[name] = { ...layout.scene[name], gridcolor: c.faint, zerolinecolor: c.faint, linecolor: c.faint, showbackground: false, showspikes: false };
+      out.scene[name] = { ...layout.scene[name], gridcolor: c.line, zerolinecolor: c.faint, linecolor: c.faint, showbackground: false, showspikes: false };
     }
   }
   return out;

@@ -18,6 +18,9 @@ export const options = (select, entries, chosen) => {
   select.replaceChildren(...entries.map(([value, text]) => make("option", { value, selected: value === chosen }, text)));
 };
 
+export const table = (head, rows) => make("div", { class: "scroll" }, make("table", {},
+  make("thead", {}, make("tr", {}, ...head.map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows)));
+
 export const show = (element, visible) => { element.hidden = !visible; };
 
 // what base64 typed arrays of the figures are as arrays

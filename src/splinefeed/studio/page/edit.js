@@ -1,5 +1,5 @@
 // Control points and weights, moved on the picture or in a table; each change is a new curve to plan.
-import { $, make, options, show } from "./dom.js";
+import { $, make, options, show, table } from "./dom.js";
 
 const GRAB = 12; // pixels
 const ROWS = 400; // of the table
@@ -154,6 +154,6 @@ export class Editor {
     $("editor").replaceChildren(
       make("div", { class: "row editor-head" }, which, make("button", { id: "undo", type: "button", disabled: !this.before.length, onclick: () => this.undo() }, "Undo"),
         make("span", { class: "note" }, "Drag a square on the picture, or write numbers; ends that meet move together.")),
-      make("table", {}, make("thead", {}, make("tr", {}, ...["point", ...names].map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows)));
+      table(["point", ...names], rows));
   }
 }

@@ -2,9 +2,9 @@
 import { $, make, show } from "./dom.js";
 import { dressed } from "./dress.js";
 
-const NAMES = { motion: "Motion", binding: "Which limit binds", errors: "Axis errors", spectra: "Error spectra", limits: "Limits", tuning: "Tuning" };
+const NAMES = { tools: "Time of tools", places: "Longest lines", limits: "Limits", motion: "Motion", binding: "Which limit binds", errors: "Axis errors", spectra: "Error spectra", tuning: "Tuning" };
 const WORDS = {
-  motion: "travel, feed, acceleration, jerk and axes over time", binding: "the share of each limit over time",
+  tools: "time along the lines of the program", motion: "travel, feed, acceleration, jerk and axes over time", binding: "the share of each limit over time",
   errors: "errors of the axes over time", spectra: "amplitude of the errors over frequency", tuning: "steps and loops before and after",
 };
 const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
@@ -34,7 +34,7 @@ export class Figures {
   set(figures, sheets, pinned) {
     this.sets = { ...figures, ...(this.sets.tuning ? { tuning: this.sets.tuning } : {}) };
     this.pinned = pinned;
-    this.sheets = { ...this.sheets, ...sheets };
+    this.sheets = { ...sheets, ...(this.sheets.tuning ? { tuning: this.sheets.tuning } : {}) };
     this.tabs();
     this.draw();
   }
@@ -47,7 +47,7 @@ export class Figures {
   }
 
   tabs() {
-    const names = ["limits", "motion", "binding", "errors", "spectra", "tuning"].filter((name) => this.sets[name] || this.sheets[name]);
+    const names = Object.keys(NAMES).filter((name) => this.sets[name] || this.sheets[name]);
     if (!names.includes(this.chosen)) this.chosen = names[0];
     const there = [...$("tabs").children].map((tab) => tab.dataset.name);
     if (there.join() !== names.join()) {

@@ -3,13 +3,13 @@ import { $ } from "./dom.js";
 
 const LARGEST = 64 * 2 ** 20;
 
-const upload = async (file, { dropped, refused }) => {
+const upload = async (file, { refused }, taken) => {
   if (file.size > LARGEST) { refused(`${file.name} has ${Math.round(file.size / 2 ** 20)} MB; at most 64 MB are taken: use the command line`); return; }
   try {
     const answer = await fetch("/upload", { method: "POST", headers: { "X-Name": encodeURIComponent(file.name), "Content-Type": "application/octet-stream" }, body: file });
     const said = await answer.json();
     if (said.error) refused(said.error);
-    else dropped({ file: said.file, name: file.name });
+    else taken({ file: said.file, name: file.name });
   } catch {
     refused(`${file.name} did not get through; is splinefeed studio running?`);
   }
@@ -20,9 +20,10 @@ export const takeFiles = (takers) => {
     if (!file) return;
     if (/\.toml$/i.test(file.name) && file.size < 2 ** 22) {
       const text = await file.text();
-      if (/^\s*\[+axis\./m.test(text)) takers.machine(file.name.replace(/\.toml$/i, ""), text);
+      if (/^\s*\[+(axis|control)\b/m.test(text)) takers.machine(file.name.replace(/\.toml$/i, ""), text);
+      else if (/^\s*\[tools\./m.test(text)) await upload(file, takers, takers.tools);
       else takers.settings(text);
-    } else await upload(file, takers);
+    } else await upload(file, takers, /\.tbl$/i.test(file.name) ? takers.tools : takers.dropped);
   };
   $("file").addEventListener("change", () => { take($("file").files[0]); $("file").value = ""; });
   const over = (on) => document.body.classList.toggle("dropping", on);

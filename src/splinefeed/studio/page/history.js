@@ -26,7 +26,7 @@ export class History {
             make("button", { type: "button", onclick: () => open(true) }, "Compare"),
             make("button", { type: "button", "aria-label": `delete ${each.name}`, onclick: () => this.link.send({ do: "history", delete: each.id }) }, "Delete"))));
     };
-    const none = kept ? "Nothing yet: every plan that comes to rest is remembered here." : "This studio was started with --no-history.";
+    const none = kept ? "No plans yet: every finished plan is kept here." : "This studio was started with --no-history.";
     $("entries").replaceChildren(...(entries.length ? entries.map(card) : [make("p", {}, none)]));
   }
 }

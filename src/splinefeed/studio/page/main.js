@@ -7,6 +7,7 @@ import { History } from "./history.js";
 import { Link } from "./link.js";
 import { PathPicture } from "./path.js";
 import { Play } from "./play.js";
+import { Program } from "./program.js";
 import { Settings } from "./settings.js";
 import { Share } from "./share.js";
 import { limitsSheet, showCompared, showNumbers } from "./numbers.js";
@@ -21,6 +22,7 @@ const figures = new Figures();
 const settings = new Settings((moving) => planner.want(moving));
 const jobs = new Jobs(link);
 const editor = new Editor(settings, picture);
+const program = new Program(picture, figures);
 const play = new Play(link, settings, picture);
 const tune = new Tune(link, settings, figures);
 const downloads = new Downloads(link, settings);
@@ -63,6 +65,17 @@ const planner = {
 const now = { result: null, shown: null, pinned: null, final: false };
 
 const render = (result, shown, final, whole = true) => {
+  const whose = result.program === undefined ? "motion" : "program";
+  document.body.dataset.view = whose;
+  settings.problems({});
+  if (whose === "program") {
+    Object.assign(now, { result: null, final });
+    editor.set(null);
+    play.order({ stop: true });
+    program.set(result, shown);
+    document.body.dataset.shown = "final";
+    return;
+  }
   Object.assign(now, { result, shown, final });
   const { numbers, words } = result;
   showNumbers(numbers, words, shown, !final);
@@ -71,11 +84,10 @@ const render = (result, shown, final, whole = true) => {
   play.ready();
   tune.ready();
   figures.set(whole ? result.figures : { ...figures.sets, ...result.figures }, { limits: limitsSheet(numbers, words) }, now.pinned?.result.figures);
-  for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? null);
+  for (const [name] of settings.inputs) settings.slide(name, numbers.settings.limits[name] ?? settings.said(name));
   compare();
   $("pin").disabled = false;
   downloads.offer(result, final);
-  settings.problems({});
   document.body.dataset.shown = final && whole ? "final" : "preview";
 };
 
@@ -127,7 +139,7 @@ link.on("planned", (message) => {
   document.body.dataset.took = String(Math.round(performance.now() - asked.at));
   delete document.body.dataset.busy;
   if (!final && asked.rest && !planner.asked) {
-    link.send({ do: "job", kind: "settle", title: settings.value.strategy ?? "plan", settings: settings.value });
+    link.send({ do: "job", kind: "settle", title: settings.value.by_control ? settings.value.source.name : settings.value.strategy ?? "", settings: settings.value });
     document.body.dataset.busy = "settle";
   }
 });
@@ -136,7 +148,7 @@ link.on("refused", (message) => {
   delete document.body.dataset.busy;
   settings.problems(message.error.fields);
   $("verdict").className = "verdict bad";
-  $("verdict").textContent = "These settings cannot be run; see the words beside them.";
+  $("verdict").textContent = "These settings cannot be run; see the messages beside them.";
 });
 link.on("done", (message) => {
   const { kind } = message.job;
@@ -155,14 +167,22 @@ link.on("failed", (message) => {
 });
 
 let reading = null;
+let tools = {};
+const read = (source) => { reading = source; link.send({ do: "job", kind: "read", title: source.name, source }); };
 const opened = (found) => {
-  const source = { ...reading, name: found.name };
+  const source = { ...reading, name: found.name, format: found.format };
   if (found.paths.length > 1) Object.assign(source, { which: 1, paths: found.paths.map((each) => `${each.name} (${each.curves} curves)`) });
+  if (found.format === "G-code" && settings.value.source.file !== source.file) settings.byControl(true);
   settings.value.source = source;
   settings.touched(false);
 };
 takeFiles({
-  dropped: (source) => { reading = source; link.send({ do: "job", kind: "read", title: source.name, source }); },
+  dropped: (source) => read({ ...source, ...tools }),
+  tools: ({ file, name }) => {
+    tools = { tools: file, table: name };
+    const source = reading ?? settings.value.source;
+    if (source.file) read({ ...source, ...tools }); else settings.problems({ source: `${name} is kept for the program that is dropped next` });
+  },
   machine: (name, toml) => { settings.ownMachine = settings.value.machine = { name, toml }; settings.touched(false); },
   settings: (text) => link.send({ do: "share", text }),
   refused: (words) => settings.problems({ source: words }),

@@ -1,5 +1,5 @@
 // The numbers of a run: the verdict, cards, the table of limits, and two runs side by side.
-import { $, make, show } from "./dom.js";
+import { $, make, show, table } from "./dom.js";
 
 const UNITS = { feed: "mm/s", acceleration: "mm/s²", deceleration: "mm/s²", jerk: "mm/s³", deceleration_jerk: "mm/s³", chord_error: "mm", orientation_error: "°", centripetal: "mm/s²",
   axis_velocity: "mm/s", axis_acceleration: "mm/s²", axis_jerk: "mm/s³", axis_velocity_step: "mm/s", travel: "mm" };
@@ -23,7 +23,7 @@ const percent = (share, count = 4) => `${digits(100 * share, count)} %`;
 // title, key of the page of numbers, text, and words below
 const cardsOf = (n, words) => {
   const cards = [["cycle time", "duration_s", `${digits(n.duration_s)} s`, `${n.ticks} setpoints`]];
-  if (n.lower_bound_s) cards.push(["lower bound", "lower_bound_s", `${digits(n.lower_bound_s)} s`, "no plan on this grid is faster"]);
+  if (n.lower_bound_s) cards.push(["lower bound", "lower_bound_s", `${digits(n.lower_bound_s)} s`, "no motion within these limits is faster"]);
   const top = worst(n);
   if (top) cards.push(["largest share", "share", percent(top[1].share), words[top[0]] ?? top[0]]);
   cards.push(["feed ripple", "ripple_max", digits(n.ripple_max, 2), `rounding alone ${digits(n.ripple_floor, 2)}`]);
@@ -40,20 +40,26 @@ const cardsOf = (n, words) => {
 const valueOf = (n, key) => (key === "share" ? worst(n)[1].share : key.split(".").reduce((at, name) => at?.[name], n));
 
 const verdict = (n, words) => {
-  if (n.ok) return `Checked: every limit holds, in ${digits(n.duration_s)} s.`;
+  if (n.ok) return `Checked: every limit holds, in ${digits(n.duration_s)}\u00a0s.`;
   if (n.stopped) return `The machine stopped: ${n.stopped}`;
   const over = Object.entries(n.limits).filter(([, each]) => !each.ok).map(([name]) => words[name] ?? name);
   return over.length ? `Not kept: ${over.join(", ")}.` : `Not kept: ${n.problems[0] ?? "see the notes"}`;
 };
 
-export const showNumbers = (n, words, shown, preview) => {
-  $("verdict").className = `verdict ${n.ok ? "good" : "bad"}`;
-  $("verdict").textContent = verdict(n, words);
+// the verdict, what made it, and cards
+export const showHead = (n, good, words, shown, cards) => {
+  $("verdict").className = `verdict ${good ? "good" : "bad"}`;
+  $("verdict").textContent = words;
   show($("shown"), true);
-  $("shown").className = preview ? "badge preview" : "badge";
-  $("shown").textContent = preview ? `preview: ${shown}` : shown;
-  $("cards").replaceChildren(...cardsOf(n, words).map(([title, key, text, below]) =>
+  $("shown").className = "badge";
+  $("shown").textContent = shown;
+  $("cards").replaceChildren(...cards.map(([title, key, text, below]) =>
     make("div", {}, make("dt", {}, title), make("dd", { data: { key, value: String(valueOf(n, key)) } }, text, make("small", {}, below)))));
+};
+
+export const showNumbers = (n, words, shown, preview) => {
+  showHead(n, n.ok, verdict(n, words), preview ? `preview: ${shown}` : shown, cardsOf(n, words));
+  $("shown").classList.toggle("preview", preview);
   $("notes").replaceChildren(...n.problems.map((text) => make("li", { class: "bad" }, text)), ...n.notes.map((text) => make("li", {}, text)));
 };
 
@@ -70,8 +76,7 @@ export const limitsSheet = (n, words) => {
       make("td", {}, `${(100 * each.share).toFixed(4)} %`), make("td", { class: "share" }, bar), make("td", {}, `${digits(each.at_s)} mm`),
       make("td", {}, binds ? percent(binds, 3) : ""), make("td", { class: state }, each.ok ? "holds" : "OVER"));
   };
-  const head = ["limit", "worst", "allowed", "share", "", "at s", "binds", ""].map((text) => make("th", { scope: "col" }, text));
-  return make("div", { class: "scroll" }, make("table", {}, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...Object.entries(n.limits).map(row))));
+  return table(["limit", "worst", "allowed", "share", "", "at s", "binds", ""], Object.entries(n.limits).map(row));
 };
 
 // A and B side by side; settings that differ on top

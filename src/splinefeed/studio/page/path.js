@@ -11,6 +11,8 @@ export class PathPicture {
     this.canvas = $("path");
     this.view = new View();
     this.points = null;
+    this.still = document.createElement("canvas");
+    this.version = 0;
     this.editor = null; // takes over drags where control points are edited
     this.tool = null;
     this.trail = [];
@@ -20,12 +22,17 @@ export class PathPicture {
     this.listen();
   }
 
-  set(path, axes) {
+  // program: whose lines the points are, if they are a program's
+  set(path, axes, program = null) {
+    const other = this.program !== program;
+    this.program = program;
     const picture = path.data.find((each) => each.customdata);
     const before = this.points;
     this.points = { x: numbersOf(picture.x), y: numbersOf(picture.y), z: picture.z ? numbersOf(picture.z) : null, overTime: false };
-    this.ends = ["x", "y", "z"].map((name) => (this.points[name] ? [Math.min(...this.points[name]), Math.max(...this.points[name])] : [0, 0]));
     this.said = picture.customdata;
+    this.version += 1;
+    const shown = Object.values(path.colours)[0].values; // rapid moves may lead far away
+    this.ends = ["x", "y", "z"].map((name) => (this.points[name] ?? [0]).reduce(([low, high], value, k) => (program && shown[k] === null ? [low, high] : [Math.min(low, value), Math.max(high, value)]), [Infinity, -Infinity]));
     const parts = Object.keys(path.colours).length === 1; // while something moves; the others follow when it rests
     this.colours = parts ? { ...this.colours, ...path.colours } : path.colours;
     this.axes = axes;
@@ -33,18 +40,18 @@ export class PathPicture {
     this.labels = [title("xaxis"), title("yaxis"), path.space ? title("zaxis") : ""];
     this.points.overTime = this.labels[0].startsWith("time");
     const names = Object.keys(this.colours);
-    const chosen = names.includes($("colour").value) ? $("colour").value : names[0];
+    const chosen = !other && names.includes($("colour").value) ? $("colour").value : names[0];
     if (names.join() !== [...$("colour").options].map((each) => each.value).join()) options($("colour"), names.map((name) => [name, name]), chosen);
-    const other = this.view.space !== path.space || !before;
+    const turned = this.view.space !== path.space || !before;
     this.view.space = path.space;
-    if (other || this.view.fitWhole) this.fit();
+    if (turned || other || this.view.fitWhole) this.fit();
     this.draw();
   }
 
   fit() {
     if (!this.points || !this.width) return;
     const more = this.editor?.curves.flatMap((curve) => curve.control_points) ?? [];
-    if (this.view.space) { // the corners of its box
+    if (this.view.space || this.program) { // the corners of its box
       const part = (axis) => [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => this.ends[axis][(bits >> axis) & 1]);
       this.view.fit({ x: part(0), y: part(1), z: part(2) }, this.width, this.height);
       return;
@@ -75,24 +82,47 @@ export class PathPicture {
   }
 
   paint() {
-    const { pen, width, height } = this;
+    const { pen, width, height, view } = this;
     const theme = colours();
+    // the path stays while the tool plays on it or another line is chosen: it may have a hundred thousand points
+    const seen = JSON.stringify([this.version, $("colour").value, theme, width, height, view]);
+    if (seen !== this.seen) this.paintPath(theme);
+    this.seen = seen;
+    pen.clearRect(0, 0, width, height);
+    pen.drawImage(this.still, 0, 0, width, height);
+    pen.save();
+    this.clip();
+    if (this.editor) this.editor.paint(pen, view, theme);
+    if (this.program?.line) this.paintLine(this.program.line);
+    if (!this.program) this.paintTool(theme);
+    pen.restore();
+  }
+
+  clip() {
+    const { pen, width, height } = this;
+    pen.beginPath();
+    pen.rect(MARGIN.left, MARGIN.top, width - MARGIN.left - MARGIN.right, height - MARGIN.top - MARGIN.bottom);
+    pen.clip();
+  }
+
+  // axes, path and scale, and a copy of them
+  paintPath(theme) {
+    const { pen, canvas, width, height } = this;
     this.ramp = Array.from({ length: SHADES }, (_, k) => shade(k / (SHADES - 1)));
     const chosen = this.colours[$("colour").value];
     pen.clearRect(0, 0, width, height);
     pen.font = "12px system-ui, sans-serif";
     this.grid(theme);
     pen.save();
-    pen.beginPath();
-    pen.rect(MARGIN.left, MARGIN.top, width - MARGIN.left - MARGIN.right, height - MARGIN.top - MARGIN.bottom);
-    pen.clip();
+    this.clip();
     this.curve(chosen, theme);
-    if (this.editor) this.editor.paint(pen, this.view, theme);
-    this.paintTool(theme);
     pen.restore();
     this.bar(chosen, theme);
     const first = this.said[0], last = this.said[this.said.length - 1];
-    this.canvas.setAttribute("aria-label", `the path over ${this.labels.filter(Boolean).join(", ")}, from s = ${first[1].toFixed(2)} to ${last[1].toFixed(2)} mm, coloured by ${chosen.label} from ${chosen.low.toPrecision(3)} to ${chosen.high.toPrecision(3)}`);
+    const range = this.program ? "" : `, from s = ${first[1].toFixed(2)} to ${last[1].toFixed(2)} mm`;
+    canvas.setAttribute("aria-label", `the path over ${this.labels.filter(Boolean).join(", ")}${range}, coloured by ${chosen.label} from ${chosen.low.toPrecision(3)} to ${chosen.high.toPrecision(3)}`);
+    Object.assign(this.still, { width: canvas.width, height: canvas.height });
+    this.still.getContext("2d").drawImage(canvas, 0, 0);
   }
 
   curve(chosen, theme) {
@@ -105,13 +135,13 @@ export class PathPicture {
     pen.lineJoin = "round"; pen.lineCap = "round";
     pen.lineWidth = 5; pen.strokeStyle = theme.faint; // an edge, where a shade is near the paper's
     pen.beginPath();
-    for (let k = 0; k < count; k++) pen.lineTo(...this.at(k));
+    for (let k = 0; k < count; k++) if (chosen.values[k] === null) pen.moveTo(...this.at(k)); else pen.lineTo(...this.at(k));
     pen.stroke();
-    pen.lineWidth = 3.2;
     let [x, y] = this.at(0);
     let k = 1;
     while (k < count) {
       const shared = level(k);
+      pen.lineWidth = shared < 0 ? 1 : 3.2;
       pen.strokeStyle = shared < 0 ? theme.faint : this.ramp[shared];
       pen.beginPath();
       pen.moveTo(x, y);
@@ -180,12 +210,13 @@ export class PathPicture {
       const front = edges.reduce((best, bits) => ((axis < 2 ? middle(bits, axis, 1) > middle(best, axis, 1) + 1e-6 : middle(bits, axis, 0) < middle(best, axis, 0) - 1e-6) ? bits : best));
       const upper = at(at(front)[1] < at(front | 4)[1] ? front : front | 4);
       const [px, py] = axis < 2 ? [middle(front, axis, 0), middle(front, axis, 1)] : upper;
-      const left = axis < 2 && px < view.centre[0];
+      const left = axis === 2 || px < view.centre[0];
       const [low, high] = this.ends[axis].map((value) => String(Number(value.toPrecision(5))));
-      pen.textAlign = left ? "right" : "left";
-      pen.fillText(`${this.labels[axis].split(" ")[0]} ${low} to ${high}`, axis < 2 ? px + (left ? -8 : 8) : px - 12, py + (axis < 2 ? 12 : -9));
+      const words = `${this.labels[axis].split(" ")[0]} ${low} to ${high}`;
+      const wide = pen.measureText(words).width; // no label leaves the picture
+      pen.fillText(words, left ? Math.max(px - 8 - wide, 4) : Math.min(px + 8, this.width - MARGIN.right - wide), py + (axis < 2 ? 12 : -9));
     }
-    pen.textAlign = "left"; pen.textBaseline = "alphabetic";
+    pen.textBaseline = "alphabetic";
   }
 
   bar(chosen, theme) {
@@ -197,7 +228,8 @@ export class PathPicture {
     });
     pen.fillStyle = theme.faint;
     pen.textAlign = "left"; pen.textBaseline = "middle";
-    const marks = ticks(chosen.low, chosen.high || 1, Math.max(tall / 60, 2));
+    const names = this.program?.names(chosen);
+    const marks = names ? { at: names.map((_, k) => k).filter((k) => k >= chosen.low), text: (k) => names[k] } : ticks(chosen.low, chosen.high || 1, Math.max(tall / 60, 2));
     for (const value of marks.at) {
       const share = (value - chosen.low) / (chosen.high - chosen.low || 1);
       pen.fillText(marks.text(value), left + 16, top + tall * (1 - share));
@@ -207,6 +239,17 @@ export class PathPicture {
     pen.fillText(chosen.label, 0, 0);
     pen.restore();
     pen.textBaseline = "alphabetic";
+  }
+
+  // the moves of a line of the program
+  paintLine(line) {
+    const { pen } = this;
+    pen.strokeStyle = pen.fillStyle = "#d55e00"; pen.lineWidth = 6;
+    pen.beginPath();
+    for (let k = 1; k < this.said.length; k++) if (this.said[k][0] === line) { pen.moveTo(...this.at(k - 1)); pen.lineTo(...this.at(k)); }
+    pen.stroke();
+    const [px, py] = this.view.screen(...this.program.place);
+    pen.beginPath(); pen.arc(px, py, 6, 0, 2 * Math.PI); pen.fill();
   }
 
   // where the tool is, and where it has been, as [x, y, z] in mm
@@ -241,17 +284,20 @@ export class PathPicture {
     const k = this.points ? this.nearest(px, py) : -1;
     show($("hover"), k >= 0);
     if (k < 0) return;
-    const [t, s, u, feed] = this.said[k];
     const chosen = this.colours[$("colour").value];
     const place = ["x", "y", "z"].filter((name) => this.points[name]).map((name, i) => `${this.labels[i].split(" ")[0]} ${this.points[name][k].toFixed(4)}`);
-    const lines = [`t ${t.toFixed(4)} s, s ${s.toFixed(3)} mm, u ${u.toPrecision(6)}`, place.join(", "), `feed ${feed.toFixed(3)} mm/s`];
-    if (!chosen.label.startsWith("feed") && chosen.values[k] !== null) lines.push(`${chosen.label} ${chosen.values[k]}`);
+    const lines = this.program ? [...this.program.told(this.said[k]), place.join(", ")] : this.told(this.said[k], place.join(", "));
+    if (!this.program && !chosen.label.startsWith("feed") && chosen.values[k] !== null) lines.push(`${chosen.label} ${chosen.values[k]}`);
     $("hover").textContent = lines.join("\n");
     const [x, y] = this.at(k);
     const flip = x > this.width / 2;
     $("hover").style.left = flip ? "auto" : `${x + 14}px`;
     $("hover").style.right = flip ? `${this.width - x + 14}px` : "auto";
     $("hover").style.top = `${Math.max(y - 30, 4)}px`;
+  }
+
+  told([t, s, u, feed], place) {
+    return [`t ${t.toFixed(4)} s, s ${s.toFixed(3)} mm, u ${u.toPrecision(6)}`, place, `feed ${feed.toFixed(3)} mm/s`];
   }
 
   listen() {
@@ -262,18 +308,24 @@ export class PathPicture {
       if (!this.points || event.button !== 0) return;
       const [px, py] = place(event);
       canvas.setPointerCapture(event.pointerId);
-      last = { at: [px, py], edits: Boolean(this.editor?.take(px, py, this.view)) };
+      last = { at: [px, py], from: [px, py], edits: Boolean(this.editor?.take(px, py, this.view)) };
     });
     canvas.addEventListener("pointermove", (event) => {
       const [px, py] = place(event);
       if (!last) { this.hover(px, py); return; }
+      if (Math.hypot(px - last.from[0], py - last.from[1]) > 3) last.far = true;
       if (last.edits) this.editor.drag(...this.view.place(px, py));
       else if (this.view.space && !event.shiftKey) { this.view.rotate(px - last.at[0], py - last.at[1]); if (this.view.fitWhole) this.fit(); }
       else this.view.pan(px - last.at[0], py - last.at[1]);
       last.at = [px, py];
       this.draw();
     });
-    const up = () => { if (last?.edits) this.editor.drop(); last = null; };
+    const up = () => {
+      if (last?.edits) this.editor.drop();
+      const k = last && !last.far && this.program ? this.nearest(...last.at) : -1;
+      if (k >= 0) this.program.choose(this.said[k][0]);
+      last = null;
+    };
     canvas.addEventListener("pointerup", up);
     canvas.addEventListener("pointercancel", up);
     canvas.addEventListener("pointerleave", () => show($("hover"), false));

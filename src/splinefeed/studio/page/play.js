@@ -46,7 +46,7 @@ export class Play {
     $("hold").disabled = $("back").disabled = $("stop").disabled = !this.on;
     $("back").setAttribute("aria-pressed", String(this.back));
     $("hold").setAttribute("aria-pressed", String(this.held));
-    $("hold").textContent = this.held ? "Go on" : "Hold";
+    $("hold").textContent = this.held ? "Resume" : "Feed hold";
   }
 
   frame(frame) {

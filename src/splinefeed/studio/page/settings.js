@@ -64,6 +64,8 @@ export class Settings {
       const { chord, ...source } = this.value.source;
       this.value.source = e.value ? { ...source, chord: Number(e.value) } : source;
     });
+    on("offsets", "change", (e) => { this.value.source = { ...this.value.source, offsets: e.value.trim() || undefined }; });
+    on("by-control", "change", (e) => this.byControl(e.checked));
     on("smooth", "change", (e) => { this.value.smooth = e.value.trim(); });
     on("tangential", "change", (e) => { this.value.tangential = e.checked; });
     on("strategy", "change", (e) => { this.value.strategy = e.value || null; });
@@ -89,13 +91,16 @@ export class Settings {
     text.addEventListener("change", () => {
       const value = text.value.trim();
       if (value) this.value.limits[name] = value; else delete this.value.limits[name];
-      this.slide(name, Number(value) || null);
+      this.slide(name, this.said(name));
       this.touched(false);
     });
     this.inputs.set(name, { text, slider, low, high, unit });
     return make("div", { class: "limit", data: { field: `limits.${name}` } },
       make("label", { for: `limit-${name}` }, label), text, make("span", { class: "unit", id: `unit-${name}` }, unit), slider, error);
   }
+
+  // a limit as it stands in its field; null for none, and for what is no bare number
+  said(name) { return Number(textOf(this.value.limits[name])) || null; }
 
   // put a slider where a value in base units is; null for none
   slide(name, value) {
@@ -117,15 +122,16 @@ export class Settings {
     this.value = structuredClone({ ...usual, ...settings, limits: { ...(settings?.limits ?? usual.limits) } });
     if (this.value.machine?.toml) this.ownMachine = this.value.machine;
     this.fill();
-    for (const [name] of this.inputs) this.slide(name, Number(textOf(this.value.limits[name])) || null);
+    for (const [name] of this.inputs) this.slide(name, this.said(name));
     $("more").open = MORE.some(([name]) => textOf(this.value.limits[name]));
     this.keep();
   }
 
-  // the first settings: of the address, of this tab, or the usual ones
+  // the first settings: of the address, of this tab, or the usual ones; those of a page that was reloaded know its file
   first() {
-    const stored = sessionStorage.getItem("settings");
-    this.load(decode(location.hash) ?? (stored ? JSON.parse(stored) : null));
+    const stored = JSON.parse(sessionStorage.getItem("settings"));
+    this.value = stored;
+    this.load(stored && this.fragment() === location.hash ? stored : decode(location.hash) ?? stored);
   }
 
   // browsers complain of an address that changes with every pixel of a slider
@@ -139,21 +145,35 @@ export class Settings {
     return `#s=${encode({ ...this.value, source })}`;
   }
 
+  // a program is run by a machine that has a control, a motion followed by one that has axes
+  byControl(on) {
+    const { machine } = this.value;
+    const { machines } = this.offer;
+    this.value.by_control = on;
+    if (machine?.toml || machines.find((each) => each.name === machine?.name)?.[on ? "control" : "axes"]) return;
+    this.value.machine = on ? { name: machines.find((each) => each.control).name } : null;
+  }
+
   fill() {
-    const { source, limits, machine } = this.value;
+    const { source } = this.value;
+    if (source.format !== "G-code" && this.value.by_control) this.byControl(false);
+    const { limits, machine, by_control: whole } = this.value;
     const own = this.ownMachine ? [["own:", `${this.ownMachine.name} (yours)`]] : [];
-    options($("machine"), [["", "none"], ...own, ...this.offer.machines.map((each) => [each.name, `${each.name}: ${each.title}`])],
+    options($("machine"), [["", "none"], ...own, ...this.offer.machines.filter((each) => whole || each.axes).map((each) => [each.name, `${each.name}: ${each.title}`])],
       machine?.toml ? "own:" : machine?.name ?? "");
     $("shape").value = source.shape ?? "";
     $("shape").placeholder = source.shape ? "" : "butterfly?scale=2";
     $("shapes").value = this.offer.shapes.find((each) => each.name === source.shape?.split(/[:?]/)[0])?.example ?? "";
     const named = source.curves ? "edited curve" : source.name;
     show($("source-name"), Boolean(named));
-    $("source-name").textContent = named ?? "";
+    $("source-name").textContent = [named, source.table].filter(Boolean).join(", tools of ");
     show($("which-field"), (source.paths ?? []).length > 1);
     if ((source.paths ?? []).length > 1) options($("which"), source.paths.map((name, k) => [String(k + 1), name]), String(source.which ?? 1));
     show($("chord-field"), /\.dat$/i.test(source.name ?? ""));
     $("chord").value = source.chord ?? "";
+    for (const name of ["control-field", "offsets-field"]) show($(name), source.format === "G-code");
+    $("by-control").checked = whole;
+    $("offsets").value = source.offsets ?? "";
     $("smooth").value = textOf(this.value.smooth);
     $("tangential").checked = this.value.tangential;
     $("strategy").value = this.value.strategy ?? "";

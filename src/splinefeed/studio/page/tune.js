@@ -1,5 +1,5 @@
 // Gains of the machine's axes: by which rule, what it found, and a button that takes them.
-import { $, make, show } from "./dom.js";
+import { $, make, show, table } from "./dom.js";
 import { digits, length } from "./numbers.js";
 
 const SHORT = { position_gain: "kv", velocity_kp: "kp", velocity_ki: "ki", velocity_feed_forward: "vff", acceleration_feed_forward: "aff" };
@@ -35,15 +35,14 @@ export class Tune {
   show({ numbers, figures, machine, rule }) {
     const rows = Object.entries(numbers.axes).flatMap(([axis, each]) => [["old", "_before"], ["new", ""]].map(([when, ending]) =>
       make("tr", {}, ...[axis, when, gains(each[`gains${ending}`]), ...margin(each[`margins${ending}`]), each[`hunts${ending}`] ? "swings at rest" : ""].map((text) => make("td", {}, text)))));
-    const head = ["axis", "gains", "", "gain margin", "phase margin", "bandwidth", ""].map((text) => make("th", { scope: "col" }, text));
+    const head = ["axis", "gains", "", "gain margin", "phase margin", "bandwidth", ""];
     const [before, after] = [numbers.contour_error_max_before_mm, numbers.contour_error_max_mm];
     const errors = numbers.stopped ? `With the new gains the machine stops: ${numbers.stopped}` : `Largest contour error on this path: ${length(before)} before, ${length(after)} with the new gains.`;
     const take = make("button", { type: "button", id: "take-gains", onclick: () => {
       this.settings.ownMachine = this.settings.value.machine = machine;
       this.settings.touched(false);
     } }, `Take these gains as ${machine.name}`);
-    const sheet = make("div", { class: "tuned", data: { before: String(before), after: String(after) } }, make("p", { role: "status" }, `${machine.name}, ${rule}: ${errors}`), make("div", { class: "row" }, take),
-      make("div", { class: "scroll" }, make("table", {}, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows))));
+    const sheet = make("div", { class: "tuned", data: { before: String(before), after: String(after) } }, make("p", { role: "status" }, `${machine.name}, ${rule}: ${errors}`), make("div", { class: "row" }, take), table(head, rows));
     if (figures.errors) this.figures.sets.errors = figures.errors;
     this.figures.add("tuning", figures.tuning, sheet);
   }

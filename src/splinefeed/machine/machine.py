@@ -37,15 +37,15 @@ _LARGEST_FILE = 1_000_000
 
 
 class MachineError(ProblemsError):
-    """A machine file with errors: the first line names the file, each of `problems` its place and the mend."""
+    """A machine file with errors: the first line names the file, each of `problems` its place and how to fix it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Machine:
-    """A machine: its axes by name, in order, what its makers say of it, and how its joints move tool and workpiece.
+    """A machine: its axes by name, in order, the notes of its makers, and how its joints move tool and workpiece.
 
     kinematics  of a machine for tool paths, whose joints are among its axes; else None
-    control     how its control plans a program, for cycle times; a machine that has it may do without axes
+    control     how its control plans a program, for cycle times; a machine that has it needs no axes
     Quantities in mm, s, kg, V, N; with a rotary axis rad and N*m. `load` and `parse` raise MachineError, one line
     per problem. Source: docs/machines.md. Example: `sf.Machine.load("router").axes["x"].controller.kp`
     """
@@ -65,9 +65,9 @@ class Machine:
 
     @staticmethod
     def load(name: str | Path) -> Machine:
-        """A table of the package by its name, or any machine file by its path.
+        """A machine of the package by its name, or any machine file by its path.
 
-        Raises MachineError with everything that is wrong in the file, and FormatError if there is no such table.
+        Raises MachineError with everything that is wrong in the file, and FormatError if there is no such machine.
         """
         if isinstance(name, str) and name in Machine.names():
             return _packaged(name)
@@ -87,7 +87,7 @@ class Machine:
 
     @staticmethod
     def parse(text: str, name: str = "machine", source: str | None = None) -> Machine:
-        """A table from the text of a machine file; `source` is what error messages call it."""
+        """A machine from the text of a machine file; `source` is what error messages call it."""
         source = name if source is None else source
         try:
             content = tomllib.loads(text)
@@ -112,7 +112,7 @@ class Machine:
         return Machine(name=name, axes=made, title=title, notes=tuple(notes), kinematics=moves, control=plans)
 
     def limits(self, axes: Iterable[str]) -> dict[str, dict[str, float]]:
-        """Limits of those of `axes` that the machine has, as `Limits(feed=..., **table.limits(path.axes))` takes them.
+        """Limits of those `axes` that the machine has, as `Limits(feed=..., **machine.limits(path.axes))` takes them.
 
         By name of the limit (axis_velocity, axis_acceleration, axis_jerk, axis_minimum, axis_maximum) and axis, in mm,
         s and rad; what the machine file does not limit is left out.

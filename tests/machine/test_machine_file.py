@@ -63,10 +63,10 @@ def problems(*changes: tuple[str, str]) -> tuple[str, ...]:
 def test_the_package_has_its_machines() -> None:
     assert Machine.names() == ("hurco-02", "hurco-04", "lintable", "router", "trunnion", "xytheta")
     for name in Machine.names():
-        table = Machine.load(name)
-        assert table.name == name
-        assert table.title
-        assert table.notes
+        machine = Machine.load(name)
+        assert machine.name == name
+        assert machine.title
+        assert machine.notes
 
 
 def test_xytheta_is_the_paper_s_table() -> None:
@@ -119,11 +119,11 @@ def test_inertia_and_force_at_the_axis_are_those_of_energy() -> None:
 
 
 def test_limits_of_axes_are_those_of_the_file_in_base_units() -> None:
-    table = Machine.load("xytheta")
-    given = table.limits(("x", "theta", "z"))
+    machine = Machine.load("xytheta")
+    given = machine.limits(("x", "theta", "z"))
     assert given["axis_velocity"] == {"x": 200.0, "theta": pytest.approx(math.radians(3000.0), rel=1e-15)}
     assert given["axis_minimum"] == {"x": -150.0}
-    limits = Limits(feed=60.0, **table.limits(("x", "y", "theta")))
+    limits = Limits(feed=60.0, **machine.limits(("x", "y", "theta")))
     assert limits.of_axes("axis_acceleration", ("x", "y", "theta"))[:2].tolist() == [2000.0, 2000.0]
     assert limits.travel == {"x": (-150.0, 150.0), "y": (-150.0, 150.0)}
     assert Machine.parse(GOOD).limits(("x",)) == {}
@@ -376,11 +376,11 @@ def test_every_example_is_a_quantity_of_its_kind() -> None:
 
 
 def test_kinematics_are_read_written_and_shown() -> None:
-    table = Machine.load("trunnion")
-    assert table.kinematics is not None
-    assert table.kinematics.kind == "xyzac-trt"
+    machine = Machine.load("trunnion")
+    assert machine.kinematics is not None
+    assert machine.kinematics.kind == "xyzac-trt"
     assert Machine.load("router").kinematics is None
-    text = to_text(table).replace('type = "xyzac-trt"', 'type = "xyzac-trt"\ny-offset = "1in"\ntool-offset = "60mm"')
+    text = to_text(machine).replace('type = "xyzac-trt"', 'type = "xyzac-trt"\ny-offset = "1in"\ntool-offset = "60mm"')
     other = Machine.parse(text, "other")
     assert other.kinematics is not None
     assert other.kinematics.parameters == {"y-offset": 25.4, "tool-offset": 60.0}
@@ -424,18 +424,18 @@ rapid = "90deg/s"
 
 
 def test_a_control_needs_no_axes_and_is_read_written_and_shown() -> None:
-    table = Machine.parse(CONTROL, "mill")
-    assert table.control is not None
-    assert table.control.spindle is not None
-    assert table.axes == {}
-    assert (table.control.mode, table.control.look_ahead, table.control.home.z) == ("exact stop", 50, 330.0)
-    assert table.control.axes["x"].rapid == pytest.approx(500.0)
-    assert table.control.axes["c"].rapid == pytest.approx(math.pi / 2)
-    assert table.control.spindle.wait(7.0, 0.0, table.control.spindle.top_speed / 2) == pytest.approx(7.0 / 4)
-    assert Machine.parse(to_text(table), "mill") == table
-    assert Machine.parse(f"{GOOD}{CONTROL}", "mill").control == table.control
-    assert "spindle.start:       7000 ms" in table.describe()
-    assert table.as_dict()["control"]["axis.c.rapid"] == {"value": pytest.approx(90.0), "unit": "deg/s"}
+    machine = Machine.parse(CONTROL, "mill")
+    assert machine.control is not None
+    assert machine.control.spindle is not None
+    assert machine.axes == {}
+    assert (machine.control.mode, machine.control.look_ahead, machine.control.home.z) == ("exact stop", 50, 330.0)
+    assert machine.control.axes["x"].rapid == pytest.approx(500.0)
+    assert machine.control.axes["c"].rapid == pytest.approx(math.pi / 2)
+    assert machine.control.spindle.wait(7.0, 0.0, machine.control.spindle.top_speed / 2) == pytest.approx(7.0 / 4)
+    assert Machine.parse(to_text(machine), "mill") == machine
+    assert Machine.parse(f"{GOOD}{CONTROL}", "mill").control == machine.control
+    assert "spindle.start:       7000 ms" in machine.describe()
+    assert machine.as_dict()["control"]["axis.c.rapid"] == {"value": pytest.approx(90.0), "unit": "deg/s"}
 
 
 @pytest.mark.parametrize(

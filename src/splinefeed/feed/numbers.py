@@ -1,0 +1,11 @@
+"""Numbers that the parts of the planner share."""
+
+from splinefeed.records import KEPT as KEPT
+
+#: What differs by less than this share is the same: arc lengths of a path, times, shares of a limit. Sums of a million
+#: terms round by less, and no machine tells it apart.
+SAME = 1e-12
+#: Halvings that take any interval to the rounding of its middle.
+HALVINGS = 50
+#: Places that are looked at together: their arrays stay in the processor's cache.
+TOGETHER = 1 << 15

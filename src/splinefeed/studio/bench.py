@@ -1,0 +1,63 @@
+"""What a worker process has at hand: folders, a way to speak to the page, and the last runs."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path as File
+from typing import Any
+
+from splinefeed.errors import SplinefeedError
+from splinefeed.pipeline.run import Run, run
+from splinefeed.studio import sources
+from splinefeed.studio.settings import SettingsError, Wanted, complete, field_of, key_of, resolve
+from splinefeed.workers import Mail
+
+#: Runs that a worker keeps at hand.
+KEPT = 3
+
+Say = Callable[[str], None]
+
+
+@dataclass
+class Bench:
+    """What a worker has at hand.
+
+    uploads, made  the folders of uploads and of files made; say  tells the page what is being done
+    mail           for what runs and takes orders; runs  the last ones, by their settings
+    """
+
+    uploads: File
+    made: File
+    say: Say
+    mail: Mail
+    runs: OrderedDict[str, tuple[Wanted, Run]] = field(default_factory=OrderedDict)
+
+    def done(self, asked: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run]:
+        """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
+        key = key_of({**complete(asked), "follow": follow})
+        if key in self.runs:
+            self.runs.move_to_end(key)
+            return self.runs[key]
+        wanted = resolve(asked, self.uploads)
+        self.say(f"planning {wanted.path.name}, {wanted.strategy}")
+        try:
+            made = run(
+                wanted.moved,
+                wanted.limits,
+                machine=wanted.machine if follow and wanted.followed else None,
+                period=wanted.period,
+                strategy=wanted.strategy,
+                method=wanted.method,
+                corrections=wanted.corrections,
+                on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
+            )
+        except SettingsError:
+            raise
+        except SplinefeedError as error:
+            raise SettingsError({field_of(error): sources.words(error, self.uploads)}) from error
+        self.runs[key] = wanted, made
+        while len(self.runs) > KEPT:
+            self.runs.popitem(last=False)
+        return self.runs[key]
