@@ -12,7 +12,7 @@ ARGS ?=
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test test-slow test-all lint docs bench torture clean
+.PHONY: help run test test-slow test-all lint docs strings bench torture clean
 
 help: ## print these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,6 +38,9 @@ lint: $(VENV)/.installed-dev ## ruff, mypy and the directions between the rooms
 docs: $(VENV)/.installed-all ## the documentation as a site, build/docs/index.html (no network; a warning is an error)
 	$(BIN)/sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs
 	@echo "see build/docs/index.html"
+
+strings: $(BIN)/python ## print every string that users see, to be read from top to bottom
+	@$(BIN)/python tests/strings.py
 
 bench: $(VENV)/.installed-bench ## measure against C and other libraries (needs gcc)
 	$(BIN)/python -m benchmarks $(ARGS)

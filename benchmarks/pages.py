@@ -65,7 +65,7 @@ def measure() -> Report:
         Column("slowest, s", ".2f"),
         Column("target, s", "g"),
     )
-    notes = ("Chromium without a graphics card; a new context each time, the library compiled anew.",)
+    notes = ("Chromium without a graphics card; a new context each time, the library compiled again.",)
     heads = (
         Headline(
             "report of ten million ticks opens",

@@ -61,8 +61,8 @@ def measure() -> Report:
         tuple(rows),
         (
             "Axis jerk: the largest third difference of an axis's setpoints at 1 ms. Side by side: bound of the "
-            "distance when both are run through in order (Frechet), proven by means that the smoothing does not "
-            "share, as is that nothing crosses itself that did not.",
+            "distance when both are traversed in order (Frechet), proven by means that the smoothing does not share, "
+            "and so is that there is no new self-crossing.",
         ),
     )
     kinds = {"short lines of a curve, rounded to 1 um": "curve", "long lines at random": "walk"}

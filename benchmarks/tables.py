@@ -114,7 +114,7 @@ def summary(headlines: Iterable[Headline]) -> Table:
     """One table of all headlines."""
     words = {None: "", True: "met", False: "**missed**"}
     rows = tuple((line.what, line.outcome, line.target, words[line.met]) for line in headlines)
-    return Table("What was promised, and what came out.", tuple(map(Column, ("what", "measured", "target", ""))), rows)
+    return Table("Targets, and what was measured.", tuple(map(Column, ("what", "measured", "target", ""))), rows)
 
 
 def between_markers(text: str, name: str, replacement: str, maker: str = "benchmarks") -> str | None:

@@ -111,7 +111,7 @@ def velocities() -> str:
         f"""On the butterfly at {limits.feed:g} mm/s, {limits.acceleration:g} mm/s^2, {limits.jerk:g} mm/s^3 and 1 ms
         their error against the path's own tangent is {np.median(error):.0e} of the feed in the median and
         {np.quantile(error, 0.99):.0e} at 99 of 100 ticks; at its sharpest tips, where the tool turns within a few
-        ticks, it reaches {100.0 * error.max():.0f} %: a shorter period is the mend."""
+        ticks, it reaches {100.0 * error.max():.0f} %: there, use a shorter period."""
     )
 
 

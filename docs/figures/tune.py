@@ -88,10 +88,9 @@ def stable(old: Tuning) -> str:
     gain, phase = old.margins.gain_margin, old.margins.phase_margin
     return words(
         f"""Ziegler and Nichols' gains are close to unstable here, by a gain margin of {gain:.3g} and a phase margin of
-        {phase:.3g}°: the rule dates from 1942 and was made for processes, not for machines that cut corners. Where a
-        stable axis does not come to rest on the full model, that is said too: with their `ki` of
-        {old.controller.ki:.0f}, X swings by {1e3 * swing:.0f} µm for ever, because the integral pushes, friction
-        sticks, and it all turns round."""
+        {phase:.3g}°: the rule dates from 1942 and was made for processes, not for machines that cut corners. Hunting
+        on the full model is reported too: with their `ki` of {old.controller.ki:.0f}, X hunts by
+        {1e3 * swing:.0f} µm, because the integral pushes against static friction."""
     )
 
 
@@ -129,12 +128,12 @@ def traps(x: Axis, model: sf.simulation.experiments.UltimatePoint) -> str:
     sine = swept_sine(x, PERIOD, np.array([TURNING]), VOLTS)
     off = abs(sine.value[0] / model_response(x, PERIOD, sine.frequency).value[0] - 1.0)
     return words(
-        f"""If you do this on a real axis, mind two traps that the simulation shows. A relay in a 1 ms servo switches at
-        ticks only: with {VOLTS:g} V, X swings with {1e3 * swing:.4g} ms in place of {1e3 * model.period:.3g}, and the
-        textbook formula, 4 d / (π a) with d of the relay and a of the swing's first harmonic, reads a gain
-        {100.0 * (gain / model.gain - 1.0):.0f} % too high. And friction takes its share of a swing that turns the axis
-        round: at {VOLTS:g} V and {TURNING:g} Hz the response is {100.0 * off:.0f} % off. So the sines ride on a steady
-        motion, in which friction is a constant."""
+        f"""On a real axis, mind two traps that the simulation shows. A relay in a 1 ms servo switches at ticks only:
+        with {VOLTS:g} V, X oscillates with {1e3 * swing:.4g} ms in place of {1e3 * model.period:.3g}, and the textbook
+        formula, 4 d / (π a) with d of the relay and a of the first harmonic, gives a gain
+        {100.0 * (gain / model.gain - 1.0):.0f} % too high. And friction reduces an oscillation that reverses: at
+        {VOLTS:g} V and {TURNING:g} Hz the response is {100.0 * off:.0f} % off. So the sines are superposed on a steady
+        motion, in which friction is constant."""
     )
 
 

@@ -1,4 +1,4 @@
-"""Everything that splinefeed raises on purpose; each message names what is wrong, where, and the mend."""
+"""Everything that splinefeed raises on purpose; each message names what is wrong, where, and how to fix it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A process that works for this one: a request at a time, bounded in time and memory, killed when nobody wants it.
 
-Requests and answers are JSON, with a body of any bytes behind an answer: what comes out of a process that a broken file
+Requests and answers are JSON, with a body of any bytes behind an answer: the output of a process that a broken file
 has driven mad is read as text and never run. What is pickled or imported from the user's program would be; so the
 process is started as a program of its own, and a script needs no `if __name__ == "__main__"`.
 """
@@ -54,7 +54,7 @@ class LostError(Exception):
 
 
 class Worker:
-    """A process that starts with the first request, and anew after its death.
+    """A process that starts with the first request, and again after its death.
 
     handler  "module:function"; called in the process with its `Mail` and `words`, it gives what answers requests
     memory   address space of the process, bytes; quiet  whether what it prints goes nowhere

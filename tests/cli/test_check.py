@@ -182,6 +182,11 @@ def test_columns_that_the_file_does_not_name(tmp_path):
     assert points.position[1].tolist() == [3, 2]
 
 
+def test_a_blank_line_among_the_numbers_costs_no_row(tmp_path):
+    points, _ = read(tmp_path, "t,x\n0,1\n\n1,2\n2,3\n\n")
+    assert points.position[:, 0].tolist() == [1, 2, 3]
+
+
 def test_times_with_few_digits_are_the_even_ones_rounded(tmp_path):
     rows = "".join(f"{k / 3000:.4f},{k}\n" for k in range(3001))
     points, notes = read(tmp_path, "t,x\n" + rows)

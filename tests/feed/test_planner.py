@@ -243,7 +243,7 @@ def test_many_profiles_at_once_are_those_of_one_by_one() -> None:
     rng = np.random.default_rng(1)
     ranges = ((-3, 3), (-1, 3), (1, 5), (1, 5), (2, 7), (2, 7))
     given = [10.0 ** rng.uniform(*each, 300) for each in ranges]
-    found = solve_in_row(*given)
+    found = solve_in_row(*given, 0.0, 0.0)
     spans, c = found.durations.T, pieces(found, np.zeros(300), given[0])
     names = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
     for k, (length, *values) in enumerate(zip(*given, strict=True)):

@@ -218,3 +218,24 @@ def test_peaks_and_lowered_peaks_against_fifty_digits() -> None:
                 assert abs((time + (length - way) / slow.peak_feed[k]) / slow.duration[k] - 1) < 1e-13
                 lowered += 1
     assert peaks > 50 and lowered > 20
+
+
+def test_many_stretches_in_a_row_begin_at_exact_sums_or_on_ticks() -> None:
+    """More than are worked on together; the first, which keeps its start feed, ends between two ticks."""
+    count = 2 * profiles.TOGETHER + 5
+    marks = np.cumsum(np.append(0.0, np.random.default_rng(5).uniform(2.0, 3.0, count)))
+    start = np.where(np.arange(count) == 0, 60.0, 0.0)
+    found = profiles.solve(np.diff(marks), 60.0, 5000.0, 4000.0, 1e6, 2e6, start, 0.0)
+    breaks, coefficients, _ = profiles.lay_out(found, marks, None)
+    begins = np.append(breaks[:-1][np.isin(coefficients[:, 0], marks)], breaks[-1])
+    assert len(begins) == count + 1
+    for k in (0, 1, 2, profiles.TOGETHER, profiles.TOGETHER + 1, profiles.TOGETHER + 2, count):
+        assert begins[k] == math.fsum(found.duration[:k])
+    breaks, coefficients, late = profiles.lay_out(found, marks, 1e-3)
+    begins = np.append(breaks[:-1][np.isin(coefficients[:, 0], marks)], breaks[-1])
+    assert 0 < late[0] < 1e-3 and not late[1:].any()
+    np.testing.assert_array_equal(begins[2:], np.round(begins[2:] / 1e-3) * 1e-3)
+    assert begins[1] == math.floor(begins[1] / 1e-3) * 1e-3 + late[0]
+    assert np.all(np.diff(breaks) > 0)
+    ends = np.polynomial.polynomial.polyval(np.diff(breaks), coefficients.T, tensor=False)
+    assert np.max(np.abs(ends - np.append(coefficients[1:, 0], marks[-1]))) < 1e-10

@@ -139,6 +139,18 @@ def test_a_million_points_are_refused_in_one_line(tmp_path: File) -> None:
     assert str(caught.value) == f"{file}: has 1000000 points; at most {airfoil.MAX_AIRFOIL_POINTS} can be read"
 
 
+def test_words_behind_the_points_are_left_out_and_said(data_dir: File, tmp_path: File) -> None:
+    text = (data_dir / "airfoil" / "naca0024.dat").read_text().rstrip("\n")
+    file = tmp_path / "wing.dat"
+    file.write_text(f"{text}\np= 10.5 alfa0= -4\n\nsource: a letter of 1931\n")
+    count = len(text.splitlines())
+    assert f"text behind the points, from line {count + 1} on, is left out" in read(file).findings
+    assert read(file).length == read(data_dir / "airfoil" / "naca0024.dat").length
+    file.write_text(f"{text}\nlower side\n1 0\n")
+    with pytest.raises(FormatError, match=f"line {count + 2}: holds a point, but line {count + 1} above it is text"):
+        read(file)
+
+
 @pytest.mark.parametrize("name", ["naca0024", "lednicer"])
 def test_a_file_cut_off_before_its_last_points_is_refused(data_dir: File, name: str) -> None:
     text = LEDNICER if name == "lednicer" else (data_dir / "airfoil" / f"{name}.dat").read_text()

@@ -269,7 +269,7 @@ def test_layers_are_chosen_by_name(layered: Path) -> None:
     assert [path.name for path in read_all(layered)] == ["Cut#1", "Cut#2", "engrave#3"]
     assert [path.name for path in read_all(layered, layer="cut")] == ["Cut#1", "Cut#2"]
     (path,) = read_all(layered, layer="engrave")
-    assert path.findings == ("layer 'engrave' is off in the drawing; its 1 curves are read all the same",)
+    assert path.findings == ("layer 'engrave' is off in the drawing; its 1 curves are read anyway",)
     with pytest.raises(FormatError, match=r"part\.dxf: has no layer 'Fold'; there are '0', 'Defpoints', 'Cut', 'eng"):
         read_all(layered, layer="Fold, Cut")
     with pytest.raises(FormatError, match="holds no curves"):
@@ -364,6 +364,12 @@ END = "0\nENDSEC\n0\nEOF\n"
 LINE = "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n5\n21\n0\n"
 KNOTS = "".join(f"40\n{k}\n" for k in (0, 0, 0, 0, 1, 1, 1, 1))
 CONTROL = "".join(f"10\n{x}\n20\n{y}\n30\n0\n" for x, y in ((0, 0), (1, 2), (3, 2), (4, 0)))
+
+
+def test_a_spline_lies_where_it_is_whatever_its_extrusion(tmp_path: Path) -> None:
+    file = tmp_path / "drawing.dxf"
+    file.write_text(START + f"0\nSPLINE\n210\n0\n220\n0\n230\n0\n71\n3\n{KNOTS}{CONTROL}" + END)
+    assert np.array_equal(read_all(file)[0].curves[0].control_points, [[0, 0], [1, 2], [3, 2], [4, 0]])
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 import motions
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats import response_hdf5
+from splinefeed.formats import records_hdf5
 from splinefeed.formats.setpoints import load_chunks
 from splinefeed.pipeline.follow import Servo, follow_chunks
 
@@ -45,7 +45,7 @@ def test_a_response_comes_back_bit_for_bit(tmp_path, response):
 def test_pieces_make_the_same_file(tmp_path, points, response):
     servo = Servo(sf.Machine.load("xytheta"), motions.smooth())
     pieces = follow_chunks((points.part(i, i + 300) for i in range(0, len(points), 300)), servo)
-    response_hdf5.save(pieces, tmp_path / "r.h5")
+    records_hdf5.save_response(pieces, tmp_path / "r.h5")
     np.testing.assert_array_equal(sf.load(tmp_path / "r.h5").contour_error, response.contour_error)
 
 
@@ -61,9 +61,9 @@ def test_what_cannot_be_saved(tmp_path, response):
     with pytest.raises(FormatError, match=r"r\.csv: Response is saved as HDF5 only; name the file \.h5"):
         sf.save(response, tmp_path / "r.csv")
     with pytest.raises(InputError, match="has other columns than the first one"):
-        response_hdf5.save([response, replace(response, contour_error=None)], tmp_path / "r.h5")
+        records_hdf5.save_response([response, replace(response, contour_error=None)], tmp_path / "r.h5")
     with pytest.raises(FormatError, match="there are no ticks to save"):
-        response_hdf5.save([], tmp_path / "r.h5")
+        records_hdf5.save_response([], tmp_path / "r.h5")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -251,7 +251,8 @@ def test_a_disk_that_runs_full_leaves_no_file(tmp_path: Path, suffix: str) -> No
         "    print(error)\n"
     )
     path = tmp_path / f"wing{suffix}"
-    command = [sys.executable, "-c", program, str(path), str(Path(__file__).parent)]
+    # -B: a cache of bytecode that is cut off at the limit would stay behind
+    command = [sys.executable, "-B", "-c", program, str(path), str(Path(__file__).parent)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.stdout == f"{path}: cannot be written: the file would be larger than this system allows\n"
     assert (done.returncode, done.stderr) == (0, "")

@@ -47,6 +47,24 @@ def test_real_files_come_out_as_other_libraries_measured_them(data_dir: Path, na
     assert np.abs(high - [right, height - top]).max() < 1e-8
 
 
+def test_points_may_be_glued_as_path_data_may(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    file.write_text('<svg><polygon points="0,0 1.0e1-0.5e1.5.5"/></svg>')
+    assert read(file).length / PIXEL == pytest.approx(math.hypot(10, 5) + math.hypot(9.5, 5.5) + math.hypot(0.5, 0.5))
+
+
+def test_a_prefix_that_is_not_declared_is_the_usual_one(tmp_path: Path) -> None:
+    file = tmp_path / "part.svg"
+    body = '<defs><path id="p" d="M0 0H9"/></defs><g inkscape:label="cut"><use xlink:href="#p"/></g><sodipodi:g/>'
+    file.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm">\n{body}</svg>')
+    path = read(file, layer="cut")
+    assert path.length / PIXEL == pytest.approx(9.0)
+    assert "line 2: a prefix is not declared (xmlns:...); it is taken for the usual one" in path.findings
+    file.write_text(f"<svg>{body}")
+    with pytest.raises(FormatError, match=r"line 1, column \d+: no element found; expected SVG"):
+        read(file)
+
+
 # --- every element, against svgelements ---------------------------------------------------------------------------
 
 DRAWINGS = {

@@ -48,6 +48,7 @@ TREE = (
         ("[class]", "acps"), ("[class~=two]", "ac"), ("[data-k|='x']", "r"), ("[id^=p], [id$='q']", "pq"),
         ("[data-k*='y z']", "r"), ("g > :first-child", "pcs"), ("path:last-child", "s"), (":root > g", "ab"),
         ("path:hover", ""), ("svg|path", "pqs"), ("g path:only-child", "s"), ("[id='p'],rect", "pr"),
+        ("path:nth-child(2)", "q"), ("path:not(.cut)", "q"), (":is(rect, #q)", "qr"), ("g:has(> .deep)", "a"),
     ],
 )  # fmt: skip
 def test_a_selector_means_what_css_says(selector: str, meant: str) -> None:
@@ -79,10 +80,10 @@ def test_the_cascade_decides(rules: str, own: str, value: str | None) -> None:
 
 def test_rules_that_are_not_understood_are_findings_where_they_matter(tmp_path: Path) -> None:
     file = tmp_path / "part.svg"
-    rules = "path:nth-child(2){display:none} path:is(.a){fill:red} @import url(x.css); @media (width>9px){path{r:1}}"
+    rules = "path:wild{display:none} path:wild{fill:red} @import url(x.css); @media (width>9px){path{r:1}}"
     file.write_text(drawing(f"<style><![CDATA[{rules}]]></style><path d='M0 0H9'/>"))
     assert read(file).findings == (
-        "rules of the style sheet that are not read here are left out: 'path:nth-child(2)', '@import url(x.css)', "
+        "rules of the style sheet that are not read here are left out: 'path:wild', '@import url(x.css)', "
         "'@media (width>9px)'",
     )
 
@@ -93,6 +94,7 @@ def test_sheets_too_large_for_their_drawing_are_refused(tmp_path: Path, monkeypa
     file = tmp_path / "part.svg"
     for rules, reason in (
         ("* * * * * *~*{x:1}" * 20, "too many rules for its elements"),
+        ("path:nth-last-of-type(2n){x:1}", "too many rules for its elements"),
         ("a{x:1}" * 101, "more than 100 selectors"),
     ):
         file.write_text(drawing(f"<style>{rules}</style>" + "<g>" * 50 + "<path d='M0 0H9'/>" * 50 + "</g>" * 50))

@@ -166,6 +166,7 @@ def test_turning_off_at_the_pole_is_refused_and_a_path_beside_it_turns_fast() ->
     for tool in (
         leaning((0.2, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.2, 1.0)),
         leaning((0.2, 0.0, 1.0), (0.0, 1e-6, 1.0), (0.0, 0.2, 1.0)),
+        leaning((5e-6, 0.0, 1.0), (0.0, 5e-6, 1.0)),
     ):
         with pytest.raises(CurveError, match=r"at s = .* mm the tool axis is that of joint c .*; tilt the workpiece"):
             sf.JointPath(tool, machine)

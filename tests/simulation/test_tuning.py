@@ -77,7 +77,7 @@ def test_a_relay_finds_it_on_other_axes(lag: float, delay: int, period: float) -
     point, seen = ultimate_point(axis, period), relay(axis, period, 4.0)
     assert seen.period == pytest.approx(point.period, rel=0.01)
     assert seen.gain == pytest.approx(point.gain, rel=0.02)
-    assert seen.source == "relay of 4 V and sines around its swing"
+    assert seen.source == "relay of 4 V and sines around its oscillation"
 
 
 def test_the_bare_swing_of_a_relay_would_not_do() -> None:

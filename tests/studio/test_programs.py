@@ -69,6 +69,7 @@ def test_a_tool_table_is_an_upload_that_gives_the_radius_of_compensation(bench):
     with pytest.raises(SettingsError) as caught:
         read({"source": given["source"]}, bench)
     assert caught.value.problems["source"].startswith("part.nc: line 3: G41")
+    assert "give a tool table" in caught.value.problems["source"]
     (bench.uploads / TABLE).mkdir()
     (bench.uploads / TABLE / "mill.tbl").write_text("T1 P1 Z50 D6\n")
     given["source"]["tools"] = TABLE

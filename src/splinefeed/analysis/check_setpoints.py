@@ -19,7 +19,7 @@ from splinefeed.analysis.place import Follower, Located
 from splinefeed.geometry.rows import EPSILON, Rows
 from splinefeed.records import Array, BoolArray, LimitResult, Setpoints, TimeLaw, unit_along
 
-#: A setpoint may be this many roundings of the largest coordinate off the curve, besides the tolerance.
+#: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
 ROUNDINGS = 64.0
 #: A tick that is early or late by less than this, in periods, is on time.
 ON_TIME = 1e-6
@@ -205,8 +205,8 @@ class Judge:
         else:
             self.end_error = missing
         if not (missing <= self.allowed + 16.0 * EPSILON * self.scale and turned <= self.allowed):
-            besides = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
-            detail = f"{missing:.6g} {unit_along(path.axes)}{besides}"
+            turning = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
+            detail = f"{missing:.6g} {unit_along(path.axes)}{turning}"
             self.faults[kind] = Fault(1, missing, tick, self._start if at_start else self._t, s, detail)
 
     # --- steps -------------------------------------------------------------------------------------------------------

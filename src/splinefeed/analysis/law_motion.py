@@ -25,8 +25,8 @@ BISECTIONS = 60
 #: An acceleration below this share of the law's largest has no sign: where a law comes to rest, a rounding of its feed
 #: is a square root of it in time.
 NO_SIGN = 1e-9
-#: Where a rotary axis turns on while the linear ones stand still, a place is not told from one with C' = 0 within so
-#: many roundings of s; and how many may move a value.
+#: Where a rotary axis turns while the linear ones stand still, C' may be 0 within so many roundings of s; and how many
+#: may move a value.
 INDISTINCT, SHIFT = 16.0, 2.0
 #: What is sampled below this share of the largest so far is not examined more closely.
 WORTH_A_LOOK = 0.9
@@ -255,8 +255,8 @@ class LawMotion:
         piece, low, high = piece[long], low[long], high[long]
         start, middle, end = (self._along(piece, each)[2] for each in (low, 0.5 * (low + high), high))
         largest = np.maximum(np.abs(start), np.abs(end))
-        told = largest > NO_SIGN * float(np.max(largest, initial=0.0))
-        return piece, low, high, np.where(told, np.sign(middle), 0.0).astype(np.int64)
+        distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
+        return piece, low, high, np.where(distinct, np.sign(middle), 0.0).astype(np.int64)
 
 
 def reached(c: Array, s: Array, low: Array, high: Array) -> Array:

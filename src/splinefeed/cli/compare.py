@@ -44,7 +44,7 @@ def _print(page: Page) -> None:
 @options.reading
 @answers(_print)
 def command(say: Say, source: str | None, names: tuple[str, ...] | None, **given: Any) -> Page:
-    """Run every method over the motion along SOURCE and print one table of what each did.
+    """Run every method over the motion along SOURCE and print a table of the results.
 
     \b
     ripple       error of each step's length against the planned one, relative

@@ -58,7 +58,7 @@ def _print(page: Mapping[str, Any]) -> None:
 @click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
-@click.option("--linear", is_flag=True, help="Without friction, play, counts, converter codes and limits.")
+@click.option("--linear", is_flag=True, help="Without friction, backlash, counts, converter codes and limits.")
 @options.figures
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
 @answers(_print)
@@ -73,7 +73,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from pathlib import Path
 
     import splinefeed
-    from splinefeed.formats import response_hdf5
+    from splinefeed.formats import records_hdf5
     from splinefeed.formats.plain import plain
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.follow import Servo
@@ -100,7 +100,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
-            response_hdf5.save(
+            records_hdf5.save_response(
                 _responses(chain([first], chunks), servo, overview, pictured, say), stage / files.RESPONSE
             )
         except FormatError:

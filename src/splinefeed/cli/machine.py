@@ -22,10 +22,10 @@ def command() -> None:
     """
 
 
-@command.command("list", short_help="Names of the machines that come with splinefeed.", epilog=EXAMPLES)
+@command.command("list", short_help="List the built-in machines.", epilog=EXAMPLES)
 @options.as_json
 def list_machines(as_json: bool) -> None:
-    """Name the machines that come with splinefeed; --machine takes such a name, or a machine file."""
+    """List the built-in machines; --machine takes such a name, or a machine file."""
     from splinefeed.machine.machine import Machine
 
     models = [Machine.load(name) for name in Machine.names()]
@@ -37,11 +37,11 @@ def list_machines(as_json: bool) -> None:
     output.print_table(["machine", "axes", "what it is"], rows, texts=3)
 
 
-@command.command("show", short_help="What a machine is, in words.", epilog=EXAMPLES)
+@command.command("show", short_help="Describe a machine.", epilog=EXAMPLES)
 @click.argument("machine", metavar="NAME|FILE")
 @options.as_json
 def show_machine(machine: str, as_json: bool) -> None:
-    """Say what a machine of the package, or a machine file, is; report every error of a bad file, with its place."""
+    """Describe a built-in machine or a machine file; report every error of the file, with its place."""
     from splinefeed.machine.machine import Machine
 
     model = Machine.load(machine)

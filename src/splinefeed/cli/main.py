@@ -106,7 +106,7 @@ Quantities may carry a unit (3600mm/min, 1ms, 0.5in); bare numbers are mm and s.
 @click.version_option(__version__, prog_name="splinefeed")
 @click.pass_context
 def command_line(ctx: click.Context) -> None:
-    """Turn a NURBS curve and a machine's limits into where every axis must be at each servo tick."""
+    """Turn a NURBS curve and a machine's limits into the position of every axis at each servo tick."""
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help())
 

@@ -235,8 +235,8 @@ def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
     if given["smooth"] is not None or path.tolerances is None or not path.tolerances.any():
         return []
     top = float(path.tolerances.max())
-    asked = f"G64 P{top:g}" if top < math.inf else "G64"
-    return [f"the program allows smoothing ({asked}), which is off; turn it on with --smooth program"]
+    tolerance = f"G64 P{top:g}" if top < math.inf else "G64"
+    return [f"the program allows smoothing ({tolerance}), which is off; turn it on with --smooth program"]
 
 
 #: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.

@@ -68,11 +68,11 @@ def _in_lines() -> Iterator[Say]:
 
     def speak() -> None:
         said = ""
-        told = False
+        remarked = False
         began = time.monotonic()
         while not ended.wait(FIRST_WORD):
-            if not told and (remark := _remark()):
-                told = True
+            if not remarked and (remark := _remark()):
+                remarked = True
                 print(f"splinefeed: {remark}", file=sys.stderr, flush=True)
             if doing != said and time.monotonic() - began >= PATIENCE:
                 began = time.monotonic()

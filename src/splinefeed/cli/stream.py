@@ -36,7 +36,7 @@ Examples:
   splinefeed stream part.dxf --machine router --to file -o rows.txt
   splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
 
-Keys while it streams: + and - change the override by 10 %, h or space holds, b goes back along the path, r goes on,
+Keys during the stream: + and - change the feedrate override by 10 %, h or space is feed hold, b retraces, r resumes,
 s stops. The same by JSON lines on the local port that it prints, with the token: {"token": "...", "override": 80},
 "hold": true, "reverse": true, "stop": true.
 
@@ -51,7 +51,7 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 @click.option("-o", "--output", metavar="FILE", help="The file of --to file.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address for --to udp.")
 @click.option("--port", type=int, default=5010, show_default=True, help="Port for --to udp.")
-@options.quantity("--ahead", kind="time", text="Look-ahead kept in the controller's buffer.  [default: 300 ms]")
+@options.quantity("--ahead", kind="time", text="Lookahead kept in the controller's buffer.  [default: 300 ms]")
 @click.option(
     "--override", default="100%", show_default=True, metavar="PERCENT", help="Feedrate override at the start."
 )
@@ -87,7 +87,7 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     reserve for feed hold within the axis limits. Ctrl-C stops on the path within the limits; a second one ends at
     once.
     """
-    from splinefeed.formats import response_hdf5
+    from splinefeed.formats import records_hdf5
     from splinefeed.live.recording import response_of
 
     operator = _operator(given)
@@ -98,7 +98,8 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     files = [given["output"]] if given["to"] == "file" else []
     if given["record_file"]:
         settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
-        response_hdf5.save(response_of(sink.samples, motion.axes, motion.period, settings), given["record_file"])
+        response = response_of(sink.samples, motion.axes, motion.period, settings)
+        records_hdf5.save_response(response, given["record_file"])
         files.append(given["record_file"])
     page = {
         "ok": state.done or operator.stopping,

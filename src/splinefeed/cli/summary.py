@@ -57,7 +57,7 @@ def law_sentence(page: dict[str, Any], unit: str) -> str:
     """The top feed, and where it is known a lower bound of the time of all motions within the limits."""
     feed = page["limits"].get("feed")
     sentence = "no feed limit" if feed is None else feed_sentence(feed, unit)
-    if page.get("lower_bound_s") is None:
+    if not page.get("lower_bound_s"):
         return sentence
     return f"{sentence}; no motion within these limits is faster than {number(page['lower_bound_s'], 5)} s"
 

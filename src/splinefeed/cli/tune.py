@@ -215,7 +215,7 @@ def _hunting(each: Mapping[str, Any], ending: str) -> str:
     if not each[f"hunts{ending}"] or swing is None or not each[f"margins{ending}"]["stable"]:
         return ""
     size = length(swing) if each["rest_swing_unit"] == "mm" else f"{number(swing)} rad"
-    return f"; swings by {size} at rest: friction against ki; lower ki"
+    return f"; hunts by {size} at rest: friction against ki; lower ki"
 
 
 #: Short names of gains in a table.

@@ -34,8 +34,8 @@ def command(verbose: bool, as_json: bool) -> None:
         output.print_json(page)
         return
     for name, value in page.items():
-        told = ", ".join(f"{key} {one}" for key, one in value.items()) if isinstance(value, dict) else value
-        output.print_text(f"{name.replace('_', ' '):<17}{told}" if verbose else f"{name} {told}")
+        shown = ", ".join(f"{key} {one}" for key, one in value.items()) if isinstance(value, dict) else value
+        output.print_text(f"{name.replace('_', ' '):<17}{shown}" if verbose else f"{name} {shown}")
 
 
 def _surroundings() -> dict[str, Any]:
@@ -51,9 +51,9 @@ def _surroundings() -> dict[str, Any]:
     from splinefeed.report.record import version_of
 
     page: dict[str, Any] = {"python": platform.python_version(), "system": platform.platform()}
-    page |= {name: version_of(name) for name in _asked_for(None)}
+    page |= {name: version_of(name) for name in _requested(None)}
     page["extras"] = {
-        extra: "installed" if all(version_of(name) for name in _asked_for(extra)) else "not installed"
+        extra: "installed" if all(version_of(name) for name in _requested(extra)) else "not installed"
         for extra in EXTRAS
     }
     page["settings"] = {name: os.environ.get(name, "not set") for name in SETTINGS}
@@ -63,16 +63,16 @@ def _surroundings() -> dict[str, Any]:
     return page
 
 
-def _asked_for(extra: str | None) -> list[str]:
+def _requested(extra: str | None) -> list[str]:
     """Names of the packages that splinefeed, or one of its extras, asks for."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:
-        asked = requires("splinefeed") or []
+        wanted = requires("splinefeed") or []
     except PackageNotFoundError:  # run from a folder, without being installed
         return []
     found = []
-    for line in asked:
+    for line in wanted:
         marker = re.search(r"extra\s*==\s*['\"]([\w-]+)['\"]", line)
         if (marker[1] if marker else None) == extra:
             found.append(re.split(r"[^\w.-]", line, maxsplit=1)[0])

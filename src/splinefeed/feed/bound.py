@@ -26,7 +26,7 @@ ROUNDS, FAR_OFF, CLOSE = 2, 0.95, 0.995
 STEPS, TAKEN, GAP = 40, 0.99, 1e-4
 #: Multipliers begin at this least share of what they may be, q at most at this share of its limit and at this least
 #: share of the greatest, complementarity at this share of the time.
-LEAST, BELOW, STILL, FAR = 1e-2, 0.98, 1e-8, 2e-2
+LEAST, BELOW, STILL, FAR = 0.1, 0.98, 1e-8, 0.1
 #: Complementarity aimed at beside that of now: after long, fair, short and still shorter steps.
 AIMS = ((0.8, 0.1), (0.4, 0.3), (0.1, 0.7), (0.0, 1.0))
 #: A multiplier that begins below this, and so do so many before and behind it, stays 0: its row does not bind there.
@@ -53,7 +53,7 @@ def lower_bound(setting: Setting, problem: Problem, solution: Solution, low: flo
         at, x = here, _best(dual, q, np.array([np.interp(here, at, each) for each in x.T]).reshape(-1, len(here)).T)
         least = close.bound(x, *close.at(x))
         found = max(found, least - abs(least - dual.bound(x, *dual.at(x))))
-        if not FAR_OFF < found / float(np.vdot(dual.weight, q**-0.5)) < CLOSE:
+        if not FAR_OFF < found / float(np.sum(dual.weight / np.sqrt(q))) < CLOSE:
             break
         nodes = np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])))
     return found
@@ -91,15 +91,17 @@ def _best(dual: Dual, q: Array, x: Array) -> Array:
         free[:-1] |= free[1:]
     free &= ~dual.held
     number = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
-    (cell, one, other, at), (node, *_, at_node) = _pairs(dual.near(number)), _pairs(number[:, : dual.jerks])
+    (one, other, at), (coupled, _, at_node) = _pairs(dual.near(number)), _pairs(number[:, : dual.jerks])
     at = np.concatenate([at, at_node], axis=1)
     of_jerk = (np.arange(f) < dual.jerks).astype(np.float64)
     q = BELOW * np.minimum(q, top)
     x = np.where(free, np.maximum(x, LEAST / f), 0.0)
-    x[:, : dual.jerks] *= np.minimum(1.0, (1.0 - LEAST) / np.maximum(x @ of_jerk, LEAST))[:, None]
-    u = 1.0 - x @ of_jerk
+    x[:, : dual.jerks] *= np.minimum(1.0, (1.0 - LEAST) / np.maximum(np.sum(x[:, : dual.jerks], axis=1), LEAST))[
+        :, None
+    ]
+    u = 1.0 - np.sum(x[:, : dual.jerks], axis=1)
     count = int(np.sum(free)) + len(x) + q.size
-    mu = FAR * float(np.vdot(weight, q**-0.5)) / count
+    mu = FAR * float(np.sum(weight / np.sqrt(q))) / count
     v, w = mu / (weight * (top - q)), mu / u
     C, R = dual.tested(q)
     y = np.maximum(dual.fixed + (R + w)[:, None] * of_jerk - C, mu / np.where(free, x, 1.0))[free]
@@ -110,43 +112,45 @@ def _best(dual: Dual, q: Array, x: Array) -> Array:
         left, P = dual.at(x)
         found = dual.bound(x, left, P)
         best, most = (x, found) if found > most else (best, most)
-        if z @ y + u @ w + np.vdot(weight, v * t) < GAP * most:
+        if np.sum(z * y) + np.sum(u * w) + np.sum(weight * v * t) < GAP * most:
             break
-        stiff = 0.75 * left * r**5 + v / t
-        rest = 0.5 * left * r**3 - P - mu / (weight * t)
+        r3 = r * r * r
+        stiff = 0.75 * left * r3 * r * r + v / t
+        rest = 0.5 * left * r3 - P - mu / (weight * t)
         pull = dual.pull.copy()
-        pull.reshape(len(q), REACHING, f, -1)[:, :, : dual.jerks] += 0.5 * (dual.value * (r**3)[:, None])[:, :, None]
+        pull.reshape(len(q), REACHING, f, -1)[:, :, : dual.jerks] += 0.5 * (dual.value * r3[:, None])[:, :, None]
         C, R = dual.tested(q)
         push = dual.spread(np.einsum("mkg,mg->mk", pull, weight * rest / stiff)) + C - dual.fixed
         push -= np.outer(mu / u + R, of_jerk)
-        by_pair = np.einsum("pg,pg->p", pull[cell, one] * (weight / stiff)[cell], pull[cell, other])
-        dz = _solved(np.concatenate([by_pair, (w / u)[node]]), at, y / z, push[free] + mu / z)
+        scaled = (pull * np.sqrt(weight / stiff)[:, None]).reshape(-1, q.shape[1])
+        by_pair = np.einsum("pg,pg->p", scaled.take(one, axis=0), scaled.take(other, axis=0))
+        dz = _solved(np.concatenate([by_pair, np.repeat(w / u, dual.jerks)[coupled]]), at, y / z, push[free] + mu / z)
         if dz is None:
             break
         dx = np.zeros_like(x)
         dx[free] = dz
-        du = -dx @ of_jerk
+        du = -np.sum(dx[:, : dual.jerks], axis=1)
         dq = (rest - np.einsum("mkg,mk->mg", pull, dual.near(dx))) / stiff
         dy, dw = mu / z - y - y / z * dz, mu / u - w - w / u * du
         dv = (mu / weight - v * t + v * dq) / t
         along, along_x = _longest(-dy / y, -dw / w, dq / t, -dq / q), _longest(-dz / z, -du / u, -dv / v)
         q, y, w = q + along * dq, y + along * dy, w + along * dw
         x, v = x + along_x * dx, v + along_x * dv
-        u = 1.0 - x @ of_jerk
+        u = 1.0 - np.sum(x[:, : dual.jerks], axis=1)
         aim = next(aim for length, aim in AIMS if min(along, along_x) >= length)
-        mu = aim * float(x[free] @ y + u @ w + np.vdot(weight, v * (top - q))) / count
+        mu = aim * float(np.sum(x[free] * y) + np.sum(u * w) + np.sum(weight * v * (top - q))) / count
     return best
 
 
-def _pairs(number: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Row, columns (p,) and numbers (2, p) of the pairs of numbers in each row of (m, k), increasing; -1 is none."""
+def _pairs(number: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Places (p,), row by row, and numbers (2, p) of pairs of numbers in each row of (m, k), increasing; -1 is none."""
     row, column = np.nonzero(number >= 0)
     behind = np.cumsum(np.bincount(row, minlength=len(number)))[row]
     sizes = behind - np.arange(len(row))  # with itself and those behind it in its row
     one = np.repeat(np.arange(len(row)), sizes)
     other = one + np.arange(len(one)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    given = number[row, column]
-    return row[one], column[one], column[other], np.stack([given[one], given[other]])
+    place, given = row * number.shape[1] + column, number[row, column]
+    return place[one], place[other], np.stack([given[one], given[other]])
 
 
 def _longest(*shares: Array) -> float:

@@ -171,5 +171,4 @@ class Dual:
         q = self.top.copy()
         free = P > 0.0
         q[free] = np.minimum(np.cbrt((0.5 * left[free] / P[free]) ** 2), q[free])
-        least = np.where(q > 0.0, left / np.sqrt(np.where(q > 0.0, q, 1.0)) + P * q, 0.0)
-        return float(np.vdot(self.weight, least) - np.vdot(self.fixed, x))
+        return float(np.sum(self.weight * (left / np.sqrt(q) + P * q)) - np.sum(self.fixed * x))

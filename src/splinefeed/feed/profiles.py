@@ -98,15 +98,14 @@ def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile[Array]:
 
     The highest f <= feed with L >= (fs + f)/2 Tu(f - fs) + (f + fe)/2 Td(f - fe) (eq. 21), where Tu and Td follow
     (17)-(20) at that very f: so (18), (20) and (22) hold together. T4 covers what is left (eq. 22).
-    limits: acceleration, deceleration, their jerks, start and end feed, 0 if left out; mm/s, mm/s^2, mm/s^3.
+    limits: acceleration, deceleration, their jerks, start and end feed; mm/s, mm/s^2, mm/s^3.
     With f = fast + w^2, fast being the faster end, the length of the ramps is convex in w: (fast + w^2/2) times
     2 w/sqrt(J), or times w^2/A + A/J, and so is the slower ramp. So Newton's steps come down to the answer: from the
     limit on the feed, or where w^2/2 times the least times of the ramps, 2 w/sqrt(J) and w^2/A, would be all of L.
     Between logarithms, what the length has over that at w = 0 has a slope between 1 and 4 in w: so the share by which
     it is too much bounds the step, whatever the decade.
     """
-    ends = () if len(limits) > 4 else (0.0, 0.0)
-    length, feed, *given = np.broadcast_arrays(length, feed, *limits, *ends)
+    length, feed, *given = np.broadcast_arrays(length, feed, *limits)
     if len(length) > TOGETHER:
         cuts = [slice(k, k + TOGETHER) for k in range(0, len(length), TOGETHER)]
         parts = [solve(length[some], feed[some], *(each[some] for each in given)) for some in cuts]
@@ -154,8 +153,8 @@ def _with_peak(profile: Profile[Array], excess: Array) -> Profile[Array]:
     rest = profile.length - way
     t4 = np.where(rest > 2.0 * ROUNDING * profile.length, rest / peak, 0.0)  # eq. (22)
     times = np.stack([t1, t2, t1, t4, t7, t6, t7])
-    found = replace(profile, durations=times, duration=np.sum(times, axis=0), peak_feed=peak)
-    return replace(found, acceleration=up, deceleration=down)
+    reached = {"peak_feed": peak, "acceleration": up, "deceleration": down}
+    return replace(profile, durations=times, duration=np.sum(times, axis=0), **reached)
 
 
 def to_periods(profile: Profile[Array], period: float, offset: Numbers) -> tuple[Profile[Array], Array, Array]:
@@ -178,15 +177,11 @@ def to_periods(profile: Profile[Array], period: float, offset: Numbers) -> tuple
     moving = ~whole & (np.maximum(profile.start_feed, profile.end_feed) > 0.0)
     if np.any(moving):
         lowered, can = _lowered(profile, duration)
-        slower = _choose(moving, _choose(can, lowered, profile), slower)
-        passed = np.where(moving & ~can, np.floor(ticks), passed)
-        late = np.where(moving & ~can, profile.duration + offset - passed * period, 0.0)
+        which = np.where(moving, np.where(can, 0, 1), 2)
+        slower = Profile(*each_field(lambda *each: np.choose(which, each), lowered, profile, slower))
+        passed = np.where(which == 1, np.floor(ticks), passed)
+        late = np.where(which == 1, profile.duration + offset - passed * period, 0.0)
     return slower, passed, late
-
-
-def _choose(first: BoolArray, one: Profile[Array], other: Profile[Array]) -> Profile[Array]:
-    """The profiles of one where `first` (n,), else those of the other."""
-    return Profile(*each_field(lambda *both: np.where(first, *both), one, other))
 
 
 def _lowered(profile: Profile[Array], duration: Array) -> tuple[Profile[Array], BoolArray]:

@@ -160,7 +160,7 @@ def _no_room(what: str, length: float, start_feed: float | None, end_feed: float
     slow, fast = min(start, end), max(start, end)
 
     def way(low: float, rise: float) -> float:
-        return float((low + 0.5 * rise) * profiles.ramp(rise, *steepest)[0])  # eq. (21)
+        return (low + 0.5 * rise) * float(profiles.ramp(rise, *steepest)[0])  # eq. (21)
 
     least = way(slow, fast - slow) * (1.0 - 0.5 * ROUNDING)  # what `solve` allows for
     # Raising the slow end: its length grows with the rise, then may fall again (a full stop can be shorter than a

@@ -35,7 +35,7 @@ def straights(setting: Setting, marks: Array) -> tuple[BoolArray, Array, Array]:
         straight &= np.all(most[:5] - along[:5] <= STRAIGHT * most[:5], axis=0) & (along[0] < FREE)
     spans, coefficients = np.zeros((len(straight), PHASES)), np.zeros((len(straight), PHASES, LAW_COEFFICIENTS))
     if np.any(straight):
-        profiles = solve_in_row(np.diff(marks)[straight], *along[:5, straight])
+        profiles = solve_in_row(np.diff(marks)[straight], *along[:5, straight], 0.0, 0.0)
         spans[straight] = profiles.durations.T
         coefficients[straight] = pieces(profiles, marks[:-1][straight], marks[1:][straight])
     return straight, spans, coefficients

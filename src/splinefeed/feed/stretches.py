@@ -86,7 +86,7 @@ def on_tick(time: float, period: float | None) -> float:
 def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: float) -> TimeLaw:
     """The law with a piece of constant s wherever the path waits: dwells are (mm, s), made whole periods.
 
-    Raises PlanError where the law does not rest at such a place.
+    Raises PlanError where the law does not stop at such a place.
     """
     if not dwells:
         return law
@@ -108,7 +108,7 @@ def with_dwells(law: TimeLaw, dwells: Sequence[tuple[float, float]], length: flo
             k = int(begin_there[rank[0]]) if len(rank) else -1
             feed = float(law.coefficients[k, 1]) if k >= 0 else math.inf
         if feed > AT_REST * top:
-            raise PlanError(f"the law does not rest at s = {s:.9g} mm, where the path waits {seconds:g} s")
+            raise PlanError(f"the law does not stop at s = {s:.9g} mm, where the path waits {seconds:g} s")
         breaks.append(law.breaks[done:k] + shift)
         pieces.append(law.coefficients[done:k])
         begin = on_tick(float(law.breaks[k]) + shift, law.period)

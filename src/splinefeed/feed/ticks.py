@@ -41,8 +41,8 @@ def held_at_ticks(
         return law
     if law.duration > MOST_TICKS * law.period:
         raise PlanError(
-            f"the motion would take {law.duration:.3g} s, which is more than the {MOST_TICKS:.0e} setpoints that are "
-            "held to limits; raise the feed or the period"
+            f"the motion would take {law.duration:.3g} s, which is more than {MOST_TICKS:.0e} setpoints, the "
+            "most that are held to limits; raise the feed or the period"
         )
     for _ in range(ROUNDS):
         over, worst = _over(law, path, limits, law.breaks[first], passed, breaks)

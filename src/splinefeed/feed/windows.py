@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -152,7 +152,7 @@ class Windows:
             found = self._found(setting, mode, middle)
             least, most, best = (middle, most, best) if found is None else (least, middle, found)
         if best is None:
-            raise OutOfReachError(f"from {self.state} at s = {self.low:.6g} mm no way to rest was found")
+            raise OutOfReachError(f"from {self.state} at s = {self.low:.6g} mm no stop within the limits was found")
         return best, most
 
     def reach(self, setting: Setting, mode: Mode, high: float) -> float:
@@ -202,6 +202,7 @@ def plan_stretch(setting: Setting, low: float, high: float, start: State, stop: 
     if windows.reach(setting, mode, high) == high:
         exact = max(start.feed, stop.feed) > 0.0
         return plan_window(setting, low, high, start, stop, mode, exact=exact, known=windows.samples)
+    mode = replace(mode, bounded=False)  # bounds of windows do not add up to one
     parts = []
     while windows.low < high:
         near = windows.reach(setting, mode, high)

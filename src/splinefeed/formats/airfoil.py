@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 import os
 import pathlib
+import re
 
 import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import FormatError, InputError
+from splinefeed.formats import table_text
 from splinefeed.formats.fitted import fitted_path
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
@@ -28,6 +30,8 @@ DEFAULT_TOLERANCE = 1e-3
 MAX_END_DIFFERENCE = 0.02
 #: The chord in the file may differ by this much from 1 before it is worth a finding.
 UNIT_CHORD_SLACK = 0.02
+#: A word that is no slip in a number.
+_WORDS = re.compile(r"[^\W\d_]{3}")
 #: Fewer points than this are no section.
 LEAST_POINTS = 5
 #: More points than this are no section but a scan of one; published sections have some hundreds.
@@ -75,9 +79,9 @@ def from_text(
     the distance reached, and everything that the file leaves open.
     """
     scale, allowed = _positive(chord, "chord"), _positive(tolerance, "tolerance")
-    name, rows = _rows(text, source)
+    name, rows, remarks = _rows(text, source)
     points, lines, order = _in_order(rows, source)
-    findings = [f"{order} order, {len(points)} points; 1 unit of the file is {scale:g} mm (chord={scale:g})"]
+    findings = [f"{order} order, {len(points)} points; 1 unit of the file is {scale:g} mm (chord={scale:g})", *remarks]
     points, repeats = _without_repeats(points, lines)
     findings += repeats
     _check_section(points, source)
@@ -103,14 +107,8 @@ def _positive(value: float | str, name: str) -> float:
 
 def _pair(line: str) -> tuple[float, float] | None:
     """The two numbers of a line; None if it holds something else."""
-    words = line.replace(",", " ").replace(";", " ").split()
-    if len(words) != 2 or "_" in line or not line.isascii():  # Python takes 1_0 and digits of other scripts for numbers
-        return None
-    try:
-        x, y = float(words[0]), float(words[1])
-    except ValueError:
-        return None
-    return x, y
+    found = table_text.numbers(line)
+    return None if found is None or len(found[0]) != 2 else (found[0][0], found[0][1])
 
 
 def _counts(first: float, second: float) -> bool:
@@ -118,9 +116,9 @@ def _counts(first: float, second: float) -> bool:
     return first >= 2.0 and second >= 2.0 and first.is_integer() and second.is_integer()
 
 
-def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[int, float, float]]]:
-    """The name of the section, and line number, x and y of every line with numbers."""
-    name = ""
+def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[int, float, float]], list[str]]:
+    """The name of the section, line number, x and y of every line with numbers, and a finding on words behind them."""
+    name, behind = "", 0
     rows: list[tuple[int, float, float]] = []
     first = True
     for number, line in enumerate(text.splitlines(), start=1):
@@ -129,6 +127,10 @@ def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[in
         pair = _pair(line)
         if pair is None and first:
             name = " ".join(line.split())[:80]
+        elif behind or (pair is None and len(rows) >= LEAST_POINTS and _WORDS.search(line)):
+            behind = behind or number  # collections put sources and coefficients there
+            if pair is not None:
+                raise FormatError(f"{source}: line {number}: holds a point, but line {behind} above it is text")
         elif pair is None:
             raise FormatError(f"{source}: line {number}: expected two numbers x y, got {line.strip()[:40]!r}")
         elif not (math.isfinite(pair[0]) and math.isfinite(pair[1])):
@@ -140,7 +142,7 @@ def _rows(text: str, source: str | os.PathLike[str]) -> tuple[str, list[tuple[in
         raise FormatError(f"{source}: has {len(rows)} points; at most {MAX_AIRFOIL_POINTS} can be read")
     if len(rows) < LEAST_POINTS:
         raise FormatError(f"{source}: has {len(rows)} point(s); a section needs at least {LEAST_POINTS}")
-    return name, rows
+    return name, rows, [f"text behind the points, from line {behind} on, is left out"] if behind else []
 
 
 def _in_order(rows: list[tuple[int, float, float]], source: str | os.PathLike[str]) -> tuple[Array, list[int], str]:

@@ -229,26 +229,12 @@ def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[s
         raise FormatError(f"{path}: pulse words are written as HDF5; name the file .h5")
     with hdf5.create(path, _RECORD) as (file, check):
         dataset: Any = None
-        periods = 0
-        first: BitPattern | None = None
-        end = np.empty(0, dtype=np.int64)
-        for pattern in [patterns] if isinstance(patterns, BitPattern) else patterns:
-            if not isinstance(pattern, BitPattern):
-                raise InputError(f"{path}: pulse words are written from BitPattern, got {type(pattern).__name__}")
-            if first is None:
-                first = pattern
-                dataset = _create_dataset(file, pattern)
-            elif not follows_on(pattern, first, end):
-                raise InputError(f"{path}: the pattern at period {periods} does not continue the one before")
-            end = pulses_at(pattern)[-1]  # words that no card may get are refused here
+        for pattern in consecutive(patterns, path):
+            dataset = dataset or _create_dataset(file, pattern)
+            periods = dataset.shape[0]
             dataset.resize(periods + len(pattern), axis=0)
             dataset[periods:] = pattern.words
-            periods += len(pattern)
-            if periods > MAX_TICKS:
-                raise FormatError(f"{path}: more than {MAX_TICKS} periods do not fit in one file; write several")
             check()
-        if first is None:
-            raise FormatError(f"{path}: there are no pulse words to write")
 
 
 def read(path: str | os.PathLike[str]) -> BitPattern:
@@ -333,15 +319,30 @@ def _check_rate(counts: IntArray, slots: int, before: int, points: Setpoints, sc
     )
 
 
-def follows_on(pattern: BitPattern, first: BitPattern, end: IntArray) -> bool:
-    """Whether `pattern` goes on where one of the same making as `first` has come to `end`, pulses from zero (axes,)."""
-    return (
-        pattern.axes == first.axes
-        and pattern.period == first.period
-        and pattern.words.shape[1:] == first.words.shape[1:]
-        and np.array_equal(pattern.pulses_per_unit, first.pulses_per_unit)
-        and np.array_equal(pattern.start, end)
-    )
+def consecutive(patterns: BitPattern | Iterable[BitPattern], path: object) -> Iterator[BitPattern]:
+    """The patterns for the file `path`, each going on where the one before ends; FormatError for none or too many."""
+    first: BitPattern | None = None
+    end = np.empty(0, dtype=np.int64)
+    periods = 0
+    for pattern in [patterns] if isinstance(patterns, BitPattern) else patterns:
+        if not isinstance(pattern, BitPattern):
+            raise InputError(f"{path}: pulse words are written from BitPattern, got {type(pattern).__name__}")
+        first = pattern if first is None else first
+        if pattern is not first and not (
+            pattern.axes == first.axes
+            and pattern.period == first.period
+            and pattern.words.shape[1:] == first.words.shape[1:]
+            and np.array_equal(pattern.pulses_per_unit, first.pulses_per_unit)
+            and np.array_equal(pattern.start, end)
+        ):
+            raise InputError(f"{path}: the pattern at period {periods} does not continue the one before")
+        end = pulses_at(pattern)[-1]  # words that no card may get are refused here
+        periods += len(pattern)
+        if periods > MAX_TICKS:
+            raise FormatError(f"{path}: more than {MAX_TICKS} periods do not fit in one file; write several")
+        yield pattern
+    if first is None:
+        raise FormatError(f"{path}: there are no pulse words to write")
 
 
 def _create_dataset(file: Any, pattern: BitPattern) -> Any:

@@ -11,25 +11,25 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import FormatError, InputError, SplinefeedError
+from splinefeed.errors import FormatError, InputError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.bit_pattern import (
-    CHUNK_PERIODS,
     MAX_SLOTS,
     SLOTS,
     BitPattern,
-    follows_on,
+    consecutive,
     pulses_at,
 )
-from splinefeed.formats.metadata import SCHEMA, check_schema
+from splinefeed.formats.metadata import SCHEMA, check_schema, sound_file
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file
+from splinefeed.formats.source import check_file, read_bytes
 from splinefeed.records import ROTARY_AXES, positive
 
 #: Largest page beside the words, bytes.
@@ -52,26 +52,16 @@ def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[s
         raise FormatError(f"{path}: bare pulse words are written as .bits, with a .bits.json beside it")
     digest = hashlib.sha256()
     first: BitPattern | None = None
-    end = np.empty(0, dtype=np.int64)
     periods = 0
     with atomic_write(page_of(path)) as page, atomic_write(path) as temporary:
         with temporary.open("wb") as stream:
-            for pattern in [patterns] if isinstance(patterns, BitPattern) else patterns:
-                if not isinstance(pattern, BitPattern):
-                    raise InputError(f"{path}: pulse words are written from BitPattern, got {type(pattern).__name__}")
-                if first is None:
-                    first = pattern
-                elif not follows_on(pattern, first, end):
-                    raise InputError(f"{path}: the pattern at period {periods} does not continue the one before")
-                end = pulses_at(pattern)[-1]  # words that no card may get are refused here
+            for pattern in consecutive(patterns, path):
+                first = pattern if first is None else first
                 words = np.ascontiguousarray(pattern.words.transpose(0, 3, 1, 2), dtype="<u2").tobytes()
                 stream.write(words)
                 digest.update(words)
                 periods += len(pattern)
-                if periods > MAX_TICKS:
-                    raise FormatError(f"{path}: more than {MAX_TICKS} periods do not fit in one file; write several")
-        if first is None:
-            raise FormatError(f"{path}: there are no pulse words to write")
+        assert first is not None  # consecutive refuses to give none
         content = {
             "record": _RECORD,
             "schema": SCHEMA,
@@ -94,23 +84,12 @@ def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[s
 def read(path: str | os.PathLike[str]) -> BitPattern:
     """All words of a file that `write` wrote; FormatError for what is cut off, changed, or something else."""
     empty, periods = _described(path)
-    digest = hashlib.sha256()
-    parts = []
-    for chunk in _chunks(path, empty, periods, CHUNK_PERIODS):
-        digest.update(chunk)
-        parts.append(np.frombuffer(chunk, dtype="<u2"))
-    if digest.hexdigest() != _page(path).get("sha256"):
+    content = _words(path, 2 * periods * int(np.prod(empty.words.shape[1:])))
+    if hashlib.sha256(content).hexdigest() != _page(path).get("sha256"):
         raise FormatError(f"{path}: the words are not those that {page_of(path).name} describes")
     axes, _, words = empty.words.shape[1:]
-    raw = np.concatenate(parts) if parts else np.empty(0, dtype="<u2")
-    found = BitPattern(
-        words=raw.astype(np.uint16).reshape(periods, words, axes, 2).transpose(0, 2, 3, 1),
-        start=empty.start,
-        axes=empty.axes,
-        period=empty.period,
-        pulses_per_unit=empty.pulses_per_unit,
-        first=empty.first,
-    )
+    raw = np.frombuffer(content, dtype="<u2").reshape(periods, words, axes, 2).transpose(0, 2, 3, 1)
+    found = replace(empty, words=raw.astype(np.uint16))
     try:
         pulses_at(found)
     except InputError as error:
@@ -118,18 +97,13 @@ def read(path: str | os.PathLike[str]) -> BitPattern:
     return found
 
 
-def _chunks(path: str | os.PathLike[str], empty: BitPattern, periods: int, rows: int) -> Iterator[bytes]:
-    size = 2 * int(np.prod(empty.words.shape[1:]))
-    if periods:
+def _words(path: str | os.PathLike[str], size: int) -> bytes:
+    if size:
         check_file(path)
-    with open(path, "rb") as stream:
-        length = os.fstat(stream.fileno()).st_size
-        if length != periods * size:
-            raise FormatError(
-                f"{path}: has {length} bytes, {page_of(path).name} says {periods * size}; was it cut off?"
-            )
-        while content := stream.read(rows * size):
-            yield content
+    length = os.stat(path).st_size
+    if length != size:
+        raise FormatError(f"{path}: has {length} bytes, {page_of(path).name} says {size}; was it cut off?")
+    return read_bytes(path)
 
 
 def _page(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -167,7 +141,7 @@ def _described(path: str | os.PathLike[str]) -> tuple[BitPattern, int]:
         numbers = isinstance(values, list) and all(isinstance(v, int | float) for v in values)
         if not numbers or len(values or ()) != len(axes):
             raise FormatError(f"{page}: {name}: {str(values)[:40]}; expected a list of {len(axes)} numbers")
-    try:
+    with sound_file(page, "page of pulse words"):
         scales = np.asarray(content["pulses_per_unit"], dtype=np.float64)
         if not np.all(np.isfinite(scales)) or np.any(scales <= 0.0):
             raise FormatError(f"{page}: pulses_per_unit: holds an invalid scale")
@@ -179,9 +153,3 @@ def _described(path: str | os.PathLike[str]) -> tuple[BitPattern, int]:
             pulses_per_unit=scales,
             first=counts["first_period"],
         ), counts["periods"]
-    except FormatError:
-        raise
-    except SplinefeedError as error:
-        raise FormatError(f"{page}: {error}") from None
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise FormatError(f"{page}: {type(error).__name__}: {error}") from None

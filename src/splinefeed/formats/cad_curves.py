@@ -12,7 +12,6 @@ from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.geometry.arcs import arc
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.editing import clamped, split, unbroken
-from splinefeed.records import Array
 
 #: An end of an edge this near to an end of its curve, mm, is that end: edges are cut by points that are rounded.
 SAME_END = 1e-7
@@ -25,59 +24,27 @@ SAME_KNOT = 1e-12
 def curves_of(said: dict[str, Any]) -> list[NurbsCurve]:
     """The curve that the worker describes, in mm; none if it has no length, its pieces where it may jump at knots.
 
-    Lines are of degree 1, arcs of circles and ellipses as `arcs.arc` makes them, arcs of hyperbolas one rational and
-    arcs of parabolas one polynomial span of degree 2, B-splines keep degree, knots, points and weights.
+    Arcs of circles and ellipses are as `arcs.arc` makes them, B-splines keep degree, knots, points and weights.
     Raises CurveError for what cannot be a curve.
     """
-    made = {"line": _line, "arc": _arc, "hyperbola": _hyperbola, "parabola": _parabola}.get(said["type"])
-    curves = _nurbs(said) if made is None else [curve for curve in (made(said),) if curve is not None]
+    curves = _arc(said) if said["type"] == "arc" else _nurbs(said)
     for curve in curves:
-        if not np.all(np.abs(curve.control_points) <= MAX_COORDINATE):
-            raise CurveError(f"a control point is beyond {MAX_COORDINATE:g} mm; check the units")
+        _check_near(curve.control_points)
     return [curve.reversed() for curve in reversed(curves)] if said["reversed"] else curves
 
 
-def _line(said: dict[str, Any]) -> NurbsCurve | None:
-    begin, end = said["points"]
-    return None if begin == end else NurbsCurve.bezier([begin, end])
+def _check_near(places: Any) -> None:
+    if not np.all(np.abs(places) <= MAX_COORDINATE):
+        raise CurveError(f"a control point is beyond {MAX_COORDINATE:g} mm; check the units")
 
 
-def _vectors(said: dict[str, Any]) -> tuple[Array, Array, Array]:
+def _arc(said: dict[str, Any]) -> list[NurbsCurve]:
     center, x, y = (np.array(said[name], dtype=np.float64) for name in ("center", "x", "y"))
-    if not np.all(np.abs([center, x, y]) <= MAX_COORDINATE):
-        raise CurveError(f"a conic reaches beyond {MAX_COORDINATE:g} mm; check the units")
-    return center, x, y
-
-
-def _arc(said: dict[str, Any]) -> NurbsCurve | None:
-    center, x, y = _vectors(said)
-    start, sweep = said["first"], said["last"] - said["first"]
-    if abs(sweep) > 2.0 * math.pi:
-        sweep = math.copysign(2.0 * math.pi, sweep)
+    _check_near([center, x, y])
+    sweep = float(np.clip(said["last"] - said["first"], -2.0 * math.pi, 2.0 * math.pi))
     if abs(sweep) * float(np.max(np.abs([x, y]))) <= SHORTEST:
-        return None
-    return arc(center, x, y, start, sweep)
-
-
-def _hyperbola(said: dict[str, Any]) -> NurbsCurve | None:
-    """center + x cosh t + y sinh t: weights 1, cosh(half the width), 1 (The NURBS Book, 2nd ed., section 7.4)."""
-    center, x, y = _vectors(said)
-    first, last = said["first"], said["last"]
-    if first == last or max(abs(first), abs(last)) > 50.0:
-        return None
-    middle, weight = 0.5 * (first + last), math.cosh(0.5 * (last - first))
-    ends = [center + math.cosh(t) * x + math.sinh(t) * y for t in (first, last)]
-    shoulder = center + (math.cosh(middle) * x + math.sinh(middle) * y) / weight
-    return NurbsCurve.bezier([ends[0], shoulder, ends[1]], [1.0, weight, 1.0])
-
-
-def _parabola(said: dict[str, Any]) -> NurbsCurve | None:
-    """center + t^2 x + t y."""
-    center, x, y = _vectors(said)
-    a, b = said["first"], said["last"]
-    if a == b:
-        return None
-    return NurbsCurve.bezier([center + u * v * x + 0.5 * (u + v) * y for u, v in ((a, a), (a, b), (b, b))])
+        return []
+    return [arc(center, x, y, said["first"], sweep)]
 
 
 def _nurbs(said: dict[str, Any]) -> list[NurbsCurve]:

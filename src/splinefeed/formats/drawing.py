@@ -139,7 +139,7 @@ class Drawing:
         pools[suspects] = copies([_key(pieces[i]) for i in suspects])
         twice = np.flatnonzero(pools)
         if twice.size:
-            fate = "copies are left out" if repair else "each copy is a path of its own, unless repaired"
+            fate = "copies are left out" if repair else "each copy is a separate path"
             place = ", ".join(f"{value:.6g}" for value in ends[twice[0], 0].tolist())
             self.findings.append(
                 f"{many(twice.size, 'curve lies', 'curves lie')} exactly on others, the first from ({place}) "

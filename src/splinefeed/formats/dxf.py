@@ -103,7 +103,7 @@ def _units(found: Sections, drawing: Drawing, override: str | None) -> tuple[str
     if number in INSERT_UNITS:
         return INSERT_UNITS[number]
     if number:
-        raise FormatError(f"{found.source}: $INSUNITS is {number}, no unit of workpieces; give units")
+        raise FormatError(f"{found.source}: $INSUNITS is {number}, not a unit of workpieces; give units")
     hint = " ($MEASUREMENT says inch: if so, give units in)" if measurement == 0 else ""
     drawing.findings.append(f"the drawing has no units; read as mm{hint}")
     return "mm", 1.0
@@ -150,7 +150,7 @@ def _say_layers(found: Sections, reader: EntityReader, wanted: Sequence[str]) ->
     for name, count in reader.seen_layers.items():
         if count and name.casefold() in hidden:
             reader.drawing.findings.append(
-                f"layer {name!r} is {hidden[name.casefold()]} in the drawing; its {count} curves are read all the same"
+                f"layer {name!r} is {hidden[name.casefold()]} in the drawing; its {count} curves are read anyway"
             )
 
 

@@ -18,7 +18,7 @@ from ezdxf.math import Vec3
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats import dxf_splines
 from splinefeed.formats.drawing import Drawing, runs_that_meet
-from splinefeed.formats.dxf_tags import Entity
+from splinefeed.formats.dxf_tags import Entity, Faults
 from splinefeed.formats.source import in_brief
 from splinefeed.geometry.arcs import arc, bulge_arc, moved, polyline
 from splinefeed.geometry.curve import NurbsCurve
@@ -70,18 +70,15 @@ class _Known(NamedTuple):
     curves: list[NurbsCurve]
 
 
-class EntityReader:
+class EntityReader(Faults):
     """Reads entities into a `Drawing`, piece by piece."""
 
     def __init__(self, source: str, drawing: Drawing, layers: Sequence[str], repair: bool) -> None:
-        self.source = source
-        self.drawing = drawing
+        super().__init__(source, drawing, repair)
         self.layers = {name.casefold() for name in layers}
-        self.repair = repair
         self.blocks: dict[str, Block] = {}
         self.visits = 0
         self.seen_layers: Counter[str] = Counter()
-        self.notes: Counter[str] = Counter()
         self._known: dict[int, _Known] = {}  # by id: entities of a block are met again at each reference to it
         self._shapes: dict[str, Callable[[Entity, Any], list[NurbsCurve]]] = {
             "LINE": self._line,
@@ -123,16 +120,6 @@ class EntityReader:
                 if self.notes["faulty"] <= NAMED_FAULTS:
                     self.drawing.findings.append(str(error).removeprefix(f"{self.source}: ") + "; left out")
 
-    def error(self, entity: Entity, text: str) -> FormatError:
-        """A FormatError that names file, place and kind of an entity."""
-        return FormatError(f"{self.source}: {entity.place}: {entity.kind}: {text}")
-
-    def faulty(self, entity: Entity, text: str) -> None:
-        """An error, or when repairing a finding."""
-        if not self.repair:
-            raise self.error(entity, text)
-        self.drawing.findings.append(f"{entity.place}: {entity.kind} {text}; read as it is")
-
     def understood(self, entity: Entity) -> Any:
         """The entity as ezdxf loads it; FormatError for what it cannot, lacks a place, or has a number not finite."""
         try:
@@ -143,7 +130,8 @@ class EntityReader:
         for name in _REQUIRED.get(entity.kind, ()):
             if name not in values:
                 raise self.error(entity, f"has no {name}; is the file complete?")
-        if "extrusion" in values and values["extrusion"].is_null:
+        # a spline lies in space as it is, whatever its extrusion
+        if "extrusion" in values and values["extrusion"].is_null and entity.kind not in ("SPLINE", "HELIX"):
             raise self.error(entity, "the extrusion (group 210) has no length")
         for name, value in values.items():
             size = value.x + value.y + value.z if isinstance(value, Vec3) else value
@@ -300,18 +288,15 @@ class EntityReader:
         if not dxf.xscale or not dxf.yscale:
             self.notes["flat"] += 1
             return
-        columns, rows = max(1, dxf.column_count), max(1, dxf.row_count)
-        self._visit(columns * rows)
-        frame = np.array(list(insert.matrix44())).reshape(4, 4).T
-        matrix, origin = frame[:3, :3], frame[:3, 3]
-        for row in range(rows):
-            for column in range(columns):
-                # the steps of the grid are turned, but not scaled
-                step = np.array([column * dxf.column_spacing / dxf.xscale, row * dxf.row_spacing / dxf.yscale, 0.0])
-                inner = matrix, origin + matrix @ (step - block.base)
-                if place is not None:
-                    inner = place[0] @ matrix, place[0] @ inner[1] + place[1]
-                self.read(block.entities, inner, layer, (*above, key))
+        count = insert.mcount
+        self._visit(count)
+        for one in insert.multi_insert() if count > 1 else [insert]:
+            frame = np.array(list(one.matrix44())).reshape(4, 4).T
+            matrix = frame[:3, :3]
+            inner = matrix, frame[:3, 3] - matrix @ block.base
+            if place is not None:
+                inner = place[0] @ matrix, place[0] @ inner[1] + place[1]
+            self.read(block.entities, inner, layer, (*above, key))
 
 
 _SAME = np.eye(3)

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from splinefeed.errors import CurveError
-from splinefeed.formats.dxf_tags import Entity
+from splinefeed.formats.dxf_tags import Entity, Faults
 from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.geometry.arcs import polyline
 from splinefeed.geometry.curve import MAX_DEGREE, NurbsCurve
 from splinefeed.geometry.editing import unbroken
 from splinefeed.records import Array
-
-if TYPE_CHECKING:
-    from splinefeed.formats.dxf_entities import EntityReader
 
 #: Knots closer than this share of the whole range are one: CAD writes them apart by rounding.
 SAME_KNOT = 1e-12
@@ -23,7 +20,7 @@ SAME_KNOT = 1e-12
 CLOSED_SLACK = 1e-9
 
 
-def curves(reader: EntityReader, entity: Entity, spline: Any) -> list[NurbsCurve]:
+def curves(reader: Faults, entity: Entity, spline: Any) -> list[NurbsCurve]:
     """The curves of a SPLINE or HELIX, `spline`, as ezdxf loads it."""
     control, fit = (np.array(each.values).reshape(-1, 3) for each in (spline.control_points, spline.fit_points))
     knots, weights = np.array(spline.knots), np.array(spline.weights)
@@ -40,7 +37,7 @@ def curves(reader: EntityReader, entity: Entity, spline: Any) -> list[NurbsCurve
 
 
 def _nurbs(
-    reader: EntityReader, entity: Entity, degree: int, knots: Array, control: Array, weights: Array
+    reader: Faults, entity: Entity, degree: int, knots: Array, control: Array, weights: Array
 ) -> list[NurbsCurve]:
     if not len(knots) and 1 <= degree < len(control):
         reader.faulty(entity, "has no knots")
@@ -83,7 +80,7 @@ def _plainly_right(degree: int, knots: Array, control: Array) -> bool:
     )
 
 
-def _without_rounding(reader: EntityReader, knots: Array) -> Array:
+def _without_rounding(reader: Faults, knots: Array) -> Array:
     """Knots that differ by no more than rounding made equal."""
     steps = np.abs(knots[1:] - knots[:-1])
     small = (steps != 0.0) & (steps <= SAME_KNOT * abs(knots[-1] - knots[0]))
@@ -96,7 +93,7 @@ def _without_rounding(reader: EntityReader, knots: Array) -> Array:
     return even
 
 
-def _through(reader: EntityReader, entity: Entity, spline: Any, fit: Array) -> list[NurbsCurve]:
+def _through(reader: Faults, entity: Entity, spline: Any, fit: Array) -> list[NurbsCurve]:
     """The cubic through fit points by chord length, with the tangents given or natural ends; periodic if closed."""
     from scipy.interpolate import make_interp_spline
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import struct
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import chain, pairwise
@@ -23,6 +24,7 @@ from ezdxf.lldxf.tags import Tags, group_tags
 from ezdxf.lldxf.types import DXFTag
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.drawing import Drawing
 from splinefeed.formats.source import in_brief
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
@@ -54,6 +56,24 @@ class Entity:
         if len(tags.subclasses) < _SUBCLASSES:
             tags.subclasses += tags.subclasses[-1:] * (_SUBCLASSES - len(tags.subclasses))
         return factory.load(tags)
+
+
+class Faults:
+    """What is wrong with entities: errors with file, place and kind, or when repairing findings; and counts."""
+
+    def __init__(self, source: str, drawing: Drawing, repair: bool) -> None:
+        self.source, self.drawing, self.repair = source, drawing, repair
+        self.notes: Counter[str] = Counter()
+
+    def error(self, entity: Entity, text: str) -> FormatError:
+        """A FormatError that names file, place and kind of an entity."""
+        return FormatError(f"{self.source}: {entity.place}: {entity.kind}: {text}")
+
+    def faulty(self, entity: Entity, text: str) -> None:
+        """An error, or when repairing a finding."""
+        if not self.repair:
+            raise self.error(entity, text)
+        self.drawing.findings.append(f"{entity.place}: {entity.kind} {text}; read as it is")
 
 
 def _compiled(tags: Iterable[DXFTag]) -> list[DXFTag]:

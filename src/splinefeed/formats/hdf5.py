@@ -14,11 +14,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 import splinefeed
-from splinefeed.errors import FormatError, SplinefeedError
+from splinefeed.errors import FormatError
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import SCHEMA, check_schema
+from splinefeed.formats.metadata import SCHEMA, check_schema, sound_file
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file, in_brief
+from splinefeed.formats.source import check_file
 
 T = TypeVar("T")
 
@@ -208,19 +208,12 @@ def opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tuple
     Raises FormatError for all that is not sound, also while the file is being read.
     """
     checked = check_file(path)
-    try:
-        with sound(checked) as file:
-            record = text_attribute(file, "record", checked)
-            if record not in known:
-                raise FormatError(f"{path}: holds a record {record[:40]!r}; known are {', '.join(known)}")
-            check_schema(file.attrs.get("schema"), checked)
-            yield file, record, checked
-    except FormatError:
-        raise
-    except SplinefeedError as error:
-        raise FormatError(f"{path}: {error}") from None
-    except Exception as error:  # a damaged file can make HDF5 and h5py raise nearly anything
-        raise FormatError(f"{path}: is not a valid HDF5 file: {in_brief(error)}") from None
+    with sound_file(path, "HDF5 file"), sound(checked) as file:
+        record = text_attribute(file, "record", checked)
+        if record not in known:
+            raise FormatError(f"{path}: holds a record {record[:40]!r}; known are {', '.join(known)}")
+        check_schema(file.attrs.get("schema"), checked)
+        yield file, record, checked
 
 
 def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], T]]) -> T:

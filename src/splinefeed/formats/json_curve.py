@@ -69,10 +69,9 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
         raise FormatError(f"{source}: curves: has {len(listed)} entries; at most {MAX_CURVES} can be read")
     _check_size(listed, source)
     entries = [_entry(item, document, place, findings) for item, place in zip(listed, places, strict=True)]
-    name = document.get("name", "")
-    if not isinstance(name, str):
-        raise FormatError(f"{source}: name: {values.shown(name)} is not text")
-    return _joined(entries, name or pathlib.Path(source).stem, tuple(findings), allowed, source)
+    return _joined(
+        entries, values.name(document, source) or pathlib.Path(source).stem, tuple(findings), allowed, source
+    )
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
@@ -153,9 +152,7 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
     for key in ("degree", "knots", "control_points"):
         if key not in item:
             raise FormatError(f"{place}: {key} is missing; a curve needs degree, knots and control_points")
-    degree = item["degree"]
-    if isinstance(degree, bool) or not isinstance(degree, int):
-        raise FormatError(f"{place}: degree: {values.shown(degree)} is not a whole number")
+    degree = values.degree(item, f"{place}: ")
     points = values.points(item["control_points"], f"{place}: control_points")
     axes = _axes(item.get("axes", document.get("axes")), points.shape[1], f"{place}: axes")
     points = to_radians(points, axes)
@@ -166,9 +163,7 @@ def _entry(item: object, document: dict[str, Any], place: str, findings: list[st
         row = int(np.argmax(np.max(np.abs(points), axis=1)))
         raise FormatError(f"{place}: control_points[{row}]: is beyond {MAX_COORDINATE:g} mm; check the units")
     weights = None if item.get("weights") is None else values.numbers(item["weights"], f"{place}: weights")
-    name = item.get("name", "")
-    if not isinstance(name, str):
-        raise FormatError(f"{place}: name: {values.shown(name)} is not text")
+    name = values.name(item, place)
     try:
         curve = NurbsCurve(degree, values.numbers(item["knots"], f"{place}: knots"), points, weights)
     except CurveError as error:

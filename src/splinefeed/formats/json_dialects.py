@@ -12,6 +12,7 @@ import os
 from typing import Any
 
 from splinefeed.errors import FormatError
+from splinefeed.formats.json_values import check_keys
 
 #: What geomdl says of a curve beside its shape; none of it changes a point, and `reversed` is refused where it is true.
 _GEOMDL = {"type", "rational", "dimension", "degree", "knotvector", "control_points", "delta", "name", "id", "reversed"}
@@ -36,8 +37,8 @@ def _of_geomdl(document: dict[str, Any], place: str) -> tuple[list[Any], list[st
     shape = document["shape"]
     if not isinstance(shape, dict) or not isinstance(shape.get("data"), list) or not shape["data"]:
         raise FormatError(f"{place}: shape: is no export of geomdl, with type, count and data")
-    _known(document, {"shape"}, place)
-    _known(shape, {"type", "count", "data"}, f"{place}: shape")
+    check_keys(document, {"shape"}, place)
+    check_keys(shape, {"type", "count", "data"}, f"{place}: shape")
     if shape.get("type") != "curve":
         raise FormatError(f"{place}: shape.type: is {shape.get('type')!r:.40}; a curve is needed")
     data = shape["data"]
@@ -50,7 +51,7 @@ def _of_geomdl(document: dict[str, Any], place: str) -> tuple[list[Any], list[st
 def _geomdl_curve(item: object, place: str) -> dict[str, Any]:
     if not isinstance(item, dict):
         raise FormatError(f"{place}: is not an object with the keys of a curve")
-    _known(item, _GEOMDL, place)
+    check_keys(item, _GEOMDL, place)
     for key in ("degree", "knotvector", "control_points"):
         if key not in item:
             raise FormatError(f"{place}: {key} is missing; a curve needs degree, knotvector and control_points")
@@ -61,7 +62,7 @@ def _geomdl_curve(item: object, place: str) -> dict[str, Any]:
     net = item["control_points"]
     if not isinstance(net, dict) or "points" not in net:
         raise FormatError(f"{place}: control_points: has no points")
-    _known(net, {"points", "weights"}, f"{place}: control_points")
+    check_keys(net, {"points", "weights"}, f"{place}: control_points")
     points, weights = net["points"], net.get("weights")
     if item.get("rational") is True and weights is None:
         raise FormatError(f"{place}: control_points: has no weights, but the curve is rational")
@@ -75,7 +76,7 @@ def _geomdl_curve(item: object, place: str) -> dict[str, Any]:
 def _of_verb(item: object, place: str, findings: list[str]) -> dict[str, Any]:
     if not isinstance(item, dict) or "controlPoints" not in item:
         raise FormatError(f"{place}: controlPoints is missing; a curve needs degree, knots and controlPoints")
-    _known(item, _VERB, place)
+    check_keys(item, _VERB, place)
     points, weights = item["controlPoints"], item.get("weights")
     plain = {key: item[key] for key in ("degree", "knots", "name", "units") if key in item}
     width = len(points[0]) if isinstance(points, list) and points and isinstance(points[0], list) else 0
@@ -104,9 +105,3 @@ def _unweighted(points: list[Any], place: str) -> tuple[list[list[float]], list[
             raise FormatError(f"{place}[{i}]: has the weight {point[3]!r:.40}; it must be greater than 0") from None
         weights.append(point[3])
     return plain, weights
-
-
-def _known(item: dict[str, Any], known: set[str], place: str) -> None:
-    for key in item:
-        if key not in known:
-            raise FormatError(f"{place}: key {key!r:.40} is not known; known are {', '.join(sorted(known))}")

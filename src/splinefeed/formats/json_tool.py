@@ -69,15 +69,12 @@ def from_document(document: dict[str, Any], source: str | os.PathLike[str], tole
     if len(kinds) > 1:
         raise FormatError(f"{source}: curves: not all give their tool axis alike; choose one of {', '.join(KINDS)}")
     kind = kinds.pop()
-    name = document.get("name", "")
-    if not isinstance(name, str):
-        raise FormatError(f"{source}: name: {values.shown(name)} is not text")
     rotary = document.get("rotary_axes", [])
     if not isinstance(rotary, list) or any(each not in ROTARY_AXES for each in rotary):
         raise FormatError(f"{source}: rotary_axes: expected a list of {', '.join(ROTARY_AXES)}")
     length = document.get("tool_length")
     said: dict[str, Any] = {
-        "name": name or pathlib.Path(source).stem,
+        "name": values.name(document, source) or pathlib.Path(source).stem,
         "findings": tuple(findings),
         "tolerance": tolerance,
         **json_program.path_arguments(programs, source),
@@ -107,9 +104,7 @@ def _curve(item: dict[str, Any], place: str, scale: float) -> tuple[NurbsCurve, 
 
 
 def _nurbs(item: dict[str, Any], prefix: str, points: str, place: str, factor: float) -> NurbsCurve:
-    degree = item["degree"]
-    if isinstance(degree, bool) or not isinstance(degree, int):
-        raise FormatError(f"{place}: {prefix}degree: {values.shown(degree)} is not a whole number")
+    degree = values.degree(item, f"{place}: {prefix}")
     rows = factor * values.points(item[points], f"{place}: {points}")
     weights = item.get("weights")
     # a tool axis may stay where it is, which no curve may: it is checked as one that does not

@@ -47,6 +47,22 @@ def numbers(values: object, place: str) -> list[float]:
     return values
 
 
+def degree(item: dict[str, Any], place: str) -> int:
+    """The key `degree` of a curve, a whole number."""
+    value = item["degree"]
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise FormatError(f"{place}degree: {shown(value)} is not a whole number")
+    return value
+
+
+def name(item: dict[str, Any], place: str | os.PathLike[str]) -> str:
+    """The key `name`; "" without one."""
+    value = item.get("name", "")
+    if not isinstance(value, str):
+        raise FormatError(f"{place}: name: {shown(value)} is not text")
+    return value
+
+
 def scale(unit: object, place: str, findings: list[str]) -> float:
     """How many mm one `unit` of the file is."""
     if unit is None:

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, TextIO
 
 import numpy as np
 
 import splinefeed
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import FormatError, InputError, SplinefeedError
 from splinefeed.formats.sizes import MAX_TICKS
-from splinefeed.records import ROTARY_AXES, Array, Setpoints, check_finite, positive
+from splinefeed.formats.source import in_brief
+from splinefeed.records import ROTARY_AXES, Array, IntArray, Setpoints, check_finite, positive
 
 #: Raised by one when a file written by this version could no longer be read by the one before.
 SCHEMA = 1
 #: Columns of Setpoints beside the position, with their units; "1" is the unit of what has none.
 COLUMNS = {"t": "s", "curve": "1", "u": "1", "s": "mm", "feed": "mm/s"}
+#: Rows that are turned into text by one formatting call: about twice as fast as numpy.savetxt, which goes row by row.
+_ROWS_AT_ONCE = 2000
 
 
 def axis_units(axes: Iterable[str], rotary: str) -> list[str]:
@@ -42,6 +46,19 @@ def _convert_rotary(position: Array, axes: tuple[str, ...], convert: np.ufunc) -
     converted = np.array(position)
     converted[:, rotary] = convert(converted[:, rotary])
     return converted
+
+
+@contextmanager
+def sound_file(path: object, kind: str) -> Iterator[None]:
+    """Whatever is raised in reading a damaged file, nearly anything, becomes a FormatError that names it."""
+    try:
+        yield
+    except FormatError:
+        raise
+    except SplinefeedError as error:
+        raise FormatError(f"{path}: {error}") from None
+    except Exception as error:
+        raise FormatError(f"{path}: is not a valid {kind}: {in_brief(error)}") from None
 
 
 def settings_to_json(settings: Mapping[str, Any]) -> str:
@@ -117,6 +134,14 @@ def column_names(axes: tuple[str, ...], rotary: str) -> list[str]:
     """Names of the columns of a table, each with its unit."""
     positions = [f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary), strict=True)]
     return ["t_s", "curve", "u", "s_mm", "feed_mm_s", *positions]
+
+
+def write_rows(stream: TextIO, columns: Sequence[Array | IntArray], between: str, whole: Collection[int] = ()) -> None:
+    """Write columns (n,) as rows of text, 17 digits a number; those whose places are in `whole` are whole numbers."""
+    row = between.join("%d" if k in whole else "%.17g" for k in range(len(columns))) + "\n"
+    for start in range(0, len(columns[0]), _ROWS_AT_ONCE):
+        part = np.column_stack([column[start : start + _ROWS_AT_ONCE] for column in columns])
+        stream.write(row * len(part) % tuple(part.ravel().tolist()))
 
 
 def checked_chunks(record: Setpoints | Iterable[Setpoints], path: object, most: int = MAX_TICKS) -> Iterator[Setpoints]:

@@ -227,29 +227,27 @@ class _Gathered:
         self.curves += 1
         if self.curves > self.most_curves:
             raise FormatError(f"holds more than {self.most_curves} curves; that is more than can be read")
-        found = self.described(adaptor, first, last)
+        found = self.described(edge, adaptor, first, last)
         self.points += len(found.get("points", ()))
         if self.points > self.most_points:
             raise FormatError(f"holds more than {self.most_points} control points; that is more than can be read")
         return found
 
-    def described(self, adaptor: Any, first: float, last: float) -> dict[str, Any]:
-        """What `cad_curves.curves_of` makes a curve of: as exact as the file has it."""
+    def described(self, edge: Any, adaptor: Any, first: float, last: float) -> dict[str, Any]:
+        """What `cad_curves.curves_of` makes a curve of: an arc, or a B-spline as exact as the file has it."""
         from OCP import GeomAbs
+        from OCP.BRep import BRep_Tool
+        from OCP.Geom import Geom_TrimmedCurve
+        from OCP.GeomConvert import GeomConvert
 
         kind = adaptor.GetType()
-        if kind == GeomAbs.GeomAbs_Line:
-            return {"type": "line", "points": [_xyz(adaptor.Value(first)), _xyz(adaptor.Value(last))]}
         if kind in (GeomAbs.GeomAbs_Circle, GeomAbs.GeomAbs_Ellipse):
-            return _conic("arc", adaptor, kind == GeomAbs.GeomAbs_Circle, first, last)
-        if kind == GeomAbs.GeomAbs_Hyperbola:
-            return _conic("hyperbola", adaptor, False, first, last)
-        if kind == GeomAbs.GeomAbs_Parabola:
-            return _parabola(adaptor.Parabola(), first, last)
-        if kind == GeomAbs.GeomAbs_BezierCurve:
-            return _bezier(adaptor.Bezier(), first, last)
+            return _arc(adaptor, kind == GeomAbs.GeomAbs_Circle, first, last)
         if kind == GeomAbs.GeomAbs_BSplineCurve:
             return _b_spline(adaptor.BSpline(), first, last)
+        if kind not in (GeomAbs.GeomAbs_OffsetCurve, GeomAbs.GeomAbs_OtherCurve):
+            part = Geom_TrimmedCurve(BRep_Tool.Curve_s(edge, 0.0, 0.0), first, last)
+            return _b_spline(GeomConvert.CurveToBSplineCurve_s(part), first, last)
         return self.approximation(adaptor, first, last)
 
     def approximation(self, adaptor: Any, first: float, last: float) -> dict[str, Any]:
@@ -306,42 +304,15 @@ def _xyz(point: Any) -> tuple[float, float, float]:
     return point.X(), point.Y(), point.Z()
 
 
-def _conic(kind: str, adaptor: Any, circle: bool, first: float, last: float) -> dict[str, Any]:
+def _arc(adaptor: Any, circle: bool, first: float, last: float) -> dict[str, Any]:
     """Centre, the two conjugate radii, and the stretch of their parameter."""
-    from OCP import GeomAbs
-
-    conic = {
-        GeomAbs.GeomAbs_Circle: adaptor.Circle,
-        GeomAbs.GeomAbs_Ellipse: adaptor.Ellipse,
-        GeomAbs.GeomAbs_Hyperbola: adaptor.Hyperbola,
-    }[adaptor.GetType()]()
+    conic = adaptor.Circle() if circle else adaptor.Ellipse()
     radii = (conic.Radius(), conic.Radius()) if circle else (conic.MajorRadius(), conic.MinorRadius())
     axes = [
         [radius * value for value in _xyz(axis.Direction())]
         for radius, axis in zip(radii, (conic.XAxis(), conic.YAxis()), strict=True)
     ]
-    return {"type": kind, "center": _xyz(conic.Location()), "x": axes[0], "y": axes[1], "first": first, "last": last}
-
-
-def _parabola(parabola: Any, first: float, last: float) -> dict[str, Any]:
-    """P(t) = center + t^2 x + t y."""
-    x = [value / (4.0 * parabola.Focal()) for value in _xyz(parabola.XAxis().Direction())]
-    y = _xyz(parabola.YAxis().Direction())
-    return {"type": "parabola", "center": _xyz(parabola.Location()), "x": x, "y": y, "first": first, "last": last}
-
-
-def _bezier(curve: Any, first: float, last: float) -> dict[str, Any]:
-    degree = curve.Degree()
-    places = range(1, curve.NbPoles() + 1)
-    return {
-        "type": "nurbs",
-        "degree": degree,
-        "knots": [0.0] * (degree + 1) + [1.0] * (degree + 1),
-        "points": [_xyz(curve.Pole(i)) for i in places],
-        "weights": [curve.Weight(i) for i in places] if curve.IsRational() else None,
-        "first": first,
-        "last": last,
-    }
+    return {"type": "arc", "center": _xyz(conic.Location()), "x": axes[0], "y": axes[1], "first": first, "last": last}
 
 
 def _b_spline(curve: Any, first: float, last: float) -> dict[str, Any]:

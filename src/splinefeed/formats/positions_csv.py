@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -49,46 +50,32 @@ def read(
     blanks, and NaN. Raises FormatError, which names the line.
     """
     file = check_file(path)
+    head: list[str] = []
+    sample: list[list[str]] = []
+    delimiter = None
     with file.open(encoding="utf-8-sig", errors="replace") as stream:
-        head: list[str] = []
-        sample: list[list[str]] = []
-        for line in stream:
-            if len(sample) == _SAMPLED:
+        for number, line in enumerate(stream, start=1):
+            words = _split(line)
+            if len(sample) == _SAMPLED or len(head) > _LONGEST_HEAD:
                 break
-            if line.startswith("#") and not sample:
+            if line.strip() and all(_NUMBER.fullmatch(word) for word in words):
+                delimiter = delimiter or next((each for each in ",;\t" if each in line), None)
+                sample.append(words)
+            elif not sample:
                 head.append(line.lstrip("# "))
             elif line.strip():
-                words = _split(line)
-                if all(_NUMBER.fullmatch(word) for word in words):
-                    sample.append(words)
-                elif sample:
-                    raise FormatError(
-                        f"{path}: line {len(head) + len(sample) + 1}: {line.strip()[:60]!r} is not numbers"
-                    )
-                else:
-                    head.append(line)
-            else:
-                head.append("")
-            if len(head) > _LONGEST_HEAD:
-                raise FormatError(f"{path}: the first {_LONGEST_HEAD} lines hold no numbers")
+                raise FormatError(f"{path}: line {number}: {line.strip()[:60]!r} is not numbers")
     if not sample:
-        raise FormatError(f"{path}: holds no numbers")
+        raise FormatError(f"{path}: holds no numbers" + (f" in its first {number} lines" if number > len(head) else ""))
     names = _names([line for line in head if line.strip()], columns, len(sample[0]), path)
-    delimiter = next((each for each in ",;\t" if each in _first_numbers(file, len(head))), None)
     try:
-        rows = np.loadtxt(
-            file, delimiter=delimiter, skiprows=len(head), ndmin=2, encoding="utf-8-sig", max_rows=MAX_TICKS
-        )
+        with warnings.catch_warnings(action="ignore"):  # of blank lines, which count for nothing
+            rows = np.loadtxt(
+                file, delimiter=delimiter, skiprows=len(head), ndmin=2, encoding="utf-8-sig", max_rows=MAX_TICKS
+            )
     except ValueError as error:
         raise FormatError(f"{path}: is not a valid table of numbers: {str(error).split(';')[0]}") from None
     return _setpoints(rows, names, sample, period, path)
-
-
-def _first_numbers(file: os.PathLike[str], skipped: int) -> str:
-    with open(file, encoding="utf-8-sig", errors="replace") as stream:
-        for _ in range(skipped):
-            stream.readline()
-        return stream.readline()
 
 
 def _split(line: str) -> list[str]:

@@ -153,9 +153,6 @@ class _Gathered:
                 "last": angles.T1,
                 "reversed": False,
             }
-        if isinstance(curve, rhino.LineCurve):
-            ends = [_xyz(curve.PointAtStart), _xyz(curve.PointAtEnd)]
-            return {"type": "line", "points": _placed(ends, matrix), "reversed": False}
         made = curve.ToNurbsCurve()
         if made is None:
             raise FormatError(f"a {type(curve).__name__} has no form as NURBS; is the file damaged?")

@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 
 from splinefeed.errors import FormatError
-from splinefeed.formats import hdf5, plans_hdf5, response_hdf5, setpoints_hdf5
+from splinefeed.formats import hdf5, records_hdf5
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class SetpointFormat:
 
 #: Every format of setpoints by the name that `--format` takes; the first suffix is the one that files get.
 FORMATS = {
-    "hdf5": SetpointFormat((".h5", ".hdf5"), "setpoints_hdf5"),
+    "hdf5": SetpointFormat((".h5", ".hdf5"), "records_hdf5"),
     "csv": SetpointFormat((".csv",), "setpoints_csv"),
     "mat": SetpointFormat((".mat",), "setpoints_mat"),
     "npz": SetpointFormat((".npz",), "setpoints_npz"),
@@ -52,10 +52,10 @@ def _read_pattern(file: Any, path: Path) -> BitPattern:
 
 
 _HDF5_READERS: dict[str, Callable[[Any, Path], Record]] = {
-    "Setpoints": setpoints_hdf5.read,
-    "TimeLaw": plans_hdf5.read_law,
-    "Limits": plans_hdf5.read_limits,
-    "Response": response_hdf5.read,
+    "Setpoints": records_hdf5.read_setpoints,
+    "TimeLaw": records_hdf5.read_law,
+    "Limits": records_hdf5.read_limits,
+    "Response": records_hdf5.read_response,
     "BitPattern": _read_pattern,
 }
 
@@ -74,14 +74,7 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
     name = _format_of(path)
     if isinstance(record, TimeLaw | Limits | Response) and name != "hdf5":
         raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 only; name the file .h5")
-    if isinstance(record, TimeLaw):
-        plans_hdf5.save_law(record, path)
-    elif isinstance(record, Limits):
-        plans_hdf5.save_limits(record, path)
-    elif isinstance(record, Response):
-        response_hdf5.save(record, path)
-    else:
-        _module(name).save(record, path)
+    _module(name).save(record, path)
 
 
 @overload
@@ -119,7 +112,7 @@ def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
     """Setpoints that `save` wrote, in pieces of at most `rows` ticks, of which HDF5 holds one at a time in memory."""
     if _format_of(path) == "hdf5":
         with hdf5.opened(path, ("Setpoints",)) as (file, _, checked):
-            yield from setpoints_hdf5.read_chunks(file, checked, rows)
+            yield from records_hdf5.read_chunks(file, checked, rows)
         return
     points = load(path)
     assert isinstance(points, Setpoints)

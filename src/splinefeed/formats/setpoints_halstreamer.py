@@ -20,7 +20,7 @@ import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import axis_units, checked_chunks, to_degrees
+from splinefeed.formats.metadata import axis_units, checked_chunks, to_degrees, write_rows
 from splinefeed.records import Array, Setpoints
 
 #: The options of the layout: a column with the number of the row, one with the bit of the last row, and how often
@@ -32,7 +32,6 @@ REPEATED_LAST_ROWS = 1
 MAX_FIELDS = 21
 #: A last step that differs from the period by more than this part of it is worth a comment.
 SHORT = 1e-6
-_ROWS_AT_ONCE = 2000
 
 
 def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) -> None:
@@ -81,8 +80,5 @@ def _write_rows(stream: TextIO, before: int, position: Array, *, last: bool = Fa
     """Rows for position (n, axes), the first of them number before + 1."""
     count = len(position)
     number, flag = [np.arange(before + 1, before + count + 1)] * ROW_NUMBER, [np.full(count, last)] * LAST_FLAG
-    row = " ".join(["%d"] * ROW_NUMBER + ["%.17g"] * position.shape[1] + ["%d"] * LAST_FLAG) + "\n"
-    table = np.column_stack([*number, *position.T, *flag])
-    for start in range(0, count, _ROWS_AT_ONCE):
-        part = table[start : start + _ROWS_AT_ONCE]
-        stream.write(row * len(part) % tuple(part.ravel().tolist()))
+    columns = [*number, *position.T, *flag]
+    write_rows(stream, columns, " ", whole=[k for k, each in enumerate(columns) if each.dtype != np.float64])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import splinefeed
-from splinefeed.errors import FormatError, SplinefeedError
+from splinefeed.errors import FormatError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import (
     COLUMNS,
@@ -20,11 +20,12 @@ from splinefeed.formats.metadata import (
     checked_chunks,
     settings_from_json,
     settings_to_json,
+    sound_file,
     to_degrees,
     to_radians,
 )
 from splinefeed.formats.sizes import MAX_MATLAB_TICKS
-from splinefeed.formats.source import check_file, in_brief
+from splinefeed.formats.source import check_file
 from splinefeed.records import Setpoints, positive
 
 _NAME = "setpoints"
@@ -58,7 +59,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     import scipy.io
 
     file = check_file(path)
-    try:
+    with sound_file(path, "MATLAB file"):
         with file.open("rb") as stream:
             struct = scipy.io.loadmat(stream, variable_names=[_NAME], simplify_cells=True).get(_NAME)
         if not isinstance(struct, dict) or struct.get("record") != "Setpoints":
@@ -75,10 +76,4 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
             settings=settings_from_json(str(struct["settings"]), path),
         )
         check_all_finite(points)
-    except FormatError:
-        raise
-    except SplinefeedError as error:
-        raise FormatError(f"{path}: {error}") from None
-    except Exception as error:  # a damaged file can make scipy.io raise nearly anything
-        raise FormatError(f"{path}: is not a valid MATLAB file: {in_brief(error)}") from None
     return points

@@ -20,11 +20,18 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from splinefeed.errors import FormatError, SplinefeedError
+from splinefeed.errors import FormatError
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import COLUMNS, check_all_finite, checked_chunks, description, read_description
+from splinefeed.formats.metadata import (
+    COLUMNS,
+    check_all_finite,
+    checked_chunks,
+    description,
+    read_description,
+    sound_file,
+)
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file, in_brief
+from splinefeed.formats.source import check_file
 from splinefeed.records import Setpoints
 
 _NAMES = (*COLUMNS, "position")
@@ -67,7 +74,7 @@ def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) 
 def load(path: str | os.PathLike[str]) -> Setpoints:
     """Read setpoints that `save` wrote; FormatError for a file that is cut off, changed, or something else."""
     file = check_file(path)
-    try:
+    with sound_file(path, "NumPy archive"):
         with zipfile.ZipFile(file) as archive:
             text = _array(archive, _METADATA, path)
             if text.dtype.kind != "U" or text.ndim != 0:
@@ -76,12 +83,6 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
             columns: dict[str, Any] = {name: _array(archive, name, path) for name in _NAMES}
         points = Setpoints(**columns, **said)
         check_all_finite(points)
-    except FormatError:
-        raise
-    except SplinefeedError as error:
-        raise FormatError(f"{path}: {error}") from None
-    except Exception as error:  # a damaged archive can make zipfile and zlib raise nearly anything
-        raise FormatError(f"{path}: is not a valid NumPy archive: {in_brief(error)}") from None
     return points
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import FormatError, SplinefeedError
+from splinefeed.errors import FormatError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.metadata import (
     COLUMNS,
@@ -24,9 +24,10 @@ from splinefeed.formats.metadata import (
     column_names,
     description,
     read_description,
+    sound_file,
 )
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file, in_brief
+from splinefeed.formats.source import check_file
 from splinefeed.records import Setpoints
 
 _KEY = b"splinefeed"
@@ -65,7 +66,7 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
     """Read setpoints that `save` wrote; FormatError for a file that is cut off, changed, or something else."""
     file = check_file(path)
     _, parquet = _libraries(path)
-    try:
+    with sound_file(path, "Parquet file"):
         with parquet.ParquetFile(file) as source:
             metadata = (source.schema_arrow.metadata or {}).get(_KEY)
             if metadata is None:
@@ -82,12 +83,6 @@ def load(path: str | os.PathLike[str]) -> Setpoints:
         columns = dict(zip(COLUMNS, values, strict=False))
         points = Setpoints(**columns, position=np.column_stack(values[len(COLUMNS) :]), **said)
         check_all_finite(points)
-    except FormatError:
-        raise
-    except SplinefeedError as error:
-        raise FormatError(f"{path}: {error}") from None
-    except Exception as error:  # a damaged file can make pyarrow raise nearly anything
-        raise FormatError(f"{path}: is not a valid Parquet file: {in_brief(error)}") from None
     return points
 
 

@@ -14,18 +14,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple, TextIO
+from typing import NamedTuple
 
 import numpy as np
 
 from splinefeed.errors import FormatError
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import checked_chunks, to_degrees
+from splinefeed.formats.metadata import checked_chunks, to_degrees, write_rows
 from splinefeed.records import Array, IntArray, Setpoints
 
 #: Ticks that one velocity is taken from.
 STENCIL = 5
-_ROWS_AT_ONCE = 2000
 
 
 class _Ticks(NamedTuple):
@@ -44,7 +43,8 @@ def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) 
     with atomic_write(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as stream:
         steps = 0
         for t, position, velocity in _with_velocity(_ticks(record, path)):
-            _write_rows(stream, np.diff(t), np.diff(position, axis=0), velocity)
+            pairs = np.stack([np.diff(position, axis=0), velocity], axis=2).reshape(len(velocity), -1)
+            write_rows(stream, [np.diff(t), *pairs.T], ", ")
             steps += len(t) - 1
         if steps == 0:
             raise FormatError(f"{path}: one tick is no step; a PVT table needs at least two ticks")
@@ -104,12 +104,3 @@ def _velocity(ticks: _Ticks, places: IntArray) -> Array:
     velocity: Array = np.einsum("nj,nja->na", weights, position)
     velocity[ticks.feed[places] == 0.0] = 0.0  # q' = (dq/ds) feed
     return velocity
-
-
-def _write_rows(stream: TextIO, duration: Array, distance: Array, velocity: Array) -> None:
-    table = np.empty((len(duration), 1 + 2 * distance.shape[1]))
-    table[:, 0], table[:, 1::2], table[:, 2::2] = duration, distance, velocity
-    row = ", ".join(["%.17g"] * table.shape[1]) + "\n"
-    for start in range(0, len(table), _ROWS_AT_ONCE):
-        part = table[start : start + _ROWS_AT_ONCE]
-        stream.write(row * len(part) % tuple(part.ravel().tolist()))

@@ -13,6 +13,7 @@ import re
 import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,8 +38,8 @@ MAX_USES = 32
 #: Attribute of the root element in which `svg_write` keeps where the page lies, x and y of its lower left corner, mm.
 ORIGIN = "data-splinefeed-origin"
 _MM_PER_PIXEL = 25.4 / 96.0
-_SHAPES = {"rect", "circle", "ellipse", "line", "polyline", "polygon"}
-_GROUPS = {"g", "a", "svg", "switch"}
+_SHAPES = {"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"}
+_HOLDERS = {"g", "a", "svg", "switch", "symbol", "use"}
 #: What draws nothing by itself, and what draws something that is not a curve.
 _SILENT = {
     "", "title", "desc", "metadata", "style", "defs", "symbol", "clipPath", "mask", "marker", "pattern", "filter",
@@ -77,11 +78,23 @@ def from_file(
     allowed, wanted = join_tolerance(tolerance), layers_from(layer)
     source = os.fspath(file)
     content = unpacked(pathlib.Path(file).read_bytes(), source)
-    reader = _Reader(source, read_tree(content, source), wanted, repair)
+    findings: list[str] = []
+    reader = _Reader(source, read_tree(content, source, findings), wanted, repair)
+    reader.drawing.findings += findings
     if _OF_THE_FONT.search(content):
         reader.drawing.findings.append("ex and ch are read as half the size of the letters: the font is not known here")
     unit = reader.read()
     return Contents(reader.drawing.paths(pathlib.Path(file).stem, allowed, repair), unit)
+
+
+class _Place(NamedTuple):
+    """Where elements are drawn: the map to mm, what percentages are of, the uses around them, and whether they are."""
+
+    map: Affine
+    view: Viewport
+    uses: tuple[str, ...]
+    chosen: bool
+    visible: bool
 
 
 class _Reader:
@@ -118,7 +131,7 @@ class _Reader:
             raise FormatError(f"{self.source}: {self.root.place()}: {error}") from None
         visible = _visible(self.styles.of(self.root), True)
         for child in self.root.children:
-            self._node(child, place, view, (), chosen=not self.wanted, visible=visible)
+            self._node(child, _Place(place, view, (), chosen=not self.wanted, visible=visible))
         if self.cut:
             self.drawing.findings.append(
                 f"clips and masks are not applied; what they cut is drawn whole: {counted(self.cut)}"
@@ -173,17 +186,7 @@ class _Reader:
             raise FormatError(f"{self.source}: {node.place()}: {text}")
         self.drawing.findings.append(f"{node.place()}: {text}; {kept}")
 
-    def _node(
-        self,
-        node: Node,
-        place: Affine,
-        view: Viewport,
-        uses: tuple[str, ...],
-        *,
-        chosen: bool,
-        visible: bool,
-        used: Mapping[str, str] | None = None,
-    ) -> None:
+    def _node(self, node: Node, at: _Place, used: Mapping[str, str] | None = None) -> None:
         """Draw an element; `used` are the sizes that a use gives to a symbol or an inner svg."""
         tag = node.tag
         self.drawn += 1
@@ -198,72 +201,46 @@ class _Reader:
         if given.get("display", "").lower() == "none":
             self.drawing.left_out[f"{tag} that is not displayed"] += 1
             return
-        visible = _visible(given, visible)
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise FormatError(f"{self.source}: {node.place()}: elements and uses are nested more than {MAX_DEPTH} deep")
         try:
+            view = at.view
             if "font-size" in given or "font" in given:
                 view = view._replace(font=svg_places.font_size(given.get("font-size", given.get("font", "")), view))
-            place = place.after(svg_places.placing(given, view))
-            if tag in _GROUPS or tag == "symbol":
-                self._note_cut(given, tag)
-                self._group(node, {**given, **(used or {})}, place, view, uses, chosen=chosen, visible=visible)
-            elif tag == "use":
-                self._note_cut(given, tag)
-                self._use(node, given, place, view, uses, chosen=chosen, visible=visible)
-            elif not chosen:
+            place = at.map.after(svg_places.placing(given, view))
+            at = at._replace(map=place, view=view, visible=_visible(given, at.visible))
+            if tag not in _HOLDERS and not (at.chosen and at.visible and tag in _SHAPES):
+                if at.chosen:
+                    self.drawing.left_out[f"{tag} that is hidden" if tag in _SHAPES else tag[:40]] += 1
                 return
-            elif tag == "path" or tag in _SHAPES:
-                if not visible:
-                    self.drawing.left_out[f"{tag} that is hidden"] += 1
-                    return
-                self._note_cut(given, tag)
-                self._shape(node, given, place, view)
+            for name in ("clip-path", "mask"):
+                if given.get(name, "none").strip().lower() not in ("none", ""):
+                    self.cut[f"{name} of {tag}"] += 1
+            if tag == "use":
+                self._use(node, given, at)
+            elif tag in _HOLDERS:
+                self._group(node, {**given, **(used or {})}, at)
             else:
-                self.drawing.left_out[tag[:40]] += 1
+                self._shape(node, given, at)
         except ShapeError as error:
             self._fault(node, str(error))
         finally:
             self.depth -= 1
 
-    def _note_cut(self, given: Mapping[str, str], tag: str) -> None:
-        for name in ("clip-path", "mask"):
-            if given.get(name, "none").strip().lower() not in ("none", ""):
-                self.cut[f"{name} of {tag}"] += 1
-
-    def _group(
-        self,
-        node: Node,
-        given: Mapping[str, str],
-        place: Affine,
-        view: Viewport,
-        uses: tuple[str, ...],
-        *,
-        chosen: bool,
-        visible: bool,
-    ) -> None:
-        chosen = chosen or any(name.casefold() in self.wanted for name in _labels(node))
+    def _group(self, node: Node, given: Mapping[str, str], at: _Place) -> None:
+        at = at._replace(chosen=at.chosen or any(name.casefold() in self.wanted for name in _labels(node)))
         if node.tag in ("svg", "symbol"):
-            place, view = svg_places.nested(given, place, view)
+            place, view = svg_places.nested(given, at.map, at.view)
+            at = at._replace(map=place, view=view)
         children = node.children
         if node.tag == "switch":  # Illustrator puts its own data first, as a foreignObject that only it understands
             drawn = (child for child in children if child.tag not in _SILENT | {"foreignObject"} and _meant(child))
             children = [child for child, _ in zip(drawn, range(1), strict=False)]
         for child in children:
-            self._node(child, place, view, uses, chosen=chosen, visible=visible)
+            self._node(child, at)
 
-    def _use(
-        self,
-        node: Node,
-        given: Mapping[str, str],
-        place: Affine,
-        view: Viewport,
-        uses: tuple[str, ...],
-        *,
-        chosen: bool,
-        visible: bool,
-    ) -> None:
+    def _use(self, node: Node, given: Mapping[str, str], at: _Place) -> None:
         target = given.get("href", given.get("xlink:href", "")).strip()
         if not target.startswith("#"):
             self.drawing.left_out[f"use of another file, {target[:60]!r}"] += 1
@@ -271,19 +248,14 @@ class _Reader:
         name = target[1:]
         found = self.named.get(name)
         if found is None:
-            self._fault(node, f"there is no element with id {name[:40]!r}")
-            return
-        if name in uses:
-            self._fault(node, f"uses itself ({' > '.join([*uses[uses.index(name) :], name])[:120]})")
-            return
-        if len(uses) >= MAX_USES:
-            self._fault(node, f"uses are nested more than {MAX_USES} deep")
-            return
-        x, y = (svg_places.length(given.get(key) or "0", key, view, key) for key in ("x", "y"))
+            raise ShapeError(f"there is no element with id {name[:40]!r}")
+        if name in at.uses:
+            raise ShapeError(f"uses itself ({' > '.join([*at.uses[at.uses.index(name) :], name])[:120]})")
+        if len(at.uses) >= MAX_USES:
+            raise ShapeError(f"uses are nested more than {MAX_USES} deep")
+        x, y = (svg_places.length(given.get(key) or "0", key, at.view, key) for key in ("x", "y"))
         sizes = {key: value for key, value in given.items() if key in ("width", "height") and value.strip() != "auto"}
-        self._node(
-            found, place.after(Affine(e=x, f=y)), view, (*uses, name), chosen=chosen, visible=visible, used=sizes
-        )
+        self._node(found, at._replace(map=at.map.after(Affine(e=x, f=y)), uses=(*at.uses, name)), used=sizes)
 
     # --- curves -----------------------------------------------------------------------------------------------------
 
@@ -295,16 +267,16 @@ class _Reader:
             self._paths[key] = svg_paths.parse(data if quoted is None else quoted[2])
         return self._paths[key]
 
-    def _shape(self, node: Node, given: Mapping[str, str], place: Affine, view: Viewport) -> None:
+    def _shape(self, node: Node, given: Mapping[str, str], at: _Place) -> None:
         if node.tag == "path":
             found, fault = self._parsed(node, given.get("d", ""))
             if fault:
                 self._fault(node, f"path data: {fault}", kept="what comes before it is kept")
         else:
-            found = svg_shapes.subpaths(node.tag, given, view)
+            found = svg_shapes.subpaths(node.tag, given, at.view)
         name = node.attributes.get("label") or node.attributes.get("id") or node.tag
         for subpath in found:
-            curves = _curves(subpath, place)
+            curves = _curves(subpath, at.map)
             if curves:
                 self.drawing.add(curves, name)
 

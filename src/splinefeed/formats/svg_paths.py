@@ -8,21 +8,19 @@ from __future__ import annotations
 import cmath
 import math
 import re
-from collections.abc import Callable
 from typing import NamedTuple
 
 from splinefeed.geometry.arcs import bulge_points
 from splinefeed.records import Array
 
-_NUMBER_TEXT = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_FIRST = re.compile(rf"\s*({_NUMBER_TEXT})")
-_NEXT = re.compile(rf"\s*,?\s*({_NUMBER_TEXT})")
-_FLAG = re.compile(r"\s*,?\s*([01])")
+_NUMBER = r"\s*+,?\s*+((?>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?))"
+_FLAG = r"\s*+,?\s*+([01])"
 _COMMAND = re.compile(r"\s*([MmZzLlHhVvCcSsQqTtAa])")
-_SPACE = re.compile(r"\s*")
+_MORE = re.compile(rf"{_NUMBER}|\s*,")
 #: How many numbers each command takes at a time; an arc's fourth and fifth are flags.
-_ARGUMENTS = {"M": 2, "Z": 0, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
-_FLAGS = (3, 4)
+_COUNTS = {"M": 2, "Z": 0, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
+_ARGUMENTS = {letter: re.compile(_NUMBER * count) for letter, count in _COUNTS.items()}
+_ARGUMENTS["A"] = re.compile(_NUMBER * 3 + _FLAG * 2 + _NUMBER * 2)
 #: Letters of the data that a message shows.
 _SHOWN = 20
 
@@ -57,13 +55,8 @@ class _Builder:
         self.subpaths: list[Subpath] = []
         self.pieces: list[Piece] = []
         self.here = self.start = 0j
-        self._torn = False
         self.handle: complex | None = None  # the last control point, which S and T mirror
         self.last = ""
-        self._commands: dict[str, Callable[[list[float], bool], None]] = {
-            "M": self._move, "L": self._line, "H": self._horizontal, "V": self._vertical, "C": self._cubic,
-            "S": self._smooth_cubic, "Q": self._quadratic, "T": self._smooth_quadratic, "A": self._arc,
-        }  # fmt: skip
 
     def build(self) -> tuple[list[Subpath], str]:
         fault = self._walk()
@@ -71,57 +64,34 @@ class _Builder:
         return self.subpaths, fault
 
     def _walk(self) -> str:
-        data, length = self.data, len(self.data)
-        self.at = _SPACE.match(data).end()  # type: ignore[union-attr]
-        while self.at < length:
+        data = self.data.rstrip()
+        while self.at < len(data):
             match = _COMMAND.match(data, self.at)
             if match is None:
                 return self._fault("expected a command")
-            letter = match.group(1)
+            letter = match[1]
             command, relative = letter.upper(), letter.islower()
             if not self.last and command != "M":
                 return self._fault("expected M first")
             self.at = match.end()
             if command == "Z":
                 self._close()
-                self.last = "Z"
-            else:
-                first = True
-                while True:
-                    values = self._values(_ARGUMENTS[command], command == "A", first)
-                    if values is None:
-                        if first:
-                            return self._fault(f"{letter} needs {_ARGUMENTS[command]} numbers")
-                        break
-                    if not all(map(math.isfinite, values)):
-                        return self._fault("a number is too large")
-                    if self.last == "Z" and command != "M":
-                        self.here = self.start
-                    self._commands[command](values, relative)
-                    self.last = command
-                    if command == "M":
-                        command = "L"  # more pairs after a move are lines
-                    first = False
-                if self._torn:
-                    return self._fault(f"{letter} needs {_ARGUMENTS[command]} numbers")
-            self.at = _SPACE.match(data, self.at).end()  # type: ignore[union-attr]
+                continue
+            found = None if data.startswith(",", self.at) else _ARGUMENTS[command].match(data, self.at)
+            if found is None or found[0].lstrip().startswith(","):
+                return self._fault(f"{letter} needs {_COUNTS[command]} numbers")
+            while found is not None:
+                values = [float(each) for each in found.groups()]
+                self.at = found.end()
+                if not all(map(math.isfinite, values)):
+                    return self._fault("a number is too large")
+                self._draw(command, values, relative)
+                if command == "M":
+                    command = "L"  # more pairs after a move are lines
+                found = _ARGUMENTS[command].match(data, self.at)
+            if _MORE.match(data, self.at):
+                return self._fault(f"{letter} needs {_COUNTS[command]} numbers")
         return ""
-
-    def _values(self, count: int, arc: bool, first: bool) -> list[float] | None:
-        """The next `count` numbers, or None; `_torn` tells whether some but not all of them are there."""
-        values: list[float] = []
-        at = self.at
-        self._torn = False
-        for k in range(count):
-            pattern = _FLAG if arc and k in _FLAGS else _FIRST if first and k == 0 else _NEXT
-            match = pattern.match(self.data, at)
-            if match is None:
-                self._torn = k > 0 or self.data[at:].lstrip().startswith(",")
-                return None
-            values.append(float(match.group(1)))
-            at = match.end()
-        self.at = at
-        return values
 
     def _fault(self, text: str) -> str:
         rest = self.data[self.at :].strip()
@@ -129,14 +99,31 @@ class _Builder:
 
     # --- commands -----------------------------------------------------------------------------------------------------
 
-    def _points(self, values: list[float], relative: bool) -> list[complex]:
+    def _draw(self, command: str, values: list[float], relative: bool) -> None:
+        if self.last == "Z" and command != "M":
+            self.here = self.start
+        last, self.last = self.last, command
         origin = self.here if relative else 0j
-        return [complex(x, y) + origin for x, y in zip(values[0::2], values[1::2], strict=True)]
-
-    def _end(self) -> None:
-        if self.pieces:
-            self.subpaths.append(Subpath(self.pieces))
-        self.pieces = []
+        if command == "H":
+            points = [complex(values[0] + origin.real, self.here.imag)]
+        elif command == "V":
+            points = [complex(self.here.real, values[0] + origin.imag)]
+        else:
+            coordinates = values[-2:] if command == "A" else values
+            points = [complex(x, y) + origin for x, y in zip(coordinates[0::2], coordinates[1::2], strict=True)]
+        if command == "M":
+            self._end()
+            self.here = self.start = points[0]
+            self.handle = None
+            return
+        if command in "ST":  # the control point of a curve of the same degree before goes on
+            same = self.handle is not None and last in ("CS" if command == "S" else "QT")
+            points.insert(0, 2.0 * self.here - self.handle if same and self.handle is not None else self.here)
+        if command == "A" and (piece := elliptical(self.here, points[0], *values[:5])):
+            self.pieces.append(piece)
+            self.handle, self.here = None, points[0]
+            return
+        self._add([self.here, *points], points[-2] if command in "CSQT" else None)
 
     def _add(self, points: list[complex], handle: complex | None = None) -> None:
         self.handle = handle
@@ -144,60 +131,20 @@ class _Builder:
             self.pieces.append(Piece(points))
         self.here = points[-1]
 
-    def _move(self, values: list[float], relative: bool) -> None:
-        (point,) = self._points(values, relative)
-        self._end()
-        self.here = self.start = point
-        self.handle = None
+    def _end(self) -> None:
+        if self.pieces:
+            self.subpaths.append(Subpath(self.pieces))
+        self.pieces = []
 
     def _close(self) -> None:
         if self.here != self.start:
             self._add([self.here, self.start])
         self._end()
-        self.here = self.start
-        self.handle = None
-
-    def _line(self, values: list[float], relative: bool) -> None:
-        self._add([self.here, *self._points(values, relative)])
-
-    def _horizontal(self, values: list[float], relative: bool) -> None:
-        self._add([self.here, complex(values[0] + (self.here.real if relative else 0.0), self.here.imag)])
-
-    def _vertical(self, values: list[float], relative: bool) -> None:
-        self._add([self.here, complex(self.here.real, values[0] + (self.here.imag if relative else 0.0))])
-
-    def _cubic(self, values: list[float], relative: bool) -> None:
-        points = self._points(values, relative)
-        self._add([self.here, *points], points[1])
-
-    def _smooth_cubic(self, values: list[float], relative: bool) -> None:
-        points = self._points(values, relative)
-        self._add([self.here, self._mirrored("CS"), *points], points[0])
-
-    def _quadratic(self, values: list[float], relative: bool) -> None:
-        points = self._points(values, relative)
-        self._add([self.here, *points], points[0])
-
-    def _smooth_quadratic(self, values: list[float], relative: bool) -> None:
-        middle = self._mirrored("QT")
-        self._add([self.here, middle, *self._points(values, relative)], middle)
-
-    def _mirrored(self, after: str) -> complex:
-        return 2.0 * self.here - self.handle if self.handle is not None and self.last in after else self.here
-
-    def _arc(self, values: list[float], relative: bool) -> None:
-        end = complex(values[5], values[6]) + (self.here if relative else 0j)
-        piece = elliptical(self.here, end, values[0], values[1], values[2], values[3] != 0.0, values[4] != 0.0)
-        if piece is None:
-            self._add([self.here, end])
-            return
-        self.handle = None
-        self.pieces.append(piece)
-        self.here = end
+        self.here, self.handle, self.last = self.start, None, "Z"
 
 
 def elliptical(
-    begin: complex, end: complex, rx: float, ry: float, degrees: float, large: bool, positive: bool
+    begin: complex, end: complex, rx: float, ry: float, degrees: float, large: float, positive: float
 ) -> Piece | None:
     """The arc of an ellipse from `begin` to `end` exactly; None where it is a straight line.
 

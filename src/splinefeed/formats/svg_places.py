@@ -11,6 +11,7 @@ from typing import NamedTuple
 PIXELS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96.0 / 2.54, "mm": 96.0 / 25.4, "q": 24.0 / 25.4, "pt": 4.0 / 3.0,
           "pc": 16.0}  # fmt: skip
 _LENGTH = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*([a-zA-Z]*|%)\s*")
+_NUMBER = re.compile(r"\s*,?\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?=[\s,+.-]|$)")
 _FUNCTION = re.compile(r"\s*,?\s*([a-zA-Z]+[a-zA-Z0-9]*)\s*\(([^()]*)\)")
 _SPLIT = re.compile(r"\s*,\s*|\s+")
 #: How many numbers each function of a transform takes; names as in CSS, where capitals mean nothing.
@@ -91,15 +92,15 @@ def length(text: str, name: str, view: Viewport, of: str) -> float:
 
 
 def numbers(text: str, name: str) -> list[float]:
-    """Numbers between blanks or commas; ShapeError for anything else."""
-    words = _SPLIT.split(text.strip()) if text.strip() else []
-    values = []
-    for word in words:
-        match = _LENGTH.fullmatch(word)
-        value = float(match.group(1)) if match and not match.group(2) else math.nan
-        if not math.isfinite(value):
-            raise ShapeError(f"{name}: {word[:40]!r} is not a number")
+    """Numbers between blanks, commas, or what can only begin the next one; ShapeError for anything else."""
+    values, at = [], 0
+    while text[at:].strip():
+        match = _NUMBER.match(text, at)
+        value = float(match[1]) if match else math.nan
+        if match is None or not math.isfinite(value):
+            raise ShapeError(f"{name}: {_SPLIT.split(text[at:].strip())[0][:40]!r} is not a number")
         values.append(value)
+        at = match.end()
     return values
 
 

@@ -37,15 +37,13 @@ def subpaths(tag: str, given: Mapping[str, str], view: Viewport) -> list[Subpath
     if tag == "circle":
         rx = ry = value("r", "o")
     else:
-        rx, ry = value("rx", "x", -1.0), value("ry", "y", -1.0)
-        rx, ry = (ry if rx < 0.0 else rx), (rx if ry < 0.0 else ry)  # one that is not given is as the other
+        rx, ry = _radii(value)
     _not_negative("radius", min(rx, ry) if tag == "circle" or "rx" in given or "ry" in given else 0.0)
     if rx <= 0.0 or ry <= 0.0:
         return []
-    center = complex(value("cx", "x"), value("cy", "y"))
-    right, left = center + rx, center - rx
-    halves = [svg_paths.elliptical(a, b, rx, ry, 0.0, False, True) for a, b in ((right, left), (left, right))]
-    return [Subpath([_joined([piece for piece in halves if piece is not None])])]
+    center = np.array([value("cx", "x"), value("cy", "y")])
+    whole = arc(center, np.array([rx, 0.0]), np.array([0.0, ry]), 0.0, 2.0 * math.pi)
+    return [Subpath([Piece(whole.control_points.view(np.complex128).ravel().tolist(), whole.weights, whole.knots)])]
 
 
 def _rectangle(given: Mapping[str, str], value: Callable[..., float]) -> list[Subpath]:
@@ -55,38 +53,23 @@ def _rectangle(given: Mapping[str, str], value: Callable[..., float]) -> list[Su
     if width == 0.0 or height == 0.0:
         return []
     x, y = value("x", "x"), value("y", "y")
-    rx, ry = value("rx", "x", -1.0), value("ry", "y", -1.0)
-    rx, ry = (ry if rx < 0.0 else rx), (rx if ry < 0.0 else ry)
+    rx, ry = _radii(value)
     rx, ry = min(max(rx, 0.0), 0.5 * width), min(max(ry, 0.0), 0.5 * height)
     rx, ry = (rx, ry) if rx > 0.0 and ry > 0.0 else (0.0, 0.0)
-    low, high = complex(x, y), complex(x + width, y + height)
-    corners = [
-        (complex(high.real - rx, low.imag), complex(high.real, low.imag + ry)),
-        (complex(high.real, high.imag - ry), complex(high.real - rx, high.imag)),
-        (complex(low.real + rx, high.imag), complex(low.real, high.imag - ry)),
-        (complex(low.real, low.imag + ry), complex(low.real + rx, low.imag)),
-    ]
-    here = start = complex(low.real + rx, low.imag)
-    pieces = []
-    for before, after in corners:
-        if here != before:
-            pieces.append(Piece([here, before]))
-        corner = svg_paths.elliptical(before, after, rx, ry, 0.0, False, True)
-        if corner is not None:
-            pieces.append(corner)
-        here = after
-    if here != start:
-        pieces.append(Piece([here, start]))
-    return [Subpath(pieces)]
+    right, low = x + width, y + height
+    corner = f"A{rx!r} {ry!r} 0 0 1"
+    return svg_paths.parse(
+        f"M{x + rx!r} {y!r}H{right - rx!r}{corner}{right!r} {y + ry!r}V{low - ry!r}{corner}{right - rx!r} {low!r}"
+        f"H{x + rx!r}{corner}{x!r} {low - ry!r}V{y + ry!r}{corner}{x + rx!r} {y!r}Z"
+    )[0]
+
+
+def _radii(value: Callable[..., float]) -> tuple[float, float]:
+    """The radii along x and y; one that is not given is as the other."""
+    rx, ry = value("rx", "x", -1.0), value("ry", "y", -1.0)
+    return (ry if rx < 0.0 else rx), (rx if ry < 0.0 else ry)
 
 
 def _not_negative(name: str, value: float) -> None:
     if value < 0.0:
         raise ShapeError(f"{name} is {value:g}; expected 0 or more")
-
-
-def _joined(halves: list[Piece]) -> Piece:
-    """Two arcs of half a turn as one piece of four spans."""
-    first, second = halves
-    full = arc(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]), 0.0, 2.0 * math.pi)
-    return Piece([*first.points, *second.points[1:]], full.weights, full.knots)

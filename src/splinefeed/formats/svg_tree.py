@@ -23,7 +23,7 @@ _SVG = "http://www.w3.org/2000/svg"
 _XLINK = "http://www.w3.org/1999/xlink"
 _INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 #: Attributes of other name spaces that mean something here, under the name they get.
-_FOREIGN = {f"{_XLINK} href": "xlink:href", f"{_INKSCAPE} label": "label"}
+_FOREIGN = {f"{_XLINK} href": "xlink:href", f"{_INKSCAPE} label": "label", "inkscape:label": "label"}
 
 
 @dataclass(eq=False)
@@ -35,8 +35,6 @@ class Node:
     line: int
     children: list[Node] = field(default_factory=list)
     text: str = ""
-    parent: Node | None = None
-    place_in_parent: int = 0
 
     def walk(self) -> Iterator[Node]:
         """This node and all below it, in the order of the file."""
@@ -46,11 +44,17 @@ class Node:
             pending += reversed(node.children)
             yield node
 
-    def elders(self, most: int) -> list[Node]:
-        """Up to `most` nodes before this one in its parent, the nearest first."""
-        if self.parent is None or self.place_in_parent == 0:
-            return []
-        return self.parent.children[self.place_in_parent - 1 :: -1][:most]
+    def __iter__(self) -> Iterator[Node]:
+        return iter(self.children)
+
+    @property
+    def attrib(self) -> dict[str, str]:
+        """The attributes, by the name that the standard library's elements have for them, as cssselect2 asks."""
+        return self.attributes
+
+    def get(self, name: str, otherwise: str | None = None) -> str | None:
+        """An attribute, likewise."""
+        return self.attributes.get(name, otherwise)
 
     def __str__(self) -> str:
         name = self.attributes.get("id", "")
@@ -83,9 +87,33 @@ def unpacked(content: bytes, source: str, most: int = MAX_DRAWING_BYTES) -> byte
     return b"".join(parts)
 
 
-def read_tree(content: bytes, source: str) -> Node:
-    """The root element; FormatError for what is not XML, declares entities, or is too large or too deep."""
-    parser = expat.ParserCreate(namespace_separator=" ")
+def read_tree(content: bytes, source: str, findings: list[str] | None = None) -> Node:
+    """The root element; FormatError for what is not XML, declares entities, or is too large or too deep.
+
+    A prefix that the file does not declare means what it usually does; `findings` say so.
+    """
+    try:
+        return _tree(content, source, " ")
+    except expat.ExpatError as error:
+        if error.code != expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]:
+            raise _not_xml(error, source) from None
+        if findings is not None:
+            findings.append(f"line {error.lineno}: a prefix is not declared (xmlns:...); it is taken for the usual one")
+    try:
+        return _tree(content, source, "")
+    except expat.ExpatError as error:
+        raise _not_xml(error, source) from None
+
+
+def _not_xml(error: expat.ExpatError, source: str) -> FormatError:
+    return FormatError(
+        f"{source}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
+        f"expected SVG, is the file complete?"
+    )
+
+
+def _tree(content: bytes, source: str, between: str) -> Node:
+    parser = expat.ParserCreate(namespace_separator=between or None)
     root: list[Node] = []
     stack: list[Node] = []
     count = 0
@@ -97,11 +125,10 @@ def read_tree(content: bytes, source: str) -> Node:
             raise FormatError(f"{source}: has more than {MAX_ELEMENTS} elements; that is not a drawing for a tool path")
         if len(stack) >= MAX_DEPTH:
             raise FormatError(f"{source}: line {parser.CurrentLineNumber}: elements are nested {MAX_DEPTH} deep")
-        space, _, tag = name.rpartition(" ")
+        space, _, tag = name.rpartition(between or ":")
         own = {_FOREIGN.get(key, key): value for key, value in attributes.items()}
-        node = Node(tag if space in ("", _SVG) else "", own, parser.CurrentLineNumber)
+        node = Node(tag if space in ("", "svg", _SVG) else "", own, parser.CurrentLineNumber)
         if stack:
-            node.parent, node.place_in_parent = stack[-1], len(stack[-1].children)
             stack[-1].children.append(node)
         else:
             root.append(node)
@@ -126,11 +153,6 @@ def read_tree(content: bytes, source: str) -> Node:
     parser.EntityDeclHandler = declared
     try:
         parser.Parse(content, True)
-    except expat.ExpatError as error:
-        raise FormatError(
-            f"{source}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
-            f"expected SVG, is the file complete?"
-        ) from None
     except (ValueError, LookupError) as error:
         if isinstance(error, FormatError):
             raise

@@ -13,7 +13,7 @@ from splinefeed.records import Array, BoolArray, IntArray
 NEAR_MISS = 100.0
 #: How many places a finding names.
 NAMED = 3
-#: Neighbours within the tolerance that are examined for each end; more than one besides its own is a branch already.
+#: Neighbours within the tolerance that are examined for each end; more than one other than its own is a branch.
 _NEIGHBOURS = 5
 
 

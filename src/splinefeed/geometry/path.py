@@ -47,7 +47,7 @@ class Path:
 
     Features below the resolution, 1 nm, are decided once, here (`geometry.resolution`): a curve shorter than that
     beside a long one is left out with a finding, its feed and tolerance with it, and curves are numbered, markers and
-    dwells placed, as if it did not exist. A curve with a cusp, or a bend that cannot be told from one, stays one curve
+    dwells placed, as if it did not exist. A curve with a cusp, or a bend as sharp as one, stays one curve
     on the same domain; next to the tip `joined`, what is moved along, leaves `curves` by 1 nm at most, and at the tip
     it has a corner, where motion stops.
 
@@ -149,7 +149,7 @@ class Path:
         return partial(Path, **self._said(), tolerance=self.tolerance), (self.curves, self.axes)
 
     def _said(self) -> dict[str, Any]:
-        """The arguments of a path besides curves and axes."""
+        """The arguments of a path other than curves and axes."""
         return {
             "name": self.name,
             "findings": self.findings,

@@ -24,7 +24,7 @@ class Proof:
     """The proof of a smoothed path, by means that the smoothing does not share.
 
     path        the result, with its findings
-    order       how far both are apart when they are run through side by side, and what crosses itself anew
+    order       how far both are apart when they are traversed side by side, and which self-crossings are new
     tolerance   mm, the largest that was allowed; angular_tolerance  rad
     closer      curves of the original that were smoothed with less, so that there is no new self-crossing
     """

@@ -1,4 +1,4 @@
-"""Smoothing of a path that need not end: curves go in as they come, smooth ones come out, in bounded memory."""
+"""Smoothing of a path that need not end: takes curves as they come and gives smooth ones, in bounded memory."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from splinefeed.records import Array
 _COLUMNS = ("a", "b", "c")
 #: Largest tolerance of the tool axis, rad: beyond it there is little left of a direction.
 LARGEST_ANGLE = math.radians(30.0)
-#: A curve's tool axis turns by less than this, rad, from its middle: else it has no shortest vector that can be told.
+#: A curve's tool axis turns by less than this, rad, from its middle: otherwise its shortest vector is not bounded.
 MOST_TURN = math.radians(80.0)
 
 

@@ -141,7 +141,7 @@ def _bezier_weights(base: NurbsCurve) -> Array:
         return np.ones((spans, q + 1))
     missing = np.repeat(base.breaks[1:-1], q - _multiplicity(base, base.breaks[1:-1]))
     weights = (base.with_knots(*missing) if len(missing) else base).kernel_weights
-    # weights that come out equal are dropped by the curve: any of them will do
+    # weights that are equal are dropped by the curve: any of them will do
     weights = weights if len(weights) else np.ones(spans * q + 1)
     return np.asarray(weights[np.arange(spans)[:, None] * q + np.arange(q + 1)])
 

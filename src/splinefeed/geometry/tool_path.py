@@ -23,7 +23,7 @@ POINTS, VECTORS, ANGLES = "points", "vectors", "angles"
 SHORTEST = 1e-6
 #: A tool axis that differs by more than this between neighbouring curves, rad, jumps.
 JUMP = 1e-6
-#: Places are told to the resolution of geometry, 1 nm: what is less is rounding.
+#: Places are given to the resolution of geometry, 1 nm: below that is rounding.
 PLACE_DECIMALS = 6
 #: Places of each knot span at which the tool axis is looked at.
 SAMPLES = 33

@@ -97,7 +97,7 @@ class Interpolator:
             path.length,
             self.period,
         )
-        self._asked = (
+        self._requested = (
             self._method.history,
             self._method.half,
             self._method.anchor,
@@ -156,7 +156,7 @@ class Interpolator:
     def _run(self, first: int, room: tuple[Any, ...]) -> None:
         """Fill curve, u, s, feed and position of the ticks from `first` on."""
         if self._method.fill is None:
-            self._loop(*self._given, first, self._integers, self._floats, *self._asked, *room)
+            self._loop(*self._given, first, self._integers, self._floats, *self._requested, *room)
             return
         time = np.minimum(np.arange(first, first + len(room[0])) * self.period, self.law.duration)
         self._method.fill(self.path, self.law, time, *room)

@@ -1,4 +1,4 @@
-"""Second-order Runge-Kutta with parameter compensation: a predictor, and a corrector that mends the chord."""
+"""Second-order Runge-Kutta with parameter compensation: a predictor, and a corrector of the chord."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ def milne_simpson(
     corrections: int,
     tolerance: float,
 ) -> float:
-    """Milne's predictor and `corrections` passes of Simpson's corrector, eq. (23) and (24); the mended signs.
+    """Milne's predictor and `corrections` passes of Simpson's corrector, eq. (23) and (24); with corrected signs.
 
     u_{k+1} = u_{k-3} + (4 T / 3) (2 f_k - f_{k-1} + 2 f_{k-2})
     u_{k+1} = u_{k-1} + (T / 3) (f_{k+1} + 4 f_k + f_{k-1})

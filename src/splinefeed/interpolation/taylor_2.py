@@ -23,7 +23,7 @@ def step(
     tolerance: float,
     memory: Array,
 ) -> float:
-    """u_{k+1} = u_k + V T / |C'| + (T^2 / 2) (A / |C'| - V^2 (C' . C'') / |C'|^4): eq. (3), mended.
+    """u_{k+1} = u_k + V T / |C'| + (T^2 / 2) (A / |C'| - V^2 (C' . C'') / |C'|^4): eq. (3), corrected.
 
     The print lacks the norm in the first term and has a sum before the bracket. The term with A, missing in older
     papers, belongs there whenever the feed changes: R. T. Farouki, Y.-F. Tsai, "Exact Taylor series coefficients for

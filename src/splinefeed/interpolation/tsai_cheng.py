@@ -1,4 +1,4 @@
-"""Tsai and Cheng's predictor-corrector: the parameter is mended until the chord of the step is that of the feed."""
+"""Tsai and Cheng's predictor-corrector: the parameter is corrected until the chord of the step is that of the feed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two lines of chords run through side by side, forwards only."""
+"""Two lines of chords traversed side by side, forwards only."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def nearest_share(p: Array, k: int, q: Array, j: int, linear: int) -> float:
 def side_by_side(
     p: Array, q: Array, linear: int, limit: float, lows: IntArray, starts: IntArray, places: Array, ways: IntArray
 ) -> int:
-    """Run through chords p and q (points, axes), in tolerances, forwards only, so that they stay near each other.
+    """Traverse chords p and q (points, axes), in tolerances, forwards only, so that they stay near each other.
 
     A cell is a chord of p beside a chord of q; on its right and on its upper edge one node is kept: the place where the
     largest distance on the way there, as far as it is looked for, is least. lows, starts (chords of p + 1,): first

@@ -1,11 +1,11 @@
-"""Drive and mechanics of one axis over a servo period: exact where linear, with friction, torque limit and play.
+"""Drive and mechanics of one axis over a servo period: exact where linear, with friction, torque limit and backlash.
 
 The plant is dz/dt = A z + B u + N n(y), y = C z + D u, with three scalar nonlinear inputs n: friction, the force that a
-torque limit cuts off, and the spring force that play takes away. z+ = Phi z + Gamma u is exact for the linear part; n
-enters by quadratic interpolation over a sub-step (exponential quadrature on start, middle and end; Hochbruck and
+torque limit cuts off, and the spring force that backlash takes away. z+ = Phi z + Gamma u is exact for the linear part;
+n enters by quadratic interpolation over a sub-step (exponential quadrature on start, middle and end; Hochbruck and
 Ostermann, Acta Numerica 19 (2010), doi:10.1017/S0962492910000048, section 2). Where sliding stops, sticking ends, a
-motor with play turns round, or a limit or flank is met, the sub-step is bisected, with matrices kept for each halving,
-until the event is enclosed.
+motor with backlash turns round, or a limit or flank is met, the sub-step is bisected, with matrices kept for each
+halving, until the event is enclosed.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ PARAMETERS = 27
 ) = range(STATES, STATES + 8)
 MEMORY = STATES + 8
 
-#: Halvings at once while the torque limit cuts or play is being crossed, where the inputs feed back on themselves.
+#: Halvings at once while the torque limit cuts or backlash is being crossed, where the inputs feed back on themselves.
 CAREFUL = 2
 #: Halvings at most where friction falls steeply with speed: below STEEP_SPEED times the Stribeck speed a step may
 #: change the speed by STEEP_CHANGE times it.
@@ -192,7 +192,7 @@ def _add_friction(z: Array, volts: float, line: Array, parameters: Array, slidin
 def _add_inputs(
     z: Array, volts: float, line: Array, parameters: Array, sliding: float, limited: int, playing: bool, scratch: Array
 ) -> None:
-    """Add what friction, torque limit and play together do in a sub-step to scratch[:6]."""
+    """Add what friction, torque limit and backlash together do in a sub-step to scratch[:6]."""
     inputs = scratch[STATES : STATES + NODES * CHANNELS]  # (node, channel)
     linear = scratch[STATES + NODES * CHANNELS :]  # (middle or end, channel): y without the inputs
     size = parameters[COULOMB] + parameters[STICTION] + parameters[STIFFNESS] * parameters[HALF_PLAY]
@@ -297,7 +297,7 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
         sliding = z[SLIDING]
         row = 1 + level + (LEVELS + 1 if rubbing and sliding == 0.0 else 0)
         line = table[row]
-        shift = side * half_play  # on a flank the spring is linear in a load that stands half the play further on
+        shift = side * half_play  # on a flank the spring is linear in a load that stands half the backlash further on
         z[LOAD] += shift
         _linear_step(z, volts, line, scratch)
         if limited != 0 or free:
@@ -338,7 +338,7 @@ def advance(z: Array, volts: float, table: Array, parameters: Array, scratch: Ar
             continue
         for i in range(STATES):
             z[i] = scratch[i]
-        if not compliant:  # play without compliance: the load is dragged along
+        if not compliant:  # backlash without compliance: the load is dragged along
             z[LOAD] = min(max(z[LOAD], z[MOTOR] - half_play), z[MOTOR] + half_play)
         if stopping:
             z[speed] = 0.0

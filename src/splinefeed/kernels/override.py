@@ -361,7 +361,7 @@ def run_rate(
         tau += direction * period * (rate + period * (slope / 3.0 + wanted / 6.0))
         state[STILL] = state[STILL] + 1.0 if tau == state[TAU] else 0.0
         if not forward and tau <= 0.0:
-            # at the start the law rests: so does what is sent, at any rate
+            # at the start the law is at rest, and so is what is sent, at any rate
             tau = after = wanted = 0.0
             state[DOWN:] = 0.0
         state[TAU] = min(tau, duration)

@@ -64,7 +64,7 @@ class JointPath:
     that turns fast, and its limits slow the tip down. A path that goes straight through the pole tilts on to the other
     side, and no joint turns fast; where the tool stays at the pole for a while, the joint turns meanwhile.
     Raises CurveError where the tool turns off at the pole, or tilts and the machine cannot; LimitsError where
-    it leaves the travel of a joint: with the joint, the place and the mend.
+    it leaves the travel of a joint: with the joint, the place and how to fix it.
     Called with arc lengths s (...), mm, of the tip it gives joints (..., joints), mm and rad.
     Source: docs/how-to/five-axis.md. Example: `sf.JointPath(tool, sf.Machine.load("trunnion").kinematics)(0.0)`
     """
@@ -269,6 +269,8 @@ class JointPath:
         for first, last in stays:
             self._dips = self._dips[(self._dips < first) | (self._dips > last)]
         clear = away >= POLE
+        if not np.any(clear):
+            self._refuse_pole(0.0)
         curve, u, s = curve[clear], u[clear], s[clear]
         turn = self._turn_at(curve, u)
         for _ in range(HALVINGS):
@@ -317,7 +319,7 @@ class JointPath:
             sides = (max(first - reach, 0.0), min(last + reach, self.length))
             inner = [s for s, end in zip(sides, ends, strict=True) if s != end]
             rho = [float(self._from_pole(*self.tool.locate(np.array([s])))[0]) for s in inner]
-            if max(rho) > PASS:
+            if not rho or max(rho) > PASS:
                 continue
             if min(rho) < 1e-2 * PASS:
                 break

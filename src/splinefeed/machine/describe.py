@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from splinefeed.machine.control import Control, values
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.quantities import KINDS, show, told
+from splinefeed.machine.quantities import KINDS, as_quantity, show
 
 if TYPE_CHECKING:
     from splinefeed.machine.machine import Machine
@@ -86,7 +86,7 @@ def numbers(machine: Machine) -> dict[str, Any]:
     """A machine for programs: sections as in the file, each quantity as its value and unit."""
     page: dict[str, Any] = {"name": machine.name, "title": machine.title}
     if (moves := machine.kinematics) is not None:
-        lengths = {key: told(value, "position", False) for key, value in moves.parameters.items()}
+        lengths = {key: as_quantity(value, "position", False) for key, value in moves.parameters.items()}
         page["kinematics"] = {"type": moves.kind, "joints": list(moves.joints), **lengths}
     if machine.control is not None:
         page["control"] = control_numbers(machine.control)
@@ -99,13 +99,15 @@ def numbers(machine: Machine) -> dict[str, Any]:
 
 def control_numbers(control: Control) -> dict[str, Any]:
     """A control for programs: by the names of the file, each quantity as its value and unit."""
-    return {name: told(value, one.metadata.get("kind"), rotary) for name, one, value, rotary in values(control)}
+    return {name: as_quantity(value, one.metadata.get("kind"), rotary) for name, one, value, rotary in values(control)}
 
 
 def _axis_numbers(axis: Axis) -> dict[str, Any]:
     parts = {section: part for section in _ORDER if (part := getattr(axis, section)) is not None}
     sections = {
-        section: {one.name: told(value, one.metadata.get("kind"), rotary) for one, value, rotary in axis.said(part)}
+        section: {
+            one.name: as_quantity(value, one.metadata.get("kind"), rotary) for one, value, rotary in axis.said(part)
+        }
         for section, part in parts.items()
     }
     return {"motion": axis.motion, **sections}

@@ -127,7 +127,7 @@ class Transmission(_Part):
 
     kind "screw" or "belt": lead, mm/rad; "gear": ratio, motor turns a turn of the axis; "direct": neither
     inertia   of screw, pulleys and gears at the motor shaft, kg*m^2
-    backlash  play between motor and load, mm or rad
+    backlash  between motor and load, mm or rad
     stiffness, damping  of the one compliance, N/mm and N*s/mm or N*m/rad and N*m*s/rad; without them it is rigid
     """
 

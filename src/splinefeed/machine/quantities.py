@@ -80,7 +80,7 @@ def shown(value: float, kind: str, rotary: bool) -> float:
     return math.degrees(value) if rotary and kind in TURNING else value
 
 
-def told(value: object, kind: str | None, rotary: bool) -> object:
+def as_quantity(value: object, kind: str | None, rotary: bool) -> object:
     """`value` for programs: a quantity as its value and unit, anything else as it is."""
     if kind not in KINDS or not isinstance(value, int | float):
         return value

@@ -268,7 +268,7 @@ class _Spindle:
 
     control: Control
     turning: bool = False
-    asked: float = 0.0
+    commanded: float = 0.0
     speed: float = 0.0
     ready: float = 0.0
 
@@ -309,14 +309,14 @@ def _waits(blocks: Blocks, seconds: Array, control: Control) -> tuple[Waits, tup
         tool = next((each for each in codes if each[0] == "T"), tool)
         for code in codes:
             if code[0] == "S":
-                spindle.asked = float(code[1:]) / RPM
+                spindle.commanded = float(code[1:]) / RPM
                 if not spindle.turning:
                     continue
             if code[0] == "S" or code in ("M3", "M4"):
                 if code[0] == "M" and spindle.ready > clock[mark.move] + passed and spindle.speed == 0.0:
                     settle(mark.move, mark.line)  # it stops before it turns again
                 spindle.turning = True
-                spindle.to(spindle.asked, clock[mark.move] + passed)
+                spindle.to(spindle.commanded, clock[mark.move] + passed)
                 due = (_behind(blocks, mark), mark.line)
             elif code in ("M5", "M6", "M0", "M1", "M2", "M30", "M60"):
                 if code != "M1" and code != "M0":

@@ -260,13 +260,13 @@ def run(
     limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
     ticks = check_ticks(law, period, MOST_TICKS if joints else MOST_IN_CHUNKS)
-    asked: dict[str, Any] = {"period": period, "method": method, "corrections": corrections, "tolerance": tolerance}
-    chunks = partial(_made, path, law, asked)
+    options: dict[str, Any] = {"period": period, "method": method, "corrections": corrections, "tolerance": tolerance}
+    chunks = partial(_made, path, law, options)
     return measured(path, limits, law, chunks, ticks, machine=model, on_progress=on_progress)
 
 
-def _made(path: Path | JointPath, law: TimeLaw, asked: dict[str, Any], chunk: int) -> Iterator[Setpoints]:
-    return interpolate(path, law, chunk=chunk, **asked)
+def _made(path: Path | JointPath, law: TimeLaw, options: dict[str, Any], chunk: int) -> Iterator[Setpoints]:
+    return interpolate(path, law, chunk=chunk, **options)
 
 
 def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Limits) -> Path | JointPath:
@@ -323,7 +323,7 @@ def measured(
         say("measuring", meter.ticks, ticks)
     kept = meter.setpoints
     whole = len(kept) == meter.ticks
-    verdict = check(kept if whole else _told(again(), "checking", ticks, say), path, limits, law=law)
+    verdict = check(kept if whole else _reporting(again(), "checking", ticks, say), path, limits, law=law)
     chord, thread = meter.chord, meter.line
     if joints is not None:
         chord = float(verdict.numbers["chord_error_max_mm"])
@@ -346,7 +346,7 @@ def measured(
     )
 
 
-def _told(chunks: Iterator[Setpoints], what: str, ticks: int, say: Progress) -> Iterator[Setpoints]:
+def _reporting(chunks: Iterator[Setpoints], what: str, ticks: int, say: Progress) -> Iterator[Setpoints]:
     """The chunks as they are, reporting progress on each."""
     done = 0
     for chunk in chunks:

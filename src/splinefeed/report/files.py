@@ -49,7 +49,7 @@ TIP, TIP_COLUMNS = "tip.csv", "t_s,s_mm,x_mm,y_mm,z_mm,i,j,k"
 #: Names of setpoint files by format.
 SETPOINTS = {name: f"setpoints{each.suffixes[0]}" for name, each in FORMATS.items()}
 FIGURES = ("path", "motion", "limits", "binding", "ripple")
-#: Limits along the path; figures of what binds are drawn where there are others besides.
+#: Limits along the path; figures of what binds are drawn where there are others.
 _ALONG = {"feed", "acceleration", "deceleration", "jerk"}
 SERVO_FIGURES = ("errors", "contour")
 #: Everything that a run may leave, and that following setpoints may.

@@ -228,7 +228,7 @@ def _path(panel: Panel) -> Plain:
         "colorscale": "Viridis",
         "colorbar": {"title": {"text": shades.label, "side": "right"}, "thickness": 14},
     }
-    hover = [_told(name, f"customdata[{k}]") for k, name in enumerate(mark.names)]
+    hover = [_hover_text(name, f"customdata[{k}]") for k, name in enumerate(mark.names)]
     hover += [
         f"{html.escape(label.partition(' ')[0])} = %{{{letter}:.5f}}"
         for label, letter in zip(labels, letters, strict=True)
@@ -285,7 +285,7 @@ def _path(panel: Panel) -> Plain:
     return {"data": data, "layout": layout}
 
 
-def _told(name: str, place: str) -> str:
+def _hover_text(name: str, place: str) -> str:
     """A line of the words at a point: name, value to its digits, unit."""
     word, _, unit = name.partition(" ")
     digits = ".6g" if not unit else ".4f"

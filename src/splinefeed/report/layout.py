@@ -341,7 +341,7 @@ def _flattened(panel: Panel) -> Panel:
     seen = np.column_stack([right, np.cross(towards, right)])
     ends = np.array([mark.place.min(axis=0), mark.place.max(axis=0)])
     corners = np.array([[ends[k >> axis & 1, axis] for axis in range(3)] for k in range(8)]) @ seen
-    told = np.where(np.abs(ends) > ROUNDING * np.max(np.ptp(ends, axis=0)), ends, 0.0)
+    ends_shown = np.where(np.abs(ends) > ROUNDING * np.max(np.ptp(ends, axis=0)), ends, 0.0)
     edges: list[Array] = []
     marks: list[Mark] = []
     for axis, label in enumerate((panel.x.label, panel.y.label, panel.z)):
@@ -349,7 +349,7 @@ def _flattened(panel: Panel) -> Panel:
         edges += [np.array([corners[k], corners[k | 1 << axis], [np.nan, np.nan]]) for k in starts]
         middles = [0.5 * (corners[k] + corners[k | 1 << axis]) for k in starts]
         x, y = min(middles, key=lambda at: at[1] if axis < 2 else at[0])  # the lowest edge, of z the leftmost
-        words = f"{label}: {theme.short(told[0, axis])} to {theme.short(told[1, axis])}"
+        words = f"{label}: {theme.short(ends_shown[0, axis])} to {theme.short(ends_shown[1, axis])}"
         marks.append(Dots(np.array([x]), np.array([y]), words=(words,), size=0.0))
     box, start = np.concatenate(edges), mark.place[:1] @ seen
     marks.append(Line(box[:, 0], box[:, 1], colour=theme.GRID, width=1.0))

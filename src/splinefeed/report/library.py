@@ -55,7 +55,7 @@ def script() -> str:
 def compressed() -> str:
     """`script` through gzip, in base64, for pages that hold it themselves; page.js unpacks it.
 
-    Compressing takes longer than all figures of a run, so the user's cache folder keeps what came out.
+    Compressing takes longer than all figures of a run, so the user's cache folder keeps the result.
     """
     source = _file()
     about = source.stat()

@@ -21,7 +21,7 @@ LOWEST_SHARE, HIGHEST_SHARE = 1e-3, 0.98
 OUTPUT_SHARE = 0.5
 #: Ticks before the step; a step is watched for this many over the bandwidth of the slower loop, within these bounds, s.
 BEFORE = 5
-#: A step of so many counts, the times that it is given to settle and is watched, s, and the counts of a swing that is
+#: A step of so many counts, the times that it is given to settle and is watched, s, and the counts of hunting that is
 #: no rest any more.
 REST_STEP = 20.0
 REST_SETTLING, REST_WATCHED = 0.5, 0.5

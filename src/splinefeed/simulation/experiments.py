@@ -21,10 +21,11 @@ ComplexArray = NDArray[np.complex128]
 SETTLING = 0.5
 SETTLING_LAGS = 12.0
 WINDOW = 0.5
-#: Swings that a relay experiment runs through, and those at its end that are measured.
+#: Periods of a relay experiment, and those at its end that are measured.
 SWINGS = 60
 MEASURED_SWINGS = 20
-#: Steps of frequency on the way from the swing to where the phase is -180 degrees, and rounds of interpolation there.
+#: Steps of frequency on the way from the oscillation to where the phase is -180 degrees, and rounds of interpolation
+#: there.
 SEARCH_STEP = 1.15
 SEARCH = 30
 REFINE = 3
@@ -111,18 +112,19 @@ def relay(
     """The ultimate point of an axis: a relay of +-`volts` makes it oscillate, and sines around that measure it.
 
     After K. J. Astrom and T. Hagglund, Automatica 20 (1984) 645-651, doi:10.1016/0005-1098(84)90014-1; hysteresis in mm
-    or rad. Their reading K_u = 4 d / (pi a) of the swing alone is 38 to 48 % too high on X of `xytheta`, and not taken:
+    or rad. Their reading K_u = 4 d / (pi a) of the oscillation alone is 38 to 48 % too high on X of `xytheta`, and not
+    taken:
 
-    - A relay in a servo switches at ticks only, its swing takes an even number of them, and the one that comes about
+    - A relay in a servo switches at ticks only, its period takes an even number of them, and the one that comes about
       need not be the nearest: 12 ticks where the ultimate period is 14.1. As the gain falls with the square of
       frequency, that reads (14.1 / 12)^2 = 1.38 of the truth.
-    - Dry friction takes a share of a swing that turns round: 8 % at 1 V.
+    - Dry friction reduces an oscillation that reverses: 8 % at 1 V.
     - Higher harmonics are no part of it: the first was read, and that of the relay is 1.2 % above 4 d / pi.
 
-    So the swing says where to look, and sines as large as its first harmonic are driven through the open axis until one
-    lags 180 degrees; an axis with a velocity drive is kept going meanwhile, so that friction stays a constant. On X, Y
-    and theta of `xytheta` gain and period are then within 0.3 % of the linear model at 1 to 3 V; below 0.3 V counts
-    make that 10 %, and beyond the drive's torque the axis really is another one.
+    So the oscillation says where to search, and sines as large as its first harmonic are driven through the open axis
+    until one lags 180 degrees; an axis with a velocity drive is kept going meanwhile, so that friction stays a
+    constant. On X, Y and theta of `xytheta` gain and period are then within 0.3 % of the linear model at 1 to 3 V;
+    below 0.3 V counts make that 10 %, and beyond the drive's torque the axis really is another one.
     """
     if not (math.isfinite(volts) and volts > 0.0):
         raise InputError(f"the relay is {volts} V; it must be greater than 0 and finite")
@@ -146,14 +148,14 @@ def relay(
             break
     else:
         raise InputError(
-            f"axis {axis.name}: sines around the swing of the relay find no frequency that lags 180 degrees"
+            f"axis {axis.name}: sines around the oscillation of the relay find no frequency that lags 180 degrees"
         )
     for _ in range(REFINE):
         middle = measured(math.exp(_crossing(there, here)[0]))
         there, here = (middle, here) if middle[2] * here[2] <= 0.0 else (there, middle)
     frequency, gain = _crossing(there, here)
     return UltimatePoint(
-        1.0 / math.exp(gain), 1.0 / math.exp(frequency), f"relay of {volts:g} V and sines around its swing"
+        1.0 / math.exp(gain), 1.0 / math.exp(frequency), f"relay of {volts:g} V and sines around its oscillation"
     )
 
 
@@ -199,5 +201,6 @@ def _swing(axis: Axis, period: float, volts: float, hysteresis: float, sub_steps
             return float(rises[-1] - rises[-1 - MEASURED_SWINGS]) * period / MEASURED_SWINGS
         ticks *= 10
     raise InputError(
-        f"axis {axis.name}: a relay of {volts:g} V makes no steady swing; friction may hold the axis: raise the voltage"
+        f"axis {axis.name}: a relay of {volts:g} V makes no steady oscillation; friction may hold the axis: "
+        "raise the voltage"
     )

@@ -34,13 +34,13 @@ class Bench:
     mail: Mail
     runs: OrderedDict[str, tuple[Wanted, Run]] = field(default_factory=OrderedDict)
 
-    def done(self, asked: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run]:
+    def done(self, requested: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run]:
         """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
-        key = key_of({**complete(asked), "follow": follow})
+        key = key_of({**complete(requested), "follow": follow})
         if key in self.runs:
             self.runs.move_to_end(key)
             return self.runs[key]
-        wanted = resolve(asked, self.uploads)
+        wanted = resolve(requested, self.uploads)
         self.say(f"planning {wanted.path.name}, {wanted.strategy}")
         try:
             made = run(

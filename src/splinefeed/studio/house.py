@@ -118,7 +118,7 @@ class House:
             if answer.late:
                 if name in self.tabs:
                     self.tabs[name].send("planned", n=message["n"], body=LATER)
-                await self.front.ask({"task": "warm"}, lambda head: None)  # the next worker begins anew
+                await self.front.ask({"task": "warm"}, lambda head: None)  # the next worker begins again
                 continue
             if name not in self.tabs:
                 continue

@@ -50,10 +50,10 @@ class Socket(Guarded, WebSocketHandler):
             said = json.loads(message)
             if not isinstance(said, dict):
                 raise TypeError
-            asked = _ASKED.get(str(said.get("do")))
-            if asked is None or (not self.name and said["do"] != "hello"):
+            request = _REQUESTS.get(str(said.get("do")))
+            if request is None or (not self.name and said["do"] != "hello"):
                 raise TypeError
-            asked(self, said)
+            request(self, said)
         except SplinefeedError as error:
             self.send("refused", n=said.get("n"), error={"fields": {"": str(error)}, "fault": False})
         except (ValueError, TypeError, KeyError, RecursionError):
@@ -113,7 +113,7 @@ _JOBS = {
     "tune": ("tune", ["settings", "how"]),
 }
 #: What a page may ask.
-_ASKED: dict[str, Callable[[Socket, dict[str, Any]], None]] = {
+_REQUESTS: dict[str, Callable[[Socket, dict[str, Any]], None]] = {
     "hello": Socket._hello,
     "plan": Socket._plan,
     "job": Socket._job,

@@ -22,7 +22,7 @@ from splinefeed.workers import end_with_parent
 
 #: Work that is handed out in one piece, s, and the most runs in it: small runs travel together.
 BATCH_SECONDS, MOST_IN_BATCH = 0.1, 256
-#: Pieces that wait for each worker besides the one it is at.
+#: Pieces that wait for each worker after its current one.
 WAITING = 2
 #: How often a task that lost its worker is tried in all; one that kills every worker is a failure of its own.
 TRIES = 3
@@ -52,7 +52,7 @@ def drive(
 ) -> Iterator[tuple[Row, float]]:
     """Rows as they come, with the time each took, s, in no order; at most a few pieces a worker are on their way.
 
-    engine  makes an executor; it is made anew when it breaks, and the tasks that were on their way are tried again
+    engine  makes an executor; it is made again when it breaks, and the tasks that were on their way are tried again
     close   whether executors are shut down when they are not needed any more; not those that somebody handed in
     Raises EngineError where workers are lost again and again without a result.
     """

@@ -26,7 +26,7 @@ from splinefeed.interpolation import registry
 from splinefeed.machine.machine import Machine
 from splinefeed.records import BY_AXIS
 
-#: More runs than this are a slip of the hand.
+#: More runs than this are refused as a mistake.
 MOST_RUNS = 100_000_000
 #: More values than this of one setting in a grid or a list.
 MOST_VALUES = 1_000_000
@@ -127,7 +127,7 @@ def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | 
     problems: list[str] = []
     for key in content:
         if key not in _TOP:
-            problems.append(f"{key}: is no part of a sweep; {nearest(key, _TOP)}")
+            problems.append(f"{key}: is not part of a sweep; {nearest(key, _TOP)}")
     tables = {}
     for key in ("set", "grid", "list", "random", "output"):
         tables[key] = content.get(key, {})

@@ -175,7 +175,7 @@ def _lines(journal: Path) -> Iterator[Row]:
 
 
 def load(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, list[Any]]]:
-    """What a sweep's folder says of itself, and all rows that it has so far as columns, by index."""
+    """What a sweep's folder says of itself, and all rows that it has as columns, by index."""
     place = Path(folder)
     try:
         about = json.loads((place / ABOUT).read_text(encoding="utf-8"))

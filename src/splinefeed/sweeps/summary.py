@@ -12,7 +12,7 @@ from splinefeed.records import Array, IntArray
 from splinefeed.sweeps.work import DONE, FAILED, OVER
 
 #: Numbers whose least and greatest values are reported, in the order of the table.
-TOLD = (
+REPORTED = (
     "duration_s",
     "ripple_max",
     "chord_error_max_mm",
@@ -32,7 +32,7 @@ def summary(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]]) -> dict
         if state == FAILED
     )  # fmt: skip
     numbers: dict[str, Any] = {}
-    for name in TOLD:
+    for name in REPORTED:
         values = column(rows, name)
         if np.isfinite(values).any():
             least, most = int(np.nanargmin(values)), int(np.nanargmax(values))

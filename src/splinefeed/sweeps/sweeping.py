@@ -26,7 +26,7 @@ def sweep(
     """Every run of a sweep as a row of numbers, as they come, in no order; `row["index"]` says which it is.
 
     spec      a TOML file, its content as a dict, or a Sweep
-    executor  where the runs are made: an Executor, or a function that makes one (and makes it anew if it breaks);
+    executor  where the runs are made: an Executor, or a function that makes one (and makes it again if it breaks);
               None for processes on this machine, one a core; workers=0 for this process alone
     folder    keep the rows there as a Parquet dataset; runs that it has already are not made again, nor given
     workers   how many runs go at a time, where the executor does not say

@@ -27,7 +27,7 @@ from splinefeed.sweeps.spec import Settings, Task
 
 #: What a run came to: every limit holds; a limit or a check does not; there is no result.
 DONE, OVER, FAILED = "ok", "not kept", "failed"
-#: Columns of the dataset besides index, source and the settings that vary, with their kinds.
+#: Columns of the dataset in addition to index, source and the settings that vary, with their kinds.
 COLUMNS = {
     "status": "text",
     "error_kind": "text",
@@ -57,7 +57,7 @@ LONGEST = 500
 Row = dict[str, Any]
 #: Limits as `Limits.as_dict` has them, hashable.
 Flat = tuple[tuple[str, float], ...]
-#: Writes what else was asked of a run, its setpoints or its report; must be picklable: a function of a module.
+#: Writes the other output of a run, its setpoints or its report; must be picklable: a function of a module.
 Artefacts = Callable[[Task, Run], None]
 
 
@@ -71,7 +71,7 @@ def work(tasks: Sequence[Task], artefacts: Artefacts | None = None) -> list[tupl
 
 
 def row_of(task: Task, artefacts: Artefacts | None = None) -> Row:
-    """The row of one run: the same numbers, bit for bit, whoever makes it and when."""
+    """The row of one run: the same numbers, bit for bit, on every worker."""
     row = _bare(task)
     try:
         row |= _numbers(task, artefacts)

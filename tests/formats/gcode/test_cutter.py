@@ -39,7 +39,7 @@ REFUSED = [
     ("G41.1 D4\nG41.1 D4\nX10", 4, "G41.1: cutter compensation is on; write G40 before it"),
     ("G19\nG41.1 D4\nX10", 4, "G41.1: there is no cutter compensation in G19; choose G17 or G18"),
     ("G41.1\nX10", 3, "G41.1 needs D"),
-    ("G41.1 D1\nG1 X0 Y0\nX20\nG40\nG2 X30 Y5 R30", 7, "the first move behind G40 is a line, G0 or G1, not an arc"),
+    ("G41.1 D1\nG1 X0 Y0\nX20\nG40\nG2 X30 Y5 R30", 7, "the first move after G40 must be a line, G0 or G1"),
     ("G41.1 D2\nG3 X-9.7 Y-9.7 R3", 4, "the arc on which cutter compensation begins does not lead beside its contour"),
 ]  # fmt: skip
 

@@ -60,7 +60,7 @@ REFUSED = [
     ("o1 sub\nG0 X1\nM99\no1 endsub\no1 call", 3, "M99 is inside o1 sub; write endsub or return"),
     ("G0 X1\nM98 P5\nM2", 2, "o5 is called, and is neither in the program nor in 5.ngc beside it; begin it with O5"),
     ("o1 call [1]", 1, "o1 is called, and is neither in the program nor in 1.ngc beside it; define it with sub and"),
-    ("G0 X1\no1 if [0]\nG0 X1", 2, "o1 if has no o1 endif behind it"),
+    ("G0 X1\no1 if [0]\nG0 X1", 2, "o1 if has no o1 endif after it"),
     ("o1 while [0]\no1 endwhile\no1 while [0]\no1 endwhile", 3, "o1 while: line 1 has the label; write another number"),
     ("o<a> sub\no<a> call\no<a> endsub\no<a> call", 2,
      "o<a>: more than 10 calls within calls; does a sub call itself?"),

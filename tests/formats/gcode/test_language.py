@@ -198,7 +198,7 @@ def test_absolute_centres_hold_until_they_are_called_off(tmp_path: Path) -> None
         (["M3 S100", "G76 P1 Z-1 I1 J.00001 K1"], "line 2: G76 has more than 10000 passes; cut deeper at a time (J)"),
         (["G10 L20 P1 R3"], "line 1: R3 is used by no code of the line"),
         (["G87 X1 Z-1 R1"], "line 1: G87 is a canned cycle that is not supported; let the CAM system write its moves"),
-        (["O100 sub"], "line 1: o100 sub has no o100 endsub behind it"),
+        (["O100 sub"], "line 1: o100 sub has no o100 endsub after it"),
         (["M98 P100"], "line 1: o100 is called, and is neither in the program nor in 100.ngc beside it"),
         (["#1=1", "WHILE [#1 LT 5] DO1"], "line 2: WHILE: jumps and loops are not supported"),
         (["F1", "G93 G1 X1"], "line 2: F is missing; in inverse time (G93) every move needs its own"),

@@ -143,7 +143,7 @@ def test_printers(tmp_path: Path) -> None:
         "G4 P500", "M84",
     )  # fmt: skip
     assert len(path.curves) == 2 and path.dwells[0][1] == 0.5
-    assert "E words, the filament of a 3-D printer, are no motion of the path and are left out" in path.findings
+    assert "E words, the filament of a 3-D printer, are not part of the path and are left out" in path.findings
 
 
 @pytest.mark.parametrize(

@@ -67,7 +67,7 @@ def test_where_the_tool_is_the_lines_before_say(tmp_path: Path) -> None:
         ),
         (
             29,
-            "line 29: lies within cutter compensation (G41, G42); resume at line 27, where that begins, or behind its",
+            "line 29: lies within cutter compensation (G41, G42); resume at line 27, where that begins, or after its",
         ),
         (0, "from_line: '0' is not a line number; lines count from 1"),
         ("x", "from_line: 'x' is not a line number; lines count from 1"),

@@ -40,7 +40,7 @@ REFUSED: dict[int, str] = {
     **dict.fromkeys((310, 382, 383, 384, 385), "a probe move: only the machine knows where it ends; leave it out"),
     **dict.fromkeys(
         (410, 411, 420, 421),
-        "cutter compensation, which needs the tool's radius; let the CAM system write the compensated path (G40)",
+        "cutter compensation, which needs the tool's radius; give a tool table, or write the compensated path (G40)",
     ),
     650: "a macro call, which is not supported; write plain lines",
     660: "a modal macro call, which is not supported; write plain lines",

@@ -99,7 +99,7 @@ class Cutter:
     def check_exit(self, kind: int) -> None:
         """LineError for an arc as the first move behind G40, as in LinuxCNC."""
         if self._ended and kind in (CLOCKWISE, COUNTERCLOCKWISE):
-            raise LineError("the first move behind G40 is a line, G0 or G1, not an arc")
+            raise LineError("the first move after G40 must be a line, G0 or G1")
         self._ended = False
 
     def moved(self, start: Array) -> None:

@@ -269,7 +269,7 @@ class Flow:
         end = self._calls[-1].end if self._calls else None
         found = self.text.first(jump.name, words, self.at + 1, end)
         if found is None:
-            raise LineError(f"{jump.said} has no o{jump.name} {words[-1]} behind it")
+            raise LineError(f"{jump.said} has no o{jump.name} {words[-1]} after it")
         return found
 
     # --- branches and loops -----------------------------------------------------------------------------------------
@@ -360,7 +360,7 @@ class Flow:
         text, first = self._target(name, ("sub",), "define it with sub and endsub")
         end = text.first(name, ("endsub",), first)
         if end is None:
-            raise LineError(f"o{name} sub has no o{name} endsub behind it")
+            raise LineError(f"o{name} sub has no o{name} endsub after it")
         self._enter(_Call(name, text, first, end, (self.text, self.at + 1), self.shown))
         self._run.enter(arguments)
 

@@ -140,7 +140,7 @@ class Heidenhain(Interpreter):
                     there[axis] = there[axis] + value if len(name) > 1 else value
                     said |= 1 << axis
                     if not abs(there[axis]) <= layout.LARGEST:
-                        raise LineError(f"{name} leads to {there[axis]:g}, which is too far out")
+                        raise LineError(f"{name} leads to {there[axis]:g}, which is out of range")
         return there, said
 
     def _feed_of(self, words: dict[str, str]) -> bool:
@@ -161,7 +161,7 @@ class Heidenhain(Interpreter):
         if radius in ("L", "R"):
             raise LineError("RL and RR are cutter compensation, which needs the tool's radius; write R0")
         if words:
-            raise LineError(f"{next(iter(words))} belongs to no {kind} block")
+            raise LineError(f"{next(iter(words))} does not belong to a {kind} block")
         if kind == "L":
             if said:
                 self.state.add(RAPID if rapid else LINE, there, said, said, self.line)
@@ -201,7 +201,7 @@ class Heidenhain(Interpreter):
                     f"SPL begins {off:.6g} from where the tool is in {letter}; at most {START_TOLERANCE:g} is allowed"
                 )
         if words:
-            raise LineError(f"{next(iter(words))} belongs to no axis of the SPL block")
+            raise LineError(f"{next(iter(words))} is not an axis of the SPL block")
         if not said:
             raise LineError("SPL needs the end point of its axes")
         points[0] = start

@@ -104,7 +104,7 @@ class OffsetWords(ToolWords):
         if self._modal not in (0, 10):
             raise LineError("G53 needs G0 or G1")
         if axes.keys() & set(POLAR):
-            raise LineError("polar coordinates (@, ^) are no places of the machine; write X and Y with G53")
+            raise LineError("polar coordinates (@, ^) are not machine positions; write X and Y with G53")
         for letter in axes:
             self._take(letter)
         if not self._machine_known:

@@ -92,7 +92,7 @@ class Reading:
         """Before the line at which the program is resumed: forget the moves, keep how things are."""
         first, what = run.unfinished
         if first:
-            fault = LineError(f"lies within {what}; resume at line {first}, where that begins, or behind its end")
+            fault = LineError(f"lies within {what}; resume at line {first}, where that begins, or after its end")
             fault.line = self.from_line
             raise fault
         self._leave_out(state.take())
@@ -131,7 +131,7 @@ class Reading:
             raise FormatError(f"{fault.file or file}: line {fault.line or self.lines}: {fault}") from None
         self.ended, self.inch = run.ended, state.inch
         if state.modes[layout.EXTRUDED]:
-            self.findings.say("E words, the filament of a 3-D printer, are no motion of the path and are left out")
+            self.findings.say("E words, the filament of a 3-D printer, are not part of the path and are left out")
         if (made := state.take()).marks or len(made):
             yield made
 

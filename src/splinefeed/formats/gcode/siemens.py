@@ -95,7 +95,7 @@ class Siemens(Interpreter):
         super().run(" ".join(words), line)
         if self.tool_tip.given is not None:
             self.tool_tip.given = None
-            raise LineError("A3= B3= C3= belong to no G0 or G1 of the line")
+            raise LineError("A3= B3= C3= need a G0 or G1 on the line")
         if "MCALL" in keys:
             self._modal_call = call
         elif call is not None:

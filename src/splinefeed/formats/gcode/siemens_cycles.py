@@ -55,7 +55,7 @@ def call_of(name: str, text: str) -> Call:
         try:
             given[names[i]] = float(each)
         except ValueError:
-            raise LineError(f"{name}: {names[i]} is {each.strip()[:20]!r}, and no number") from None
+            raise LineError(f"{name}: {names[i]} is {each.strip()[:20]!r}, not a number") from None
         check_size(names[i], given[names[i]])
     return Call(name, given)
 

@@ -74,7 +74,7 @@ class SplineWords:
             self._quadratic(words, line, more)
         elif kind == 53:
             if self.open != 52:
-                raise LineError("G5.3 closes no G5.2")
+                raise LineError("G5.3 has no G5.2 before it")
         elif kind == 52:
             self._nurbs(code, words, line, more)
         elif kind == 62:

@@ -63,7 +63,7 @@ export class Program {
       make("td", {}, line ? make("button", { type: "button", onclick: () => { this.choose(line); $("listing").focus(); } }, `line ${line}`) : "start"),
       ...[seconds(s), seconds(beyond), limit].map((text) => make("td", {}, text))));
     const better = saves.filter((each) => each.saves_s >= 0.005).map((each) => make("tr", {}, make("td", {}, each.what.replace(/[_.]/g, " ")), make("td", {}, seconds(each.saves_s))));
-    return make("div", { class: "tuned" }, table(["place", "time", "beyond the programmed feed", "what binds"], rows), table(["20 % better", "saves"], better));
+    return make("div", { class: "tuned" }, table(["place", "time", "beyond feed", "what binds"], rows), table(["20 % better", "saves"], better));
   }
 
   // the line with this number, here and on the picture
