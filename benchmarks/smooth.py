@@ -39,15 +39,13 @@ def measure() -> Report:
         path = sf.read(FOLDER / name, repair=True)
         limits = sf.Limits(**ALONG, **sf.Machine.load("router").limits(path.axes))
         for how, corners in HOW.items():
-            after, off, order = path, None, None
+            after, off = path, None
             if corners:
                 proof = proven(path, TOLERANCE, corners=corners)
-                after, off, order = proof.path, 1e3 * proof.deviation.largest, 1e3 * proof.order.largest
+                after, off = proof.path, 1e3 * proof.order.largest
             law = sf.plan(after, limits, strategy="look-ahead", period=PERIOD)
             position = sf.interpolate(after, law, period=PERIOD).position[:, : path.linear]
-            rows.append(
-                (Path(name).stem, how, len(after.curves), len(after.stops), law.duration, jerk(position), off, order)
-            )
+            rows.append((Path(name).stem, how, len(after.curves), len(after.stops), law.duration, jerk(position), off))
     columns = (
         Column("program"),
         Column("path"),
@@ -55,7 +53,6 @@ def measure() -> Report:
         Column("stops", ",d"),
         Column("time, s", ".2f"),
         Column("axis jerk, mm/s^3", ",.0f"),
-        Column("deviation, um", ".2f"),
         Column("side by side, um", ".2f"),
     )
     programs = Table(
@@ -63,9 +60,9 @@ def measure() -> Report:
         columns,
         tuple(rows),
         (
-            "Axis jerk: the largest third difference of an axis's setpoints at 1 ms. Deviation: bound of the two-way "
-            "distance; side by side: of the distance when both are traversed in order (Frechet). Both are proven by "
-            "means that the smoothing does not share, and so is that there is no new self-crossing.",
+            "Axis jerk: the largest third difference of an axis's setpoints at 1 ms. Side by side: bound of the "
+            "distance when both are traversed in order (Frechet), proven by means that the smoothing does not share, "
+            "and so is that there is no new self-crossing.",
         ),
     )
     kinds = {"short lines of a curve, rounded to 1 um": "curve", "long lines at random": "walk"}

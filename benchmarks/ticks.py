@@ -90,7 +90,7 @@ class Lap:
             source._run(0, room)
             return
         state = np.zeros_like(source._integers), np.zeros_like(source._floats)
-        source._loop(*source._given, 0, *state, *source._asked, *room)
+        source._loop(*source._given, 0, *state, *source._requested, *room)
 
     def by_c(self, library: ctypes.CDLL, room: Room) -> None:
         """Fill `room` by the kernel of ticks.c."""

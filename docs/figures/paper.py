@@ -13,11 +13,11 @@ from scipy.optimize import brentq
 import splinefeed as sf
 from splinefeed.machine.parts import Axis, Drive
 from splinefeed.pipeline.experiment import PAPER_ERROR, PAPER_METHODS, Served, comparison, serve_methods
+from splinefeed.pipeline.follow import follow
 from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis as Scale
 from splinefeed.report.figure import Dots, Figure, Level, Line, Mark, Panel
-from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins
 
 HERE = Path(__file__).parent

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 
 class SplinefeedError(Exception):
     """The root: catch this to catch every error that splinefeed raises on purpose."""
@@ -31,6 +33,16 @@ class FormatError(InputError):
     """A file that cannot be read or written; the message begins with the file and the place in it."""
 
 
+class ProblemsError(FormatError):
+    """A file with several faults: the first line names the file, each of `problems` its place and how to fix it."""
+
+    def __init__(self, name: object, problems: Iterable[str]) -> None:
+        self.problems = tuple(problems)
+        head = self.problems[0] if len(self.problems) == 1 else f"{len(self.problems)} errors"
+        rest = [f"  {problem}" for problem in self.problems] if len(self.problems) > 1 else []
+        super().__init__("\n".join([f"{name}: {head}", *rest]))
+
+
 class PlanError(SplinefeedError):
     """No time law exists under these limits; the message says which length or feed would do."""
 
@@ -51,3 +63,12 @@ def expect(call: str, *given: tuple[object, type | tuple[type, ...]]) -> None:
                 f"{call.partition('(')[0]}: expected {wanted.__name__} {place}, got {type(value).__name__}; "
                 f"the order is {call}"
             )
+
+
+def nearest(name: object, known: Iterable[str], otherwise: str = "known are {}") -> str:
+    """What to say of a name that is not `known`: the one that it is nearest to, or all of them."""
+    from difflib import get_close_matches
+
+    known = list(known)
+    close = get_close_matches(str(name), known, n=1, cutoff=0.5)
+    return f"did you mean {close[0]!r}?" if close else otherwise.format(", ".join(known))

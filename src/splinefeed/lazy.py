@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
+_IMPORT = re.compile(r"^from ([\w.]+) import (\w+) as \2$", re.MULTILINE)
+
 
 def lazily(
-    room: str, homes: Mapping[str, str], moved: Mapping[str, str] | None = None
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a package whose public names live in modules of their own.
+    room: str, moved: Mapping[str, str] | None = None
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a package whose stub, __init__.pyi, says where its public names live.
 
-    homes  module of each name, below splinefeed; the name stands for the module itself where that has none such
     moved  where a name that was here stands now, "splinefeed.live.LookAhead"; it warns, for one release
     """
+    package = sys.modules[room]
+    with open(f"{os.path.splitext(str(package.__file__))[0]}.pyi", encoding="utf-8") as stub:
+        homes = {name: home for home, name in _IMPORT.findall(stub.read())}
 
     def find(name: str) -> Any:
         if moved is not None and name in moved:
@@ -25,9 +31,9 @@ def lazily(
             return getattr(import_module(home), now)
         if name not in homes:
             raise AttributeError(f"module {room!r} has no attribute {name!r}")
-        module = import_module(f"splinefeed.{homes[name]}")
-        value = getattr(module, name, module)
-        setattr(sys.modules[room], name, value)
+        within = None if homes[name] == room else getattr(import_module(homes[name]), name, None)
+        value = within or import_module(f"{homes[name]}.{name}")
+        setattr(package, name, value)
         return value
 
-    return find, lambda: sorted(sys.modules[room].__all__)
+    return find, lambda: sorted(package.__all__), list(homes)

@@ -18,6 +18,7 @@ from splinefeed.analysis import certificate
 from splinefeed.analysis.check import check
 from splinefeed.errors import InputError, LimitsError
 from splinefeed.formats.atomic import FormatError
+from splinefeed.records import LimitResult, unit_of
 
 PERIOD = 1e-3
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
@@ -599,3 +600,16 @@ def test_a_certificate_changes_with_every_bit_of_its_inputs(good, tmp_path):
     assert json.loads((tmp_path / "c.json").read_text()) == json.loads(json.dumps(page))
     with pytest.raises(FormatError, match="does not exist"):
         certificate.write_certificate(page, tmp_path / "no" / "c.json")
+
+
+def test_every_limit_is_told_in_the_unit_that_people_read() -> None:
+    units = {
+        "feed": "deg/s", "jerk": "deg/s^3", "chord_error": "deg", "axis_jerk.x": "mm/s^3", "axis_velocity.c": "deg/s",
+        "axis_velocity_step.c": "deg/s", "travel.x": "mm", "travel.c": "deg", "orientation_error": "deg",
+        "combinations.left.acceleration": "mm/s^2", "torque.c": "N m", "torque.x": "N",
+    }  # fmt: skip
+    assert {name: unit_of(name, "deg") for name in units} == units
+    found = {name: LimitResult(limit=2.0, worst=1.0, at_s=0.0, at_t=0.0, axis="c") for name in ("torque.c", "travel.c")}
+    page = sf.Verdict(limits=found, problems=()).as_dict()["limits"]
+    assert page["torque.c"]["limit"] == 2.0 and page["travel.c"]["limit"] == pytest.approx(np.rad2deg(2.0))
+    assert "orientation_error" in sf.Limits(feed=1.0, orientation_error=0.1)._repr_html_()

@@ -12,6 +12,7 @@ from scipy.integrate import quad
 import motions
 import splinefeed as sf
 from splinefeed.analysis import between, motion, ripple
+from splinefeed.analysis.check_law import limits_along
 from splinefeed.geometry.rows import Rows
 
 
@@ -198,18 +199,18 @@ def test_shares_find_a_law_over_its_limits():
     path = motions.smooth()
     limits = sf.Limits(feed=60, acceleration=500, deceleration=250, jerk=20000, deceleration_jerk=5000)
     law = sf.plan(path, limits)
-    shares = motion.tangential_shares(law, limits)
-    assert all(share.kept for share in shares.values())
+    shares = limits_along(law, path, limits)
+    assert all(share.holds for share in shares.values())
     assert shares["jerk"].share == pytest.approx(1.0, rel=1e-9)
     for name, less in (("feed", 0.9), ("acceleration", 0.9), ("deceleration", 0.9)):
         tight = dataclasses.replace(limits, **{name: shares[name].worst * less})
-        found = motion.tangential_shares(law, tight)
-        assert not found[name].kept
+        found = limits_along(law, path, tight)
+        assert not found[name].holds
         assert found[name].share == pytest.approx(1 / less, rel=1e-9)
-        assert [n for n, s in found.items() if not s.kept] == [name]
+        assert [n for n, s in found.items() if not s.holds] == [name]
     for name in ("jerk", "deceleration_jerk"):
         tight = dataclasses.replace(limits, **{name: 0.5 * getattr(limits, name)})
-        assert motion.tangential_shares(law, tight)["jerk"].share == pytest.approx(2.0, rel=1e-9)
+        assert limits_along(law, path, tight)["jerk"].share == pytest.approx(2.0, rel=1e-9)
 
 
 def test_differences_of_few_points():

@@ -36,7 +36,7 @@ def test_the_how_to_s_program_goes_to_a_report_that_the_check_agrees_with(
     done = splinefeed("run", "blade.nc", "--machine", "trunnion", *given, "-o", "out", *QUICK)
     page = json.loads(done.stdout)
     assert done.exit_code == 0 and page["ok"] and list(page["axes"]) == ["x", "y", "z", "a", "c"]
-    assert any("and back (tolerance 0.01 mm); side by side" in note for note in page["notes"])
+    assert any("both ways, side by side in the same order (tolerance 0.01 mm)" in note for note in page["notes"])
     assert "tool" in (folder / "out" / "report.html").read_text()
     for words in ("--tools tools.tbl", "--offsets G54=5,0,-20", "--angle-tolerance 0.00087266", "--smooth 0.01"):
         assert words in page["command"]

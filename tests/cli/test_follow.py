@@ -96,7 +96,7 @@ def test_bad_input(refused, folder, setpoints):
 
     assert follow(setpoints, "--machine", "xyteta") == (
         "xyteta: no machine of this name; there are hurco-02, hurco-04, lintable, router, trunnion, xytheta; "
-        "did you mean xytheta?"
+        "did you mean 'xytheta'?"
     )
     assert follow("nothing.h5", "--machine", "xytheta").startswith("nothing.h5: no such file")
     assert follow(setpoints) == "Missing option '--machine'; see splinefeed follow --help"
@@ -112,4 +112,4 @@ def test_bad_input(refused, folder, setpoints):
     assert line == "nan.csv: at t = 0.07 s axis y is nan; every position must be a finite number"
     machine = machine_with(folder, "[axis.x.encoder]", "[axis.x.encodr]")
     line = follow(setpoints, "--machine", machine)
-    assert "axis.x.encodr: unknown key; did you mean encoder?" in line
+    assert "axis.x.encodr: unknown key; did you mean 'encoder'?" in line

@@ -33,13 +33,13 @@ def test_every_error_of_a_bad_file_is_told_with_its_place(splinefeed, folder):
         "splinefeed: bad.toml: 4 errors",
         "  axis.x.encoder.pulses: 0; must be greater than 0",
         "  axis.x.controller.kp: -3V/mm; must not be negative",
-        "  axis.y.laod: unknown key; did you mean load?",
+        "  axis.y.laod: unknown key; did you mean 'load'?",
         "  axis.y.load: missing",
     ]
 
 
 def test_bad_names_are_one_line(refused, folder):
-    assert refused("machine", "show", "xyteta").endswith("did you mean xytheta?")
+    assert refused("machine", "show", "xyteta").endswith("did you mean 'xytheta'?")
     assert refused("machine", "show", "no.toml") == "no.toml: cannot be read (No such file or directory)"
     (folder / "empty.toml").write_text("")
     assert refused("machine", "show", "empty.toml") == (

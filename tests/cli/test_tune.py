@@ -88,7 +88,7 @@ def test_what_is_refused(refused, machine):
     assert refused("tune", "xytheta", "--axis", "w") == (
         "--axis: machine 'xytheta' has no axis 'w'; its axes are x, y, theta"
     )
-    assert refused("tune", "xyteta").endswith("did you mean xytheta?")
+    assert refused("tune", "xyteta").endswith("did you mean 'xytheta'?")
     assert refused("tune", "xytheta", "--rule", "zn").startswith("no tuning rule is called 'zn'; there are ")
     assert refused("tune", "xytheta", "--identify", "guess").startswith("no experiment is called 'guess'; there are ")
     assert refused("tune", "xytheta", "--feed", "40") == "--feed: is for --rule path, not for ziegler-nichols"

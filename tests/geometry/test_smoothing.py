@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from smoothing_judge import deviation
 from smoothing_paths import NOISE_TOLERANCE, RADIUS, arc, noises, random_path
 from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.smoothing_assembly import at_knot
 from splinefeed.geometry.smoothing_joints import BEND, RATE, TANGENT, transitions
-from splinefeed.geometry.smoothing_proof import deviation
 from splinefeed.geometry.smoothing_proven import proven
 
 PROGRAMS = ("cncjs_tball.gcode",)
@@ -33,6 +33,7 @@ def check_one(seed):
         proof = proven(path, tolerance, corners=corners)
         assert proof.holds, f"seed {seed}, {corners}: {proof.sentence}"
         assert proof.order.unclear == 0, f"seed {seed}, {corners}: {proof.sentence}"
+        assert deviation(path, proof.path, PRECISION * tolerance).largest <= (1.0 + PRECISION) * tolerance
         result = proof.path
         np.testing.assert_array_equal(result.ends[[0, -1], [0, 1]], path.ends[[0, -1], [0, 1]])
         jumps = result.corners.curvature_jump[~result.corners.stop]

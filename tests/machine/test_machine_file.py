@@ -171,7 +171,7 @@ def test_a_machine_is_told_in_words() -> None:
     [
         ("pulses = 5000", "pulses = 0", "axis.x.encoder.pulses: 0; must be greater than 0"),
         ("pulses = 5000", "pulses = 1.5", "axis.x.encoder.pulses: 1.5; must be a whole number"),
-        ("pulses = 5000", "pulse = 5000", "axis.x.encoder.pulse: unknown key; did you mean pulses?"),
+        ("pulses = 5000", "pulse = 5000", "axis.x.encoder.pulse: unknown key; did you mean 'pulses'?"),
         ('"25kg"', '"0kg"', "axis.x.load.inertia: 0kg; must be greater than 0"),
         ('"25kg"', "25", "axis.x.load.inertia: 25 has no unit; expected a mass or inertia such as 20kg"),
         ('"25kg"', '"25"', "axis.x.load.inertia: '25' has no unit; expected a mass or inertia such as 20kg"),
@@ -234,7 +234,7 @@ def test_a_machine_is_told_in_words() -> None:
             'kind = "p-pi"\nposition_gain = "30/s"\nvelocity_kp = "1V*s/mm"\nkp = "20V/mm"',
             "axis.x.controller.kp: not used by controller.kind 'p-pi'",
         ),
-        ("title = ", "titel = ", "titel: unknown key; did you mean title?"),
+        ("title = ", "titel = ", "titel: unknown key; did you mean 'title'?"),
         ('title = "one axis"', "title = 3", "title: 3; must be text"),
         ('title = "one axis"', "notes = 3", "notes: must be a list of texts"),
         (
@@ -253,7 +253,7 @@ def test_every_error_is_said_at_once() -> None:
         ("pulses = 5000", "pulses = 0"), ('"25kg"', '"-1kg"'), ("bandwidth", "bandwith"), ('"10ms"', '"10mm"')
     )
     assert found == (
-        "axis.x.drive.bandwith: unknown key; did you mean bandwidth?",
+        "axis.x.drive.bandwith: unknown key; did you mean 'bandwidth'?",
         "axis.x.drive.lag: '10mm' is a length; expected a time such as 1ms",
         "axis.x.load.inertia: -1kg; must be greater than 0",
         "axis.x.encoder.pulses: 0; must be greater than 0",
@@ -302,7 +302,7 @@ def test_files_that_are_no_machines_are_refused(tmp_path: Path) -> None:
     with pytest.raises(FormatError) as caught:
         Machine.load("xyteta")
     assert str(caught.value) == (
-        f"xyteta: no machine of this name; there are {', '.join(Machine.names())}; did you mean xytheta?"
+        f"xyteta: no machine of this name; there are {', '.join(Machine.names())}; did you mean 'xytheta'?"
     )
 
 
@@ -444,11 +444,11 @@ def test_a_control_needs_no_axes_and_is_read_written_and_shown() -> None:
         ('"200mm/s^2"', '"-1mm/s^2"', "control.acceleration: -1mm/s^2; must be greater than 0"),
         ('"200mm/s^2"', "200", "control.acceleration: 200 has no unit"),
         ("look_ahead = 50", "look_ahead = -1", "control.look_ahead: -1; must lie between 0 and 1000000"),
-        ("look_ahead", "lookahead", "control.lookahead: unknown key; did you mean look_ahead?"),
+        ("look_ahead", "lookahead", "control.lookahead: unknown key; did you mean 'look_ahead'?"),
         ('top_speed = "12000rpm"', "", "control.spindle.top_speed: missing"),
         ('"330mm"', '"nanmm"', "control.home.z: 'nanmm' cannot be read"),
         ('"30m/min"', '"0mm/s"', "control.axis.x.rapid: 0mm/s; must be greater than 0"),
-        ("[control.spindle]", "[control.spindles]", "control.spindles: unknown key; did you mean spindle?"),
+        ("[control.spindle]", "[control.spindles]", "control.spindles: unknown key; did you mean 'spindle'?"),
         (CONTROL, "control = 3", "control: must be a table"),
         ("[control.axis.x]\nrapid", "[control.axis]\nx", "control.axis.x: must be a table"),
     ],

@@ -16,8 +16,9 @@ from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics, servo
 from splinefeed.machine import Friction, Machine
+from splinefeed.pipeline.follow import follow
 from splinefeed.records import Response, Setpoints
-from splinefeed.simulation.follow import CHUNK, Follower, follow
+from splinefeed.simulation.follow import CHUNK, Follower
 from splinefeed.simulation.plant import parameters
 
 TIME = np.arange(600) * PERIOD
@@ -220,12 +221,12 @@ def test_no_machine_of_the_package_runs_away_on_a_calm_wave() -> None:
 def test_bad_input_is_refused_by_name() -> None:
     machine = Machine.load("xytheta")
     with pytest.raises(InputError) as caught:
-        follow(setpoints(np.zeros((3, 2)), ("x", "z")), machine)
+        Follower(machine, ("x", "z"), PERIOD)
     assert str(caught.value) == "machine 'xytheta' has no axis z; its axes are x, y, theta"
     bad = np.zeros((4, 2))
     bad[2, 1] = math.nan
     with pytest.raises(InputError) as caught:
-        follow(setpoints(bad, ("x", "y")), machine)
+        Follower(machine, ("x", "y"), PERIOD).follow(setpoints(bad, ("x", "y")))
     assert str(caught.value) == "Setpoints.position[2, 1] is nan; every value must be finite"
     with pytest.raises(InputError) as caught:
         follow(setpoints(np.zeros((0, 1))), machine)

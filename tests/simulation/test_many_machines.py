@@ -12,7 +12,7 @@ import pytest
 from simulation.axes import setpoints
 from splinefeed.machine import Axis, Controller, Drive, Encoder, Friction, Load, Machine, Motor, Scale, Transmission
 from splinefeed.machine.writing import to_text
-from splinefeed.simulation.follow import follow
+from splinefeed.pipeline.follow import follow
 from splinefeed.simulation.linear import margins
 
 STOPPED = re.compile(

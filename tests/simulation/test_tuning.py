@@ -13,8 +13,8 @@ from simulation.axes import PERIOD, force_axis, setpoints, table, velocity_axis
 from splinefeed.errors import InputError
 from splinefeed.kernels import servo
 from splinefeed.machine import Machine
+from splinefeed.pipeline.follow import follow
 from splinefeed.simulation.experiments import driven, relay, swept_sine
-from splinefeed.simulation.follow import follow
 from splinefeed.simulation.linear import margins, spectral_radius
 from splinefeed.simulation.plant import parameters, plant, step_table
 from splinefeed.simulation.tuning import model_response, rules, sines, tune, ultimate_point

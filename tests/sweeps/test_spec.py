@@ -110,12 +110,12 @@ def test_every_error_at_once(tmp_path):
         from_dict(content, "bad.toml", tmp_path)
     said = "\n".join(error.value.problems)
     for part in (
-        "sorces: is not part of a sweep; did you mean sources?",
+        "sorces: is not part of a sweep; did you mean 'sources'?",
         "seed: -1 must be a whole number from 0",
         "random.count: 0 must be",
         "list: limits.jerk has 2 values, limits.acceleration has 1 values; give all as many",
-        "set.metod: is not a setting; did you mean method?",
-        "set.limits.fed: 'fed' is not a limit; did you mean feed?",
+        "set.metod: is not a setting; did you mean 'method'?",
+        "set.limits.fed: 'fed' is not a limit; did you mean 'feed'?",
         "set.machine: ",
         "grid.limits.feed: -3 must be greater than 0",
         "grid.method: write a list of values",

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
-from splinefeed.analysis.law_motion import LawMotion, breaks_apart, times_at
+from splinefeed.analysis.law_motion import ALONG, LawMotion, breaks_apart, times_at
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.rows import EPSILON, Rows
-from splinefeed.records import Array, LimitResult, TimeLaw, unit_along
+from splinefeed.records import Array, LimitResult, Limits, TimeLaw, unit_along
 
 #: Limits that only setpoints can keep or exceed.
 BY_SETPOINTS = ("chord_error", "orientation_error", "travel.", "combinations.", "torque.")
@@ -56,6 +56,22 @@ def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
         )
     notes += _corner_notes(law, bounds)
     return LawFindings(results, tuple(problems), tuple(notes))
+
+
+def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitResult]:
+    """How the limits along the path fare in a law alone: feed, acceleration, deceleration and jerk."""
+    bounds = Bounds(path, limits.for_axes(path.axes), 0.0, 0.0)
+    worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
+    motion = LawMotion(law, Rows(path.arc_pieces), bounds.limits, path.axes, 0.0)
+    motion.hold(worsts, None if path.feeds is None else bounds.row_feeds)
+    return one_jerk({name: _result(worst, path) for name, worst in worsts.items()})
+
+
+def one_jerk(results: dict[str, LimitResult]) -> dict[str, LimitResult]:
+    """Results with one for jerk, whichever way the feed goes: the worse of both."""
+    if "deceleration_jerk" in results:
+        results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
+    return results
 
 
 def _result(worst: Worst, path: Path) -> LimitResult:

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from splinefeed.analysis.check_bounds import Fault
-from splinefeed.analysis.check_law import check_law, worse
+from splinefeed.analysis.check_law import check_law, one_jerk, worse
 from splinefeed.analysis.check_setpoints import Judge
-from splinefeed.records import ANGLES, ROTARY_AXES, Array, LimitResult, Setpoints, TimeLaw, Verdict, unit_along
+from splinefeed.records import Array, LimitResult, Setpoints, TimeLaw, Verdict, shown_by, unit_along, unit_of
 
 #: Sentence of each kind of fault of single setpoints, before its place.
 _SENTENCES = {
@@ -48,8 +48,7 @@ def verdict_of(judge: Judge, first: Setpoints, law: TimeLaw | None, whole: Whole
         notes += findings.notes
         if abs(law.duration - judge.duration) > judge.period:
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
-    if "deceleration_jerk" in results:  # one name for both: what counts is the one that is nearer to its own limit
-        results["jerk"] = worse(results.pop("deceleration_jerk"), results.get("jerk"))
+    results = one_jerk(results)
     if judge.short is not None:
         notes.append(f"the last period is short, {judge.short:.9g} s; differences over it have a higher floor")
     if not judge.bounds.path.linear:
@@ -98,7 +97,7 @@ def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:
 
 def limit_sentence(name: str, result: LimitResult, along: str) -> str:
     """By how much a limit is exceeded, and where."""
-    unit, factor = _unit(name, result.axis, along)
+    unit, factor = unit_of(name, along), shown_by(name, result.axis)
     worst, limit = factor * result.worst, factor * result.limit
     source = "exact derivative of the law" if result.by == "law" else f"setpoints, floor {factor * result.floor:.3g}"
     return (
@@ -113,22 +112,3 @@ def _over(share: float) -> str:
         return f"{share:.3g} times"
     excess = share - 1.0
     return f"{100.0 * excess:.3g} % over" if excess >= PERCENT else f"{1e6 * excess:.3g} ppm over"
-
-
-def _unit(name: str, axis: str | None, along: str) -> tuple[str, float]:
-    """Unit of a limit for people, and what one base unit is in it."""
-    if name in ANGLES:
-        return "deg", 180.0 / math.pi
-    base, factor = ("deg", 180.0 / math.pi) if axis in ROTARY_AXES else ("mm" if axis else along, 1.0)
-    if name.startswith("torque."):
-        return "N" if axis not in ROTARY_AXES else "N m", 1.0
-    kind = name.rpartition(".")[2] if name.startswith("combinations.") else name.partition(".")[0].removeprefix("axis_")
-    power = {
-        "chord_error": "",
-        "travel": "",
-        "feed": "/s",
-        "velocity": "/s",
-        "velocity_step": "/s",
-        "jerk": "/s^3",
-    }.get(kind, "/s^2")
-    return base + power, factor

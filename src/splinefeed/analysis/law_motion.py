@@ -14,6 +14,7 @@ import numpy as np
 from splinefeed.analysis.check_bounds import Worst
 from splinefeed.geometry.rows import EPSILON, Places, Rows
 from splinefeed.records import AXIS_LIMITS, KEPT, Array, IntArray, Limits, TimeLaw
+from splinefeed.records.law import polynomial
 
 #: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
 INSTANTS = 17
@@ -256,16 +257,6 @@ class LawMotion:
         largest = np.maximum(np.abs(start), np.abs(end))
         distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
         return piece, low, high, np.where(distinct, np.sign(middle), 0.0).astype(np.int64)
-
-
-def polynomial(c: Array, tau: Array, order: int) -> list[Array]:
-    """sum_k c_k tau^k and its derivatives over k! to `order`, (..., n) each, at tau (..., n); c (n, 6)."""
-    out = [c[..., 5] + np.zeros(tau.shape), *(np.zeros(tau.shape) for _ in range(order))]
-    for k in range(4, -1, -1):
-        for j in range(order, 0, -1):
-            out[j] = out[j] * tau + out[j - 1]
-        out[0] = out[0] * tau + c[..., k]
-    return out
 
 
 def reached(c: Array, s: Array, low: Array, high: Array) -> Array:

@@ -9,6 +9,10 @@ from typing import Any
 import click
 
 from splinefeed.cli import options
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.progress import Say
+from splinefeed.errors import InputError
 
 EXAMPLES = """\b
 Examples:
@@ -22,32 +26,34 @@ before =, or is a file beside it whose name its own begins with.
 """
 
 
+def _print(page: Mapping[str, Any]) -> None:
+    rows = []
+    for each in page["numbers"]:
+        known = f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs"
+        rows.append([each["name"], number(each["value"]), each["unit"], known])
+    print_table(["number", "value", "unit", "95 % interval"], rows)
+    print_text()
+    runs = []
+    for run in page["runs"]:
+        for each in (run, *run["tools"]):
+            name = run["run"] if each is run else f"  {each['tool']}"
+            runs.append([name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"])
+    print_table(["run", "recorded, s", "estimated, s", "error"], runs)
+
+
 @click.command(epilog=EXAMPLES)
 @click.argument("runs", nargs=-1, required=True, metavar="[PROGRAM=]RUN...")
 @click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; its [control] is the prior.")
 @click.option("--keep", multiple=True, metavar="NAME", help="A number that stays as the file has it; may be repeated.")
 @options.reading_program
 @click.option("-o", "--output", metavar="FILE", help="Machine file to write.  [default: MACHINE-calibrated.toml]")
-@options.as_json
-def command(runs: tuple[str, ...], as_json: bool, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, runs: tuple[str, ...], **given: Any) -> Page:
     """Fit the section [control] of a machine file to recorded RUNS, and report how certain each number is.
 
     Numbers that the runs do not determine keep their value in the machine file, or a usual one, and are named. The
     machine is written to a new file.
     """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _calibrate(runs, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
-
-
-def _calibrate(runs: tuple[str, ...], given: Mapping[str, Any], say: Any) -> dict[str, Any]:
-    from splinefeed.errors import InputError
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.calibration import PRIORS, calibrate, record
 
@@ -66,8 +72,6 @@ def _calibrate(runs: tuple[str, ...], given: Mapping[str, Any], say: Any) -> dic
 
 def _pair(run: str) -> tuple[str, str]:
     """Program and log that an argument names; InputError where no program lies beside the log."""
-    from splinefeed.errors import InputError
-
     program, equals, log = run.rpartition("=")
     if equals:
         return program, log
@@ -80,22 +84,3 @@ def _pair(run: str) -> tuple[str, str]:
 
 #: Suffixes of programs that are looked for beside a run.
 _PROGRAMS = (".nc", ".ngc", ".tap", ".cnc", ".mpf", ".eia", ".txt")
-
-
-def _print(page: Mapping[str, Any]) -> None:
-    from splinefeed.cli.output import number, print_table, print_text
-
-    rows = []
-    for each in page["numbers"]:
-        known = f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs"
-        rows.append([each["name"], number(each["value"]), each["unit"], known])
-    print_table(["number", "value", "unit", "95 % interval"], rows)
-    print_text()
-    runs = []
-    for run in page["runs"]:
-        for each in (run, *run["tools"]):
-            name = run["run"] if each is run else f"  {each['tool']}"
-            runs.append([name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"])
-    print_table(["run", "recorded, s", "estimated, s", "error"], runs)
-    for name in page["files"]:
-        print_text(f"wrote {name}")

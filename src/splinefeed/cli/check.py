@@ -8,10 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import counted, number, print_table, print_text
+from splinefeed.cli.progress import Say
+from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
+from splinefeed.cli.summary import print_notes
+from splinefeed.errors import FormatError, LimitsError
 
 if TYPE_CHECKING:
-    from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict
+    from splinefeed.records import Limits, Setpoints, TimeLaw
 
 EXAMPLES = """\b
 Examples:
@@ -20,6 +25,32 @@ Examples:
   splinefeed check recorded.csv --path butterfly --feed 60 --axis-jerk x=20000,y=15000 --resolution 1um
 
 """
+
+
+def _print(page: Page) -> None:
+    from splinefeed.records import unit_along, unit_of
+
+    unit = unit_along(page["axes"])
+    print_text(
+        f"{page['file']}: {page['ticks']} setpoints, one every {number(page['period_s'], 6)} s, along "
+        f"{number(page['length_mm'], 7)} {unit} of {page['path']}"
+    )
+    print_text(f"off the curve by at most {number(page['off_curve_max_mm'], 3)} {unit}; of its start and end by "
+               f"{number(page['start_error_mm'], 3)} and {number(page['end_error_mm'], 3)} {unit}")  # fmt: skip
+    print_notes(page["notes"])
+    print_text()
+    rows = []
+    for name, each in page["limits"].items():
+        of = unit_of(name, unit)
+        values = [f"{number(each['worst'], 6)} {of}", f"{number(each['limit'], 6)} {of}"]
+        values += [f"{each['share']:.6%}", f"{each['floor']:.1e}"]
+        place = [f"{number(each['at_s'])} {unit}", f"{number(each['at_t_s'])} s", each["by"]]
+        rows.append([name, *values, *place, "holds" if each["ok"] else "OVER"])
+    print_table(["limit", "worst", "allowed", "share", "floor", "at", "at time", "by", ""], rows)
+    print_text()
+    for problem in page["problems"]:
+        print_text(f"problem   {problem}")
+    print_text("all limits and checks hold" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}")
 
 
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
@@ -44,59 +75,43 @@ Examples:
     help="Of a tool path: the machine of these joints.  [default: that of the setpoints]",
 )
 @click.option("--certificate", "certificate_file", metavar="FILE", help="Write a certificate, JSON.")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, setpoints: str, **given: Any) -> Page:
     """Check SETPOINTS against their path and limits, independently of the planner.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes. A
     file that a run wrote names its path and limits; options replace single limits. The exit code is 1 where a limit or
     a check does not hold.
     """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        verdict, page = _check(setpoints, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(verdict, page)
-    ctx.exit(DONE if verdict.ok else NOT_KEPT)
-
-
-def _check(file: str, given: Mapping[str, Any], say: Any) -> tuple[Verdict, dict[str, Any]]:
     from splinefeed.analysis.certificate import certificate, write_certificate
     from splinefeed.analysis.check import check
     from splinefeed.analysis.check_bounds import TOLERANCE
-    from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
 
-    say(f"reading {file}")
-    setpoints, notes = read_setpoints(file, given)
-    limits = _limits(setpoints, given, file)
-    path, source = path_of(setpoints.settings, given, file)
+    say(f"reading {setpoints}")
+    points, notes = read_setpoints(setpoints, given)
+    limits = _limits(points, given, setpoints)
+    path, source = path_of(points.settings, given, setpoints)
     law = _law(given["law_file"])
     say("checking")
     verdict = check(
-        setpoints,
-        on_its_machine(path, setpoints.settings, given["machine"], limits),
+        points,
+        on_its_machine(path, points.settings, given["machine"], limits),
         limits,
         law=law,
         tolerance=TOLERANCE if given["tolerance"] is None else given["tolerance"],
         resolution=given["resolution"] or 0.0,
     )
-    page = {"file": file, "path": source, "axes": list(setpoints.axes), **verdict.as_dict()}
+    page = {"file": setpoints, "path": source, "axes": list(points.axes), **verdict.as_dict()}
     page["notes"] = [*notes, *page["notes"]]
     page["files"] = []
     if given["certificate_file"]:
-        write_certificate(certificate(setpoints, path, limits, verdict, law), given["certificate_file"])
+        write_certificate(certificate(points, path, limits, verdict, law), given["certificate_file"])
         page["files"] = [given["certificate_file"]]
-    return verdict, page
+    return page
 
 
 def _limits(setpoints: Setpoints, given: Mapping[str, Any], file: str) -> Limits:
     """Limits of the file of limits, or else of the settings, with those of the options in their place."""
-    from splinefeed.errors import LimitsError
     from splinefeed.formats import limits_toml
     from splinefeed.records import Limits
 
@@ -112,7 +127,6 @@ def _limits(setpoints: Setpoints, given: Mapping[str, Any], file: str) -> Limits
 
 
 def _law(file: str | None) -> TimeLaw | None:
-    from splinefeed.errors import FormatError
     from splinefeed.formats.setpoints import load
     from splinefeed.records import TimeLaw
 
@@ -122,33 +136,3 @@ def _law(file: str | None) -> TimeLaw | None:
     if not isinstance(law, TimeLaw):
         raise FormatError(f"{file}: holds {type(law).__name__}, not a time law")
     return law
-
-
-def _print(verdict: Verdict, page: Mapping[str, Any]) -> None:
-    from splinefeed.cli.output import counted, number, print_table, print_text
-    from splinefeed.cli.summary import print_notes, unit_of
-    from splinefeed.records import unit_along
-
-    unit = unit_along(page["axes"])
-    print_text(
-        f"{page['file']}: {page['ticks']} setpoints, one every {number(page['period_s'], 6)} s, along "
-        f"{number(page['length_mm'], 7)} {unit} of {page['path']}"
-    )
-    print_text(f"off the curve by at most {number(page['off_curve_max_mm'], 3)} {unit}; of its start and end by "
-               f"{number(page['start_error_mm'], 3)} and {number(page['end_error_mm'], 3)} {unit}")  # fmt: skip
-    print_notes(page["notes"])
-    print_text()
-    rows = []
-    for name, each in page["limits"].items():
-        of = unit_of(name, unit)
-        values = [f"{number(each['worst'], 6)} {of}", f"{number(each['limit'], 6)} {of}"]
-        values += [f"{each['share']:.6%}", f"{each['floor']:.1e}"]
-        place = [f"{number(each['at_s'])} {unit}", f"{number(each['at_t_s'])} s", each["by"]]
-        rows.append([name, *values, *place, "holds" if each["ok"] else "OVER"])
-    print_table(["limit", "worst", "allowed", "share", "floor", "at", "at time", "by", ""], rows)
-    print_text()
-    for problem in verdict.problems:
-        print_text(f"problem   {problem}")
-    print_text("all limits and checks hold" if verdict.ok else f"NOT KEPT: {counted(len(verdict.problems), 'problem')}")
-    for name in page["files"]:
-        print_text(f"wrote {name}")

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from splinefeed.cli import options
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import number, print_text
 from splinefeed.cli.panels import PanelCommand
-
-if TYPE_CHECKING:
-    from splinefeed.cli.progress import Say
-    from splinefeed.pipeline.compare import MethodResult
+from splinefeed.cli.progress import Say
+from splinefeed.cli.source import read_path
+from splinefeed.cli.summary import print_methods, print_notes
 
 EXAMPLES = """\b
 Examples:
@@ -22,14 +23,27 @@ Examples:
 """
 
 
+def _print(page: Page) -> None:
+    from splinefeed.records import unit_along
+
+    duration, unit = number(page["duration_s"], 6), unit_along(page["axes"])
+    print_text(
+        f"{page['name']}: {number(page['length_mm'], 7)} {unit} in {duration} s, {page['ticks']} setpoints; "
+        f"rounding alone makes a ripple of {page['ripple_floor']:.1e}"
+    )
+    print_notes(page["notes"])
+    print_text()
+    print_methods(page["methods"], unit)
+
+
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source", required=False)
 @click.option("--methods", "names", type=options.Names(), help="Only these methods.  [default: all]")
 @options.limits
 @options.corrections
 @options.reading
-@options.as_json
-def command(source: str | None, as_json: bool, names: tuple[str, ...] | None, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, source: str | None, names: tuple[str, ...] | None, **given: Any) -> Page:
     """Run every method over the motion along SOURCE and print a table of the results.
 
     \b
@@ -40,31 +54,6 @@ def command(source: str | None, as_json: bool, names: tuple[str, ...] | None, **
 
     Without SOURCE: the paper's airfoil.
     """  # noqa: D301 - click takes a backspace as "do not wrap"
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page, results = _compare(source, names, given, say)
-    if as_json:
-        output.print_json(page)
-        return
-    from splinefeed.cli.summary import print_methods, print_notes
-    from splinefeed.records import unit_along
-
-    duration, unit = output.number(page["duration_s"], 6), unit_along(page["axes"])
-    output.print_text(
-        f"{page['name']}: {output.number(page['length_mm'], 7)} {unit} in {duration} s, {page['ticks']} setpoints; "
-        f"rounding alone makes a ripple of {page['ripple_floor']:.1e}"
-    )
-    print_notes(page["notes"])
-    output.print_text()
-    print_methods(results, unit)
-
-
-def _compare(
-    source: str | None, names: tuple[str, ...] | None, given: dict[str, Any], say: Say
-) -> tuple[dict[str, Any], list[MethodResult]]:
-    from splinefeed.cli.source import read_path
     from splinefeed.feed.planning import plan
     from splinefeed.interpolation import registry
     from splinefeed.interpolation.interpolator import Interpolator
@@ -99,4 +88,4 @@ def _compare(
         "methods": [result.as_dict() for result in results],
         "notes": [*assumed, *path.findings, *law.notes],
     }
-    return page, results
+    return page

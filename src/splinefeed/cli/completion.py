@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from splinefeed.cli import options
+from splinefeed.cli import options, output
 
 EXAMPLES = """\b
 Examples:
@@ -31,8 +31,6 @@ def command(ctx: click.Context, shell: str, as_json: bool) -> None:
     complete = found(root.command, {}, "splinefeed", VARIABLE)
     script = complete.source_template % complete.source_vars()
     if as_json:
-        from splinefeed.cli import output
-
         output.print_json({"shell": shell, "script": script})
         return
     click.echo(script)

@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import number, print_text
+from splinefeed.cli.progress import Say
+from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
+from splinefeed.cli.summary import print_errors, print_notes
+from splinefeed.errors import FormatError, InputError
 
 if TYPE_CHECKING:
-    from splinefeed.cli.progress import Say
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.records import Response, Setpoints
@@ -23,6 +28,21 @@ Examples:
   splinefeed follow wing.h5 --machine my-table.toml --json
 
 """
+
+
+def _print(page: Mapping[str, Any]) -> None:
+    seconds = page["followed_ticks"] * page["period_s"]
+    print_text(
+        f"{page['name']} on {page['machine']}: {page['followed_ticks']} ticks, one every "
+        f"{units.format_quantity(page['period_s'], 'time')}, {number(seconds, 6)} s"
+        + (" (linear model)" if page["linear"] else "")
+    )
+    print_notes(page["notes"])
+    print_text()
+    print_errors(page)
+    if page["stopped"]:
+        print_text()
+        print_text(f"STOPPED: {page['stopped']}")
 
 
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
@@ -41,35 +61,18 @@ Examples:
 @click.option("--linear", is_flag=True, help="Without friction, backlash, counts, converter codes and limits.")
 @options.figures
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, setpoints: str, as_json: bool, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, setpoints: str, **given: Any) -> Page:
     """Simulate the axes of a machine on SETPOINTS; report following error and contour error.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes.
     The contour error, the distance from the true path, needs the path. If an axis runs away, the simulation stops
     there, writes what it has and exits with code 1.
     """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _follow(setpoints, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
-    ctx.exit(DONE if page["ok"] else NOT_KEPT)
-
-
-def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Simulate and write; the page of numbers, with `files` as seen from the current folder."""
     from itertools import chain
     from pathlib import Path
 
     import splinefeed
-    from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
-    from splinefeed.errors import FormatError, InputError
     from splinefeed.formats import records_hdf5
     from splinefeed.formats.plain import plain
     from splinefeed.machine.machine import Machine
@@ -81,17 +84,17 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
     drawing = options.figure_formats(given)
     machine = Machine.load(given["machine"])
-    say(f"reading {file}")
-    chunks, notes = read_setpoints_chunks(file, given, CHUNK)
+    say(f"reading {setpoints}")
+    chunks, notes = read_setpoints_chunks(setpoints, given, CHUNK)
     first = next(chunks, None)
     if first is None:
-        raise FormatError(f"{file}: holds no setpoints")
+        raise FormatError(f"{setpoints}: holds no setpoints")
     path = source = None
     if given["source"] or says_path(first.settings):
-        path, source = path_of(first.settings, given, file)
+        path, source = path_of(first.settings, given, setpoints)
     else:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
-    name = str(first.settings.get("path") or (path.name if path else Path(file).stem))
+    name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
     servo = Servo(machine, path, linear=given["linear"])
     overview, pictured = Overview(), Pictured()
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
@@ -103,7 +106,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
         except FormatError:
             raise
         except InputError as error:
-            raise FormatError(f"{file}: {error}") from None
+            raise FormatError(f"{setpoints}: {error}") from None
         names = [files.RESPONSE]
         if drawing:
             say("drawing")
@@ -117,7 +120,7 @@ def _follow(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
         page: dict[str, Any] = plain(
             {
                 "ok": numbers["stopped"] is None,
-                "file": file,
+                "file": setpoints,
                 "name": name,
                 "path": source,
                 "machine": machine.name,
@@ -145,24 +148,3 @@ def _responses(
         pictured.see(response, servo.commanded)
         yield response
         say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * servo.tally.period:.6g} s of the motion")
-
-
-def _print(page: Mapping[str, Any]) -> None:
-    from splinefeed import units
-    from splinefeed.cli.output import number, print_text
-    from splinefeed.cli.summary import print_errors, print_notes
-
-    seconds = page["followed_ticks"] * page["period_s"]
-    print_text(
-        f"{page['name']} on {page['machine']}: {page['followed_ticks']} ticks, one every "
-        f"{units.format_quantity(page['period_s'], 'time')}, {number(seconds, 6)} s"
-        + (" (linear model)" if page["linear"] else "")
-    )
-    print_notes(page["notes"])
-    print_text()
-    print_errors(page)
-    if page["stopped"]:
-        print_text()
-        print_text(f"STOPPED: {page['stopped']}")
-    print_text()
-    print_text(f"wrote {' '.join(page['files'])}")

@@ -8,6 +8,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import counted, number, print_table, print_text
+from splinefeed.cli.progress import Say
+from splinefeed.cli.source import read_contents
+from splinefeed.cli.summary import print_notes
 
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
@@ -27,30 +32,69 @@ Examples:
 """
 
 
+def _print(page: dict[str, Any]) -> None:
+    from splinefeed.records import unit_along
+
+    print_text(f"{page['format']}, {counted(len(page['paths']), 'path')}, units of the file: {page['units']}")
+    for path in page["paths"][:MOST_LISTED]:
+        shape = "closed" if path["closed"] else "open"
+        unit = unit_along(path["axes"])
+        print_text(f"{path['name']}: {shape}, {number(path['length_mm'], 7)} {unit}, axes {' '.join(path['axes'])}")
+        for axis, axis_unit, low, high in zip(
+            path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True
+        ):
+            noise = ROUNDING * max(abs(low), abs(high))
+            ends = [number(0.0 if abs(end) < noise else end, 6) for end in (low, high)]
+            print_text(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
+        if unit == "mm":
+            print_text(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
+        corners = counted(path["corners"], "corner")
+        print_text(f"  {corners} (tangent or curvature jumps), {path['stops']} of them to stop at")
+        for corner in path["corner_places"][:MOST_LISTED]:
+            what = f"turns by {number(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
+            print_text(f"    at {number(corner['s_mm'], 6)} {unit}: {what}")
+        _print_more(len(path["corner_places"]))
+        if path["gaps"]:
+            print_text(f"  {counted(path['gaps'], 'gap')}, the largest {number(path['largest_gap_mm'])} {unit}")
+    _print_more(len(page["paths"]), "paths")
+    if "program" in page:
+        from splinefeed.cli.program import print_program
+
+        print_program(page["program"])
+    print_text()
+    rows = [
+        [
+            f"{i} (path {curve['path']})" if len(page["paths"]) > 1 else str(i),
+            "rational" if curve["rational"] else "polynomial",
+            str(curve["degree"]),
+            str(curve["control_points"]),
+            str(curve["spans"]),
+            number(curve["length_mm"], 7),
+        ]
+        for i, curve in enumerate(page["curves"])
+    ]
+    if rows:
+        along = {unit_along(path["axes"]) for path in page["paths"]}
+        length = f"length {along.pop()}" if len(along) == 1 else "length"
+        print_table(["curve", "kind", "degree", "control points", "spans", length], rows[:MOST_LISTED], texts=2)
+        _print_more(len(rows) + page["curves_left_out"], option="--json --all" if page["curves_left_out"] else "--json")
+    print_notes(page["findings"])
+
+
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source")
 @options.reading
 @click.option("--all", "every", is_flag=True, help="List every curve of a long program in --json, not the first alone.")
-@options.as_json
-def command(source: str, as_json: bool, every: bool, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, source: str, every: bool, **given: Any) -> Page:
     """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired."""
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
+    from splinefeed.cli.program import program_page
 
-    with busy() as say:
-        from splinefeed.cli.program import program_page
-        from splinefeed.cli.source import read_contents
-
-        say(f"reading {source}")
-        reading = options.reading_from(given)
-        page, program = program_page(source, reading, every)
-        page = page or _page(read_contents(source, reading))
-        if program is not None:
-            page["program"] = program
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
+    say(f"reading {source}")
+    reading = options.reading_from(given)
+    page, program = program_page(source, reading, every)
+    page = page or _page(read_contents(source, reading))
+    return page if program is None else {**page, "program": program}
 
 
 def _page(paths: Contents) -> dict[str, Any]:
@@ -115,69 +159,13 @@ def _curve(path: Path, i: int, number: int) -> dict[str, Any]:
     }
 
 
-def _print(page: dict[str, Any]) -> None:
-    from splinefeed.cli.output import counted, print_table, print_text
-    from splinefeed.cli.output import number as words
-    from splinefeed.cli.summary import print_notes
-    from splinefeed.records import unit_along
-
-    print_text(f"{page['format']}, {counted(len(page['paths']), 'path')}, units of the file: {page['units']}")
-    for path in page["paths"][:MOST_LISTED]:
-        shape = "closed" if path["closed"] else "open"
-        unit = unit_along(path["axes"])
-        print_text(f"{path['name']}: {shape}, {words(path['length_mm'], 7)} {unit}, axes {' '.join(path['axes'])}")
-        for axis, axis_unit, low, high in zip(
-            path["axes"], path["axis_units"], path["bbox_min"], path["bbox_max"], strict=True
-        ):
-            noise = ROUNDING * max(abs(low), abs(high))
-            ends = [words(0.0 if abs(end) < noise else end, 6) for end in (low, high)]
-            print_text(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
-        if unit == "mm":
-            print_text(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
-        corners = counted(path["corners"], "corner")
-        print_text(f"  {corners} (tangent or curvature jumps), {path['stops']} of them to stop at")
-        for corner in path["corner_places"][:MOST_LISTED]:
-            what = f"turns by {words(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
-            print_text(f"    at {words(corner['s_mm'], 6)} {unit}: {what}")
-        _print_more(len(path["corner_places"]))
-        if path["gaps"]:
-            print_text(f"  {counted(path['gaps'], 'gap')}, the largest {words(path['largest_gap_mm'])} {unit}")
-    _print_more(len(page["paths"]), "paths")
-    if "program" in page:
-        from splinefeed.cli.program import print_program
-
-        print_program(page["program"])
-    print_text()
-    rows = [
-        [
-            f"{i} (path {curve['path']})" if len(page["paths"]) > 1 else str(i),
-            "rational" if curve["rational"] else "polynomial",
-            str(curve["degree"]),
-            str(curve["control_points"]),
-            str(curve["spans"]),
-            words(curve["length_mm"], 7),
-        ]
-        for i, curve in enumerate(page["curves"])
-    ]
-    if rows:
-        along = {unit_along(path["axes"]) for path in page["paths"]}
-        length = f"length {along.pop()}" if len(along) == 1 else "length"
-        print_table(["curve", "kind", "degree", "control points", "spans", length], rows[:MOST_LISTED], texts=2)
-        _print_more(len(rows) + page["curves_left_out"], option="--json --all" if page["curves_left_out"] else "--json")
-    print_notes(page["findings"])
-
-
 def _radius_words(radius: float | None, length: float) -> str:
     """The least radius, mm; what rounding makes of a straight line and of a cusp is called by its name."""
-    from splinefeed.cli.output import number
-
     if radius is None or radius * ROUNDING > length:
         return "none: straight lines"
     return "0: a cusp" if radius < ROUNDING * length else f"{number(radius)} mm"
 
 
 def _print_more(count: int, what: str = "", option: str = "--json") -> None:
-    from splinefeed.cli.output import print_text
-
     if count > MOST_LISTED:
         print_text(f"    ... and {count - MOST_LISTED} more{' ' * bool(what)}{what}; {option} lists all")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import click
 
 from splinefeed.cli import options
+from splinefeed.cli.output import print_json, print_text
+from splinefeed.errors import InputError
 
 EXAMPLES = """\b
 Examples:
@@ -48,8 +50,6 @@ def init(
     """Write a HAL file with streamer, one controller an axis, and simulated drives to replace with your own."""
     import math
 
-    from splinefeed.cli.output import print_json, print_text
-    from splinefeed.errors import InputError
     from splinefeed.formats.atomic import atomic_write
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
     from splinefeed.machine.machine import Machine

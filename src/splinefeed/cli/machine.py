@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from splinefeed.cli import options
+from splinefeed.cli import options, output
 
 EXAMPLES = """\b
 Examples:
@@ -26,7 +26,6 @@ def command() -> None:
 @options.as_json
 def list_machines(as_json: bool) -> None:
     """List the built-in machines; --machine takes such a name, or a machine file."""
-    from splinefeed.cli import output
     from splinefeed.machine.machine import Machine
 
     models = [Machine.load(name) for name in Machine.names()]
@@ -43,7 +42,6 @@ def list_machines(as_json: bool) -> None:
 @options.as_json
 def show_machine(machine: str, as_json: bool) -> None:
     """Describe a built-in machine or a machine file; report every error of the file, with its place."""
-    from splinefeed.cli import output
     from splinefeed.machine.machine import Machine
 
     model = Machine.load(machine)

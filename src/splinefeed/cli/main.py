@@ -14,6 +14,7 @@ import click
 
 from splinefeed import __version__
 from splinefeed.cli.failures import guarded, quiet_stop
+from splinefeed.errors import nearest
 
 #: Every command in the order of the help, with its one line there: the file of a command is imported when it is used.
 COMMANDS = {
@@ -61,11 +62,7 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """The command that args[0] names; for a name that is nearly right, the error suggests it."""
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            from difflib import get_close_matches
-
-            close = get_close_matches(args[0], COMMANDS, n=1)
-            hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(COMMANDS)}"
-            raise click.UsageError(f"no such command {args[0]!r}; {hint}")
+            raise click.UsageError(f"no such command {args[0]!r}; {nearest(args[0], COMMANDS, 'there are {}')}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

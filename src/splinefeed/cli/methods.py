@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from splinefeed.cli import options
+from splinefeed.cli import options, output
 
 EXAMPLES = """\b
 Examples:
@@ -25,7 +25,6 @@ _ELSEWHERE = re.compile(r"`(stepping)\.(\w+)`")
 @options.as_json
 def command(as_json: bool) -> None:
     """List the interpolation methods with their observed order of convergence and source."""
-    from splinefeed.cli import output
     from splinefeed.interpolation import registry
 
     page = [_method(registry.method(name)) for name in registry.methods()]

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from splinefeed import units
+from splinefeed.errors import InputError, UnitError
+
 if TYPE_CHECKING:
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.path import Path
@@ -28,9 +31,6 @@ class Quantity(click.ParamType):  # type: ignore[type-arg]  # only newer version
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The value in mm, s and rad."""
-        from splinefeed import units
-        from splinefeed.errors import UnitError
-
         try:
             return units.parse(value, self.kind, "deg" if self.kind == "angle" else None)
         except UnitError as error:
@@ -73,7 +73,6 @@ class AxisQuantities(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, float]:
         """Limit by name as `Limits.as_dict` writes it."""
-        from splinefeed.errors import InputError
         from splinefeed.formats import limits_toml
 
         try:
@@ -94,8 +93,6 @@ class Travels(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Least and greatest position by axis, mm or rad."""
-        from splinefeed import units
-        from splinefeed.errors import InputError
         from splinefeed.formats.limits_toml import turning
         from splinefeed.records import ROTARY_AXES
 
@@ -150,8 +147,6 @@ figures = _all(
 
 def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
     """Formats of the figures, none with --no-figures."""
-    from splinefeed.errors import InputError
-
     if given["no_figures"] and given["figures"]:
         raise InputError("--no-figures: draws nothing; leave it out, or --figures")
     return () if given["no_figures"] else tuple(given["figures"] or ("svg",))
@@ -225,8 +220,6 @@ def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises InputError for how without by how much.
     """
-    from splinefeed.errors import InputError
-
     names = ("smooth", "corners", "corner_angle", "angle_tolerance")
     said = {name: given[name] for name in names if given[name] is not None}
     for name in said:

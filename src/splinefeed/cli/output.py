@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from splinefeed.cli.failures import visible
-from splinefeed.formats.plain import plain
 
 #: Columns that the widest of our tables takes; a narrower terminal wraps its lines, but no number is cut.
 WIDTH = 110
@@ -18,6 +17,8 @@ WIDTH = 110
 
 def print_json(numbers: Mapping[str, Any]) -> None:
     """One JSON object on stdout."""
+    from splinefeed.formats.plain import plain
+
     print(json.dumps(plain(numbers), indent=2, allow_nan=False))
 
 

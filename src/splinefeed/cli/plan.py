@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import number, print_table, print_text
 from splinefeed.cli.panels import PanelCommand
-
-if TYPE_CHECKING:
-    from splinefeed.cli.progress import Say
+from splinefeed.cli.progress import Say
+from splinefeed.cli.source import read_path
+from splinefeed.cli.summary import law_sentence, print_limits, print_notes
 
 #: Decimals of the table: what is below is the rounding of the law.
 ROUNDED = 9
@@ -27,85 +29,7 @@ Examples:
 """
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
-@click.argument("source", required=False)
-@options.limits
-@options.machine
-@options.reading
-@options.smoothing
-@click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: Any) -> None:
-    """Plan the time law s(t) of the motion along SOURCE, and print its pieces.
-
-    Without SOURCE: the paper's airfoil. The exit code is 1 where a limit does not hold.
-    """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _plan(source, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
-    ctx.exit(DONE if page["ok"] else NOT_KEPT)
-
-
-def _plan(source: str | None, given: dict[str, Any], say: Say) -> dict[str, Any]:
-    from splinefeed.analysis.motion import tangential_shares
-    from splinefeed.cli.source import read_path
-    from splinefeed.feed.planning import plan
-    from splinefeed.formats.setpoints import save
-    from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.run import PAPER_SHAPE, share_numbers
-
-    machine = Machine.load(given["machine"]) if given["machine"] else None
-    if machine is None:
-        options.limits_from(given)  # options are validated before the file is opened
-    source = PAPER_SHAPE if source is None else source
-    say(f"reading {source}")
-    path = read_path(source, options.reading_from(given) | options.smoothing_from(given))
-    limits, period, strategy = options.limits_from(given, machine, path.axes)
-    limits, assumed = options.as_programmed(limits, path, given)
-    say("planning")
-    law = plan(path, limits, strategy=strategy, period=period)
-    shares = tangential_shares(law, limits)
-    if given["output"]:
-        save(law, given["output"])
-    starts, ends = law.breaks[:-1], law.breaks[1:]
-    columns = {
-        "start_s": starts,
-        "duration_s": ends - starts,
-        "from_mm": law(starts),
-        "to_mm": law(ends),
-        "feed_from_mm_s": law.feed(starts),
-        "feed_to_mm_s": law.feed(ends),
-        "acceleration_from_mm_s2": law.acceleration(starts),
-        "jerk_mm_s3": law.jerk(starts),
-    }
-    return {
-        "ok": all(share.kept for share in shares.values()),
-        "name": path.name,
-        "axes": list(path.axes),
-        "duration_s": law.duration,
-        "lower_bound_s": law.settings.get("lower_bound_s"),
-        "length_mm": path.length,
-        "period_s": law.period,
-        "strategy": law.strategy,
-        "limits": share_numbers(shares),
-        "stops_mm": list(path.stops),
-        "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
-        "notes": [*assumed, *options.smoothing_note(path, given), *path.findings, *law.notes],
-        "files": [given["output"]] if given["output"] else [],
-    }
-
-
 def _print(page: dict[str, Any]) -> None:
-    from splinefeed import units
-    from splinefeed.cli.output import number, print_table, print_text
-    from splinefeed.cli.summary import law_sentence, print_limits, print_notes
     from splinefeed.records import unit_along
 
     period = units.format_quantity(page["period_s"], "time")
@@ -130,6 +54,64 @@ def _print(page: dict[str, Any]) -> None:
     print_table(titles, rows[:MOST_ROWS], texts=0)
     if len(rows) > MOST_ROWS:
         print_text(f"... and {len(rows) - MOST_ROWS} more pieces; --json lists all")
-    for name in page["files"]:
-        print_text()
-        print_text(f"wrote {name}")
+
+
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@click.argument("source", required=False)
+@options.limits
+@options.machine
+@options.reading
+@options.smoothing
+@click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
+@answers(_print)
+def command(say: Say, source: str | None, **given: Any) -> Page:
+    """Plan the time law s(t) of the motion along SOURCE, and print its pieces.
+
+    Without SOURCE: the paper's airfoil. The exit code is 1 where a limit does not hold.
+    """
+    from splinefeed.analysis.check_law import limits_along
+    from splinefeed.feed.planning import plan
+    from splinefeed.formats.setpoints import save
+    from splinefeed.machine.machine import Machine
+    from splinefeed.pipeline.run import PAPER_SHAPE
+    from splinefeed.records import Verdict
+
+    machine = Machine.load(given["machine"]) if given["machine"] else None
+    if machine is None:
+        options.limits_from(given)  # options are validated before the file is opened
+    source = PAPER_SHAPE if source is None else source
+    say(f"reading {source}")
+    path = read_path(source, options.reading_from(given) | options.smoothing_from(given))
+    limits, period, strategy = options.limits_from(given, machine, path.axes)
+    limits, assumed = options.as_programmed(limits, path, given)
+    say("planning")
+    law = plan(path, limits, strategy=strategy, period=period)
+    verdict = Verdict(limits=limits_along(law, path, limits), problems=())
+    if given["output"]:
+        save(law, given["output"])
+    starts, ends = law.breaks[:-1], law.breaks[1:]
+    columns = {
+        "start_s": starts,
+        "duration_s": ends - starts,
+        "from_mm": law(starts),
+        "to_mm": law(ends),
+        "feed_from_mm_s": law.feed(starts),
+        "feed_to_mm_s": law.feed(ends),
+        "acceleration_from_mm_s2": law.acceleration(starts),
+        "jerk_mm_s3": law.jerk(starts),
+    }
+    return {
+        "ok": verdict.ok,
+        "name": path.name,
+        "axes": list(path.axes),
+        "duration_s": law.duration,
+        "lower_bound_s": law.settings.get("lower_bound_s"),
+        "length_mm": path.length,
+        "period_s": law.period,
+        "strategy": law.strategy,
+        "limits": verdict.as_dict()["limits"],
+        "stops_mm": list(path.stops),
+        "pieces": [dict(zip(columns, map(float, row), strict=True)) for row in zip(*columns.values(), strict=True)],
+        "notes": [*assumed, *options.smoothing_note(path, given), *path.findings, *law.notes],
+        "files": [given["output"]] if given["output"] else [],
+    }

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
+from splinefeed.cli.output import number, print_text
+
 #: Programs with at most this many moves are made into a path; of longer ones as many curves are listed.
 FEW = 5_000
 
@@ -37,8 +39,6 @@ def program_page(
 
 def print_program(program: Mapping[str, Any]) -> None:
     """Lines, moves, lengths, feeds and times of a program."""
-    from splinefeed.cli.output import number, print_text
-
     counts = ", ".join(f"{count} {kind}" for kind, count in program["motion_blocks"].items())
     lengths = ", ".join(f"{number(length, 7)} mm {kind}" for kind, length in program["lengths_mm"].items())
     print_text(f"program of {program['lines']} lines, dialect {program['dialect']}")

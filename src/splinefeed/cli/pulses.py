@@ -7,10 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from splinefeed import units
 from splinefeed.cli import options
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.progress import Say
+from splinefeed.cli.setpoints_file import read_setpoints_chunks
+from splinefeed.cli.summary import print_notes
+from splinefeed.errors import FormatError, InputError
 
 if TYPE_CHECKING:
-    from splinefeed.cli.progress import Say
     from splinefeed.formats.bit_pattern import BitPattern
 
 EXAMPLES = """\b
@@ -42,6 +48,41 @@ class Scales(click.ParamType):  # type: ignore[type-arg]
         return found
 
 
+def _print(page: Mapping[str, Any]) -> None:
+    print_text(
+        f"{page['file']}: {page['periods']} periods of {units.format_quantity(page['period_s'], 'time')}, "
+        f"{page['slots_per_period']} slots in each, a pulse clock of "
+        f"{units.format_quantity(page['pulse_clock_hz'], 'frequency')}"
+    )
+    print_notes(page["notes"])
+    for i, card in enumerate(page["cards"], start=1):
+        if len(page["cards"]) > 1:
+            print_text(f"card {i}    axes {', '.join(card)}")
+    print_text()
+    if "fastest" not in page:
+        rows = [[a, f"{number(page['pulses_per_unit'][a], 8)} /{page['units'][a]}"] for a in page["axes"]]
+        print_table(["axis", "pulses"], rows)
+    else:
+        rows = [
+            [
+                axis,
+                f"{number(page['pulses_per_unit'][axis], 8)} /{page['units'][axis]}",
+                str(page["pulses_plus"][axis]),
+                str(page["pulses_minus"][axis]),
+            ]
+            for axis in page["axes"]
+        ]
+        print_table(["axis", "pulses", "sent plus", "sent minus"], rows)
+        print_text()
+        fastest = page["fastest"]
+        if fastest["pulses"]:
+            print_text(
+                f"fastest: {fastest['pulses']} pulses of {fastest['axis']} after tick {fastest['tick']}, "
+                f"{units.format_quantity(fastest['rate_hz'], 'frequency')}"
+            )
+        print_text(f"decoded again: at most {number(page['off_max_pulses'], 3)} pulses off a setpoint")
+
+
 @click.command(epilog=EXAMPLES)
 @click.argument("file", metavar="FILE")
 @click.option("--machine", metavar="NAME|FILE", help="One pulse is a count of this machine's encoders.")
@@ -56,28 +97,18 @@ class Scales(click.ParamType):  # type: ignore[type-arg]
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
 @click.option("--decode", is_flag=True, help="FILE holds pulse words; decode them into positions.")
 @click.option("-o", "--output", metavar="FILE", help="Words: .h5 or .bits (with .bits.json); positions: .csv.")
-@options.as_json
-def command(file: str, as_json: bool, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, file: str, **given: Any) -> Page:
     """Turn setpoints into the 16-bit words of a motion card's bit-pattern mode, one pulse a bit, and back.
 
     FILE holds setpoints (.h5, .csv, ... of splinefeed, or a CSV of another program), or with --decode pulse words. No
     pulse is lost or added: after every period each axis is within half a pulse of its setpoint, and the words are
     decoded again before they are written. Too many pulses in a period are an error that names tick and axis.
     """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _decoded(file, given, say) if given["decode"] else _encoded(file, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
+    return _decoded(file, given, say) if given["decode"] else _encoded(file, given, say)
 
 
 def _encoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    from splinefeed.cli.setpoints_file import read_setpoints_chunks
-    from splinefeed.errors import InputError
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline import pulses
 
@@ -127,9 +158,6 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 def _slots(clock: float, period: float) -> int:
     """Slots of a period at this clock; InputError where that is no multiple of 16, with the clocks beside it."""
-    from splinefeed import units
-    from splinefeed.errors import InputError
-
     slots = clock * period
     words = round(slots / 16.0)
     if words >= 1 and abs(slots - 16.0 * words) <= 1e-9 * slots:
@@ -158,7 +186,6 @@ def _unit(axis: str) -> str:
 
 
 def _decoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    from splinefeed.errors import InputError
     from splinefeed.formats import bit_pattern, bit_pattern_raw
     from splinefeed.pipeline import pulses
 
@@ -192,7 +219,6 @@ def _write_positions(pattern: BitPattern, file: str) -> None:
     """Time and positions as a plain CSV: s, mm, rotary axes degrees."""
     import math
 
-    from splinefeed.errors import FormatError
     from splinefeed.formats.atomic import atomic_write
     from splinefeed.formats.bit_pattern import decode
     from splinefeed.records import ROTARY_AXES
@@ -207,45 +233,3 @@ def _write_positions(pattern: BitPattern, file: str) -> None:
             time = (pattern.first + k) * pattern.period
             values = (repr(value * factor) for value, factor in zip(row, factors, strict=True))
             stream.write(",".join([f"{time:.9g}", *values]) + "\n")
-
-
-def _print(page: Mapping[str, Any]) -> None:
-    from splinefeed import units
-    from splinefeed.cli.output import number, print_table, print_text
-    from splinefeed.cli.summary import print_notes
-
-    print_text(
-        f"{page['file']}: {page['periods']} periods of {units.format_quantity(page['period_s'], 'time')}, "
-        f"{page['slots_per_period']} slots in each, a pulse clock of "
-        f"{units.format_quantity(page['pulse_clock_hz'], 'frequency')}"
-    )
-    print_notes(page["notes"])
-    for i, card in enumerate(page["cards"], start=1):
-        if len(page["cards"]) > 1:
-            print_text(f"card {i}    axes {', '.join(card)}")
-    print_text()
-    if "fastest" not in page:
-        rows = [[a, f"{number(page['pulses_per_unit'][a], 8)} /{page['units'][a]}"] for a in page["axes"]]
-        print_table(["axis", "pulses"], rows)
-    else:
-        rows = [
-            [
-                axis,
-                f"{number(page['pulses_per_unit'][axis], 8)} /{page['units'][axis]}",
-                str(page["pulses_plus"][axis]),
-                str(page["pulses_minus"][axis]),
-            ]
-            for axis in page["axes"]
-        ]
-        print_table(["axis", "pulses", "sent plus", "sent minus"], rows)
-        print_text()
-        fastest = page["fastest"]
-        if fastest["pulses"]:
-            print_text(
-                f"fastest: {fastest['pulses']} pulses of {fastest['axis']} after tick {fastest['tick']}, "
-                f"{units.format_quantity(fastest['rate_hz'], 'frequency')}"
-            )
-        print_text(f"decoded again: at most {number(page['off_max_pulses'], 3)} pulses off a setpoint")
-    if page["files"]:
-        print_text()
-        print_text(f"wrote {' '.join(page['files'])}")

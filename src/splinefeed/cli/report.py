@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import counted, print_text
+from splinefeed.cli.progress import Say
+from splinefeed.cli.setpoints_file import on_its_machine, path_of
+from splinefeed.errors import FormatError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from splinefeed.cli.progress import Say
 
 EXAMPLES = """\b
 Examples:
@@ -22,38 +24,24 @@ Examples:
 """
 
 
+def _print(page: Page) -> None:
+    print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}")
+
+
 @click.command(epilog=EXAMPLES)
 @click.argument("folder")
 @click.option("-o", "--output", metavar="FILE", help="File to write.  [default: report.html in the folder]")
 @click.option("--machine", metavar="NAME|FILE", help="Of a tool path: the machine.  [default: that of the run]")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, folder: str, output: str | None, machine: str | None, as_json: bool) -> None:
+@answers(_print)
+def command(say: Say, folder: str, output: str | None, machine: str | None) -> Page:
     """Make the report of the run in FOLDER again: one HTML file that works offline.
 
     The setpoints are measured and checked again, against their path and limits. The exit code is 1 where a limit or a
     check does not hold.
     """
-    from splinefeed.cli.output import counted, print_json, print_text
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _report(folder, output, machine, say)
-    if as_json:
-        print_json(page)
-    else:
-        print_text(
-            "checked: every limit holds" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}"
-        )
-        print_text(f"wrote {page['files'][0]}")
-    ctx.exit(DONE if page["ok"] else NOT_KEPT)
-
-
-def _report(folder: str, output: str | None, machine: str | None, say: Say) -> dict[str, Any]:
     from functools import partial
     from pathlib import Path
 
-    from splinefeed.cli.setpoints_file import on_its_machine, path_of
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import load, load_chunks
     from splinefeed.pipeline.compare import MethodResult
@@ -90,7 +78,6 @@ def _record(place: Path) -> dict[str, Any]:
     """The page of numbers of the run."""
     import json
 
-    from splinefeed.errors import FormatError
     from splinefeed.report.files import RECORD
 
     try:
@@ -106,7 +93,6 @@ def _record(place: Path) -> dict[str, Any]:
 
 def _setpoints_of(place: Path) -> str:
     """Name of the setpoints that keep every digit and all settings."""
-    from splinefeed.errors import FormatError
     from splinefeed.report.files import SETPOINTS
 
     for form in ("hdf5", "npz", "parquet", "mat", "csv"):
@@ -117,7 +103,6 @@ def _setpoints_of(place: Path) -> str:
 
 def _loaded(place: Path, name: str, kind: type) -> Any:
     """The record in a file of the folder; FormatError if it is another one."""
-    from splinefeed.errors import FormatError
     from splinefeed.formats.setpoints import load
 
     found = load(place / name)

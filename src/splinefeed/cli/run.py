@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.panels import PanelCommand
+from splinefeed.cli.progress import Say
+from splinefeed.cli.source import check_rotary, read_path
+from splinefeed.cli.summary import print_run
+from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
-    from splinefeed.cli.progress import Say
     from splinefeed.geometry.path import Path
-    from splinefeed.pipeline.compare import MethodTrace
-    from splinefeed.pipeline.experiment import Served
 
 #: What is left out of a run that is too long to be kept whole.
 LONG_NOTE = (
@@ -66,9 +67,8 @@ Examples:
     help="Read, smooth, plan (look-ahead), interpolate and check window by window; no figures.",
 )
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME]")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: Any) -> None:
+@answers(print_run)
+def command(say: Say, source: str | None, **given: Any) -> Page:
     """Plan the motion along SOURCE, interpolate it, check every limit; write setpoints, figures and a report.
 
     SOURCE is a shape (butterfly, naca:0025?perimeter=33, ...) or a file: G-code, DXF, SVG, STEP, IGES, 3DM, JSON, an
@@ -78,27 +78,7 @@ def command(ctx: click.Context, /, source: str | None, as_json: bool, **given: A
     Without SOURCE: the paper's experiment. A NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on a model
     of the paper's machine (or --machine), by the paper's two methods and milne-simpson-anchored.
     """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        traces, page = _run(source, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        from splinefeed.cli.summary import print_run
-
-        print_run(page, [trace.result for trace in traces])
-        output.print_text()
-        output.print_text(f"wrote {' '.join(page['files'])}")
-    ctx.exit(DONE if page["ok"] else NOT_KEPT)
-
-
-def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[MethodTrace], dict[str, Any]]:
-    """Run and write; the page of numbers, with `files` as seen from the current folder."""
     from splinefeed.cli import run_windows
-    from splinefeed.cli.source import check_rotary, read_path
-    from splinefeed.errors import InputError
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
@@ -142,7 +122,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
     with staged(folder) as stage:
         if isinstance(path, PathParts):
             page = run_windows.write(path, limits, period, stage, str(source), reading, formats, assumed, say)
-            return [], _seen_from_here(page, folder)
+            return _seen_from_here(page, folder)
         moved = on_machine(path, machine if tool else None, limits)
         if given["contour_tolerance"] is not None:
             if machine is None:
@@ -158,7 +138,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
             moved, limits, machine=None if tool else machine, period=period, strategy=strategy, method=method,
             corrections=corrections, on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
         )  # fmt: skip
-        others: list[Served] = []
+        others: list[Any] = []
         servo: dict[str, Any] | None = None
         if machine is not None and result.served is not None:
             if of_paper and result.whole:
@@ -167,7 +147,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
                 others += serve_methods(path, result.law, machine, names, corrections)
             servo = servo_numbers([*others, result.served], machine, of_paper)
             servo["machine_file"] = given["machine"] or PAPER_MACHINE
-        traces: list[MethodTrace] = []
+        traces: list[Any] = []
         for name in () if given["no_compare"] or tool or not result.whole else BESIDE_A_RUN:
             say(f"comparing methods: {name}")
             traces += compare(path, result.law, methods=[name], corrections=corrections, timed=False)
@@ -193,7 +173,7 @@ def _run(source: str | None, given: dict[str, Any], say: Say) -> tuple[list[Meth
             others=others,
             tip=given["tip"],
         )
-    return traces, _seen_from_here(page, folder)
+    return _seen_from_here(page, folder)
 
 
 def _seen_from_here(page: dict[str, Any], folder: str) -> dict[str, Any]:

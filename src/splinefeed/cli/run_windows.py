@@ -6,10 +6,12 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from splinefeed.cli.progress import Say
+from splinefeed.errors import InputError
+
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from splinefeed.cli.progress import Say
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.records import Limits
 
@@ -28,7 +30,6 @@ POINTS_TOLERANCE = 1e-3
 
 def parts_of(source: str | None, reading: dict[str, Any], given: dict[str, Any]) -> PathParts | None:
     """The path in parts, where it is too long to be held as a whole or the option says so; else None."""
-    from splinefeed.errors import InputError
     from splinefeed.formats.path_parts import read_parts, too_long
 
     if source is None:
@@ -72,7 +73,6 @@ def write(
 
 def _check_possible(given: dict[str, Any]) -> None:
     """InputError for what cannot be done by windows."""
-    from splinefeed.errors import InputError
     from splinefeed.feed.modes import LOOK_AHEAD
     from splinefeed.pipeline.long_path import METHOD
 

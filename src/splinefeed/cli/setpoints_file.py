@@ -6,6 +6,9 @@ import os
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from splinefeed.cli.source import read_path
+from splinefeed.errors import FormatError, InputError
+
 if TYPE_CHECKING:
     from splinefeed.geometry.path import Path
     from splinefeed.kinematics.joint_path import JointPath
@@ -14,7 +17,6 @@ if TYPE_CHECKING:
 
 def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list[str]]:
     """The setpoints, and what had to be guessed to read them."""
-    from splinefeed.errors import FormatError
     from splinefeed.formats import positions_csv
     from splinefeed.formats.setpoints import load
     from splinefeed.records import Setpoints
@@ -44,8 +46,6 @@ def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tup
 
 def _check_says_its_own(file: str, given: Mapping[str, Any]) -> None:
     """InputError for options that only files of other programs take."""
-    from splinefeed.errors import InputError
-
     for name in ("columns", "period"):
         if given[name] is not None:
             raise InputError(f"--{name}: is for CSV files of other programs; {file} has its own")
@@ -56,9 +56,6 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
 
     Raises InputError where neither says one.
     """
-    from splinefeed.cli.source import read_path
-    from splinefeed.errors import InputError
-
     if given["source"]:
         chosen = {name: given[name] for name in ("which", "chord") if given[name] is not None}
         return read_path(given["source"], chosen), given["source"]
@@ -114,8 +111,6 @@ def _reading(command: str) -> dict[str, Any]:
 def _check_unchanged(source: str, digest: object, file: str) -> None:
     """Raise InputError if the file that a run read is gone or another one by now."""
     import hashlib
-
-    from splinefeed.errors import InputError
 
     if digest is None:
         return

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from splinefeed.errors import InputError
+from splinefeed.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
@@ -73,8 +72,7 @@ def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
         return shape
     if not os.path.exists(source) and not os.path.splitext(source)[1] and os.sep not in source:
         name = source.partition(":")[0].partition("?")[0]
-        close = difflib.get_close_matches(name, shapes.names(), n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"shapes are {', '.join(shapes.names())}"
+        hint = nearest(name, shapes.names(), "shapes are {}")
         raise InputError(f"{source}: no such file or shape; {hint}")
     from splinefeed.formats import registry
 

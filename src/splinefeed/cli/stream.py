@@ -12,8 +12,13 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE
+from splinefeed.cli.output import print_json
 from splinefeed.cli.panels import PanelCommand
-from splinefeed.errors import SplinefeedError
+from splinefeed.cli.progress import busy
+from splinefeed.cli.setpoints_file import read_setpoints
+from splinefeed.cli.source import read_path
+from splinefeed.cli.stream_orders import ended_by_signals, keys, signals
+from splinefeed.errors import InputError, SplinefeedError
 
 if TYPE_CHECKING:
     from splinefeed.live.motion import Motion
@@ -82,9 +87,6 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     reserve for feed hold within the axis limits. Ctrl-C stops on the path within the limits; a second one ends at
     once.
     """
-    from splinefeed.cli.output import print_json
-    from splinefeed.cli.progress import busy
-    from splinefeed.cli.stream_orders import ended_by_signals
     from splinefeed.formats import records_hdf5
     from splinefeed.live.recording import response_of
 
@@ -131,8 +133,6 @@ class _Made:
 
 def _percent(given: dict[str, Any], name: str) -> float:
     """An option in percent as a share."""
-    from splinefeed.errors import InputError
-
     try:
         return float(given[name].removesuffix("%")) / 100.0
     except ValueError:
@@ -148,7 +148,6 @@ def _operator(given: dict[str, Any]) -> Operator:
 
 
 def _made(source: str, given: dict[str, Any], say: Any) -> _Made:
-    from splinefeed.errors import InputError
     from splinefeed.live.operator import MOST
 
     if given["to"] == "file" and not given["output"]:
@@ -182,7 +181,6 @@ def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[M
     """The motion along a path, and the limits that hold for it."""
     from dataclasses import replace
 
-    from splinefeed.cli.source import read_path
     from splinefeed.feed.planning import plan
     from splinefeed.feed.reserve import with_reserve
     from splinefeed.geometry.tool_path import ToolPath
@@ -208,7 +206,6 @@ def _through(source: str, given: dict[str, Any], most: float, say: Any) -> tuple
 
     import numpy as np
 
-    from splinefeed.cli.setpoints_file import read_setpoints
     from splinefeed.live.motion import through
     from splinefeed.machine.machine import Machine
     from splinefeed.records import ROTARY_AXES
@@ -244,7 +241,6 @@ def _sink(given: dict[str, Any], period: float) -> Sink:
 
 
 def _streamed(made: _Made, operator: Operator, given: dict[str, Any]) -> State:
-    from splinefeed.cli.stream_orders import keys, signals
     from splinefeed.live.control import Control
     from splinefeed.live.motion import approach
     from splinefeed.live.stream import play
@@ -312,7 +308,6 @@ def _save(file: str, state: State | None, motion: Motion) -> None:
 
 def _resumed(file: str, motion: Motion) -> Resume:
     """Where that stream was; InputError for a state of another motion, or of one that is done."""
-    from splinefeed.errors import InputError
     from splinefeed.live.stream import Resume
 
     try:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from splinefeed.cli import options
+from splinefeed.cli.output import print_json, print_text
+from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,9 +44,6 @@ def command(port: int, browser: bool, history_file: str | None, no_history: bool
     from contextlib import suppress
     from importlib.util import find_spec
     from pathlib import Path as File
-
-    from splinefeed.cli.output import print_json, print_text
-    from splinefeed.errors import InputError
 
     if not (find_spec("plotly") and find_spec("tornado")):
         raise InputError("the studio needs Tornado and Plotly: pip install 'splinefeed[studio]'")

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from splinefeed import units
 from splinefeed.cli.output import WIDTH, number, print_table, print_text
-from splinefeed.formats import limits_toml
-from splinefeed.records import ROTARY_AXES, unit_along
-
-if TYPE_CHECKING:
-    from splinefeed.pipeline.compare import MethodResult
 
 #: A share of a limit from which on it counts as reached, as it counts as binding (`analysis.binding.BINDS`): bringing a
 #: short motion to whole periods may take off that much.
@@ -21,8 +16,10 @@ REACHED = 0.99
 LEAST_PART = 0.005
 
 
-def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
+def print_run(page: dict[str, Any]) -> None:
     """The numbers of a run, from its page of numbers; one by windows has fewer of them."""
+    from splinefeed.records import unit_along
+
     period = units.format_quantity(page["period_s"], "time")
     unit = unit_along(page["axes"]) if "axes" in page else "mm"
     print_text(
@@ -44,9 +41,9 @@ def print_run(page: dict[str, Any], results: Sequence[MethodResult]) -> None:
     if "axes" in page:
         print_text()
         print_axes(page)
-    if results:
+    if page.get("methods"):
         print_text()
-        print_methods(results, unit)
+        print_methods(page["methods"], unit)
     if "machine" in page:
         print_text()
         print_servo(page)
@@ -87,6 +84,8 @@ def print_notes(notes: Sequence[str]) -> None:
 
 def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
     """The limits of the path, and how much of each is used; unit of arc length."""
+    from splinefeed.records import unit_of
+
     rows = [
         [
             name,
@@ -98,13 +97,6 @@ def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
         for name, each in limits.items()
     ]
     print_table(["limit", "worst", "allowed", "share", "at"], rows)
-
-
-def unit_of(name: str, along: str) -> str:
-    """Unit of a limit by its name; rotary axes in degrees, as the numbers are, and the path in `along`."""
-    kind, _, axis = name.removeprefix("axis_").partition(".")
-    unit = (limits_toml.unit_of(kind) or limits_toml.unit_of(f"axis_{kind}") or "").replace("rad", "deg")
-    return unit.replace("mm", "deg") if axis in ROTARY_AXES else unit if axis else unit.replace("mm", along)
 
 
 def print_axes(page: dict[str, Any]) -> None:
@@ -124,26 +116,23 @@ def print_axes(page: dict[str, Any]) -> None:
     print_table(heads if shared else heads[:3] + heads[4:5], rows)
 
 
-def print_methods(results: Sequence[MethodResult], unit: str) -> None:
+def print_methods(methods: Sequence[Mapping[str, Any]], unit: str) -> None:
     """One line a method; unit of arc length."""
     rows = [
         [
-            each.method,
-            f"{each.ripple_max:.1e}",
-            f"{each.ripple_rms:.1e}",
-            f"{each.drift_mm:+.1e} {unit}",
-            f"{each.chord_error_mm:.2e} mm",
-            *([] if each.ns_per_tick is None else [f"{each.ns_per_tick:.0f}"]),
+            each["method"],
+            f"{each['ripple_max']:.1e}",
+            f"{each['ripple_rms']:.1e}",
+            f"{each['drift_mm']:+.1e} {unit}",
+            f"{each['chord_error_mm']:.2e} mm",
+            *([] if each["ns_per_tick"] is None else [f"{each['ns_per_tick']:.0f}"]),
         ]
-        for each in results
+        for each in methods
     ]
     heads = ["method", "ripple max", "ripple rms", "drift at end", "chord error", "ns a tick"]
     print_table(heads[: len(rows[0])] if rows else heads, rows)
-    for each in results:
-        if each.replaced:
-            print_text(
-                f"note      {each.method}: {each.replaced} steps gave no finite number and were replaced by arc length"
-            )
+    notes = "{method}: {replaced} steps gave no finite number; the arc length was taken"
+    print_notes([notes.format(**each) for each in methods if each["replaced"]])
 
 
 def _not_kept(page: dict[str, Any], unit: str) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -10,6 +12,10 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.output import counted, number, print_json, print_table, print_text
+from splinefeed.cli.progress import Say, busy
+from splinefeed.cli.summary import print_notes
+from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -36,8 +42,6 @@ A spec:
   "machine.x.load.inertia" = { uniform = [0.8, 1.2] }
 
 """
-#: Time between two words on stderr where it is not a terminal, s.
-PATIENCE = 5.0
 #: Runs that the rate is taken from: the first ones, which compile, are soon forgotten.
 RECENT = 100
 #: ... and the fewest that say anything of what is to come.
@@ -59,8 +63,6 @@ def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool,
     A run that fails is a row too. A stopped sweep continues when it is called again. `show DIR` prints a summary of
     the runs so far and writes sweep.html beside them.
     """
-    from splinefeed.errors import InputError
-
     if spec != "show":
         if folder is not None:
             raise InputError(f"{folder}: one spec at a time; name the folder of the dataset with -o")
@@ -69,8 +71,6 @@ def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool,
         raise InputError("show: name the folder of a sweep, such as splinefeed sweep show splinefeed-sweep-night")
     page = _show(folder)
     if as_json:
-        from splinefeed.cli.output import print_json
-
         print_json(page)
     else:
         _print(page)
@@ -85,20 +85,17 @@ def _sweep(spec: str, given: dict[str, Any]) -> str:
 
     runs = specs.read(spec)
     folder: str = given["output"] or default_name(f"sweep-{runs.name}")
-    with _engine(given) as executor, _progress(len(runs)) as (start, step):
-        rows = timed(
-            runs, executor, folder=folder, workers=given["workers"], artefacts=_artefacts(runs, folder), start=start
-        )
+    with _engine(given) as executor, busy() as say:
+        progress, artefacts = _Progress(len(runs), say), _artefacts(runs, folder)
+        rows = timed(runs, executor, folder=folder, workers=given["workers"], artefacts=artefacts, start=progress.start)
         for row, _ in rows:
-            step(row["status"])
+            progress.step(row["status"])
     return folder
 
 
 @contextmanager
 def _engine(given: dict[str, Any]) -> Iterator[Executor | None]:
     """The executor that the options ask for; None for processes on this machine."""
-    from splinefeed.errors import InputError
-
     if given["dask"]:
         try:
             from distributed import Client
@@ -132,50 +129,29 @@ def _artefacts(runs: Sweep, folder: str) -> Callable[[Task, Run], None] | None:
     return partial(write_artefacts, str(Path(folder) / "runs"), runs.setpoints, runs.reports)
 
 
-@contextmanager
-def _progress(total: int) -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
-    """Callbacks for the number of runs that are there already, and for each that comes: done, rate, failures."""
-    import sys
-    import time
-    from collections import deque
+class _Progress:
+    """Says how many runs there are by now, how fast they come, and how long the rest will take."""
 
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    def __init__(self, total: int, say: Say) -> None:
+        self._total, self._say = total, say
+        self._there = self._made = self._failed = 0
+        self._lately: deque[float] = deque(maxlen=RECENT)
 
-    failed = made = already = 0
-    said = time.monotonic()
-    lately: deque[float] = deque(maxlen=RECENT)
-    quiet = not sys.stderr.isatty()
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"), TimeRemainingColumn(),
-    )  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), disable=quiet) as bar:
-        task = bar.add_task("runs", total=total, rate="")
+    def start(self, count: int) -> None:
+        """So many runs are there already."""
+        self._there = count
+        self._lately.append(time.monotonic())
 
-        def start(count: int) -> None:
-            nonlocal already
-            already = count
-            lately.append(time.monotonic())
-            bar.update(task, completed=count)
-
-        def step(status: str) -> None:
-            nonlocal failed, made, said
-            made += 1
-            failed += status == "failed"
-            now = time.monotonic()
-            lately.append(now)
-            rate = (len(lately) - 1) / max(now - lately[0], 1e-9)
-            bar.update(task, advance=1, rate=f"{rate:.3g}/s, {failed} failed" if failed else f"{rate:.3g}/s")
-            if quiet and now - said > PATIENCE:
-                said = now
-                left = (total - already - made) / rate
-                words = f"{already + made} of {total} runs"
-                if made >= ENOUGH:  # the first ones wait for workers that start, and for the compiler
-                    words += f", {rate:.3g} a second, about {left:.0f} s left"
-                print(f"splinefeed: {words}", file=sys.stderr, flush=True)
-
-        yield start, step
+    def step(self, status: str) -> None:
+        """One more has come."""
+        self._there, self._made, self._failed = self._there + 1, self._made + 1, self._failed + (status == "failed")
+        self._lately.append(time.monotonic())
+        rate = (len(self._lately) - 1) / max(self._lately[-1] - self._lately[0], 1e-9)
+        words = f"{self._there} of {self._total} runs"
+        words += f", {self._failed} failed" if self._failed else ""
+        if self._made >= ENOUGH:  # the first ones wait for workers that start, and for the compiler
+            words += f", {rate:.3g} a second, about {(self._total - self._there) / rate:.0f} s left"
+        self._say(words)
 
 
 def _show(folder: str) -> dict[str, Any]:
@@ -200,9 +176,6 @@ def _show(folder: str) -> dict[str, Any]:
 
 
 def _print(page: dict[str, Any]) -> None:
-    from splinefeed.cli.output import counted, number, print_table, print_text
-    from splinefeed.cli.summary import print_notes
-
     print_text(f"{page['name']}: {page['there']} of {page['runs']} runs")
     print_text(
         f"          {page['ok']} ok, {page['not_kept']} with a limit or a check not kept, {page['failed']} failed"

@@ -8,7 +8,11 @@ from typing import Any
 import click
 
 from splinefeed.cli import options
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import print_table, print_text
 from splinefeed.cli.panels import PanelCommand
+from splinefeed.cli.progress import Say
+from splinefeed.cli.summary import print_notes
 
 EXAMPLES = """\b
 Examples:
@@ -23,54 +27,7 @@ _TITLES = {"cutting_s": "cutting", "rapid_s": "rapid", "tool_change_s": "tool ch
            "dwell_s": "dwell", "start_s": "start"}  # fmt: skip
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES)
-@click.argument("program")
-@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine, with a section [control].")
-@options.reading_program
-@options.from_line
-@click.option("--figure", metavar="FILE", help="Draw a bar chart along the program (.svg, .png, .pdf).")
-@click.option("--no-saves", is_flag=True, help="Do not search for what would save time.")
-@options.as_json
-def command(program: str, as_json: bool, **given: Any) -> None:
-    """Estimate the cycle time of PROGRAM (G-code): cutting, rapid moves, tool changes, spindle and dwells.
-
-    The section [control] of the machine file describes how the control plans: see `splinefeed machine show hurco-04`.
-    Also reports the time of each tool, the slowest lines with the limit that binds there, and what 20 % more of each
-    limit saves.
-    """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _time(program, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
-
-
-def _time(program: str, given: Mapping[str, Any], say: Any) -> dict[str, Any]:
-    from splinefeed.pipeline.cycle_time import cycle_time
-    from splinefeed.report.saving import save_figure
-    from splinefeed.report.time_figures import time_figure
-
-    reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair", "from_line")}
-    say(f"reading {program}")
-    time = cycle_time(program, given["machine"], **reading)
-    page = time.as_dict() | {"source": program, "saves": [], "files": []}
-    if not given["no_saves"]:
-        say("planning with other limits")
-        page["saves"] = time.saves()
-    if given["figure"] is not None:
-        save_figure(time_figure(time), given["figure"])
-        page["files"] = [given["figure"]]
-    return page
-
-
 def _print(page: Mapping[str, Any]) -> None:
-    from splinefeed.cli.output import print_table, print_text
-    from splinefeed.cli.summary import print_notes
-
     print_text(f"{page['name']} on {page['machine']}: {_clock(page['total_s'])}, {page['blocks']} blocks")
     print_notes(page["notes"])
     print_text()
@@ -88,8 +45,38 @@ def _print(page: Mapping[str, Any]) -> None:
         print_text()
         rows = [[each["what"], _seconds(each["saves_s"])] for each in page["saves"] if each["saves_s"] >= 0.005]
         print_table(["20 % better", "saves, s"], rows)
-    for name in page["files"]:
-        print_text(f"wrote {name}")
+
+
+@click.command(cls=PanelCommand, epilog=EXAMPLES)
+@click.argument("program")
+@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine, with a section [control].")
+@options.reading_program
+@options.from_line
+@click.option("--figure", metavar="FILE", help="Draw a bar chart along the program (.svg, .png, .pdf).")
+@click.option("--no-saves", is_flag=True, help="Do not search for what would save time.")
+@answers(_print)
+def command(say: Say, program: str, **given: Any) -> Page:
+    """Estimate the cycle time of PROGRAM (G-code): cutting, rapid moves, tool changes, spindle and dwells.
+
+    The section [control] of the machine file describes how the control plans: see `splinefeed machine show hurco-04`.
+    Also reports the time of each tool, the slowest lines with the limit that binds there, and what 20 % more of each
+    limit saves.
+    """
+    from splinefeed.pipeline.cycle_time import cycle_time
+    from splinefeed.report.saving import save_figure
+    from splinefeed.report.time_figures import time_figure
+
+    reading = {name: given[name] for name in ("dialect", "start", "offsets", "tools", "repair", "from_line")}
+    say(f"reading {program}")
+    time = cycle_time(program, given["machine"], **reading)
+    page = time.as_dict() | {"source": program, "saves": [], "files": []}
+    if not given["no_saves"]:
+        say("planning with other limits")
+        page["saves"] = time.saves()
+    if given["figure"] is not None:
+        save_figure(time_figure(time), given["figure"])
+        page["files"] = [given["figure"]]
+    return page
 
 
 def _seconds(value: float) -> str:

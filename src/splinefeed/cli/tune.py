@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.progress import Say
+from splinefeed.cli.source import read_path
+from splinefeed.cli.summary import length, print_notes
+from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
-    from splinefeed.cli.progress import Say
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuned import TunedMachine
     from splinefeed.simulation.curves import TunedAxis
@@ -30,6 +35,39 @@ _FOR_PATH = (
     *("feed", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "centripetal"),
     *("chord_error", "orientation_error", "axis_velocity", "axis_acceleration", "axis_jerk"),
 )
+
+
+def _print(page: Mapping[str, Any]) -> None:
+    print_text(
+        f"{page['machine']}: {page['rule']}, servo period {units.format_quantity(page['period_s'], 'time')}"
+        + (f", ultimate point by {page['identify']}" if "identify" in page else "")
+    )
+    for name, each in page["axes"].items():
+        if "ultimate_gain" in each:
+            print_text(
+                f"axis {name}: ultimate gain {number(each['ultimate_gain'])} {each['unit']}, ultimate period "
+                f"{number(1e3 * each['ultimate_period_s'])} ms"
+            )
+    if "bound" in page:
+        before = page["contour_error_max_before_mm"]
+        old = "an axis ran away" if before is None else length(before)
+        print_text(
+            f"largest contour error on {page['path_name']}: {length(page['contour_error_max_mm'])} with the new gains, "
+            f"with the old ones {old}; {page['runs']} runs"
+        )
+        print_text(f"bound     {page['bound']}")
+    print_text()
+    rows = []
+    for name, each in page["axes"].items():
+        for when, ending in (("old", "_before"), ("new", "")):
+            rows.append([name, when, _gain_words(each[f"gains{ending}"]), *_margin_cells(each[f"margins{ending}"])])
+    heads = ["axis", "gains", "", "gain margin", "phase margin", "delay margin", "bandwidth"]
+    print_table(heads, rows, texts=3)
+    print_text()
+    for name, each in page["axes"].items():
+        for when, ending in (("old", "_before"), ("new", "")):
+            print_text(f"{name}, {when} gains: {each[f'margins{ending}']['verdict']}{_hunting(each, ending)}")
+    print_notes(page["notes"])
 
 
 @click.command(epilog=EXAMPLES + options.UNITS_NOTE)
@@ -62,30 +100,14 @@ _FOR_PATH = (
 @click.option("--write", "machine_file", metavar="FILE", help="Write the machine with the new gains, TOML.")
 @options.figures
 @click.option("-o", "--output", metavar="DIR", help="Draw Bode and step figures to this folder.  [default: none]")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, machine: str, as_json: bool, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, machine: str, **given: Any) -> Page:
     """Find gains for the axes of MACHINE; report gain, phase and delay margins of the new and old ones.
 
     MACHINE is the name of a machine (splinefeed machine list shows them) or a machine file. Limits such as --feed set
     the motion of rule path. The exit code is 1 if an axis is unstable with its new gains.
     """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _tune(machine, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
-    ctx.exit(DONE if page["ok"] else NOT_KEPT)
-
-
-def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Tune and write; the page of numbers, with `files` as seen from the current folder."""
     import splinefeed
-    from splinefeed.errors import InputError
     from splinefeed.formats.plain import plain
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuning import PATH_RULE
@@ -127,8 +149,6 @@ def _tune(machine: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 def _check_options(given: Mapping[str, Any], on_path: bool) -> None:
     """InputError for options that the rule would not heed."""
-    from splinefeed.errors import InputError
-
     wrong = ("kind", "identify", "volts") if on_path else _FOR_PATH
     spelled = {"source": "path", "axis_acceleration": "axis-accel"}
     for name in wrong:
@@ -149,7 +169,6 @@ def _by_rule(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any],
 
 def _on_path(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path."""
-    from splinefeed.cli.source import read_path
     from splinefeed.pipeline.run import PAPER_SHAPE, run
     from splinefeed.pipeline.tuned import along_path
     from splinefeed.pipeline.tuning import EVALUATIONS
@@ -190,51 +209,8 @@ def _draw(
     return [str(Path(folder) / name) for name in names]
 
 
-def _print(page: Mapping[str, Any]) -> None:
-    from splinefeed import units
-    from splinefeed.cli.output import number, print_table, print_text
-    from splinefeed.cli.summary import length, print_notes
-
-    print_text(
-        f"{page['machine']}: {page['rule']}, servo period {units.format_quantity(page['period_s'], 'time')}"
-        + (f", ultimate point by {page['identify']}" if "identify" in page else "")
-    )
-    for name, each in page["axes"].items():
-        if "ultimate_gain" in each:
-            print_text(
-                f"axis {name}: ultimate gain {number(each['ultimate_gain'])} {each['unit']}, ultimate period "
-                f"{number(1e3 * each['ultimate_period_s'])} ms"
-            )
-    if "bound" in page:
-        before = page["contour_error_max_before_mm"]
-        old = "an axis ran away" if before is None else length(before)
-        print_text(
-            f"largest contour error on {page['path_name']}: {length(page['contour_error_max_mm'])} with the new gains, "
-            f"with the old ones {old}; {page['runs']} runs"
-        )
-        print_text(f"bound     {page['bound']}")
-    print_text()
-    rows = []
-    for name, each in page["axes"].items():
-        for when, ending in (("old", "_before"), ("new", "")):
-            rows.append([name, when, _gain_words(each[f"gains{ending}"]), *_margin_cells(each[f"margins{ending}"])])
-    heads = ["axis", "gains", "", "gain margin", "phase margin", "delay margin", "bandwidth"]
-    print_table(heads, rows, texts=3)
-    print_text()
-    for name, each in page["axes"].items():
-        for when, ending in (("old", "_before"), ("new", "")):
-            print_text(f"{name}, {when} gains: {each[f'margins{ending}']['verdict']}{_hunting(each, ending)}")
-    print_notes(page["notes"])
-    if page["files"]:
-        print_text()
-        print_text(f"wrote {' '.join(page['files'])}")
-
-
 def _hunting(each: Mapping[str, Any], ending: str) -> str:
     """What is added to the verdict of a stable loop that does not come to rest on the full model."""
-    from splinefeed.cli.output import number
-    from splinefeed.cli.summary import length
-
     swing = each[f"rest_swing{ending}"]
     if not each[f"hunts{ending}"] or swing is None or not each[f"margins{ending}"]["stable"]:
         return ""
@@ -253,14 +229,10 @@ _SHORT = {
 
 
 def _gain_words(gains: Mapping[str, float]) -> str:
-    from splinefeed.cli.output import number
-
     return " ".join(f"{_SHORT.get(name, name)} {number(value)}" for name, value in gains.items() if value != 0.0)
 
 
 def _margin_cells(margins: Mapping[str, Any]) -> list[str]:
-    from splinefeed.cli.output import number
-
     def cell(value: float | None, unit: str, at: float | None = None) -> str:
         if value is None:
             return "none"

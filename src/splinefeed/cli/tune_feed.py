@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import number, print_table, print_text
 from splinefeed.cli.panels import PanelCommand
-
-if TYPE_CHECKING:
-    from splinefeed.cli.progress import Say
+from splinefeed.cli.progress import Say
+from splinefeed.cli.source import read_path
+from splinefeed.cli.summary import length, print_notes
 
 EXAMPLES = """\b
 Examples:
@@ -21,6 +22,37 @@ Examples:
   splinefeed tune-feed wing.dat --machine lintable --contour-tolerance 0.01 --vary feed --json
 
 """
+
+
+def _print(page: Mapping[str, Any]) -> None:
+    best, tolerance = page["best"], length(page["contour_tolerance_mm"])
+    print_text(f"{page['name']} on {page['machine']}, contour error within {tolerance}, {page['strategy']}")
+    print_notes(page["notes"])
+    print_text()
+    rows = []
+    for each in page["trials"]:
+        kept = each["stopped"] is None and each["contour_error_max_mm"] <= page["contour_tolerance_mm"]
+        verdict = "ran away" if each["stopped"] else "within" if kept else "over"
+        rows.append(
+            [
+                "best" if each == best else "",
+                number(each["scale"]),
+                f"{number(each['feed_max_mm_s'])} mm/s",
+                f"{number(each['duration_s'], 6)} s",
+                length(each["contour_error_max_mm"]),
+                length(each["contour_error_rms_mm"]),
+                "" if each["at_s_mm"] is None else f"{number(each['at_s_mm'])} mm",
+                verdict,
+            ]
+        )
+    print_table(["", "scale", "top feed", "time", "contour error", "its rms", "at", "tolerance"], rows)
+    print_text()
+    if best is None:
+        least, feed = length(page["least_error_mm"]), number(page["least_error_feed_mm_s"])
+        print_text(f"NOT KEPT: no feed tried keeps {tolerance}; the least contour error is {least} at {feed} mm/s")
+    else:
+        feed, time, error = best["feed_max_mm_s"], best["duration_s"], best["contour_error_max_mm"]
+        print_text(f"top feed {number(feed)} mm/s, {number(time, 6)} s, contour error {length(error)}")
 
 
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
@@ -47,34 +79,18 @@ Examples:
 @options.reading
 @options.figures
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-for-MACHINE]")
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> None:
+@answers(_print)
+def command(say: Say, source: str, **given: Any) -> Page:
     """Find the fastest motion along SOURCE whose simulated contour error is within a tolerance.
 
     The given limits, or those of the machine's axes, are scaled down until it is; each trial plans, interpolates and
     follows. Writes the limits found (limits.toml, for run --limits), the setpoints under them, and the curve of
     contour error by feed. The exit code is 1 where no feed keeps the tolerance.
     """
-    from splinefeed.cli import output
-    from splinefeed.cli.progress import busy
-
-    with busy() as say:
-        page = _tune_feed(source, given, say)
-    if as_json:
-        output.print_json(page)
-    else:
-        _print(page)
-    ctx.exit(DONE if page["ok"] else NOT_KEPT)
-
-
-def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
-    """Search and write; the page of numbers, with `files` as seen from the current folder."""
     import dataclasses
     from pathlib import Path
 
     import splinefeed
-    from splinefeed.cli.source import read_path
     from splinefeed.formats import limits_toml
     from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import save
@@ -141,39 +157,3 @@ def _tune_feed(source: str, given: dict[str, Any], say: Say) -> dict[str, Any]:
         )
         files.write_record({**page, "files": names}, stage / files.TUNE_FEED_RECORD)
     return {**page, "files": [str(Path(folder) / name) for name in names]}
-
-
-def _print(page: Mapping[str, Any]) -> None:
-    from splinefeed.cli.output import number, print_table, print_text
-    from splinefeed.cli.summary import length, print_notes
-
-    best, tolerance = page["best"], length(page["contour_tolerance_mm"])
-    print_text(f"{page['name']} on {page['machine']}, contour error within {tolerance}, {page['strategy']}")
-    print_notes(page["notes"])
-    print_text()
-    rows = []
-    for each in page["trials"]:
-        kept = each["stopped"] is None and each["contour_error_max_mm"] <= page["contour_tolerance_mm"]
-        verdict = "ran away" if each["stopped"] else "within" if kept else "over"
-        rows.append(
-            [
-                "best" if each == best else "",
-                number(each["scale"]),
-                f"{number(each['feed_max_mm_s'])} mm/s",
-                f"{number(each['duration_s'], 6)} s",
-                length(each["contour_error_max_mm"]),
-                length(each["contour_error_rms_mm"]),
-                "" if each["at_s_mm"] is None else f"{number(each['at_s_mm'])} mm",
-                verdict,
-            ]
-        )
-    print_table(["", "scale", "top feed", "time", "contour error", "its rms", "at", "tolerance"], rows)
-    print_text()
-    if best is None:
-        least, feed = length(page["least_error_mm"]), number(page["least_error_feed_mm_s"])
-        print_text(f"NOT KEPT: no feed tried keeps {tolerance}; the least contour error is {least} at {feed} mm/s")
-    else:
-        feed, time, error = best["feed_max_mm_s"], best["duration_s"], best["contour_error_max_mm"]
-        print_text(f"top feed {number(feed)} mm/s, {number(time, 6)} s, contour error {length(error)}")
-    print_text()
-    print_text(f"wrote {' '.join(page['files'])}")

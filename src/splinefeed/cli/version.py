@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from splinefeed import __version__
-from splinefeed.cli import options
+from splinefeed.cli import options, output
 
 EXAMPLES = """\b
 Examples:
@@ -27,8 +27,6 @@ EXTRAS = ("plots", "cad", "parquet", "studio", "dask", "mpi")
 @options.as_json
 def command(verbose: bool, as_json: bool) -> None:
     """Print the version."""
-    from splinefeed.cli import output
-
     page: dict[str, Any] = {"splinefeed": __version__}
     if verbose:
         page |= _surroundings()

@@ -122,13 +122,6 @@ class Flat:
     def __len__(self) -> int:
         return len(self.degrees)
 
-    @property
-    def for_kernels(self) -> tuple[IntArray, IntArray, IntArray, Array, IntArray, Array, Array]:
-        """All arrays in the order in which kernels take them."""
-        return (
-            self.degrees, self.rational, self.knot_starts, self.knots, self.point_starts, self.points, self.weights,
-        )  # fmt: skip
-
     @cached_property
     def domains(self) -> Array:
         """First and last parameter of each curve, (n, 2)."""
@@ -220,7 +213,10 @@ class Packed(Sequence[NurbsCurve]):
     def __getitem__(self, index: int | slice) -> NurbsCurve | Sequence[NurbsCurve]:
         if isinstance(index, slice):
             return tuple(self[i] for i in range(*index.indices(len(self))))
-        return self.flat.curve(range(len(self))[index])
+        return self._curve(range(len(self))[index])
+
+    def _curve(self, i: int) -> NurbsCurve:
+        return self.flat.curve(i)
 
     def __iter__(self) -> Iterator[NurbsCurve]:
         return (self[i] for i in range(len(self)))
@@ -232,14 +228,14 @@ class Packed(Sequence[NurbsCurve]):
         return f"Packed({len(self)} curves)"
 
 
-class Lines(Sequence[NurbsCurve]):
+class Lines(Packed):
     """The straight lines between neighbouring points, a sequence of curves that are made when they are needed.
 
     points  (n + 1, axes), mm (rotary axes rad), n at least 1
     Raises CurveError that names the point or the line: values that are not finite or too large, lines without length.
     """
 
-    __slots__ = ("__dict__", "points")
+    __slots__ = ("points",)
 
     def __init__(self, points: ArrayLike) -> None:
         try:
@@ -256,32 +252,13 @@ class Lines(Sequence[NurbsCurve]):
             place = np.unravel_index(int(np.argmax(np.abs(self.points))), self.points.shape)
             index = ", ".join(str(int(i)) for i in place)
             raise CurveError(f"points[{index}] is {self.points[place]:g}; values up to {LARGEST:g} are possible")
-        if len(kept := lines_with_length(self.points)) < len(self):
+        if len(kept := lines_with_length(self.points)) < count - 1:
             i = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
             raise CurveError(f"line {i} from points[{i}] to points[{i + 1}] has no length; leave one of them out")
+        super().__init__(Flat.lines(self.points))
 
-    @cached_property
-    def flat(self) -> Flat:
-        """All of them as arrays."""
-        return Flat.lines(self.points)
-
-    def __len__(self) -> int:
-        return len(self.points) - 1
-
-    @overload
-    def __getitem__(self, index: int) -> NurbsCurve: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[NurbsCurve]: ...
-
-    def __getitem__(self, index: int | slice) -> NurbsCurve | Sequence[NurbsCurve]:
-        if isinstance(index, slice):
-            return tuple(self[i] for i in range(*index.indices(len(self))))
-        i = range(len(self))[index]
+    def _curve(self, i: int) -> NurbsCurve:
         return NurbsCurve.trusted(1, LINE_KNOTS, self.points[i : i + 2])
-
-    def __iter__(self) -> Iterator[NurbsCurve]:
-        return (self[i] for i in range(len(self)))
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Lines):

@@ -28,8 +28,6 @@ from splinefeed.records import Array, BoolArray, IntArray, Points, frozen_array,
 
 #: Up to so many curves, a loop is faster than arrays.
 _FEW = 8
-#: Curves that are made on access: valid by construction, and kept as arrays.
-_STORED = (Lines, Packed)
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
@@ -78,7 +76,7 @@ class Path:
         markers: Iterable[Marker] = (),
     ) -> None:
         try:
-            self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, _STORED) else tuple(curves)
+            self.curves: Sequence[NurbsCurve] = curves if isinstance(curves, Packed) else tuple(curves)
         except TypeError:
             raise CurveError(f"curves are a {type(curves).__name__}; expected a list of NurbsCurve") from None
         self._joined: Sequence[NurbsCurve] = self.curves
@@ -89,7 +87,7 @@ class Path:
             raise InputError(f"tolerance is {self.tolerance:g} mm; it must be 0 or more")
         if not self.curves:
             raise CurveError("a path needs at least one curve")
-        for i, curve in enumerate(() if isinstance(curves, _STORED) else self.curves):
+        for i, curve in enumerate(() if isinstance(curves, Packed) else self.curves):
             if not isinstance(curve, NurbsCurve):
                 raise CurveError(f"curve {i} of the path is a {type(curve).__name__}; expected a NurbsCurve")
             if curve.axes != self.curves[0].axes:
@@ -202,7 +200,7 @@ class Path:
     @cached_property
     def flat(self) -> Flat:
         """All curves as arrays."""
-        return self._joined.flat if isinstance(self._joined, _STORED) else Flat.of(self._joined)
+        return self._joined.flat if isinstance(self._joined, Packed) else Flat.of(self._joined)
 
     @property
     def joined(self) -> Sequence[NurbsCurve]:
@@ -212,7 +210,7 @@ class Path:
     @cached_property
     def _ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes)."""
-        few = not isinstance(self._joined, _STORED) and len(self._joined) <= _FEW
+        few = not isinstance(self._joined, Packed) and len(self._joined) <= _FEW
         ends = np.array([curve.ends for curve in self._joined]) if few else self.flat.ends(self._joined)
         ends.setflags(write=False)
         return ends

@@ -336,11 +336,14 @@ class Pieces:
 
     def derivatives_at(self, s: Array, order: int) -> Array:
         """Points and derivatives by u, (n, order + 1, axes), at arc lengths s (n,), mm, the piece on the right's."""
+        return self.derivatives_on(self.row_by_length(s), s, order)
+
+    def derivatives_on(self, row: IntArray, s: Array, order: int) -> Array:
+        """As `derivatives_at`, of these rows (n,); beyond the ends of a row the end holds."""
         out = np.empty((len(s), order + 1, self.shape[1]))
         for part in chunks(len(s)):
-            row = self.row_by_length(s[part])
-            c = columns(self.table, row)
-            u = place_on(c, self.lengths.take(row), s[part])
+            c = columns(self.table, row[part])
+            u = place_on(c, self.lengths.take(row[part]), s[part])
             derivatives(c, self.shape, (u - c[MIDDLE]) * c[SCALE], order, out[part])
         return out
 

@@ -97,7 +97,7 @@ def resolved(curves: Sequence[NurbsCurve], flat: Flat, linear: int, *, in_place:
 
     With `in_place` tips become knots, where the tangent may jump, and nothing else changes.
     """
-    if isinstance(curves, Lines) or flat.degrees.max() == 1:
+    if flat.degrees.max() == 1:
         return curves
     owner, low, high = _suspects(flat, linear)
     if not len(owner):

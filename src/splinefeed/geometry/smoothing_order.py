@@ -11,7 +11,7 @@ from splinefeed.errors import InputError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.meetings import meetings
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.smoothing_proof import chords
+from splinefeed.geometry.smoothing_chords import chords
 from splinefeed.kernels import matching as kernels
 from splinefeed.records import Array, IntArray
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from splinefeed.errors import CurveError
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing_order import Order, order
-from splinefeed.geometry.smoothing_proof import Deviation, deviation
 from splinefeed.geometry.smoothing_stream import ANGULAR_TOLERANCE, PROGRAM, UNBOUNDED_TOLERANCE
 from splinefeed.records import Array
 
@@ -20,23 +19,17 @@ PRECISION = 0.02
 ROUNDS = 6
 
 
-#: From more curves on the distance side by side, which is never less, stands for the two-way one: it takes a tenth of
-#: the time.
-MANY = 20_000
-
-
 @dataclass(frozen=True, eq=False)
 class Proof:
     """The proof of a smoothed path, by means that the smoothing does not share.
 
     path        the result, with its findings
-    deviation   bounds of the two-way distance, curve by curve; order  side by side, and new self-crossings
+    order       how far both are apart when they are traversed side by side, and which self-crossings are new
     tolerance   mm, the largest that was allowed; angular_tolerance  rad
     closer      curves of the original that were smoothed with less, so that there is no new self-crossing
     """
 
     path: Path
-    deviation: Deviation
     order: Order
     tolerance: float
     angular_tolerance: float
@@ -47,14 +40,14 @@ class Proof:
         """Whether every distance is within its tolerance, in order, and no crossing is new."""
         most = (1.0 + PRECISION) * self.tolerance
         turned = self.order.largest_angle <= (1.0 + PRECISION) * self.angular_tolerance
-        return max(self.deviation.largest, self.order.largest) <= most and turned and not len(self.order.crossings)
+        return self.order.largest <= most and turned and not len(self.order.crossings)
 
     @property
     def sentence(self) -> str:
         """The proof as a sentence, for findings."""
         found = (
-            f"at most {self.deviation.largest:.4g} mm from the original, both ways (tolerance {self.tolerance:g} mm); "
-            f"side by side, in the same order, at most {self.order.largest:.4g} mm"
+            f"at most {self.order.largest:.4g} mm from the original, both ways, side by side in the same order "
+            f"(tolerance {self.tolerance:g} mm)"
         )
         if self.path.linear < len(self.path.axes):
             found += f" and {math.degrees(self.order.largest_angle):.4g} deg"
@@ -87,7 +80,7 @@ def proven(
         if result is path:
             zeros = np.zeros(len(share))
             same = Order(zeros, zeros, np.empty((0, 2)), np.empty((0, 2), dtype=np.int64), 0)
-            return Proof(path, Deviation(zeros, zeros), same, largest, angular_tolerance, 0)
+            return Proof(path, same, largest, angular_tolerance, 0)
         found = order(path, result, largest, angular_tolerance, PRECISION)
         if not len(found.crossings) or attempt > ROUNDS:
             break
@@ -95,16 +88,10 @@ def proven(
         for low, high in found.concerned:
             closer[low : high + 1] = True
         share[closer] *= 0.5 if attempt < ROUNDS else 0.0
-    if len(path.flat) <= MANY:
-        far = deviation(path, result, PRECISION * largest)
-    else:
-        far = Deviation(found.distance, np.full(len(path.flat), found.largest))
-    proof = Proof(result, far, found, largest, angular_tolerance, int(np.count_nonzero(share < 1.0)))
+    proof = Proof(result, found, largest, angular_tolerance, int(np.count_nonzero(share < 1.0)))
     if not proof.holds and not len(found.crossings):
         raise CurveError(f"{path.name}: smoothed, but {proof.sentence}; please report it")
-    return Proof(
-        result.with_findings(*result.findings, proof.sentence), far, found, largest, angular_tolerance, proof.closer
-    )
+    return replace(proof, path=result.with_findings(*result.findings, proof.sentence))
 
 
 def _largest(path: Path, tolerance: float | str) -> float:

@@ -9,8 +9,8 @@ import numpy as np
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.smoothing_batch import Batch
-from splinefeed.geometry.smoothing_fit import fit_run
-from splinefeed.kernels import smoothing as kernels
+from splinefeed.geometry.smoothing_fit import DEGREE, fit_run
+from splinefeed.kernels.smoothing import thin
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: Share of the tolerance within which points stand for one: duplicates, jitter and tiny steps back.
@@ -50,7 +50,7 @@ class Thinning:
         allowed = batch.allowed
         near = THIN * np.minimum(np.append(allowed[:1], allowed), np.append(allowed, allowed[-1:]))
         kept = np.empty(count + 1, dtype=bool)
-        kernels.thin(vertices, held, self.linear, near, THIN * self.angular, kept)
+        thin(vertices, held, self.linear, near, THIN * self.angular, kept)
         at = np.flatnonzero(kept)
         if last:
             self._tail = None
@@ -183,7 +183,7 @@ class Runs:
             return None, line  # it may turn back, which the lines do not
         coefficients += middle
         coefficients[0], coefficients[-1] = vertices[0], vertices[-1]
-        return NurbsCurve.trusted(kernels.DEGREE, frozen(knots), frozen(coefficients)), line
+        return NurbsCurve.trusted(DEGREE, frozen(knots), frozen(coefficients)), line
 
 
 def frozen(values: Array) -> Array:

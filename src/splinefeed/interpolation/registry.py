@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
 
-from splinefeed.errors import MethodError
+from splinefeed.errors import MethodError, nearest
 from splinefeed.interpolation.loop import FIXED_SHAPE, STARTING_STEPS, UNROLLED_SHAPES, loop_for
 from splinefeed.kernels.jit import Kernel, Leaf
 from splinefeed.kernels.pieces import Shape
@@ -92,9 +91,7 @@ def method(name: str) -> Method:
     """The method registered as `name`; MethodError names the nearest one if there is none."""
     if name not in _methods:
         if name not in _BUILT_IN:
-            close = difflib.get_close_matches(str(name), methods(), n=1)
-            hint = f"did you mean {close[0]!r}?" if close else "choose one of " + ", ".join(methods())
-            raise MethodError(f"unknown interpolation method {name!r}; {hint}")
+            raise MethodError(f"unknown interpolation method {name!r}; {nearest(name, methods(), 'choose one of {}')}")
         title, order, history, half, anchor = _BUILT_IN[name]
         module = import_module(f"splinefeed.interpolation.{name.replace('-', '_')}")
         step, fill = getattr(module, "step", None), getattr(module, "fill", None)

@@ -2,37 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from splinefeed.kinematics import Kinematics
 from splinefeed.machine.control import Control, values
 from splinefeed.machine.parts import Axis
-from splinefeed.machine.quantities import KINDS, show, shown, unit_shown
+from splinefeed.machine.quantities import KINDS, as_quantity, show
+
+if TYPE_CHECKING:
+    from splinefeed.machine.machine import Machine
 
 #: Sections in the order in which force and signal run.
 _ORDER = ("controller", "drive", "motor", "transmission", "load", "friction", "encoder", "scale", "limits")
 
 
-def describe_table(
-    name: str,
-    title: str,
-    axes: Iterable[Axis],
-    notes: Iterable[str],
-    kinematics: Kinematics | None = None,
-    control: Control | None = None,
-) -> str:
+def describe(machine: Machine) -> str:
     """Name, kinematics, control, axes and notes of a machine, one line a part, with units."""
-    lines = [f"{name}: {title}" if title else name]
-    if kinematics is not None:
-        words = [f"{key} {show(value, 'position', False)}" for key, value in kinematics.parameters.items()]
-        lines += ["", ", ".join([f"Kinematics {kinematics.kind}, joints {' '.join(kinematics.joints)}", *words])]
-    if control is not None:
-        lines += ["", *_describe_control(control)]
-    for axis in axes:
+    lines = [f"{machine.name}: {machine.title}" if machine.title else machine.name]
+    if (moves := machine.kinematics) is not None:
+        words = [f"{key} {show(value, 'position', False)}" for key, value in moves.parameters.items()]
+        lines += ["", ", ".join([f"Kinematics {moves.kind}, joints {' '.join(moves.joints)}", *words])]
+    if machine.control is not None:
+        lines += ["", *_describe_control(machine.control)]
+    for axis in machine.axes.values():
         lines += ["", *_describe_axis(axis)]
-    remarks = [f"- {note}" for note in notes]
+    remarks = [f"- {note}" for note in machine.notes]
     if remarks:
         lines += ["", "Notes", *remarks]
     return "\n".join(lines)
@@ -71,14 +64,11 @@ def _describe_axis(axis: Axis) -> list[str]:
 def _describe_part(part: Any, axis: Axis) -> str:
     """The fields of a part that are set, as `name value unit`."""
     words = []
-    for one in fields(part):
-        value = getattr(part, one.name)
-        if one.name == "source" or value is None or value == "" or (value == 0.0 and one.default == 0.0):
+    for one, value, rotary in axis.said(part):
+        if one.name == "source" or (value == 0.0 and one.default == 0.0):
             continue
-        name = one.name.replace("_", " ")
-        kind = one.metadata.get("kind")
+        name, kind = one.name.replace("_", " "), one.metadata.get("kind")
         if kind in KINDS:
-            rotary = axis.motor.motion == "rotary" if one.metadata["motor"] else axis.rotary
             force = "torque" if rotary and kind.startswith("force") else "force"
             words.append(
                 f"{name.replace('force', force) if kind.startswith('force') else name} {show(value, kind, rotary)}"
@@ -92,54 +82,32 @@ def _describe_part(part: Any, axis: Axis) -> str:
     return ", ".join(words)
 
 
-def table_numbers(
-    name: str,
-    title: str,
-    axes: Iterable[Axis],
-    notes: Iterable[str],
-    kinematics: Kinematics | None = None,
-    control: Control | None = None,
-) -> dict[str, Any]:
+def numbers(machine: Machine) -> dict[str, Any]:
     """A machine for programs: sections as in the file, each quantity as its value and unit."""
+    page: dict[str, Any] = {"name": machine.name, "title": machine.title}
+    if (moves := machine.kinematics) is not None:
+        lengths = {key: as_quantity(value, "position", False) for key, value in moves.parameters.items()}
+        page["kinematics"] = {"type": moves.kind, "joints": list(moves.joints), **lengths}
+    if machine.control is not None:
+        page["control"] = control_numbers(machine.control)
     return {
-        "name": name,
-        "title": title,
-        **({} if kinematics is None else {"kinematics": _kinematics_numbers(kinematics)}),
-        **({} if control is None else {"control": control_numbers(control)}),
-        "axes": {axis.name: _axis_numbers(axis) for axis in axes},
-        "notes": list(notes),
+        **page,
+        "axes": {name: _axis_numbers(axis) for name, axis in machine.axes.items()},
+        "notes": [*machine.notes],
     }
 
 
 def control_numbers(control: Control) -> dict[str, Any]:
     """A control for programs: by the names of the file, each quantity as its value and unit."""
-    found: dict[str, Any] = {}
-    for name, one, value, rotary in values(control):
-        kind = one.metadata.get("kind")
-        quantity = {"value": shown(value, kind, rotary), "unit": unit_shown(kind, rotary)} if kind in KINDS else value
-        found[name] = quantity
-    return found
-
-
-def _kinematics_numbers(kinematics: Kinematics) -> dict[str, Any]:
-    values = {key: {"value": value, "unit": "mm"} for key, value in kinematics.parameters.items()}
-    return {"type": kinematics.kind, "joints": list(kinematics.joints), **values}
+    return {name: as_quantity(value, one.metadata.get("kind"), rotary) for name, one, value, rotary in values(control)}
 
 
 def _axis_numbers(axis: Axis) -> dict[str, Any]:
-    sections: dict[str, Any] = {"motion": axis.motion}
-    for section in _ORDER:
-        part = getattr(axis, section)
-        if part is None:
-            continue
-        values = {one.name: _number(getattr(part, one.name), one.metadata, axis) for one in fields(part)}
-        sections[section] = {key: value for key, value in values.items() if value is not None and value != ""}
-    return sections
-
-
-def _number(value: Any, metadata: Mapping[str, Any], axis: Axis) -> Any:
-    kind = metadata.get("kind")
-    if value is None or kind not in KINDS:
-        return value
-    rotary = axis.motor.motion == "rotary" if metadata["motor"] else axis.rotary
-    return {"value": shown(value, kind, rotary), "unit": unit_shown(kind, rotary)}
+    parts = {section: part for section in _ORDER if (part := getattr(axis, section)) is not None}
+    sections = {
+        section: {
+            one.name: as_quantity(value, one.metadata.get("kind"), rotary) for one, value, rotary in axis.said(part)
+        }
+        for section, part in parts.items()
+    }
+    return {"motion": axis.motion, **sections}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
@@ -11,11 +10,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from splinefeed.errors import FormatError, InputError, UnitError
+from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError, nearest
 from splinefeed.kinematics import Kinematics, kinds, kinematics
-from splinefeed.machine import parts, quantities
+from splinefeed.machine import describe, parts, quantities
 from splinefeed.machine.control import PARTS, AxisControl, Control
-from splinefeed.machine.describe import describe_table, table_numbers
 from splinefeed.records import ROTARY_AXES
 
 #: Sections of an axis and the record that each becomes.
@@ -30,22 +28,16 @@ SECTIONS: dict[str, type[Any]] = {
     "controller": parts.Controller,
     "limits": parts.AxisLimits,
 }
-#: Sections that are optional.
+#: Sections that an axis may do without.
 OPTIONAL = ("friction", "encoder", "scale", "limits")
 #: Keys beside the axes at the top of a file.
 _TOP = ("title", "notes", "kinematics", "control", "axis")
-#: A machine file has at most this many bytes.
+#: A machine file beyond this many bytes is none.
 _LARGEST_FILE = 1_000_000
 
 
-class MachineError(FormatError):
+class MachineError(ProblemsError):
     """A machine file with errors: the first line names the file, each of `problems` its place and how to fix it."""
-
-    def __init__(self, name: str, problems: Iterable[str]) -> None:
-        self.problems = tuple(problems)
-        lines = [f"{name}: {self.problems[0]}"] if len(self.problems) == 1 else [f"{name}: {len(self.problems)} errors"]
-        lines += [f"  {problem}" for problem in self.problems] if len(self.problems) > 1 else []
-        super().__init__("\n".join(lines))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,8 +73,7 @@ class Machine:
             return _packaged(name)
         path = Path(name)
         if path.suffix != ".toml" and not path.exists():
-            close = difflib.get_close_matches(str(name), Machine.names(), n=1)
-            mend = f"did you mean {close[0]}?" if close else "give a name or the path of a .toml file"
+            mend = nearest(name, Machine.names(), "give a name or the path of a .toml file")
             raise FormatError(f"{name}: no machine of this name; there are {', '.join(Machine.names())}; {mend}")
         try:
             if path.stat().st_size > _LARGEST_FILE:
@@ -137,7 +128,7 @@ class Machine:
 
     def as_dict(self) -> dict[str, Any]:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
-        return table_numbers(self.name, self.title, self.axes.values(), self.notes, self.kinematics, self.control)
+        return describe.numbers(self)
 
     def save(self, path: str | Path) -> None:
         """Write a machine file that loads again as the same machine; see `machine.writing`."""
@@ -147,7 +138,7 @@ class Machine:
 
     def describe(self) -> str:
         """The machine in words, a paragraph an axis."""
-        return describe_table(self.name, self.title, self.axes.values(), self.notes, self.kinematics, self.control)
+        return describe.describe(self)
 
 
 @cache
@@ -167,9 +158,7 @@ def _unknown_keys(given: Mapping[str, Any], known: Iterable[str], place: str, pr
     known = tuple(known)
     for key in given:
         if key not in known:
-            close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-            mend = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-            problems.append(f"{place}{key}: unknown key; {mend}")
+            problems.append(f"{place}{key}: unknown key; {nearest(key, known)}")
 
 
 def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> Kinematics | None:

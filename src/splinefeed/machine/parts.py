@@ -292,6 +292,13 @@ class Axis:
             return 0.0
         return 2.0 * math.pi * self.travel_per_motor / (self.encoder.pulses * self.encoder.multiplication)
 
+    def said(self, part: Any) -> Iterator[tuple[Field[Any], Any, bool]]:
+        """Field, value, and whether that is of rotary motion, of all that one of its parts says."""
+        for one in fields(part):
+            value = getattr(part, one.name)
+            if value is not None and value != "":
+                yield one, value, self.motor.motion == "rotary" if one.metadata.get("motor") else self.rotary
+
     def problems(self) -> Iterator[str]:
         """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
         kind = self.transmission.kind

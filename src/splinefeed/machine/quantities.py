@@ -80,6 +80,18 @@ def shown(value: float, kind: str, rotary: bool) -> float:
     return math.degrees(value) if rotary and kind in TURNING else value
 
 
+def as_quantity(value: object, kind: str | None, rotary: bool) -> object:
+    """`value` for programs: a quantity as its value and unit, anything else as it is."""
+    if kind not in KINDS or not isinstance(value, int | float):
+        return value
+    return {"value": shown(value, kind, rotary), "unit": unit_shown(kind, rotary)}
+
+
+def written(value: object, kind: str | None, rotary: bool) -> object:
+    """`value` for a machine file: a quantity with its unit, anything else as it is."""
+    return write(value, kind, rotary) if kind in KINDS and isinstance(value, int | float) else value
+
+
 #: Units beside the base unit in which a person would rather read a quantity.
 _READABLE = {
     "time": (("ms",), ("ms",)),

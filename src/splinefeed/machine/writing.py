@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import MISSING, fields
+from dataclasses import MISSING
 from typing import TYPE_CHECKING, Any
 
 from splinefeed.errors import FormatError
@@ -64,8 +64,7 @@ def _control(control: Control) -> dict[str, Any]:
         *sections, key = name.split(".")
         for section in sections:
             table = table.setdefault(section, {})
-        kind = one.metadata.get("kind")
-        table[key] = quantities.write(value, kind, rotary) if kind in quantities.KINDS else value
+        table[key] = quantities.written(value, one.metadata.get("kind"), rotary)
     return content
 
 
@@ -76,15 +75,8 @@ def _sections(axis: Axis) -> dict[str, dict[str, Any]]:
 
 def _values(part: Any, axis: Axis) -> dict[str, Any]:
     """What differs from the default, the source last."""
-    values = {}
-    for one in fields(part):
-        value = getattr(part, one.name)
-        if one.default is not MISSING and value == one.default:
-            continue
-        kind = one.metadata.get("kind")
-        if kind in quantities.KINDS:
-            value = quantities.write(
-                value, kind, axis.motor.motion == "rotary" if one.metadata["motor"] else axis.rotary
-            )
-        values[one.name] = value
-    return values
+    return {
+        one.name: quantities.written(value, one.metadata.get("kind"), rotary)
+        for one, value, rotary in axis.said(part)
+        if one.default is MISSING or value != one.default
+    }

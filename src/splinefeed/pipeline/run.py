@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ import numpy as np
 
 from splinefeed.analysis.binding import LimitUse
 from splinefeed.analysis.check import check
-from splinefeed.analysis.motion import AxisMotion, Share
+from splinefeed.analysis.motion import AxisMotion
 from splinefeed.analysis.ripple import Ripple
 from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import plan
@@ -361,14 +361,6 @@ def _tools(joints: JointPath) -> Array:
     tip, axis = joints.kinematics.forward(joints(s))
     far = tip + TOOL_DRAWN * max(joints.tool.size, 1e-9) * axis
     return np.stack([np.full_like(tip, np.nan), tip, far], axis=1).reshape(-1, 3)
-
-
-def share_numbers(shares: Mapping[str, Share]) -> dict[str, dict[str, float | bool]]:
-    """Limit, worst value, share and place (`at_s`, mm) of each, and whether it holds (`ok`)."""
-    return {
-        name: {"limit": s.limit, "worst": s.worst, "share": s.share, "at_s": s.at_s, "ok": s.kept}
-        for name, s in shares.items()
-    }
 
 
 def check_ticks(law: TimeLaw, period: float, most: int = MOST_TICKS) -> int:

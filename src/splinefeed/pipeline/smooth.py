@@ -23,18 +23,24 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
     Raises InputError where a program has no tolerance, and CurveError if the path exceeds it, which is not known to
     happen.
     """
-    tolerance = how.get("smooth")
-    if tolerance is None:
+    if how.get("smooth") is None:
         return path
-    said: dict[str, Any] = {"corners": how["corners"]} if "corners" in how else {}
+    said = arguments(how, path.tolerances is not None and bool(path.tolerances.any()))
+    if isinstance(path, ToolPath):
+        return proven_tool(path, **said)[0]
+    return proven(path, **said).path
+
+
+def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:
+    """Settings as arguments of what smooths; says_tolerance: whether the program does (G64 P)."""
+    said: dict[str, Any] = {"tolerance": how["smooth"]}
+    if how["smooth"] == PROGRAM:
+        if not says_tolerance:
+            raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
+        said["corners"] = "round"
+    said |= {"corners": how["corners"]} if "corners" in how else {}
     if "corner_angle" in how:
         said["corner_angle"] = math.radians(how["corner_angle"])
     if "angle_tolerance" in how:
         said["angular_tolerance"] = how["angle_tolerance"]
-    if tolerance == PROGRAM:
-        if path.tolerances is None or not path.tolerances.any():
-            raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
-        said = {"corners": "round", **said}
-    if isinstance(path, ToolPath):
-        return proven_tool(path, tolerance, **said)[0]
-    return proven(path, tolerance, **said).path
+    return said

@@ -9,7 +9,7 @@ from typing import Any
 from splinefeed.geometry.path import Path
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
-from splinefeed.pipeline.tuning import EVALUATIONS, Progress, tune_on_path
+from splinefeed.pipeline.tuning import tune_on_path
 from splinefeed.records import Setpoints
 from splinefeed.simulation.curves import TunedAxis, hunts, rest_swing, tuned_axis
 from splinefeed.simulation.linear import Margins
@@ -61,28 +61,9 @@ def by_rule(
     return TunedMachine(new, {"period_s": period, "identify": identify, "axes": axes}, curves)
 
 
-def along_path(
-    machine: Machine,
-    setpoints: Setpoints,
-    path: Path,
-    *,
-    axes: Sequence[str] | None = None,
-    evaluations: int = EVALUATIONS,
-    seed: int = 0,
-    feed_forward: bool = False,
-    on_progress: Progress | None = None,
-) -> TunedMachine:
+def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: Any) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path; see `pipeline.tuning.tune_on_path`."""
-    found = tune_on_path(
-        machine,
-        setpoints,
-        path,
-        axes=axes,
-        evaluations=evaluations,
-        seed=seed,
-        feed_forward=feed_forward,
-        on_progress=on_progress,
-    )
+    found = tune_on_path(machine, setpoints, path, **options)
     numbers = {
         name: {
             **_numbers(each.old, each.axis, each.before, each.margins, setpoints.period),

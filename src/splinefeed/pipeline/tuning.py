@@ -14,11 +14,11 @@ from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
 from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
-from splinefeed.records import ROTARY_AXES, Array, Setpoints
+from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints
 from splinefeed.simulation import tuning
 from splinefeed.simulation.bound import Bound, BoundTest
 from splinefeed.simulation.curves import HUNTING, hunts, rest_swing, seen_resolution
-from splinefeed.simulation.follow import follow
+from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.linear import Margins, margins
 from splinefeed.simulation.plant import force_per_volt
 
@@ -192,7 +192,7 @@ def tune_on_path(
         raise InputError(f"evaluations is {evaluations!r}; it must be a whole number from 1 to {MOST_EVALUATIONS}")
     if path.axes != setpoints.axes:
         raise InputError(f"the path has axes {', '.join(path.axes)}, the setpoints {', '.join(setpoints.axes)}")
-    first = follow(setpoints, machine)
+    first = _followed(setpoints, machine)
     meter, hints = ContourMeter(path), np.clip(setpoints.s, 0.0, path.length)
     chosen = setpoints.axes if axes is None else tuple(axes)
     for name in chosen:
@@ -207,7 +207,7 @@ def tune_on_path(
         search = _Search(made, group, setpoints, meter, hints, bound, feed_forward)
         made = search.run(allowed, np.random.default_rng([seed, i]), _counting(on_progress, done, evaluations))
         done += search.runs
-    last = follow(setpoints, made)
+    last = _followed(setpoints, made)
     if last.stopped is not None:
         raise InputError(f"no gains within the bound follow this path on {machine.name!r}: {last.stopped}")
     if on_progress is not None:
@@ -233,6 +233,11 @@ def tune_on_path(
         contour=meter.measure(last.position, s_hint=hints),
         evaluations=done,
     )
+
+
+def _followed(points: Setpoints, machine: Machine) -> Response:
+    """What the axes of a machine do with all of the setpoints."""
+    return Follower(machine, points.axes, points.period).follow(points)
 
 
 def _counting(report: Progress | None, done: int, total: int) -> Callable[[int], None]:
@@ -338,7 +343,7 @@ class _Search:
     def _error(self, machine: Machine) -> float:
         """Largest contour error of the linear axes, mm, or following error of a rotary one, rad; of one run."""
         self.runs += 1
-        response = follow(self.setpoints, machine)
+        response = _followed(self.setpoints, machine)
         if response.stopped is not None:
             return math.inf
         if self.names[0] in ROTARY_AXES:

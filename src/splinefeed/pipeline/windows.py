@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,8 +11,9 @@ from splinefeed.errors import InputError
 from splinefeed.feed.modes import LOOK_AHEAD
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.smoothing_stream import PROGRAM, Smoother
+from splinefeed.geometry.smoothing_stream import Smoother
 from splinefeed.pipeline.long_path import METHOD, continuing, stream_setpoints
+from splinefeed.pipeline.smooth import arguments
 from splinefeed.records import Limits, Setpoints, Verdict
 
 #: Is called with how many moves of the file are read by now, and how many setpoints are made.
@@ -39,25 +39,11 @@ class WindowedRun:
         self._read = 0
         self._ticks = 0
         self._top = 0.0
-        self._smoother = self._made_smoother()
+        self._smoother: Smoother | None = None
+        if self.how.get("smooth") is not None:
+            self._smoother = Smoother(axes=self.source.axes, **arguments(self.how, bool(self.source.tolerance)))
         self._check = CheckInParts(self.limits)
         self._verdict: Verdict | None = None
-
-    def _made_smoother(self) -> Smoother | None:
-        tolerance = self.how.get("smooth")
-        if tolerance is None:
-            return None
-        said: dict[str, Any] = {}
-        if tolerance == PROGRAM:
-            if not self.source.tolerance:
-                raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
-            said["corners"] = "round"
-        said |= {"corners": self.how["corners"]} if "corners" in self.how else {}
-        if "corner_angle" in self.how:
-            said["corner_angle"] = math.radians(self.how["corner_angle"])
-        if "angle_tolerance" in self.how:
-            said["angular_tolerance"] = self.how["angle_tolerance"]
-        return Smoother(tolerance, self.source.axes, **said)
 
     def setpoints(self) -> Iterator[Setpoints]:
         """All setpoints, in chunks, each checked before it is yielded; iterate once."""

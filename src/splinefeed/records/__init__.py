@@ -6,6 +6,7 @@ from splinefeed.records.arrays import Array, BoolArray, IntArray, Points, check_
 from splinefeed.records.drives import BOUNDED, Combination, Torque
 from splinefeed.records.law import LAW_COEFFICIENTS, TimeLaw
 from splinefeed.records.limits import (
+    ANGLES,
     AXIS_LIMITS,
     BY_AXIS,
     ROTARY_AXES,
@@ -13,12 +14,14 @@ from splinefeed.records.limits import (
     Limits,
     number,
     positive,
+    raised,
     refuse_orientation,
     unit_along,
+    unit_of,
 )
 from splinefeed.records.response import STREAM_COLUMNS, Response
 from splinefeed.records.setpoints import Setpoints
-from splinefeed.records.verdict import ANGLES, KEPT, LimitResult, Verdict
+from splinefeed.records.verdict import KEPT, LimitResult, Verdict, shown_by
 
 __all__ = [
     "ANGLES",
@@ -46,6 +49,9 @@ __all__ = [
     "frozen_array",
     "number",
     "positive",
+    "raised",
     "refuse_orientation",
+    "shown_by",
     "unit_along",
+    "unit_of",
 ]

@@ -95,8 +95,14 @@ class TimeLaw:
     def _derivative(self, t: ArrayLike, order: int) -> Array:
         time = np.clip(np.asarray(t, dtype=np.float64), 0.0, self.duration)
         piece = np.clip(np.searchsorted(self.breaks, time, side="right") - 1, 0, len(self.coefficients) - 1)
-        tau = time - self.breaks[piece]
-        value = np.zeros_like(tau)
-        for k in range(LAW_COEFFICIENTS - 1, order - 1, -1):  # Horner on the order-th derivative
-            value = value * tau + self.coefficients[piece, k] * float(math.perm(k, order))
-        return value
+        return polynomial(self.coefficients[piece], time - self.breaks[piece], order)[order] * math.factorial(order)
+
+
+def polynomial(c: Array, tau: Array, order: int) -> list[Array]:
+    """sum_k c_k tau^k and its derivatives over k! to `order`, (..., n) each, at tau (..., n); c (n, 6)."""
+    out = [c[..., 5] + np.zeros(tau.shape), *(np.zeros(tau.shape) for _ in range(order))]
+    for k in range(4, -1, -1):
+        for j in range(order, 0, -1):
+            out[j] = out[j] * tau + out[j - 1]
+        out[0] = out[0] * tau + c[..., k]
+    return out

@@ -32,13 +32,36 @@ BY_AXIS = (*AXIS_LIMITS, "axis_velocity_step")
 #: Fields of Limits that say how far each axis may travel.
 TRAVEL_ENDS = ("axis_minimum", "axis_maximum")
 
-#: Unit of each limit, linear axes; with a rotary one rad stands for mm.
-_UNITS = {
-    **dict.fromkeys(("feed", "start_feed", "end_feed", "axis_velocity", "axis_velocity_step"), "mm/s"),
-    **dict.fromkeys(("acceleration", "deceleration", "centripetal", "axis_acceleration"), "mm/s²"),
-    **dict.fromkeys(("jerk", "deceleration_jerk", "axis_jerk"), "mm/s³"),
-    **dict.fromkeys(("chord_error", *TRAVEL_ENDS), "mm"),
+#: Limits of an angle that are those of no axis: rad inside, degrees at the edges.
+ANGLES = ("orientation_error",)
+#: Which derivative by time each kind of limit bounds; those that are not here are lengths, or angles.
+_ORDERS = {
+    **dict.fromkeys(("feed", "start_feed", "end_feed", "velocity", "velocity_step"), "/s"),
+    **dict.fromkeys(("acceleration", "deceleration", "centripetal"), "/s^2"),
+    **dict.fromkeys(("jerk", "deceleration_jerk"), "/s^3"),
 }
+
+
+def unit_of(name: str, along: str = "mm") -> str:
+    """Unit of a limit by its name, for people: of a rotary axis in degrees, along a path in `along` and its like.
+
+    Example: `unit_of("axis_jerk.theta")` is deg/s^3
+    """
+    kind, _, axis = name.partition(".")
+    if kind == "torque":
+        return "N m" if axis in ROTARY_AXES else "N"
+    if kind == "combinations":
+        kind = f"axis_{name.rpartition('.')[2]}"
+    turns = axis in ROTARY_AXES or kind in ANGLES
+    base = "deg" if turns else "mm" if axis or kind.startswith("axis_") else along
+    return base + _ORDERS.get(kind.removeprefix("axis_"), "")
+
+
+def raised(unit: str) -> str:
+    """A unit with its powers as they are printed, mm/s² for mm/s^2."""
+    return unit.replace("^2", "²").replace("^3", "³")
+
+
 #: A limit of each axis: by name, or in the order of the path's axes.
 ByAxis: TypeAlias = Mapping[str, float] | Sequence[float] | NDArray[Any]
 
@@ -248,10 +271,11 @@ class Limits:
                 rows["torque"] = ", ".join(f"{axis} {most:g}" for axis, most in value.most.items()) + " N m (N)"
             elif isinstance(value, Mapping):
                 each = (f"{axis} {v:g}{' (rad)' * (axis in ROTARY_AXES)}" for axis, v in value.items())
-                rows[f.name] = f"{', '.join(each)} {_UNITS[f.name]}"
+                rows[f.name] = f"{', '.join(each)} {raised(unit_of(f.name))}"
             else:
                 numbers = value if isinstance(value, tuple) else (value,)
-                rows[f.name] = f"{', '.join(f'{v:g}' for v in numbers)} {_UNITS[f.name]}"
+                factor = 180.0 / math.pi if f.name in ANGLES else 1.0
+                rows[f.name] = f"{', '.join(f'{factor * v:g}' for v in numbers)} {raised(unit_of(f.name))}"
         return view.table(rows)
 
     @classmethod

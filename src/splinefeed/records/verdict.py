@@ -8,12 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from splinefeed.records import view
-from splinefeed.records.limits import ROTARY_AXES
+from splinefeed.records.limits import ANGLES, ROTARY_AXES
 
 #: A limit counts as kept up to this, relative: the rounding of a plan that rides on it.
 KEPT = 1e-9
-#: Limits of an angle that are those of no axis: rad inside, degrees at the edges.
-ANGLES = ("orientation_error",)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +45,12 @@ class LimitResult:
         return self.worst <= self.limit * (1.0 + KEPT) + self.floor
 
 
+def shown_by(name: str, axis: str | None) -> float:
+    """What a limit's values are taken times where people read them: degrees of what turns, torques as they are."""
+    turns = name in ANGLES or (axis in ROTARY_AXES and not name.startswith("torque."))
+    return 180.0 / math.pi if turns else 1.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
     """What a check of setpoints found.
@@ -72,7 +76,7 @@ class Verdict:
     def _repr_html_(self) -> str:
         rows = {"check": "every limit holds" if self.ok else "NOT KEPT: " + "; ".join(self.problems)}
         for name, result in self.limits.items():
-            factor = 180.0 / math.pi if result.axis in ROTARY_AXES else 1.0
+            factor = shown_by(name, result.axis)
             rows[name] = f"{factor * result.worst:.6g} of {factor * result.limit:.6g} ({result.share:.1%})"
         return view.table(rows)
 
@@ -80,7 +84,7 @@ class Verdict:
         """The keys of `--json`; limits of rotary axes in degrees."""
         limits = {}
         for name, result in self.limits.items():
-            unit = 180.0 / math.pi if result.axis in ROTARY_AXES or name in ANGLES else 1.0
+            unit = shown_by(name, result.axis)
             limits[name] = {
                 "limit": unit * result.limit,
                 "worst": unit * result.worst,

@@ -12,17 +12,10 @@ from typing import Any
 from splinefeed import units
 from splinefeed.pipeline.compare import MethodResult
 from splinefeed.pipeline.run import Run
-from splinefeed.records import ROTARY_AXES, unit_along
+from splinefeed.records import ROTARY_AXES, raised, unit_along, unit_of
 from splinefeed.report import interactive, library
 from splinefeed.report.figure import Figure
 from splinefeed.report.theme import limit_words, short
-
-_UNITS = {
-    "feed": "mm/s", "acceleration": "mm/s²", "deceleration": "mm/s²", "jerk": "mm/s³", "chord_error": "mm",
-    "orientation_error": "°",
-    "centripetal": "mm/s²", "axis_velocity": "mm/s", "axis_acceleration": "mm/s²", "axis_jerk": "mm/s³",
-    "axis_velocity_step": "mm/s", "travel": "mm",
-}  # fmt: skip
 
 
 def page(
@@ -139,9 +132,7 @@ def _limits(run: Run) -> str:
     bound, along = run.use.time_bound_by(), unit_along(run.path.axes)
     place = along.replace("deg", "°")
     for name, each in run.verdict.as_dict()["limits"].items():
-        kind, _, axis = name.partition(".")
-        unit = _UNITS.get(kind, "")
-        unit = unit.replace("mm", "°") if axis in ROTARY_AXES or (along == "deg" and not axis) else unit
+        unit = raised(unit_of(name, along).replace("deg", "°"))
         state = "good" if each["ok"] else "bad"
         width = min(100.0 * each["share"], 100.0)
         part = bound.get(name, 0.0)

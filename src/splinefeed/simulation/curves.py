@@ -11,7 +11,7 @@ from splinefeed.machine.machine import Machine
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array, Setpoints
 from splinefeed.simulation.experiments import FrequencyResponse
-from splinefeed.simulation.follow import follow
+from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.linear import ComplexArray, Margins, controller_response, discrete_plant, margins
 
 #: Points of a curve over frequency, between these shares of half the servo rate.
@@ -166,7 +166,8 @@ def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool
         period=period,
         method="step",
     )
-    response = follow(setpoints, Machine(name=axis.name, axes={axis.name: axis}), linear=linear)
+    machine = Machine(name=axis.name, axes={axis.name: axis})
+    response = Follower(machine, setpoints.axes, period, linear=linear).follow(setpoints)
     return response.position[:, 0], response.output[:, 0], response.stopped
 
 

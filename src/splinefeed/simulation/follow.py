@@ -146,35 +146,6 @@ class Follower:
         )
 
 
-def follow(
-    setpoints: Setpoints,
-    machine: Machine,
-    *,
-    on_progress: Progress | None = None,
-    sub_steps: int = plants.SUB_STEPS,
-    linear: bool = False,
-) -> Response:
-    """The response of the axes of `machine` that follow `setpoints`, from rest at the first one.
-
-    The servo period is that of the setpoints. on_progress(done, total) is called from time to time. sub_steps, linear:
-    see Follower. If an axis runs away the response ends there, with the reason in `stopped`.
-    """
-    if len(setpoints) == 0:
-        raise InputError("no setpoints; at least one is needed")
-    check_finite(setpoints.position, "Setpoints.position")
-    follower = Follower(machine, setpoints.axes, setpoints.period, sub_steps=sub_steps, linear=linear)
-    parts = []
-    done = 0
-    for chunk in slices(setpoints, CHUNK):
-        parts.append(follower.follow(chunk))
-        done += len(chunk)
-        if on_progress is not None:
-            on_progress(done, len(setpoints))
-        if follower.stopped is not None:
-            break
-    return join(parts)
-
-
 def slices(setpoints: Setpoints, size: int) -> Iterator[Setpoints]:
     """The setpoints in pieces of at most `size` ticks."""
     for start in range(0, len(setpoints), size):

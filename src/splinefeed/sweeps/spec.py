@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import glob
 import hashlib
 import json
@@ -18,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import FormatError, InputError, ProblemsError, nearest
 from splinefeed.feed.planning import STRATEGIES
 from splinefeed.formats import limits_toml
 from splinefeed.formats.source import read_text
@@ -41,14 +40,8 @@ DISTRIBUTIONS = {"uniform": 2, "loguniform": 2, "normal": 2}
 Settings = dict[str, Any]
 
 
-class SpecError(FormatError):
+class SpecError(ProblemsError):
     """A sweep file with errors: the first line names the file, each of `problems` its place and how to fix it."""
-
-    def __init__(self, name: object, problems: Iterable[str]) -> None:
-        self.problems = tuple(problems)
-        head = self.problems[0] if len(self.problems) == 1 else f"{len(self.problems)} errors"
-        rest = [f"  {problem}" for problem in self.problems] if len(self.problems) > 1 else []
-        super().__init__("\n".join([f"{name}: {head}", *rest]))
 
 
 @dataclass(frozen=True)
@@ -134,7 +127,7 @@ def from_dict(content: Mapping[str, Any], source: str = "sweep", folder: Path | 
     problems: list[str] = []
     for key in content:
         if key not in _TOP:
-            problems.append(f"{key}: is not part of a sweep; {_hint(key, _TOP)}")
+            problems.append(f"{key}: is not part of a sweep; {nearest(key, _TOP)}")
     tables = {}
     for key in ("set", "grid", "list", "random", "output"):
         tables[key] = content.get(key, {})
@@ -211,11 +204,6 @@ def _sources(given: Any, folder: Path, problems: list[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
-def _hint(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-
-
 def _values(table: str, name: str, given: Any, base: Path, problems: list[str]) -> tuple[Any, ...]:
     if not isinstance(given, list) or not 1 <= len(given) <= MOST_VALUES:
         problems.append(f"{table}.{name}: write a list of values")
@@ -239,7 +227,7 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
         limit, _, axis = rest.partition(".")
         if limit in limits_toml.KINDS and (not axis or limit in BY_AXIS):
             return limits_toml.axis_value(limit, axis or "x", given)
-        raise InputError(f"{rest!r} is not a limit; {_hint(limit, limits_toml.KINDS)}")
+        raise InputError(f"{rest!r} is not a limit; {nearest(limit, limits_toml.KINDS)}")
     if kind == "machine" and rest:
         if len(rest.split(".")) != 3:
             raise InputError("write machine.AXIS.PART.FIELD, such as machine.x.load.inertia: a multiple of its value")
@@ -252,7 +240,7 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
         return given
     if name == "strategy":
         if given not in STRATEGIES:
-            raise InputError(f"{given!r} is not a strategy; {_hint(str(given), STRATEGIES)}")
+            raise InputError(f"{given!r} is not a strategy; {nearest(str(given), STRATEGIES)}")
         return given
     if name == "method":
         return registry.method(str(given)).name
@@ -262,7 +250,7 @@ def checked(name: str, given: Any, base: Path | None = None) -> Any:
         file = (base or Path()) / str(given)
         Machine.load(file)
         return str(file)
-    raise InputError(f"is not a setting; {_hint(name, [*PLAIN, 'limits.feed', 'machine.x.load.inertia'])}")
+    raise InputError(f"is not a setting; {nearest(name, [*PLAIN, 'limits.feed', 'machine.x.load.inertia'])}")
 
 
 def _factor(given: Any) -> float:

@@ -65,14 +65,14 @@ def halved(grid: Array, spans: Array | IntArray | Any) -> Array:
     return np.sort(np.concatenate([grid, 0.5 * (grid[1:] + grid[:-1])[spans]]))
 
 
-def graded(grid: Array, periodic: bool = False) -> Array:
-    """`grid` with more spans cut in two until neighbours differ by a factor of 2 at most."""
+def graded(grid: Array, periodic: bool = False, grade: float = GRADE) -> Array:
+    """`grid` with more spans cut in two until neighbours differ by a factor of `grade` at most."""
     for _ in range(2 * ROUNDS):
         width = np.diff(grid)
         before, after = np.roll(width, 1), np.roll(width, -1)
         if not periodic:
             before[0], after[-1] = width[0], width[-1]
-        wide = width > GRADE * np.minimum(before, after)
+        wide = width > grade * np.minimum(before, after)
         if not np.any(wide):
             break
         grid = halved(grid, wide)

@@ -12,7 +12,7 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.fitting.corners import CORNER_ANGLE, corner_indices
-from splinefeed.geometry.fitting.distance import largest_distance, nearest_parameter
+from splinefeed.geometry.fitting.distance import distances
 from splinefeed.geometry.fitting.grid import check_degree, check_tolerance
 from splinefeed.geometry.fitting.smooth import smooth_curve_of_many
 from splinefeed.geometry.path import Path
@@ -103,7 +103,7 @@ def fit(
         cuts = [0, *corners, len(local) - 1]
         curves = [smooth_curve_of_many(local[a : b + 1], allowed, degree, power) for a, b in pairwise(cuts)]
     curves = [curve.transformed(1.0, middle) for curve in curves]
-    error = largest_distance(curves, data, allowed)
+    error = float(np.max(distances(curves, data)))
     if error > allowed:
         raise CurveError(
             f"the points cannot be passed within {allowed:g} mm by degree {degree}: {error:.3g} mm is left "
@@ -142,6 +142,6 @@ def _closed_with_corners(
         if b <= count:
             curves.append(curve)
             continue
-        before, after = curve.split(nearest_parameter(curve, points[0]))
+        before, after = curve.split(float(curve.nearest(points[0])[0]))
         curves = [after, *curves, before]
     return curves

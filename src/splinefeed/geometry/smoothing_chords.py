@@ -1,23 +1,15 @@
-"""Two-way distance of two paths, bounded from above: how far one that was smoothed is from the original."""
+"""Paths as chords that cut off no more than is said: what proves a smoothed path looks at nothing else."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from splinefeed.errors import InputError
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array, IntArray
 
-#: What chords cut off each path, which counts twice in a bound and twice in what it is compared with, and what bounds
-#: may be too large by, as shares of the given precision.
-SAG, SLACK = 0.1, 0.6
-#: Halvings of a chord at most.
-MOST_HALVINGS = 24
 #: Steps no longer than this, relative to the coordinates, are rounding.
 ROUNDING = 1e-14
 #: The share of a short span that its chords may cut off.
@@ -26,43 +18,6 @@ FLAT = 1.0 / 64.0
 MOST_CHORDS = 100_000
 #: Places a span of a rational curve at which its second derivative is sampled, and the factor for values between them.
 PLACES, BETWEEN = 17, 1.25
-
-
-@dataclass(frozen=True, eq=False)
-class Deviation:
-    """How far two paths are from each other over the linear axes, mm; bounds from above.
-
-    result    (curves of the result,) largest distance of each of its curves from the original
-    original  (curves of the original,) largest distance of each of these from the result
-    """
-
-    result: Array
-    original: Array
-
-    @property
-    def largest(self) -> float:
-        """The two-way (Hausdorff) distance."""
-        return float(max(self.result.max(), self.original.max()))
-
-
-def deviation(original: Path, result: Path, precision: float) -> Deviation:
-    """Two-way distance of the paths, at most `precision`, mm, above the true one, and never below it.
-
-    Both are taken as chords that cut off at most max|C''| h^2 / 8 (its B-spline coefficients bound C'', a rational
-    curve is sampled). The distance of a chord's points from one fixed chord of the other path is convex, so that its
-    greatest value lies at an end; chords are halved until that bound is near the distance that is found there.
-    It shares nothing with the smoothing. Raises InputError for paths of other axes or a precision of 0 or less.
-    """
-    if original.axes != result.axes:
-        raise InputError(f"the paths have axes {original.axes} and {result.axes}; they must be the same")
-    if not 0.0 < precision < math.inf:
-        raise InputError(f"precision is {precision!r} mm; it must be greater than 0 and finite")
-    first, second = (chords(path, SAG * precision)[:2] for path in (original, result))
-    sags = 2.0 * SAG * precision
-    return Deviation(
-        result=_farthest(second, first, len(result.curves), SLACK * precision) + sags,
-        original=_farthest(first, second, len(original.curves), SLACK * precision) + sags,
-    )
 
 
 def chords(path: Path, sag: float, scale: Array | None = None) -> tuple[Array, IntArray, Array]:
@@ -140,44 +95,3 @@ def _bends(curve: NurbsCurve, scale: Array) -> Array:
     sizes = np.linalg.norm(q, axis=1)
     spans = np.searchsorted(knots, breaks[:-1], side="right") - 1
     return np.asarray(np.max(sizes[np.clip(spans[:, None] - np.arange(p + 1), 0, len(sizes) - 1)], axis=1))
-
-
-def _farthest(of: tuple[Array, IntArray], to: tuple[Array, IntArray], count: int, slack: float) -> Array:
-    """Upper bounds (count,) of the distance of the chords of each curve from all chords of the other path."""
-    target = to[0]
-    line = Path.polyline(target)
-    search = Nearest(line.table, line.shape)
-    row, _, distance = search.find(of[0])
-    out = np.zeros(count)
-    np.maximum.at(out, of[1], np.maximum(distance[:-1], distance[1:]))
-    p, q, owner = of[0][:-1], of[0][1:], of[1]
-    at_p, at_q, to_p, to_q = distance[:-1], distance[1:], row[:-1], row[1:]
-    for halving in range(MOST_HALVINGS + 1):
-        upper = np.minimum(
-            np.maximum(at_p, _to_segment(q, target[to_p], target[to_p + 1])),
-            np.maximum(at_q, _to_segment(p, target[to_q], target[to_q + 1])),
-        )
-        # no point of a chord is further off than this, whatever lies between
-        upper = np.minimum(upper, 0.5 * (at_p + at_q + np.linalg.norm(q - p, axis=1)))
-        open_ = upper > out[owner] + slack
-        if not open_.any() or halving == MOST_HALVINGS:
-            np.maximum.at(out, owner, np.where(open_, upper, upper - slack))
-            break
-        p, q, owner, at_p, at_q, to_p, to_q = (
-            each[open_] for each in (p, q, owner, at_p, at_q, to_p, to_q)
-        )  # fmt: skip
-        middle = 0.5 * (p + q)
-        to_m, _, at_m = search.find(middle)
-        np.maximum.at(out, owner, at_m)
-        p, q = np.concatenate([p, middle]), np.concatenate([middle, q])
-        at_p, at_q = np.concatenate([at_p, at_m]), np.concatenate([at_m, at_q])
-        to_p, to_q = np.concatenate([to_p, to_m]), np.concatenate([to_m, to_q])
-        owner = np.concatenate([owner, owner])
-    return out + slack
-
-
-def _to_segment(points: Array, start: Array, end: Array) -> Array:
-    """Distances (n,) of points from segments (n, axes)."""
-    along = end - start
-    share = np.sum((points - start) * along, axis=1) / np.sum(along * along, axis=1)
-    return np.asarray(np.linalg.norm(points - start - np.clip(share, 0.0, 1.0)[:, None] * along, axis=1))

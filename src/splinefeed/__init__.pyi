@@ -1,0 +1,52 @@
+"""From a NURBS curve and a machine's limits to where every axis must be at each servo tick."""
+
+from splinefeed import analysis as analysis
+from splinefeed import errors as errors
+from splinefeed import formats as formats
+from splinefeed import geometry as geometry
+from splinefeed import live as live
+from splinefeed import machine as machine
+from splinefeed import simulation as simulation
+from splinefeed.analysis.check import check as check
+from splinefeed.errors import SplinefeedError as SplinefeedError
+from splinefeed.feed.planning import plan as plan
+from splinefeed.feed.window import State as State
+from splinefeed.formats.registry import read as read
+from splinefeed.formats.registry import write as write
+from splinefeed.formats.setpoints import load as load
+from splinefeed.formats.setpoints import save as save
+from splinefeed.geometry import shapes as shapes
+from splinefeed.geometry.curve import NurbsCurve as NurbsCurve
+from splinefeed.geometry.fitting import fit as fit
+from splinefeed.geometry.path import Marker as Marker
+from splinefeed.geometry.path import Path as Path
+from splinefeed.geometry.tangential import tangential as tangential
+from splinefeed.geometry.tool_path import ToolPath as ToolPath
+from splinefeed.interpolation.interpolator import Interpolator as Interpolator
+from splinefeed.interpolation.interpolator import interpolate as interpolate
+from splinefeed.interpolation.registry import methods as methods
+from splinefeed.interpolation.registry import register as register
+from splinefeed.kinematics.chains import Kinematics as Kinematics
+from splinefeed.kinematics.joint_path import JointPath as JointPath
+from splinefeed.machine.machine import Machine as Machine
+from splinefeed.pipeline.compare import MethodResult as MethodResult
+from splinefeed.pipeline.compare import MethodTrace as MethodTrace
+from splinefeed.pipeline.compare import compare as compare
+from splinefeed.pipeline.cycle_time import CycleTime as CycleTime
+from splinefeed.pipeline.cycle_time import cycle_time as cycle_time
+from splinefeed.pipeline.follow import follow as follow
+from splinefeed.pipeline.run import Run as Run
+from splinefeed.pipeline.run import run as run
+from splinefeed.pipeline.tuning import tune as tune
+from splinefeed.records.drives import Combination as Combination
+from splinefeed.records.drives import Torque as Torque
+from splinefeed.records.law import TimeLaw as TimeLaw
+from splinefeed.records.limits import Limits as Limits
+from splinefeed.records.response import Response as Response
+from splinefeed.records.setpoints import Setpoints as Setpoints
+from splinefeed.records.verdict import LimitResult as LimitResult
+from splinefeed.records.verdict import Verdict as Verdict
+from splinefeed.report import plot as plot
+from splinefeed.sweeps.sweeping import sweep as sweep
+
+__version__: str

@@ -1,0 +1,43 @@
+"""How a command answers: one page of numbers, as a JSON object or in words, with what was written and the exit code."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from splinefeed.cli import options
+from splinefeed.cli.failures import DONE, NOT_KEPT
+from splinefeed.cli.output import print_json, print_text
+from splinefeed.cli.progress import busy
+
+Page = dict[str, Any]
+
+
+def answers(show: Callable[[Page], None]) -> Callable[[Callable[..., Page]], Callable[..., None]]:
+    """A command made of a function that says what it is busy with, its first argument, and returns its page of numbers.
+
+    With --json, which this adds, the page is printed as it is; else `show` says it and the names of its `files` follow.
+    The exit code is 1 where its `ok` is false.
+    """
+
+    def decorate(make: Callable[..., Page]) -> Callable[..., None]:
+        @options.as_json
+        @functools.wraps(make)
+        def command(as_json: bool, **given: Any) -> None:
+            with busy() as say:
+                page = make(say, **given)
+            if as_json:
+                print_json(page)
+            else:
+                show(page)
+                if page.get("files"):
+                    print_text()
+                    print_text(f"wrote {' '.join(page['files'])}")
+            click.get_current_context().exit(DONE if page.get("ok", True) else NOT_KEPT)
+
+        return command
+
+    return decorate
