@@ -71,7 +71,7 @@ def sample(
     """
     edges = np.concatenate([[low], setting.inside(low, high), [high]])
     least = SHORTEST * (high - low)
-    if known is None:
+    if known is None or not known.s[0] < high:
         s, d = _along(setting, edges, least)
         top, curvature, push, twist = _tops(setting, s, d)
     else:
@@ -114,8 +114,6 @@ def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
     near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
     s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
     d = setting.track.derivatives(s)
-    moving = np.all(np.isfinite(d), axis=(1, 2))  # so near to a stop that C' rounds to 0 it has no direction
-    s, d = s[moving], d[moving]
     for _ in range(HALVINGS):
         gap = np.diff(s)
         tangent, kappa = setting.turning(d)
@@ -137,6 +135,12 @@ def _same_piece(edges: Array, s: Array) -> BoolArray:
 
 def _tops(setting: Setting, s: Array, d: Array | None = None) -> tuple[Array, Array, float, float]:
     """What limits of velocity and acceleration allow q to be at places, their curvature, and push and twist."""
+    d = setting.track.derivatives(s) if d is None else d
+    moving = np.all(np.isfinite(d), axis=(1, 2))  # so near to a stop that C' rounds to 0 it has no direction
+    if not np.all(moving):
+        top, curvature = np.full(len(s), LEAST), np.zeros(len(s))
+        top[moving], curvature[moving], push, twist = _tops(setting, s[moving], d[moving])
+        return top, curvature, push, twist
     places = setting.places(s, d=d)
     rows = setting.rows(places)
     with np.errstate(divide="ignore", over="ignore"):

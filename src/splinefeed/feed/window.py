@@ -44,6 +44,8 @@ TURNINGS, TURNING_GAP = 4, 2e-3
 LEVEL, SLOPES = 2e-3, 5
 #: From a state that leads over a limit by this, as a factor on q, nothing helps.
 HOPELESS = 1.5
+#: What a close look may not see of a peak, as a factor on q: 1e-6 was found.
+UNSEEN = 1e-5
 #: What a solution says q is between its places is no less than this share of what was thought.
 SLOWEST = 1e-3
 #: No places.
@@ -279,6 +281,7 @@ def plan_window(
             closely = True
             shares = worst_shares(setting, pieces, high, closely=True)
         if closely:
+            shares = shares * (1.0 + UNSEEN)
             found.append(Plan(pieces, bound, float(np.max(shares)), solution.kept))
         if hopeless or (closely and found[-1].over <= goal):
             break
