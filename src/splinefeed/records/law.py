@@ -95,7 +95,11 @@ class TimeLaw:
     def _derivative(self, t: ArrayLike, order: int) -> Array:
         time = np.clip(np.asarray(t, dtype=np.float64), 0.0, self.duration)
         piece = np.clip(np.searchsorted(self.breaks, time, side="right") - 1, 0, len(self.coefficients) - 1)
-        return polynomial(self.coefficients[piece], time - self.breaks[piece], order)[order] * math.factorial(order)
+        tau = time - self.breaks[piece]
+        value = np.zeros_like(tau)
+        for k in range(LAW_COEFFICIENTS - 1, order - 1, -1):  # Horner: planners end a piece at its feed to the bit
+            value = value * tau + self.coefficients[piece, k] * float(math.perm(k, order))
+        return value
 
 
 def polynomial(c: Array, tau: Array, order: int) -> list[Array]:
