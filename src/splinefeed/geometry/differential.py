@@ -68,7 +68,7 @@ def by_arc_length(derivatives: Array, linear: int | None = None) -> Array:
             out[:, 1, a] = first * us
             out[:, 2, a] = second * square + first * uss
             out[:, 3, a] = derivatives[:, 3, a] * (square * us) + 3.0 * second * (us * uss) + first * usss
-    if linear == 1:  # s is that axis: what else comes out is rounding
+    if linear == 1:  # s is that axis: what else results is rounding
         out[np.any(derivatives[:, 1:4, 0], axis=1), 2:, 0] = 0.0
     return out
 
