@@ -90,7 +90,7 @@ def test_backwards_it_stands_at_the_start_and_forwards_it_ends_at_the_end():
     state = np.zeros(kernels.STATE)
     state[kernels.TAU], state[kernels.RATE], state[kernels.DIRECTION] = 0.05, 1.0, 1.0
     taus, rates = np.empty(300), np.empty(300)
-    ahead = np.zeros((1, 400, 3, 1))
+    ahead = np.zeros((1, 400, 4, 1))
     given = (np.ones((1, 400)), np.array([[V], [A], [J]]), 0, WINDOWS[:1], PERIOD, 1.0, 0.2)
     count = kernels.run_rate(np.ones(300), ahead, *given, state, taus, rates)
     assert taus[count - 1] == 0.2
@@ -100,7 +100,7 @@ def test_backwards_it_stands_at_the_start_and_forwards_it_ends_at_the_end():
 @pytest.mark.parametrize(("still", "count"), [(0.0, 0), (1.0, 1), (2.0, 0)])
 def test_a_turn_is_given_back_at_rest_but_not_after_one_tick_of_it(still: float, count: int):
     """The same setpoint twice could be a mistake, three times is a rest."""
-    ahead = np.zeros((1, 2000, 3, 1))
+    ahead = np.zeros((1, 2000, 4, 1))
     ahead[:, :, 0] = V
     state = np.zeros(kernels.STATE)
     state[kernels.TAU], state[kernels.DIRECTION], state[kernels.STILL] = 1.0, 1.0, still
@@ -119,7 +119,7 @@ def test_a_turn_is_given_back_at_rest_but_not_after_one_tick_of_it(still: float,
 @pytest.mark.parametrize("left", [0.0, 0.05, 0.127, 0.2, 0.255, 0.511, 1.023])
 def test_a_rate_above_the_base_is_one_whose_way_back_fits(left: float):
     """On the way back from r to 1 in the least time t at least (r + 1) t / 2 of plan time goes by."""
-    ahead = np.zeros((1, 1, 3, 1))
+    ahead = np.zeros((1, 1, 4, 1))
     ahead[:, :, 0] = V
     limit = np.array([[V * 2.0], [A], [J]])
     out = np.empty((1, 1))
@@ -137,6 +137,6 @@ def test_no_rate_above_the_base_where_an_axis_is_at_its_limits():
     limit = np.array([[V * 2.0], [A], [J]])
     out = np.empty((1, 4))
     # as fast as it may be; all of the acceleration, all of the jerk in use at rate 1; nothing in use
-    ahead = np.array([[2 * V, 0, 0], [V, A, 0], [V, 0, J], [1e-3, 0, 0]])[None, :, :, None]
+    ahead = np.array([[2 * V, 0, 0, 0], [V, A, 0, 0], [V, 0, J, 0], [1e-3, 0, 0, 0]])[None, :, :, None]
     kernels.cap_rates(ahead, 1.0, 2.0, np.array([1.0]), limit, PERIOD, out)
     assert out[0].tolist() == [1.0, 1.0, 1.0, 2.0]
