@@ -200,6 +200,11 @@ KEPT = {
     50001567: "a rest next to a cusp, with slivers of rows beside it",
     40003326: "a rotary axis that turns in the last 33 roundings of s",
     70072703: "a piece that lasts one rounding of its instant, and none at all behind a dwell",
+    120000081: "a ramp as short as a rotary axis without limits turns",
+    130000087: "a ramp within the rounding of its place",
+    140001321: "q that falls to nothing between two places at a sharp bend",
+    160002662: "one linear axis whose curvature was rounding",
+    160003461: "a peak 1e-6 over that a close look did not see",
     93000505: "a bend of little turn whose curvature rises and falls within 1e-4 mm",
     60035841: "slowing down that ends within some thousand roundings of its instant, under uneven jerk",
 }

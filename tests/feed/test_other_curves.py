@@ -39,10 +39,10 @@ def test_cusps_tight_loops_and_uneven_jerk_do_not_force_a_crawl(seed: int) -> No
 
 @pytest.mark.slow
 def test_a_rotary_axis_that_turns_on_next_to_where_x_stands() -> None:
-    """One slow feed would take 5e11 s; a plan is 8 % over the bound."""
+    """One slow feed would take 5e11 s; 0.45 s is the bound on the cells of a plan."""
     made = random_motions.motion(30000, ("time-optimal",))
     law = sf.plan(made.path, made.limits, strategy="time-optimal", period=made.period)
-    assert law.settings["lower_bound_s"] < law.duration < 1.1 * law.settings["lower_bound_s"]
+    assert law.settings["lower_bound_s"] < law.duration < 0.49
     assert sf.check(sf.interpolate(made.path, law), made.path, made.limits, law=law).ok
 
 

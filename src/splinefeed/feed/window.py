@@ -11,7 +11,7 @@ import numpy as np
 from splinefeed.errors import InputError, PlanError
 from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.bound import lower_bound
-from splinefeed.feed.grid import FASTER, Samples, lay, sample
+from splinefeed.feed.grid import FASTER, Samples, graded, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
@@ -132,6 +132,7 @@ class Window:
 
     low, high  mm;  q (n,) what is thought of q at the samples, mm^2/s^2, which decides where cells lie;
     turns (k,)  where the motion is thought to turn from speeding up to slowing down or back, mm: cells end there
+    laid  nodes (n + 1,) and at which of them the path jumps, if they are known
     """
 
     def __init__(
@@ -144,11 +145,12 @@ class Window:
         high: float,
         mode: Mode,
         turns: Array = NOWHERE,
+        laid: tuple[Array, BoolArray] | None = None,
     ) -> None:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
         ramps, moving = (ends[0].ramp, ends[1].ramp), (ends[0].way(1.0), ends[1].way(-1.0))
-        nodes, jumps = lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, turns, moving)
-        self.nodes, self.spline = nodes, Spline.on(nodes, jumps)
+        nodes, jumps = laid or lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, turns, moving)
+        self.nodes, self.jumps, self.spline = nodes, jumps, Spline.on(nodes, jumps)
         cell, part, weight = _simpson(nodes, jumps)
         h = np.diff(nodes)
         x = nodes[cell] + part * h[cell]
@@ -162,6 +164,13 @@ class Window:
 
     def __len__(self) -> int:
         return len(self.nodes) - 1
+
+    def halved(self, cut: BoolArray, c: Array, mode: Mode) -> tuple[Window, IntArray]:
+        """The window with cells of `cut` (n,) halved, from a solution c of it, and which cell each new one was."""
+        nodes = graded(self.nodes, cut)
+        laid = nodes, np.isin(nodes, self.nodes[self.jumps])
+        given = self.setting, self.samples, self.q_at_samples(c), self.ends, self.low, self.high, mode
+        return Window(*given, laid=laid), np.searchsorted(self.nodes, nodes[:-1], side="right") - 1
 
     def hold(self, factor: Array) -> None:
         """Have q lower by factors on cells (3, n), see `Rows.tightened`; a node counts for both of its cells."""
@@ -276,6 +285,11 @@ def plan_window(
             bound = lower_bound(setting, window.problem, solution, low, high)
         pieces = pieces_of(window.spline, c, ends)
         shares = worst_shares(setting, pieces, high, closely=closely)
+        broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
+        if np.any(broken) and k < rounds:  # q falls to nothing between places
+            window, was = window.halved(broken, c, mode)
+            c, z, begin, factor, often = window.guess(NEAR), None, CLOSE, factor[:, was], often[:, was]
+            continue
         hopeless = exact and not solution.kept and (k == 0 or np.max(shares) > HOPELESS)
         if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
             closely = True
