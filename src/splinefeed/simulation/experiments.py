@@ -108,8 +108,8 @@ def swept_sine(
 def relay(axis: Axis, period: float, volts: float) -> UltimatePoint:
     """The ultimate point of an axis: a relay of +-`volts` makes it oscillate, and sines around that measure it.
 
-    After K. J. Astrom and T. Hagglund, Automatica 20 (1984) 645-651, doi:10.1016/0005-1098(84)90014-1. Their reading K_u = 4 d / (pi a) of the oscillation alone is 38 to 48 % too high on X of `xytheta`, and not
-    taken:
+    After K. J. Astrom and T. Hagglund, Automatica 20 (1984) 645-651, doi:10.1016/0005-1098(84)90014-1. Their
+    reading K_u = 4 d / (pi a) of the oscillation alone is 38 to 48 % too high on X of `xytheta`, and not taken:
 
     - A relay in a servo switches at ticks only, its period takes an even number of them, and the one that comes about
       need not be the nearest: 12 ticks where the ultimate period is 14.1. As the gain falls with the square of
