@@ -8,11 +8,11 @@ import numpy as np
 
 from splinefeed.feed import profiles, seven_phase
 from splinefeed.feed.profiles import Profile, each_field
-from splinefeed.records import Array, Limits, TimeLaw, frozen_array, positive
+from splinefeed.records import Limits, TimeLaw, frozen_array, positive
 
 
 @dataclass(frozen=True, eq=False)
-class SevenPhase(Profile[float]):
+class SevenPhase(Profile):
     """The profile of one stretch, by the functions that plan many at once.
 
     period  servo period of which the duration is a whole number, s; None if it was not, or could not be, brought
@@ -47,10 +47,10 @@ class SevenPhase(Profile[float]):
         """The profile as a TimeLaw: one cubic piece a phase that has a length, exact."""
         return seven_phase._law(np.array([0.0, self.length]), self._as_one_of_many(), self.period)
 
-    def _as_one_of_many(self) -> Profile[Array]:
+    def _as_one_of_many(self) -> Profile:
         return Profile(*each_field(lambda value: np.asarray(value)[..., np.newaxis], self))
 
     @classmethod
-    def _of(cls, found: Profile[Array], period: float | None = None) -> SevenPhase:
+    def _of(cls, found: Profile, period: float | None = None) -> SevenPhase:
         times, *numbers = each_field(lambda each: each[..., 0].tolist(), found)
         return replace(cls(frozen_array(times, "durations", 1), *numbers), period=period)

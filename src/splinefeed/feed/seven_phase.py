@@ -79,7 +79,7 @@ def _slowed(path: Path, limits: Limits, marks: Array, feeds: Array) -> tuple[str
     )
 
 
-def _law(marks: Array, profile: Profile[Array], period: float | None) -> TimeLaw:
+def _law(marks: Array, profile: Profile, period: float | None) -> TimeLaw:
     """The law of profiles (m,) between marks (m+1,) in mm, brought to ticks where a period in s is given.
 
     It notes each stretch that does not end on a tick: only the first and the last have end feeds.
