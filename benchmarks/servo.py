@@ -77,7 +77,7 @@ class AxisRun:
     def __call__(self) -> int:
         memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
         memory[[mechanics.MOTOR, mechanics.LOAD]] = self.command[0]
-        return servo.run_axis(servo.CLOSED, self.command, 0.0, self.table, self.parameters, memory, scratch, *self.room)
+        return servo.run_axis(servo.CLOSED, self.command, self.table, self.parameters, memory, scratch, *self.room)
 
 
 def _lap() -> np.ndarray:

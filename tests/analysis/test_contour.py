@@ -193,15 +193,14 @@ def test_a_corner_inside_and_outside(hint):
     """A left turn of 90 degrees at (10, 0): inside the nearer leg counts, outside the corner itself."""
     path = polygon((0, 0), (10, 0), (10, 10))
     q = [[9.7, 0.1], [9.9, 0.3], [10.3, -0.4], [10.2, 0.5], [9.5, -0.2]]
-    expected = [0.1, 0.1, -0.5, -0.2, -0.2]
+    expected = [0.1, 0.1, 0.5, 0.2, 0.2]
     s_hint = None if hint is None else np.full(5, hint)
-    assert contour_error(q, path, s_hint=s_hint, signed=True) == pytest.approx(expected, rel=1e-13)
-    assert contour_error(q, path, s_hint=s_hint) == pytest.approx(np.abs(expected), rel=1e-13)
+    assert contour_error(q, path, s_hint=s_hint) == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("turn", [-170, -135, -90, -20, 20, 90, 135, 170])
-def test_the_side_at_a_corner_is_that_of_its_wedge(turn):
-    """Positions whose nearest point is the corner lie on its outer side, however sharp it is."""
+def test_outside_a_corner_the_corner_itself_is_nearest(turn):
+    """Positions in its outer wedge are as far off as the corner is, however sharp it is."""
     angle = np.radians(turn)
     path = polygon((-10, 0), (0, 0), (10 * np.cos(angle), 10 * np.sin(angle)))
     outer = np.array([np.sin(angle), -1 - np.cos(angle)]) * np.sign(angle)
@@ -210,12 +209,7 @@ def test_the_side_at_a_corner_is_that_of_its_wedge(turn):
         direction = middle + share * abs(angle)
         q = 0.5 * np.array([[np.cos(direction), np.sin(direction)]])
         for hint in (None, [10.0]):
-            assert contour_error(q, path, s_hint=hint, signed=True) == pytest.approx([-0.5 * np.sign(turn)], rel=1e-12)
-
-
-def test_a_path_that_turns_straight_back_has_the_side_of_its_first_leg():
-    path = polygon((0, 0), (10, 0), (0, 0))
-    assert contour_error([[11.0, 1.0], [11.0, -1.0]], path, signed=True) == pytest.approx([2**0.5, -(2**0.5)])
+            assert contour_error(q, path, s_hint=hint) == pytest.approx([0.5], rel=1e-12)
 
 
 def test_a_lag_around_a_sharp_corner_stays_on_its_leg():
@@ -231,15 +225,15 @@ def test_a_lag_around_a_sharp_corner_stays_on_its_leg():
 
 
 @pytest.mark.nojit
-def test_signs_on_a_circle_and_over_its_seam():
-    """Counterclockwise: inside is left. The window runs over the seam at (10, 0)."""
+def test_inside_and_outside_a_circle_and_over_its_seam():
+    """The window runs over the seam at (10, 0)."""
     path = circle()
     assert path.closed
     angle = np.radians([-3.0, -1e-9, 0.0, 1e-9, 3.0])
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
     for hint in (None, np.zeros(5), np.full(5, path.length), np.full(5, 1.0), np.full(5, path.length - 1.0)):
-        assert contour_error(9.8 * ring, path, s_hint=hint, signed=True) == pytest.approx(np.full(5, 0.2), rel=1e-12)
-        assert contour_error(10.3 * ring, path, s_hint=hint, signed=True) == pytest.approx(np.full(5, -0.3), rel=1e-12)
+        assert contour_error(9.8 * ring, path, s_hint=hint) == pytest.approx(np.full(5, 0.2), rel=1e-12)
+        assert contour_error(10.3 * ring, path, s_hint=hint) == pytest.approx(np.full(5, 0.3), rel=1e-12)
 
 
 @pytest.mark.parametrize("hint", [None, [0.0], [30.0]])
@@ -251,7 +245,7 @@ def test_the_middle_of_a_circle_is_as_far_from_everywhere(hint):
 def test_beyond_the_ends():
     path = polygon((0, 0), (10, 0))
     q = [[-3.0, 4.0], [13.0, -4.0]]
-    assert contour_error(q, path, signed=True) == pytest.approx([5.0, -5.0])
+    assert contour_error(q, path) == pytest.approx([5.0, 5.0])
     found = ContourMeter(path).measure(q, s_hint=[0.0, 10.0])
     assert found.error == pytest.approx([5.0, 5.0])
     assert found.s == pytest.approx([0.0, 10.0])
@@ -302,16 +296,15 @@ def test_order_changes_nothing():
 def test_moves_with_the_path_and_never_exceeds_the_tracking_error(s, away, angle, shift):
     path = motions.smooth()
     place = s * path.length
-    q = path([place]) + np.array([[away, 0.5 * away]])  # not along the tangent of an end, where sides are rounding
+    q = path([place]) + np.array([[away, 0.5 * away]])
     rotation = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    found = contour_error(q, path, s_hint=[place], signed=True)
+    found = contour_error(q, path, s_hint=[place])
     assert abs(found[0]) <= np.hypot(away, 0.5 * away) * (1 + 1e-12) + 1e-13
-    moved = contour_error(q @ rotation.T + shift, path.transformed(rotation, shift), s_hint=[place], signed=True)
+    moved = contour_error(q @ rotation.T + shift, path.transformed(rotation, shift), s_hint=[place])
     assert moved == pytest.approx(found, abs=1e-11)
     back = path.reversed()
-    turned = contour_error(q, back, s_hint=[back.length - place], signed=True)
-    if abs(found[0]) > 1e-9:
-        assert turned == pytest.approx(-found, abs=1e-11)
+    turned = contour_error(q, back, s_hint=[back.length - place])
+    assert turned == pytest.approx(found, abs=1e-11)
 
 
 # --- records ---
@@ -322,7 +315,7 @@ def test_of_positions_with_a_tail_behind_the_setpoints():
     points = sf.interpolate(path, motions.constant(path, 100.0), period=1e-2)
     n = len(points) + 3
     position = np.vstack([points.position + [0, 0.25], np.tile([10.0, 0.0], (3, 1))])
-    found = ContourMeter(path).measure(position, s_hint=np.append(points.s, [points.s[-1]] * 3), signed=True)
+    found = ContourMeter(path).measure(position, s_hint=np.append(points.s, [points.s[-1]] * 3))
     assert found.error == pytest.approx([0.25] * len(points) + [0.0] * 3, abs=1e-13)
     assert found.notion == NEAR_COMMAND
     assert found.max == pytest.approx(0.25)
@@ -331,7 +324,7 @@ def test_of_positions_with_a_tail_behind_the_setpoints():
 
 
 def test_no_samples():
-    found = ContourMeter(circle()).measure(np.empty((0, 2)), s_hint=[], signed=True)
+    found = ContourMeter(circle()).measure(np.empty((0, 2)), s_hint=[])
     assert found.error.shape == found.s.shape == (0,)
     assert (found.max, found.rms) == (0.0, 0.0)
     with pytest.raises(InputError, match=r"^there are no samples and so no worst one$"):
@@ -366,12 +359,10 @@ def test_refused(position, options, message):
     assert str(caught.value) == message
 
 
-def test_refused_windows_axes_and_signs():
+def test_refused_windows_and_axes():
     path = sf.Path([sf.NurbsCurve.bezier([[0, 0, 0, 1], [1, 1, 1, 2]])], axes=("x", "y", "z", "c"))
     with pytest.raises(LimitsError, match=r"^window is nan; it must be finite$"):
         contour_error(np.zeros((1, 3)), path, s_hint=[0], window=np.nan)
-    with pytest.raises(InputError, match=r"^a signed contour error needs two linear axes; this path has 3$"):
-        contour_error(np.zeros((1, 3)), path, signed=True)
     with pytest.raises(InputError) as caught:
         contour_error(np.zeros((1, 2)), path)
     assert str(caught.value) == "position has shape (1, 2); expected (n, 4) or, without rotary axes, (n, 3)"

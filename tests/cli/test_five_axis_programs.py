@@ -71,7 +71,6 @@ def test_errors_name_line_axis_and_mend(splinefeed: Callable[..., Result], folde
         (("far.nc", *machine), "(line 4); its travel is -110 to 110 deg; mount"),
         (("blade.nc", "--machine", "router"), "no [kinematics], which a tool path needs (line 9); add them"),
         (("blade.nc",), "has a tool axis, which only a machine can follow; give a machine"),
-        (("blade.nc", *machine, "--by-windows"), "blade.nc: line 8: X, Y and Z are the tool's tip; such a program"),
         (("blade.nc", *machine, "--smooth", "1um", "--angle-tolerance", "90deg"), "the tolerance of the tool axis is"),
         (("blade.nc", *machine, "--angle-tolerance", "1deg"), "--angle-tolerance: needs --smooth"),
     ):
@@ -79,6 +78,8 @@ def test_errors_name_line_axis_and_mend(splinefeed: Callable[..., Result], folde
         assert done.exit_code == 2, words
         assert said in done.stderr, (words, done.stderr)
         assert len(done.stderr.strip().splitlines()) == 1
+    with pytest.raises(sf.errors.FormatError, match="line 8: X, Y and Z are the tool's tip; such a program"):
+        sf.formats.read_parts("blade.nc")
 
 
 def words_of(line: str) -> dict[str, float]:

@@ -34,12 +34,18 @@ def program(folder):
     return "part.nc"
 
 
+@pytest.fixture
+def by_windows(monkeypatch):
+    """Files of more than a thousand lines go by windows."""
+    monkeypatch.setattr(path_parts, "MOST_LINES", 1000)
+
+
 LIMITS = ("--axis-accel", "1500", "--axis-jerk", "50000")
 
 
-def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program):
-    done = splinefeed("run", program, *LIMITS, "--smooth", "program", "--by-windows", "--format", "csv",
-                      "--format", "hdf5", "-o", "out", "--json")  # fmt: skip
+def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program, by_windows):
+    done = splinefeed("run", program, *LIMITS, "--smooth", "program", "--format", "csv", "--format", "hdf5",
+                      "-o", "out", "--json")  # fmt: skip
     assert done.exit_code == 0
     page = json.loads(done.stdout)
     assert page["ok"]
@@ -47,7 +53,7 @@ def test_its_setpoints_are_those_of_the_smoothed_path(splinefeed, program):
     assert sorted(page["files"]) == ["out/run.json", "out/setpoints.csv", "out/setpoints.h5"]
     points = sf.load("out/setpoints.h5")
     assert len(points) == page["ticks"] == len(sf.load("out/setpoints.csv"))
-    assert "--by-windows" in page["command"]
+    assert "--smooth program" in page["command"]
     path = sf.read(program).smoothed("program", corners="round")
     limits = sf.Limits(feed=50, axis_acceleration=1500, axis_jerk=50000)
     verdict = sf.check(points, path, limits)
@@ -71,13 +77,16 @@ def test_the_size_of_the_file_makes_the_choice(splinefeed, refused, folder, monk
     monkeypatch.setattr(path_parts, "MOST_LINES", 406)
     whole = json.loads(splinefeed(*words, "-o", "short", "--strategy", "look-ahead").stdout)
     assert whole["ripple_max"] > 0.0
+    asked = json.loads(splinefeed(*words, "-o", "short", "--strategy", "look-ahead", "--by-windows").stdout)
+    assert asked["ripple_max"] == whole["ripple_max"]
+    assert "--by-windows has no effect: the size of the file decides" in asked["notes"]
     assert whole["duration_s"] == pytest.approx(page["duration_s"], rel=1e-2)
 
 
-def test_a_table_of_points_is_smoothed(splinefeed):
+def test_a_table_of_points_is_smoothed(splinefeed, by_windows):
     at = np.linspace(0.0, 20.0, 4000)
     np.savetxt("scan.csv", np.column_stack([at, np.sin(at)]), delimiter=",")
-    done = splinefeed("run", "scan.csv", "--feed", "40", *LIMITS, "--by-windows", "--tolerance", "0.002mm")
+    done = splinefeed("run", "scan.csv", "--feed", "40", *LIMITS, "--tolerance", "0.002mm")
     assert done.exit_code == 0, done.stderr
     assert "checked: every limit holds" in done.stdout
     assert "smoothed: 3999 curve(s) became" in done.stdout
@@ -88,28 +97,28 @@ def test_a_table_of_points_is_smoothed(splinefeed):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--strategy", "time-optimal"), "--strategy time-optimal: needs the whole path; by windows there is"),
-        (("--method", "taylor-2"), "--method taylor-2: needs the whole path; by windows there is arc-length alone"),
+        (("--strategy", "time-optimal"), "--strategy time-optimal: needs the whole path; a file of more than 1000"),
+        (("--method", "taylor-2"), "--method taylor-2: needs the whole path"),
         (("--3d",), "--3d: needs the whole path"),
-        (("--contour-tolerance", "1um"), "--contour-tolerance: needs the whole motion"),
-        (("--format", "mat"), "--format mat: needs all setpoints in memory"),
+        (("--contour-tolerance", "1um"), "--contour-tolerance: needs the whole path"),
+        (("--format", "mat"), "--format mat: needs the whole path"),
         (("--tolerance", "0.01"), "--tolerance: is for tables of points; use --smooth LENGTH for a program"),
         (("--layer", "0"), "option 'layer' is not one of a G-code file"),
     ],
 )  # fmt: skip
-def test_what_cannot_go_by_windows_is_said(refused, program, words, said):
-    assert said in refused("run", program, "--by-windows", *words)
+def test_what_cannot_go_by_windows_is_said(refused, program, by_windows, words, said):
+    assert said in refused("run", program, *words)
 
 
-def test_a_file_of_another_kind_is_refused(refused):
+def test_a_file_of_another_kind_is_read_as_a_whole(folder):
     said = "smooth.json: JSON curve is read as a whole; G-code and tables of points can be read in parts"
-    assert refused("run", "smooth.json", "--by-windows") == said
-    assert "needs a SOURCE" in refused("run", "--by-windows")
+    with pytest.raises(sf.errors.FormatError, match=said):
+        read_parts("smooth.json")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs signals")
 def test_ctrl_c_leaves_nothing_half_written(tmp_path):
-    short_lines(tmp_path / "part.nc", 400_000)
+    short_lines(tmp_path / "part.nc", 1_000_000)
 
     def written() -> int:
         """Bytes of the setpoints so far."""
@@ -120,7 +129,7 @@ def test_ctrl_c_leaves_nothing_half_written(tmp_path):
         return max(sizes)
 
     with subprocess.Popen(
-        [sys.executable, "-m", "splinefeed", "run", "part.nc", *LIMITS, "--smooth", "program", "--by-windows"],
+        [sys.executable, "-m", "splinefeed", "run", "part.nc", *LIMITS, "--smooth", "program"],
         cwd=tmp_path, stderr=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
         try:
@@ -152,7 +161,7 @@ def test_parts_are_forgotten_whatever_the_length(tmp_path):
 
         object.__setattr__(parts, "make", watched)
         limits = sf.Limits(feed=50, axis_acceleration=1500, axis_jerk=50000)
-        made = WindowedRun(parts, limits, 5e-3, {"smooth": 0.01})
+        made = WindowedRun(parts, limits, 5e-3, {"smooth": 0.01}, lambda *_: None)
         for _ in made.setpoints():
             highest = max(highest, len(alive))
         assert made.verdict.ok, made.verdict.problems

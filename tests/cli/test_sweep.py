@@ -48,3 +48,17 @@ def test_what_cannot_be(splinefeed, folder):
     assert splinefeed("sweep", "show").exit_code == 2
     assert "is not a folder of a sweep" in splinefeed("sweep", "show", "bad.toml").stderr
     assert "one spec at a time" in splinefeed("sweep", "a.toml", "b").stderr
+
+
+def test_limits_are_completed_as_run_completes_them(splinefeed, folder):
+    """The axis that is not given keeps its machine's limits, and a program's feeds hold."""
+    (folder / "part.nc").write_text("G21 G90\nG0 X0 Y0\nG1 X8 Y2 F1200\nX3 Y9 F900\nM2\n")
+    (folder / "one.toml").write_text(
+        'sources = ["part.nc"]\n[set]\nmachine = "xytheta"\n[grid]\n"limits.axis_jerk.x" = [9000]\n'
+    )
+    swept = json.loads(splinefeed("sweep", "one.toml", "--workers", "0", "--json").stdout)
+    words = ("--machine", "xytheta", "--axis-jerk", "x=9000", "--no-figures", "--no-compare", "--json")
+    run = json.loads(splinefeed("run", "part.nc", *words).stdout)
+    assert swept["numbers"]["duration_s"]["least"] == run["duration_s"]
+    assert run["limits"]["axis_jerk.y"]["limit"] != 9000
+    assert run["limits"]["feed"]["limit"] in (15.0, 20.0)

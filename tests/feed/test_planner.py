@@ -13,6 +13,7 @@ import motions
 import random_motions
 import sample_curves
 import splinefeed as sf
+from one_stretch import SevenPhase
 from splinefeed import workers
 from splinefeed.errors import PlanError
 from splinefeed.feed import modes as planner
@@ -22,7 +23,6 @@ from splinefeed.feed.limits import LIMITS
 from splinefeed.feed.limits.chord_error import within_reach
 from splinefeed.feed.profiles import pieces, solve_in_row
 from splinefeed.feed.setting import Setting
-from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.feed.solve import End, Problem, solve
 from splinefeed.feed.spline import Spline
 from splinefeed.feed.ticks import held_at_ticks

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from one_stretch import SevenPhase
 from splinefeed.errors import CurveError, InputError, LimitsError, PlanError
 from splinefeed.feed import planning
 from splinefeed.feed.planning import plan
-from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.records import Limits, TimeLaw
 
 pytestmark = pytest.mark.nojit

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from one_stretch import SevenPhase
 from splinefeed.errors import LimitsError, PlanError
-from splinefeed.feed.seven_phase import SevenPhase
 from splinefeed.records import Limits
 
 PAPER = Limits(feed=60, acceleration=50, jerk=2000)

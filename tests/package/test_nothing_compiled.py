@@ -15,7 +15,7 @@ import sys
 import splinefeed as sf
 
 path = sf.read(sys.argv[1])
-path.corners, path.jump_places, path.bounding_box(), path.minimum_radius(), path.stops
+path.corners, path.bounding_box(), path.minimum_radius(), path.stops
 path.evaluate(*path.locate([0.0, 0.5 * path.length]), 3)
 law = sf.TimeLaw(
     breaks=[0.0, 1.0], coefficients=[[0.0, path.length, 0.0, 0.0, 0.0, 0.0]], strategy="constant feed", period=1e-3

@@ -320,21 +320,13 @@ def limits_from(
     The limits of the `axes` of a machine hold where neither file nor options say others.
     """
     from splinefeed.formats import limits_toml
-    from splinefeed.pipeline.limits import over_machine
-    from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD
-    from splinefeed.records import Limits
+    from splinefeed.pipeline.limits import completed
+    from splinefeed.pipeline.run import PAPER_PERIOD
 
     file = given["limits_file"]
     flat = replaced(limits_toml.read(file).as_dict() if file else {}, given)
-    if machine is not None:
-        flat = over_machine(flat, machine, axes)
-    kinds = {key.partition(".")[0] for key in flat}
-    if not file:
-        if not kinds & {"axis_acceleration", "axis_jerk"}:
-            flat = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **flat}
-        flat = {"feed": PAPER_LIMITS.feed, **flat}
     period = PAPER_PERIOD if given["period"] is None else given["period"]
-    return Limits.from_dict(flat), period, given["strategy"]
+    return completed(flat, machine, axes, assume=not file), period, given["strategy"]
 
 
 def as_programmed(limits: Limits, path: Path | PathParts, given: Mapping[str, Any]) -> tuple[Limits, list[str]]:

@@ -63,8 +63,8 @@ Examples:
 @click.option(
     "--by-windows",
     is_flag=True,
-    hidden=True,  # a file of more than a million lines goes so by itself
-    help="Read, smooth, plan (look-ahead), interpolate and check window by window; no figures.",
+    hidden=True,  # accepted from older command lines
+    help="Has no effect: a file of more than a million lines goes by windows by itself.",
 )
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME]")
 @answers(print_run)
@@ -116,6 +116,7 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
             check_rotary(path, source or PAPER_SHAPE, machine)
     limits, period, strategy = options.limits_from(given, planned_for, axes)
     limits, assumed = options.as_programmed(limits, path, given)
+    assumed += ["--by-windows has no effect: the size of the file decides"] if given["by_windows"] else []
     if given["tip"] and not tool:
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
     folder = default_name(path.name) if given["output"] is None else given["output"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from splinefeed.cli.progress import Say
@@ -15,11 +16,6 @@ if TYPE_CHECKING:
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.records import Limits
 
-#: What needs the whole path or the whole motion, and what is said of it.
-NOT_BY_WINDOWS = {
-    "contour_tolerance": "--contour-tolerance: needs the whole motion; leave out --by-windows",
-    "tangential": "--3d: needs the whole path; leave out --by-windows",
-}
 NOTE = (
     "by windows: setpoints and numbers only; no figures, time law, feed ripple or comparison of "
     "methods, and no simulated axes (splinefeed follow setpoints.h5 simulates them)"
@@ -29,14 +25,10 @@ POINTS_TOLERANCE = 1e-3
 
 
 def parts_of(source: str | None, reading: dict[str, Any], given: dict[str, Any]) -> PathParts | None:
-    """The path in parts, where it is too long to be held as a whole or the option says so; else None."""
+    """The path in parts, where the file is too long to be held as a whole; else None."""
     from splinefeed.formats.path_parts import read_parts, too_long
 
-    if source is None:
-        if given["by_windows"]:
-            raise InputError("--by-windows: needs a SOURCE, a file of G-code or a table of points")
-        return None
-    if not given["by_windows"] and not too_long(source):
+    if source is None or not too_long(source):
         return None
     _check_possible(given)
     alone = ("tolerance", "tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
@@ -59,12 +51,12 @@ def write(
     if table:
         tolerance = reading.get("tolerance", POINTS_TOLERANCE)
         reading = {"smooth": tolerance, **{name: value for name, value in reading.items() if name != "tolerance"}}
-    how: dict[str, Any] = {name: reading[name] for name in ("smooth", "corners", "corner_angle") if name in reading}
-    made = WindowedRun(parts, limits, period, how, on_progress=_progress(say, parts.count, parts.unit))
-    said = about(made.settings, source, {**reading, "by_windows": True}, formats)
+    made = WindowedRun(parts, limits, period, reading, _progress(say, parts))
+    said = about(made.settings, source, reading, formats)
     # of a table the lines were smoothed: the path that `read` makes of its points is another one
-    made.said = {name: said[name] for name in ("command", *(() if table else ("source",)))}
-    names = [*files.write_setpoints(made.setpoints(), stage, formats), files.RECORD]
+    kept = {name: said[name] for name in ("command", *(() if table else ("source",)))}
+    chunks = (replace(chunk, settings={**chunk.settings, **kept}) for chunk in made.setpoints())
+    names = [*files.write_setpoints(chunks, stage, formats), files.RECORD]
     page = record(made, said)
     page |= {"notes": [*assumed, *page["notes"], NOTE], "files": names}
     files.write_record(page, stage / files.RECORD)
@@ -72,27 +64,32 @@ def write(
 
 
 def _check_possible(given: dict[str, Any]) -> None:
-    """InputError for what cannot be done by windows."""
+    """InputError for what needs the whole path or the whole motion."""
     from splinefeed.feed.modes import LOOK_AHEAD
+    from splinefeed.formats.path_parts import MOST_LINES
     from splinefeed.pipeline.long_path import METHOD
 
-    for name, sentence in NOT_BY_WINDOWS.items():
-        if given[name]:
-            raise InputError(sentence)
-    for name, only in (("strategy", LOOK_AHEAD), ("method", METHOD)):
-        if given[name] not in (None, only):
-            raise InputError(f"--{name} {given[name]}: needs the whole path; by windows there is {only} alone")
-    if "mat" in given["formats"]:
-        raise InputError("--format mat: needs all setpoints in memory; by windows choose hdf5, csv, npz or parquet")
+    refused = {
+        "--contour-tolerance": given["contour_tolerance"] is not None,
+        "--3d": given["tangential"],
+        "--format mat": "mat" in given["formats"],
+        f"--strategy {given['strategy']}": given["strategy"] not in (None, LOOK_AHEAD),
+        f"--method {given['method']}": given["method"] not in (None, METHOD),
+    }
+    for words in (option for option, found in refused.items() if found):
+        raise InputError(
+            f"{words}: needs the whole path; a file of more than {MOST_LINES} lines goes by windows, with {LOOK_AHEAD} "
+            f"and {METHOD} alone: leave it out"
+        )
 
 
-def _progress(say: Say, count: int, unit: str) -> Callable[[int, int], None]:
+def _progress(say: Say, parts: PathParts) -> Callable[[int, int], None]:
     """Say how far it is, and how long it will take at the pace so far."""
-    began = time.monotonic()
+    began, count = time.monotonic(), parts.count
 
     def progress(read: int, ticks: int) -> None:
         gone = time.monotonic() - began
         left = f", about {gone * (count - read) / read:.0f} s left" if 0 < read < count and gone > 1.0 else ""
-        say(f"{read} of {count} {unit} planned ahead, {ticks} setpoints written{left}")
+        say(f"{read} of {count} {parts.unit} planned ahead, {ticks} setpoints written{left}")
 
     return progress

@@ -11,13 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from itertools import accumulate, pairwise
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
 
-Number = TypeVar("Number", float, Array)
 Numbers: TypeAlias = float | Array
 
 #: A duration that differs by this share from a whole number of periods is whole: three times it is what a uniform
@@ -36,10 +35,10 @@ PHASES = 7
 
 
 @dataclass(frozen=True, eq=False)
-class Profile(Generic[Number]):
-    """Seven phases of constant jerk, from start_feed to end_feed over length (eq. 4-22): of one stretch or of n.
+class Profile:
+    """Seven phases of constant jerk, from start_feed to end_feed over length (eq. 4-22), of n stretches.
 
-    durations      (7,) or (7, n)  T1..T7, s; a phase that does not exist has 0
+    durations      (7, n)  T1..T7, s; a phase that does not exist has 0
     duration       s; NaN where the length does not even reach from the start feed to the end feed
     length         mm
     peak_feed      feed of phase 4, mm/s: the limit, or the highest that there is room for
@@ -49,18 +48,18 @@ class Profile(Generic[Number]):
     """
 
     durations: Array
-    duration: Number
-    length: Number
-    peak_feed: Number
-    acceleration: Number
-    deceleration: Number
-    jerk: Number
-    deceleration_jerk: Number
-    start_feed: Number
-    end_feed: Number
+    duration: Array
+    length: Array
+    peak_feed: Array
+    acceleration: Array
+    deceleration: Array
+    jerk: Array
+    deceleration_jerk: Array
+    start_feed: Array
+    end_feed: Array
 
 
-def each_field(function: Callable[..., Any], *profiles: Profile[Any]) -> list[Any]:
+def each_field(function: Callable[..., Any], *profiles: Profile) -> list[Any]:
     """The function of each field of the profiles, in the order in which `Profile` takes them."""
     return [function(*(getattr(profile, each.name) for profile in profiles)) for each in fields(Profile)]
 
@@ -76,7 +75,7 @@ def ramp(rise: Numbers, acceleration: Numbers, jerk: Numbers) -> tuple[Array, Ar
     return 2.0 * edge + middle, edge, middle, reached
 
 
-def solve_in_row(length: Array, feed: Numbers, *limits: Numbers) -> Profile[Array]:
+def solve_in_row(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
     """`solve` for stretches of one motion, with jerks that last where the rounding of its instants, s, shows.
 
     Where acceleration A builds up that fast, the jerk is J' with J' + J' (J' rounding / A) = J: what a phase of A/J' s,
@@ -93,7 +92,7 @@ def solve_in_row(length: Array, feed: Numbers, *limits: Numbers) -> Profile[Arra
     return found if same else solve(length, feed, *limits[:2], *calm, *limits[4:])
 
 
-def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile[Array]:
+def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
     """Fastest profiles over lengths (n,), preparation included (eq. 4-22, fig. 2).
 
     The highest f <= feed with L >= (fs + f)/2 Tu(f - fs) + (f + fe)/2 Td(f - fe) (eq. 21), where Tu and Td follow
@@ -135,7 +134,7 @@ def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile[Array]:
     return replace(found, peak_feed=peak, duration=np.where(base > (1.0 + ROUNDING) * length, np.nan, found.duration))
 
 
-def _ramps(profile: Profile[Array], excess: Numbers) -> tuple[tuple[Array, ...], tuple[Array, ...], Array, Array]:
+def _ramps(profile: Profile, excess: Numbers) -> tuple[tuple[Array, ...], tuple[Array, ...], Array, Array]:
     """Ramps up and down at a peak of `excess`, mm/s, over the faster end; the peak; the length of both (eq. 21).
 
     The unknown is the excess and not f: a ramp goes with the root of its rise, which f - fs would lose to rounding.
@@ -147,7 +146,7 @@ def _ramps(profile: Profile[Array], excess: Numbers) -> tuple[tuple[Array, ...],
     return up, down, peak, 0.5 * ((start + peak) * up[0] + (peak + end) * down[0])
 
 
-def _with_peak(profile: Profile[Array], excess: Array) -> Profile[Array]:
+def _with_peak(profile: Profile, excess: Array) -> Profile:
     """The profile with its peak `excess`, mm/s, over the faster end, and what follows from that."""
     (_, t1, t2, up), (_, t7, t6, down), peak, way = _ramps(profile, excess)
     rest = profile.length - way
@@ -157,7 +156,7 @@ def _with_peak(profile: Profile[Array], excess: Array) -> Profile[Array]:
     return replace(profile, durations=times, duration=np.sum(times, axis=0), **reached)
 
 
-def to_periods(profile: Profile[Array], period: float, offset: Numbers) -> tuple[Profile[Array], Array, Array]:
+def to_periods(profile: Profile, period: float, offset: Numbers) -> tuple[Profile, Array, Array]:
     """Profiles made longer so that they end on a tick; the ticks (n,) that they pass, and how late after one they end.
 
     Each begins `offset` s after tick 0. From rest to rest it is stretched; with end feeds its peak is lowered, at most
@@ -184,7 +183,7 @@ def to_periods(profile: Profile[Array], period: float, offset: Numbers) -> tuple
     return slower, passed, late
 
 
-def _lowered(profile: Profile[Array], duration: Array) -> tuple[Profile[Array], BoolArray]:
+def _lowered(profile: Profile, duration: Array) -> tuple[Profile, BoolArray]:
     """Profiles whose peak is lowered until they last `duration`, s, and which of them can, (n,).
 
     f T = f (Tu + Td) + L - l is convex in the peak f, with the derivative (3 T1 + 2 T2 + 2 T6 + 3 T7)/2: so from the
@@ -205,7 +204,7 @@ def _lowered(profile: Profile[Array], duration: Array) -> tuple[Profile[Array], 
         return replace(_with_peak(profile, excess), duration=duration), (excess > 0.0) | (over >= 0.0)
 
 
-def pieces(profile: Profile[Array], begin: Array, end: Array) -> Array:
+def pieces(profile: Profile, begin: Array, end: Array) -> Array:
     """The phases of each profile from `begin` to `end` (n,), mm, as cubic pieces (n, 7, 6) of s in t (eq. 7-9).
 
     s(t) = l + f t + a t^2/2 + j t^3/6 in local time. Phases 1-3 are laid from the start and 5-7 from the end, so
@@ -234,7 +233,7 @@ def _from_end(feed: Array, peak: Array, a: Array, j: Array, edge: Array, middle:
     return f1, f1 + a * middle, l1, l2, 0.5 * (feed + peak) * (2.0 * edge + middle)
 
 
-def lay_out(profile: Profile[Array], marks: Array, period: float | None) -> tuple[Array, Array, Array]:
+def lay_out(profile: Profile, marks: Array, period: float | None) -> tuple[Array, Array, Array]:
     """Breaks (m + 1,), s, and pieces (m, 6) of the profiles, brought to ticks, one after the other between marks.
 
     marks (n + 1,) mm; period s. Also (n,): the time in s past the last tick at which a stretch ends that could not end

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from typing import Protocol, runtime_checkable
 
@@ -12,10 +12,10 @@ import numpy as np
 
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed import profiles
-from splinefeed.feed.profiles import ROUNDING, SAME, Profile, each_field
+from splinefeed.feed.profiles import ROUNDING, SAME, Profile
 from splinefeed.feed.stretches import SAME_PLACE, least_feeds
 from splinefeed.geometry.path import Path
-from splinefeed.records import Array, Limits, TimeLaw, frozen_array, positive
+from splinefeed.records import Array, Limits, TimeLaw
 
 STRATEGY = "seven-phase"
 #: The limits that it needs, as `profiles.solve` takes them.
@@ -35,51 +35,6 @@ class Stretched(Protocol):
     @property
     def stops(self) -> tuple[float, ...]:
         """Arc lengths strictly inside (0, length), increasing, mm."""
-
-
-@dataclass(frozen=True, eq=False)
-class SevenPhase(Profile[float]):
-    """The profile of one stretch.
-
-    period  servo period of which the duration is a whole number, s; None if it was not, or could not be, brought
-    """
-
-    period: float | None = None
-
-    @classmethod
-    def solve(cls, length: float, limits: Limits) -> SevenPhase:
-        """Fastest profile over `length` mm under `limits`.
-
-        Raises LimitsError for a length that is not positive; PlanError where the length does not reach from the
-        start feed to the end feed, with the least length and the end feeds that would do.
-        """
-        length = positive(length, "length")
-        found = profiles.solve(np.array([length]), *_along(limits))
-        if np.isnan(found.duration[0]):
-            raise _no_room(f"a path of {length:g} mm", length, limits.start_feed, limits.end_feed, limits)
-        return cls._of(found)
-
-    def to_period(self, period: float) -> SevenPhase:
-        """The same profile made to last a whole number of periods (s), or itself where it cannot be.
-
-        From rest to rest by a uniform stretch (v/k, a/k^2, j/k^3), with end feeds by lowering the peak. It cannot
-        where the slowest profile, whose peak is the faster of the end feeds, is over before the next tick.
-        """
-        period = positive(period, "period")
-        slower, _, late = profiles.to_periods(self._as_one_of_many(), period, 0.0)
-        return self if late[0] > 0.0 else self._of(slower, period)
-
-    def law(self) -> TimeLaw:
-        """The profile as a TimeLaw: one cubic piece a phase that has a length, exact."""
-        return _law(np.array([0.0, self.length]), self._as_one_of_many(), self.period)
-
-    def _as_one_of_many(self) -> Profile[Array]:
-        return Profile(*each_field(lambda value: np.asarray(value)[..., np.newaxis], self))
-
-    @classmethod
-    def _of(cls, found: Profile[Array], period: float | None = None) -> SevenPhase:
-        times, *numbers = each_field(lambda each: each[..., 0].tolist(), found)
-        return replace(cls(frozen_array(times, "durations", 1), *numbers), period=period)
 
 
 def plan_seven_phase(path: Stretched, limits: Limits, period: float | None) -> TimeLaw:
@@ -124,7 +79,7 @@ def _slowed(path: Path, limits: Limits, marks: Array, feeds: Array) -> tuple[str
     )
 
 
-def _law(marks: Array, profile: Profile[Array], period: float | None) -> TimeLaw:
+def _law(marks: Array, profile: Profile, period: float | None) -> TimeLaw:
     """The law of profiles (m,) between marks (m+1,) in mm, brought to ticks where a period in s is given.
 
     It notes each stretch that does not end on a tick: only the first and the last have end feeds.

@@ -7,14 +7,14 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import FormatError, LimitsError, UnitError
+from splinefeed.errors import FormatError, LimitsError, ProblemsError, UnitError
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.source import read_text
 from splinefeed.records import AXIS_LIMITS, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits
@@ -42,14 +42,8 @@ ORDERS = {"travel": 0, **{name: order for order, name in enumerate(AXIS_LIMITS, 
 _MAY_BE_ZERO = ("start_feed", "end_feed")
 
 
-class LimitsFileError(FormatError):
+class LimitsFileError(ProblemsError):
     """A limits file with errors: the first line names the file, each of `problems` its place and the mend."""
-
-    def __init__(self, name: object, problems: Iterable[str]) -> None:
-        self.problems = tuple(problems)
-        head = self.problems[0] if len(self.problems) == 1 else f"{len(self.problems)} errors"
-        rest = [f"  {problem}" for problem in self.problems] if len(self.problems) > 1 else []
-        super().__init__("\n".join([f"{name}: {head}", *rest]))
 
 
 def read(source: str | os.PathLike[str]) -> Limits:

@@ -156,7 +156,6 @@ class _Gathered:
     def add(self, shape: Any) -> None:
         """The curves of `shape`; one path a wire, one an edge."""
         from OCP.TopAbs import TopAbs_COMPOUND, TopAbs_EDGE, TopAbs_VERTEX, TopAbs_WIRE
-        from OCP.TopoDS import TopoDS_Iterator
 
         stack = [shape]
         while stack:
@@ -169,12 +168,7 @@ class _Gathered:
             elif kind == TopAbs_WIRE:
                 self.add_group(list(_edges_of_wire(each)))
             elif kind == TopAbs_COMPOUND:
-                inner = []
-                iterator = TopoDS_Iterator(each)
-                while iterator.More():
-                    inner.append(iterator.Value())
-                    iterator.Next()
-                stack += reversed(inner)
+                stack += reversed(_members(each))
             elif kind == TopAbs_VERTEX:
                 self.leave_out("point")
             else:
@@ -270,16 +264,23 @@ class _Gathered:
         return [f"left out: {count} x {what}" for what, count in self.left_out.items()] + self.approximated
 
 
+def _members(shape: Any) -> list[Any]:
+    """The shapes that a compound or a wire directly holds."""
+    from OCP.TopoDS import TopoDS_Iterator
+
+    found, iterator = [], TopoDS_Iterator(shape)
+    while iterator.More():
+        found.append(iterator.Value())
+        iterator.Next()
+    return found
+
+
 def _edges_of_wire(wire: Any) -> Iterator[Any]:
     """The edges of a wire one behind the other where it is sound, else as they stand."""
     from OCP.BRepTools import BRepTools_WireExplorer
-    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+    from OCP.TopoDS import TopoDS
 
-    listed = []
-    iterator = TopoDS_Iterator(wire)
-    while iterator.More():
-        listed.append(iterator.Value())
-        iterator.Next()
+    listed = _members(wire)
     ordered: list[Any] = []
     explorer = BRepTools_WireExplorer(TopoDS.Wire_s(wire) if hasattr(TopoDS, "Wire_s") else TopoDS.Wire(wire))
     while explorer.More() and len(ordered) <= len(listed):

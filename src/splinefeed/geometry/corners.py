@@ -120,17 +120,6 @@ def find_corners(path: Path) -> Corners:
     return Corners(s[keep], curve[chosen], u[chosen], angle[chosen], jump[chosen])
 
 
-def jump_places(path: Path) -> Array:
-    """Arc lengths (k,), mm, in order, where tangent or curvature can jump, if by less than a corner does.
-
-    Joints of curves, knots as many times as make a curve no smoother than that, and all corners.
-    """
-    (curve, u), after, rough = _knots_and_joints(path)
-    inside = rough & (after[0] == curve)
-    s = path.arc_length(curve[inside], u[inside])
-    return np.unique(np.concatenate([s, path.curve_starts[1:-1], path.corners.s]))
-
-
 def _knots_and_joints(path: Path) -> tuple[tuple[IntArray, Array], tuple[IntArray, Array], BoolArray]:
     """Knots inside curves, then joints: curve and parameter (n,) before and after, and whether anything can jump."""
     flat = path.flat

@@ -14,7 +14,7 @@ from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.bends import sharp_bends
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
-from splinefeed.geometry.corners import Corners, find_corners, jump_places
+from splinefeed.geometry.corners import Corners, find_corners
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
@@ -384,11 +384,6 @@ class Path:
         of rotary axes alone and another one it turns.
         """
         return find_corners(self)
-
-    @cached_property
-    def jump_places(self) -> Array:
-        """Arc lengths (k,), mm, in order, where the tangent or the curvature can jump: joints, knots and corners."""
-        return read_only(jump_places(self))
 
     @cached_property
     def sharp_bends(self) -> tuple[Array, Array]:

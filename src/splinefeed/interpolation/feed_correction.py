@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from splinefeed.interpolation.stepping import NEXT_S
+from splinefeed.interpolation.stepping import NEXT_S, row_at_length
 from splinefeed.kernels.arc_length import arc_length, fitted_speed
 from splinefeed.kernels.jit import hot_kernel, kernel
 from splinefeed.kernels.pieces import HIGH, LOW, MIDDLE, SCALE, START, Shape
@@ -96,12 +96,7 @@ def step(
     journal's page was seen, the DOI itself was not).
     """
     s = law[NEXT_S]
-    row = cursor[0]
-    while row < cursor[2] and s >= table[row + 1, START]:
-        row += 1
-    while row > cursor[1] and s < table[row, START]:
-        row -= 1
-    cursor[0] = row
+    row = row_at_length(table, s, cursor)
     if memory[FITTED] != row + 1.0:
         memory[LENGTH] = fit_feed_correction(table, row, memory[:TERMS])
         memory[FITTED] = row + 1.0

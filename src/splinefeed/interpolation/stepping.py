@@ -50,14 +50,21 @@ def step_length(law: Array, period: float) -> float:
 
 
 @hot_kernel
-def anchored(u: float, s: float, table: Array, cursor: IntArray) -> float:
-    """The parameter whose arc length is s, mm: Newton on S(u) = s from the guess u. Leaves its row in cursor[0]."""
+def row_at_length(table: Array, s: float, cursor: IntArray) -> int:
+    """The row that holds arc length s, mm, sought from cursor[0] on within cursor[1:3], and left there."""
     row = cursor[0]
     while row < cursor[2] and s >= table[row + 1, START]:
         row += 1
     while row > cursor[1] and s < table[row, START]:
         row -= 1
     cursor[0] = row
+    return row
+
+
+@hot_kernel
+def anchored(u: float, s: float, table: Array, cursor: IntArray) -> float:
+    """The parameter whose arc length is s, mm: Newton on S(u) = s from the guess u. Leaves its row in cursor[0]."""
+    row = row_at_length(table, s, cursor)
     guess = (u - table[row, MIDDLE]) * table[row, SCALE]
     return table[row, MIDDLE] + parameter_in_row(table, row, s, guess) / table[row, SCALE]
 

@@ -103,7 +103,6 @@ def quantise(position: float, resolution: float) -> float:
 def run_axis(
     kind: int,
     command: Array,
-    hysteresis: float,
     table: Array,
     parameters: Array,
     memory: Array,
@@ -116,7 +115,7 @@ def run_axis(
     """One axis over n ticks of `command` (n,); returns the ticks done: n, or up to that of a run-away.
 
     kind  CLOSED: the command is a position, mm or rad;  OPEN: it is the output, V, nobody controls;  RELAY: the output
-          is minus the command above +`hysteresis` (mm or rad), the command below -`hysteresis`, else what it was
+          is minus the command above 0, the command below, else what it was
     At tick k: measure, compute, put out; then the plant moves one period. Outputs (n,): position of the load, what
     encoder or scale say, V, and 1 where the output is at its limit. memory (MEMORY,) and scratch (SCRATCH,) carry on.
     """
@@ -130,7 +129,7 @@ def run_axis(
         if kind == CLOSED:
             wanted = control(command[k], seen, parameters, memory)
         elif kind == RELAY:
-            if abs(seen) > hysteresis:
+            if seen != 0.0:
                 sign = -1.0 if seen > 0.0 else 1.0
             wanted = sign * command[k]
         volts = convert(wanted, parameters)

@@ -45,9 +45,7 @@ net spf-prepare iocontrol.0.tool-prepare iocontrol.0.tool-prepared
 net spf-change iocontrol.0.tool-change iocontrol.0.tool-changed"""
 
 
-def hal_text(
-    axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, lag: float = LAG, *, motion: bool = False
-) -> str:
+def hal_text(axes: tuple[HalAxis, ...], period: float, depth: int = DEPTH, *, motion: bool = False) -> str:
     """The file for `halcmd -f`: everything simulated, with the place marked where the real drives go.
 
     The stream runs while `spf-run` is set, until the last row has come, a following error is too large, or a row is
@@ -60,7 +58,7 @@ def hal_text(
     names = [axis.name for axis in axes]
     if len(cfg(tuple(names))) > MAX_FIELDS or len(sampler_cfg(len(axes))) > MAX_FIELDS:
         raise InputError(f"{len(axes)} axes; HAL's streamer and sampler have {MAX_FIELDS} fields, enough for 9")
-    gain, thread = 1.0 - math.exp(-period / lag), "servo-thread" if motion else "servo"
+    gain, thread = 1.0 - math.exp(-period / LAG), "servo-thread" if motion else "servo"
 
     def each(prefix: str) -> str:
         return ",".join(f"{prefix}-{name}" for name in names)

@@ -123,12 +123,10 @@ def along(
     )
 
 
-def through(
-    rows: Setpoints, limits: Limits, *, tau: float = 0.0, rate: float = 1.0, highest: float = HIGHEST
-) -> Motion:
+def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Motion:
     """Setpoints without their path."""
     course = RowsCourse(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
-    return Motion(Override(course, limits, rate=rate, tau=tau, highest=highest), course.block)
+    return Motion(Override(course, limits, highest=highest), course.block)
 
 
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:

@@ -30,6 +30,23 @@ def over_machine(flat: Mapping[str, float], machine: Machine, axes: Sequence[str
     return out
 
 
+def completed(
+    flat: Mapping[str, float], machine: Machine | None, axes: Sequence[str], *, assume: bool = True
+) -> Limits:
+    """Limits from those that are given, over those that a machine has for the axes.
+
+    flat  limits as `Limits.as_dict` has them; assume  whether the paper's stand in along the path where none are said,
+          those of acceleration and jerk only without such limits of the axes
+    """
+    flat = flat if machine is None else over_machine(flat, machine, axes)
+    if assume:
+        kinds = {key.partition(".")[0] for key in flat}
+        if not kinds & {"axis_acceleration", "axis_jerk"}:
+            flat = {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk, **flat}
+        flat = {"feed": PAPER_LIMITS.feed, **flat}
+    return Limits.from_dict(flat)
+
+
 def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits, list[str]]:
     """The limits for a path whose curves carry the feeds of a program, where no feed is given, and a note of it.
 

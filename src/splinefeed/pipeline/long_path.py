@@ -62,13 +62,17 @@ def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
     return (cut(path, first, min(first + size, count)) for first in range(0, count, size))
 
 
-def continuing(path: Path, last: Path) -> Path:
-    """A part that begins exactly where the last one ends, moved there if its tolerance allows that."""
-    ends = np.array([last.ends[-1], path.ends[0]])
-    gap = float(np.linalg.norm(ends[1, 0] - ends[0, 1]))
-    if not open_joints(ends)[0] or gap > max(path.tolerance, last.tolerance):
-        return path
-    return path.beginning_at(ends[0, 1])
+def in_line(paths: Iterable[Path]) -> Iterator[Path]:
+    """Parts, each beginning exactly where the last one ends, moved there if its tolerance allows that."""
+    last: Path | None = None
+    for path in paths:
+        if last is not None:
+            ends = np.array([last.ends[-1], path.ends[0]])
+            gap = float(np.linalg.norm(ends[1, 0] - ends[0, 1]))
+            if open_joints(ends)[0] and gap <= max(path.tolerance, last.tolerance):
+                path = path.beginning_at(ends[0, 1])
+        last = path
+        yield path
 
 
 class _Walk:
@@ -84,7 +88,7 @@ class _Walk:
         """Setpoints, block by block; the last one is the end of the path."""
         planner: LookAhead | None = None
         end = 0.0
-        for path in paths:
+        for path in in_line(paths):
             if planner is None:
                 planner = LookAhead(self.limits, self.period, path.axes, self.window)
                 self.settings = {
@@ -95,8 +99,6 @@ class _Walk:
                     "method": METHOD,
                 }
             last = self.parts[-1] if self.parts else None
-            if last is not None:
-                path = continuing(path, last.path)
             self.parts.append(_Part(path, 0 if last is None else last.curve + len(last.path.curves), end))
             end += path.length
             for block in planner.push(path):

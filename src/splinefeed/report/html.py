@@ -29,31 +29,25 @@ def page(
     Raises InputError where Plotly is not installed.
     """
     shown = {name: figure for name, figure in figures.items() if name in ("path", "motion", *SECTIONS)}
-    sections = [_section(name, *SECTIONS[name]) for name in SECTIONS if name in shown]
+    sections = [section(name, *SECTIONS[name]) for name in SECTIONS if name in shown]
     if results:
         sections.append(_methods(results, unit_along(run.path.axes)))
-    parts = {name: resources.files("splinefeed.report").joinpath("page", name) for name in _PARTS}
     colours = interactive.colours_of(figures["path"])
     plain = {name: interactive.to_plain(figure) for name, figure in shown.items()}
-    facts = {"figures": plain, "colours": colours, "space": interactive.in_space(figures["path"])}
-    data = json.dumps(facts, separators=(",", ":"), allow_nan=False)
-    return Template(parts["page.html"].read_text(encoding="utf-8")).substitute(
-        title=_text(record.get("name", run.path.name)),
-        subtitle=_text(_subtitle(run)),
-        style=parts["page.css"].read_text(encoding="utf-8"),
-        dress=parts["dress.js"].read_text(encoding="utf-8"),
-        script=parts["page.js"].read_text(encoding="utf-8"),
-        plotly=library.compressed(),
-        data=data.replace("<", "\\u003c"),
+    return filled(
+        "page.html",
+        {"figures": plain, "colours": colours, "space": interactive.in_space(figures["path"])},
+        title=text_of(record.get("name", run.path.name)),
+        subtitle=text_of(_subtitle(run)),
         state="good" if record.get("ok", run.ok) else "bad",
-        verdict=_text(_verdict(run, record)),
-        problems=_list(record.get("problems", run.verdict.problems), "said bad"),
+        verdict=text_of(_verdict(run, record)),
+        problems=listed(record.get("problems", run.verdict.problems), "said bad"),
         cards=_cards(run, record),
         limits=_limits(run),
-        notes=_list(record.get("notes", ()), "said"),
-        colours="".join(f"<option>{_text(name)}</option>" for name in colours),
+        notes=listed(record.get("notes", ()), "said"),
+        colours="".join(f"<option>{text_of(name)}</option>" for name in colours),
         sections="".join(sections),
-        command=_text(record.get("command", "")),
+        command=text_of(record.get("command", "")),
         settings=_settings(record),
     )
 
@@ -64,10 +58,29 @@ SECTIONS = {
     "spectra": ("Spectra of the following errors", "amplitude over frequency"),
     "limits": ("Which limit binds", "feed, maximum velocity and the share of each limit over time"),
 }
-_PARTS = ("page.html", "page.css", "dress.js", "page.js")
+#: What every page has, by the name of its place.
+_PARTS = {"style": "page.css", "dress": "dress.js", "script": "page.js"}
 
 
-def _text(value: object) -> str:
+def filled(name: str, facts: Mapping[str, Any], **fields: str) -> str:
+    """A page with style, scripts and facts (figures, colours, whether in space); fields  HTML by place.
+
+    Raises InputError where Plotly is not installed.
+    """
+    folder = resources.files("splinefeed.report").joinpath("page")
+    read = {place: folder.joinpath(file).read_text(encoding="utf-8") for place, file in {"": name, **_PARTS}.items()}
+    data = json.dumps(facts, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return Template(read.pop("")).substitute(plotly=library.compressed(), data=data, **read, **fields)
+
+
+def table(names: Sequence[str], rows: Sequence[str]) -> str:
+    """A table with these heads, its rows as HTML, that scrolls where it is wide."""
+    head = "".join(f"<th>{name}</th>" for name in names)
+    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+
+
+def text_of(value: object) -> str:
+    """A value as text in HTML, on one line."""
     return html.escape("".join(c if c.isprintable() else " " for c in str(value)))
 
 
@@ -109,7 +122,7 @@ def _cards(run: Run, record: Mapping[str, Any]) -> str:
         shown = f"{value:.3g}°" if axis in ROTARY_AXES else _length(value)
         cards.append((f"following error {axis}", shown, "largest"))
     return "".join(
-        f"<div><dt>{_text(name)}</dt><dd>{_text(value)}<small>{_text(small)}</small></dd></div>"
+        f"<div><dt>{text_of(name)}</dt><dd>{text_of(value)}<small>{text_of(small)}</small></dd></div>"
         for name, value, small in cards
     )
 
@@ -137,14 +150,13 @@ def _limits(run: Run) -> str:
         width = min(100.0 * each["share"], 100.0)
         part = bound.get(name, 0.0)
         rows.append(
-            f"<tr><td>{_text(limit_words(name))}</td>"
+            f"<tr><td>{text_of(limit_words(name))}</td>"
             f'<td class="{state}">{"holds" if each["ok"] else "OVER"}</td><td>{100.0 * each["share"]:.4f} %</td>'
             f'<td class="share"><span class="{state}" style="width:{width:.2f}%"></span></td>'
             f"<td>{short(each['worst'])} {unit}</td><td>{short(each['limit'])} {unit}</td>"
             f"<td>{each['at_s']:.6g} {place}</td><td>{f'{100.0 * part:.1f} %' if part else ''}</td></tr>"
         )
-    head = "".join(f"<th>{name}</th>" for name in ("limit", "", "share", "", "worst", "allowed", "at s", "binds"))
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+    return table(("limit", "", "share", "", "worst", "allowed", "at s", "binds"), rows)
 
 
 def _methods(results: Sequence[MethodResult], along: str) -> str:
@@ -152,24 +164,24 @@ def _methods(results: Sequence[MethodResult], along: str) -> str:
     unit = along.replace("deg", "°")
     for r in results:
         rows.append(
-            f"<tr><td>{_text(r.method)}</td><td>{r.ripple_max:.2g}</td><td>{r.ripple_rms:.2g}</td>"
+            f"<tr><td>{text_of(r.method)}</td><td>{r.ripple_max:.2g}</td><td>{r.ripple_rms:.2g}</td>"
             f"<td>{r.drift_mm:+.2g} {unit}</td><td>{_length(r.chord_error_mm)}</td></tr>"
         )
     names = ("method", "ripple max", "ripple rms", "drift at end", "chord error")
-    head = "".join(f"<th>{name}</th>" for name in names)
-    table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
-    return f'<section><h2>Methods compared</h2><div class="scroll">{table}</div></section>'
+    return f"<section><h2>Methods compared</h2>{table(names, rows)}</section>"
 
 
-def _section(place: str, title: str, label: str) -> str:
+def section(place: str, title: str, label: str) -> str:
+    """The section of a figure; label  what a screen reader says."""
     return (
-        f'<section><h2>{_text(title)}</h2><div id="{place}" class="figure" role="img" '
-        f'aria-label="{_text(label)}"></div></section>'
+        f'<section><h2>{text_of(title)}</h2><div id="{place}" class="figure" role="img" '
+        f'aria-label="{text_of(label)}"></div></section>'
     )
 
 
-def _list(sentences: Sequence[str], kind: str) -> str:
-    items = "".join(f"<li>{_text(each)}</li>" for each in sentences)
+def listed(sentences: Sequence[str], kind: str) -> str:
+    """Sentences as a list of this class, nothing for none."""
+    items = "".join(f"<li>{text_of(each)}</li>" for each in sentences)
     return f'<ul class="{kind}">{items}</ul>' if items else ""
 
 

@@ -137,8 +137,6 @@ def command(
         if reading.get(name) is not None:
             words += [option, str(reading[name])]
     words += [option for name, option in READING_FLAGS.items() if reading.get(name)]
-    if reading.get("by_windows"):
-        words.append("--by-windows")
     for form in formats:
         words += ["--format", form]
     return shlex.join(words)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import html
-import json
 from collections.abc import Mapping, Sequence
-from importlib import resources
-from string import Template
 from typing import Any
 
 import numpy as np
 
-from splinefeed.report import library, theme
+from splinefeed.report import theme
+from splinefeed.report.html import filled, listed, section, table, text_of
 from splinefeed.sweeps.store import settings_columns
 from splinefeed.sweeps.summary import column, pareto
 from splinefeed.sweeps.work import FAILED
@@ -20,6 +17,8 @@ from splinefeed.sweeps.work import FAILED
 NAME = "sweep.html"
 #: Runs that are drawn at the most; more are thinned evenly.
 MOST = 20_000
+#: Title of the second figure, and what a screen reader says.
+PARETO = ("Cycle time against contour error", "cycle time against contour error, with the Pareto front")
 #: Coordinates behind the settings, where they have values.
 RESULTS = {
     "duration_s": "time (s)",
@@ -38,28 +37,19 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], sums: Mapp
     figures = {"parallel": _parallel(about, rows, kept)} if count else {}
     if len(pareto(rows)):
         figures["pareto"] = _pareto(rows, kept)
-    parts = resources.files("splinefeed.report").joinpath("page")
     state = "good" if sums["failed"] == 0 and sums["not_kept"] == 0 and sums["there"] == sums["runs"] else "bad"
     verdict = (
         f"{sums['there']} of {sums['runs']} runs: {sums['ok']} ok, {sums['not_kept']} not kept, {sums['failed']} failed"
     )
-    failures = "".join(f"<li>{html.escape(str(each['error']))} ({each['runs']} runs)</li>" for each in sums["failures"])
-    data = json.dumps({"figures": figures, "colours": {}, "space": False}, separators=(",", ":"), allow_nan=False)
-    return Template(parts.joinpath("sweep.html").read_text(encoding="utf-8")).substitute(
-        title=html.escape(str(about["name"])),
-        style=parts.joinpath("page.css").read_text(encoding="utf-8"),
-        dress=parts.joinpath("dress.js").read_text(encoding="utf-8"),
-        script=parts.joinpath("page.js").read_text(encoding="utf-8"),
-        plotly=library.compressed(),
-        data=data.replace("<", "\\u003c"),
+    return filled(
+        "sweep.html",
+        {"figures": figures, "colours": {}, "space": False},
+        title=text_of(about["name"]),
         state=state,
-        verdict=html.escape(verdict),
-        failures=f'<ul class="said bad">{failures}</ul>' if failures else "",
+        verdict=text_of(verdict),
+        failures=listed([f"{each['error']} ({each['runs']} runs)" for each in sums["failures"]], "said bad"),
         numbers=_numbers(sums),
-        pareto='<section><h2>Cycle time against contour error</h2><div id="pareto" class="figure" role="img" '
-        'aria-label="cycle time against contour error, with the Pareto front"></div></section>'
-        if "pareto" in figures
-        else "",
+        pareto=section("pareto", *PARETO) if "pareto" in figures else "",
     )
 
 
@@ -95,7 +85,7 @@ def _pareto(rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
     time, error = column(rows, "duration_s"), 1e3 * column(rows, "contour_error_max_mm")
     shown = [int(k) for k in kept if np.isfinite(time[k]) and np.isfinite(error[k])]
     front = pareto(rows)
-    text = [html.escape(f"run {rows['index'][k]}: {rows['source'][k]}") for k in shown]
+    text = [text_of(f"run {rows['index'][k]}: {rows['source'][k]}") for k in shown]
     data = [
         {"type": "scatter", "mode": "markers", "x": time[shown].tolist(), "y": error[shown].tolist(), "text": text,
          "name": "runs", "marker": {"size": 6, "color": theme.BLUE, "opacity": 0.6}},
@@ -110,10 +100,9 @@ def _pareto(rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
 
 
 def _numbers(sums: Mapping[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{each['least']:.6g}</td><td>{each['least_run']}</td>"
+    rows = [
+        f"<tr><td>{text_of(name)}</td><td>{each['least']:.6g}</td><td>{each['least_run']}</td>"
         f"<td>{each['median']:.6g}</td><td>{each['most']:.6g}</td><td>{each['most_run']}</td></tr>"
         for name, each in sums["numbers"].items()
-    )
-    head = "".join(f"<th>{name}</th>" for name in ("", "least", "run", "median", "most", "run"))
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+    ]
+    return table(("", "least", "run", "median", "most", "run"), rows)

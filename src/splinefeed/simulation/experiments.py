@@ -13,7 +13,7 @@ from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics, servo
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
-from splinefeed.simulation.plant import SUB_STEPS, parameters, plant, step_table
+from splinefeed.simulation.plant import parameters, plant, step_table
 
 ComplexArray = NDArray[np.complex128]
 
@@ -66,7 +66,6 @@ def swept_sine(
     amplitude: float,
     *,
     bias: float = 0.0,
-    sub_steps: int = SUB_STEPS,
     linear: bool = False,
 ) -> FrequencyResponse:
     """The frequency response of an axis, found by driving it open loop with one sine after another.
@@ -87,8 +86,8 @@ def swept_sine(
             f"amplitude and bias are {amplitude:g} and {bias:g} V; together they must lie within the "
             f"{axis.controller.output_limit:g} V of the output"
         )
-    table = step_table(plant(axis), period, sub_steps)
-    numbers = parameters(axis, period, sub_steps, linear=linear)
+    table = step_table(plant(axis), period)
+    numbers = parameters(axis, period, linear=linear)
     settle = math.ceil(max(SETTLING, SETTLING_LAGS * axis.drive.lag) / period)
     found = np.empty(len(wanted))
     values = np.empty(len(wanted), dtype=np.complex128)
@@ -99,21 +98,18 @@ def swept_sine(
         k = np.arange(-settle, ticks)
         angle = 2.0 * np.pi * swings / ticks * k
         volts = bias + amplitude * np.sin(angle)
-        measured, _ = driven(servo.OPEN, volts, 0.0, table, numbers)
+        measured, _ = driven(servo.OPEN, volts, table, numbers)
         columns = np.column_stack([np.sin(angle), np.cos(angle), np.ones(len(k)), k / ticks])[settle:]
         sine, cosine = np.linalg.lstsq(columns, measured[settle:], rcond=None)[0][:2]
         values[i] = (sine + 1j * cosine) / amplitude
     return FrequencyResponse(found, values, f"stepped sine of {amplitude:g} V")
 
 
-def relay(
-    axis: Axis, period: float, volts: float, hysteresis: float = 0.0, *, sub_steps: int = SUB_STEPS
-) -> UltimatePoint:
+def relay(axis: Axis, period: float, volts: float) -> UltimatePoint:
     """The ultimate point of an axis: a relay of +-`volts` makes it oscillate, and sines around that measure it.
 
-    After K. J. Astrom and T. Hagglund, Automatica 20 (1984) 645-651, doi:10.1016/0005-1098(84)90014-1; hysteresis in mm
-    or rad. Their reading K_u = 4 d / (pi a) of the oscillation alone is 38 to 48 % too high on X of `xytheta`, and not
-    taken:
+    After K. J. Astrom and T. Hagglund, Automatica 20 (1984) 645-651, doi:10.1016/0005-1098(84)90014-1. Their
+    reading K_u = 4 d / (pi a) of the oscillation alone is 38 to 48 % too high on X of `xytheta`, and not taken:
 
     - A relay in a servo switches at ticks only, its period takes an even number of them, and the one that comes about
       need not be the nearest: 12 ticks where the ultimate period is 14.1. As the gain falls with the square of
@@ -128,14 +124,12 @@ def relay(
     """
     if not (math.isfinite(volts) and volts > 0.0):
         raise InputError(f"the relay is {volts} V; it must be greater than 0 and finite")
-    if not (math.isfinite(hysteresis) and hysteresis >= 0.0):
-        raise InputError(f"the hysteresis is {hysteresis}; it must not be negative")
-    swing = _swing(axis, period, volts, hysteresis, sub_steps)
+    swing = _swing(axis, period, volts)
     amplitude, bias = gentle(axis, 4.0 / math.pi * volts)
 
     def measured(frequency: float) -> tuple[float, float, float]:
         """Logarithms of frequency and gain, and how far the phase is above -180 degrees, rad."""
-        found = swept_sine(axis, period, np.array([frequency]), amplitude, bias=bias, sub_steps=sub_steps)
+        found = swept_sine(axis, period, np.array([frequency]), amplitude, bias=bias)
         value = complex(found.value[0])
         return math.log(float(found.frequency[0])), math.log(abs(value)), cmath.phase(-value)
 
@@ -177,7 +171,7 @@ def _crossing(one: tuple[float, float, float], other: tuple[float, float, float]
     return one[0] + share * (other[0] - one[0]), one[1] + share * (other[1] - one[1])
 
 
-def driven(kind: int, volts: Array, hysteresis: float, table: Array, numbers: Array) -> tuple[Array, Array]:
+def driven(kind: int, volts: Array, table: Array, numbers: Array) -> tuple[Array, Array]:
     """What is measured, and put out, V, (n,) each, over ticks from rest: kind OPEN or RELAY of `kernels.servo`.
 
     table and numbers as `step_table` and `parameters` give them.
@@ -185,17 +179,17 @@ def driven(kind: int, volts: Array, hysteresis: float, table: Array, numbers: Ar
     memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
     position, measured, output, saturated = (np.empty(len(volts)) for _ in range(4))
     run = servo.run_axis.for_work(len(volts))
-    run(kind, volts, hysteresis, table, numbers, memory, scratch, position, measured, output, saturated)
+    run(kind, volts, table, numbers, memory, scratch, position, measured, output, saturated)
     return measured, output
 
 
-def _swing(axis: Axis, period: float, volts: float, hysteresis: float, sub_steps: int) -> float:
+def _swing(axis: Axis, period: float, volts: float) -> float:
     """Period of the oscillation under a relay, s."""
-    table = step_table(plant(axis), period, sub_steps)
-    numbers = parameters(axis, period, sub_steps)
+    table = step_table(plant(axis), period)
+    numbers = parameters(axis, period)
     ticks = 2000
     while ticks <= LONGEST:
-        measured, output = driven(servo.RELAY, np.full(ticks, volts), hysteresis, table, numbers)
+        measured, output = driven(servo.RELAY, np.full(ticks, volts), table, numbers)
         rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0)) + 1
         if len(rises) > SWINGS and np.ptp(measured) > 0.0:
             return float(rises[-1] - rises[-1 - MEASURED_SWINGS]) * period / MEASURED_SWINGS

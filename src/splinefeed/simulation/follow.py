@@ -99,7 +99,6 @@ class Follower:
             ticks = run_axis(
                 servo.CLOSED,
                 command[i],
-                0.0,
                 state.table,
                 state.parameters,
                 state.memory,

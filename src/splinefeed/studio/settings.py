@@ -20,7 +20,7 @@ from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation import registry as methods
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine, MachineError
-from splinefeed.pipeline.limits import at_programmed_feeds, over_machine
+from splinefeed.pipeline.limits import at_programmed_feeds, completed
 from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
 from splinefeed.records import BY_AXIS, Limits
 from splinefeed.studio import sources
@@ -212,11 +212,7 @@ def _limits(
     try:
         # the feed of a program stands in below; here another one lets all else be checked
         flat = limits_toml.from_content({"feed": _ANY_FEED, **said} if programmed else said, "limits").as_dict()
-        if programmed:
-            del flat["feed"]
-        if machine is not None:
-            flat = over_machine(flat, machine, planned_axes(path, machine))
-        limits = Limits.from_dict({"feed": _ANY_FEED, **flat} if programmed else flat)
+        limits = completed(flat, machine, planned_axes(path, machine), assume=False)
     except limits_toml.LimitsFileError as error:
         for problem in error.problems:
             name, _, words = problem.partition(": ")

@@ -20,7 +20,8 @@ from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, Run, on_machine, planned_axes
+from splinefeed.pipeline.limits import at_programmed_feeds, completed
+from splinefeed.pipeline.run import PAPER_PERIOD, Run, on_machine, planned_axes
 from splinefeed.pipeline.run import run as make_run
 from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
@@ -97,7 +98,9 @@ def _numbers(task: Task, artefacts: Artefacts | None) -> Row:
     path = _path(task.source)
     machine = _machine(settings)
     tool = isinstance(path, ToolPath)
-    limits = _limits(settings, machine, planned_axes(path, machine))
+    given = {name.removeprefix("limits."): value for name, value in settings.items() if name.startswith("limits.")}
+    limits = completed(given, machine, planned_axes(path, machine))
+    limits = limits if "feed" in given else at_programmed_feeds(limits, path)[0]
     period = settings.get("period", PAPER_PERIOD)
     motion = tuple(limits.as_dict().items()), settings.get("machine") if tool else None
     moved = _moved(task.source, *motion)
@@ -178,20 +181,3 @@ def _machine(settings: Settings) -> Machine | None:
         changed = dataclasses.replace(of, **{part: dataclasses.replace(getattr(of, part), **{field: factor * value})})
         machine = dataclasses.replace(machine, axes={**machine.axes, axis: changed})
     return machine
-
-
-def _limits(settings: Settings, machine: Machine | None, planned: Sequence[str]) -> Limits:
-    """Limits of the sweep, of the machine where the sweep is silent, and else the paper's along the path."""
-    given = {name.removeprefix("limits."): value for name, value in settings.items() if name.startswith("limits.")}
-    of_machine: dict[str, Any] = {}
-    if machine is not None:
-        kinds = {name.partition(".")[0] for name in given}
-        for name, axes in machine.limits(planned).items():
-            if name not in kinds:
-                of_machine |= {f"{name}.{axis}": value for axis, value in axes.items()}
-    said = {**of_machine, **given}
-    kinds = {name.partition(".")[0] for name in said}
-    assumed = {} if kinds & {"feed", "axis_velocity"} else {"feed": PAPER_LIMITS.feed}
-    if not kinds & {"axis_acceleration", "axis_jerk"}:
-        assumed |= {"acceleration": PAPER_LIMITS.acceleration, "jerk": PAPER_LIMITS.jerk}
-    return Limits.from_dict({**assumed, **said})

@@ -222,7 +222,7 @@ class Lines:
                 known &= ~self.extruded[part]
             with np.errstate(all="ignore"):  # behind a line that is not known anything may come
                 some = _Part(self, part, known, state, modes)
-            done, count, heard, full = some.write(state, modes, rows, marks, count, said, spoken, heard)
+            done, count, heard, full = some.write(rows, marks, count, said, spoken, heard)
             if self.extruded[line : line + done].any():
                 modes[EXTRUDED] = 1
             line += done
@@ -389,15 +389,7 @@ class _Part:
         return np.zeros(self.size) if values is None else values[self._part]
 
     def write(
-        self,
-        state: Array,
-        modes: IntArray,
-        rows: Array,
-        marks: IntArray,
-        count: int,
-        said: IntArray,
-        spoken: Array,
-        heard: int,
+        self, rows: Array, marks: IntArray, count: int, said: IntArray, spoken: Array, heard: int
     ) -> tuple[int, int, int, bool]:
         """Write what the known lines mean; lines done, moves, what is said, and whether there was no room."""
         speaks = (self.outputs != 0) | self._has("S") | self._has("T")
@@ -407,7 +399,7 @@ class _Part:
         done = min(self.known, room)
         if not done:
             return 0, count, heard, room <= self.known
-        first_line = int(modes[LINE]) + 1
+        state, modes, first_line = self._state, self._modes, int(self._modes[LINE]) + 1
         modes[LINE] += done
         at = np.flatnonzero(self.moves[:done])
         spoke = np.flatnonzero(speaks[:done])
@@ -417,19 +409,19 @@ class _Part:
         said[here, layout.SAID_M] = self.outputs[spoke]
         said[here, layout.SAID_WORDS] = self._has("S")[spoke] + 2 * self._has("T")[spoke]
         spoken[here, layout.SAID_S], spoken[here, layout.SAID_T] = self._value("S")[spoke], self._value("T")[spoke]
-        feed = self._feed(state)
+        feed = self._feed()
         self._write_moves(at, feed, first_line, rows[count : count + len(at)], marks[count : count + len(at)])
         modes[MOTION], state[layout.FEED] = self.mode[done - 1], feed[done - 1]
         for axis, ends in self.ends.items():
             state[POSITION + axis] = ends[done - 1]
         return done, count + len(at), heard + len(spoke), room <= self.known and done < self.size
 
-    def _feed(self, state: Array) -> Array:
+    def _feed(self) -> Array:
         """The feed that holds behind each line, (n,), mm/min."""
-        feed = float(state[layout.FEED])
+        feed = float(self._state[layout.FEED])
         if self._modes[FEED_MODE] == INVERSE or not self._has("F").any():
             return np.full(self.size, feed)
-        return _last(self._has("F"), self._value("F") * state[SCALE], feed)
+        return _last(self._has("F"), self._value("F") * self._state[SCALE], feed)
 
     def _write_moves(self, at: IntArray, feed: Array, first_line: int, rows: Array, marks: IntArray) -> None:
         """The rows of the moves in lines `at` (n,): rows (n, 16) and marks (n, 6)."""
