@@ -100,7 +100,7 @@ class Servo:
         if not axes:
             raise InputError(
                 f"machine {self.machine.name!r} has none of the axes {', '.join(setpoints.axes)}; "
-                f"its axes are {', '.join(self.machine.axes)}"
+                f"its axes are {', '.join(self.machine.axes) or 'none, only a control for cycle times'}"
             )
         self._check_rests(setpoints)
         for axis in self._rests:

@@ -64,7 +64,7 @@ def write(
         raise InputError(f"dialect {dialect!r} cannot be written; there are {', '.join(FORMS)}")
     form = FORMS[dialect][0] if as_ is None else as_.lower()
     if form not in FORMS[dialect]:
-        raise InputError(f"as_ {as_!r} is no form of {dialect}; choose from {', '.join(FORMS[dialect])}")
+        raise InputError(f"{as_!r} is no form of {dialect} (option as); choose from {', '.join(FORMS[dialect])}")
     allowed = units.parse(tolerance, "length")
     if allowed <= 0.0:
         raise InputError(f"tolerance is {allowed:g} mm; it must be greater than 0")
