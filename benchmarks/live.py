@@ -241,7 +241,7 @@ def measure() -> Report:
     answered = {ahead: child.outcome("live", "reactions", ahead, TURNS) for ahead in (AHEAD, 50)}
     long = child.outcome("live", "long_stream")
     rows = Table(
-        "Rows made, override turned every 256 rows, three axes, one core.",
+        "Rows made, override changed every 256 rows, three axes, one core.",
         (Column("what"), Column("rows a second", ",.0f"), Column("times real time at 1 ms", ",.0f")),
         tuple(
             ("with the text that HAL gets" if text else "positions", rate, rate * PERIOD)
@@ -254,7 +254,7 @@ def measure() -> Report:
         tuple((name, 100.0 * each["share"], each["underruns"]) for name, each in shares.items()),
     )
     operator = Table(
-        f"From a line on the socket to the tick of the first row that obeys, {TURNS:,} turns between 60 and 90 %.",
+        f"From a line on the socket to the tick of the first row that obeys, {TURNS:,} changes between 60 and 90 %.",
         (
             Column("rows ahead", "d"),
             Column("begins, median, ms", ".1f"),
@@ -283,7 +283,7 @@ def measure() -> Report:
             Column(f"after {HOURS} hours, MB", ".1f"),
         ),
         ((long["rows"], long["seconds"], long["first"] / 1e6, long["last"] / 1e6),),
-        ("Butterflies in a row at an override of about 10 %, which is turned every 100,000 rows.",),
+        ("Butterflies in a row at an override of about 10 %, which changes every 100,000 rows.",),
     )
     worst = max(each["share"] for each in shares.values())
     first = answered[AHEAD]["answers"]
@@ -291,7 +291,7 @@ def measure() -> Report:
         (rows, cost, operator, hours),
         (
             Headline(
-                "rows of a stream, override turned all the time, three axes",
+                "rows of a stream, override changed all the time, three axes",
                 f"{rates[False] * PERIOD:,.0f} times real time; {rates[True] * PERIOD:,.0f} with HAL's text",
                 f"{TIMES_REAL:g} times",
                 rates[False] * PERIOD >= TIMES_REAL,

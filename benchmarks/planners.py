@@ -47,8 +47,8 @@ def measure() -> Report:
         "same third-order problem without convexity, started from ours: a second opinion on the optimum, not a planner "
         "for use. Both are then slowed as a whole until their setpoints hold the limits. TOPP-RA knows no jerk: its "
         "row shows what that asks of the drives.",
-        "What they do that splinefeed does not: COPP plans under torque limits and for other convex objectives, "
-        "TOPP-RA under torque and any second-order constraint, CasADi for any objective; Ruckig finds a motion from "
+        "What they do that splinefeed does not: COPP plans for other convex objectives, "
+        "TOPP-RA under any second-order constraint, CasADi for any objective; Ruckig finds a motion from "
         "any state to any state in microseconds, in a control cycle.",
     )
     caption = "The same problem by other planners: rest to rest under feed, axis velocity, acceleration and jerk, 1 ms."

@@ -54,7 +54,7 @@ def _ticks() -> tuple[Table, tuple[Headline, ...]]:
     columns = (Column("machine"), Column("axis"), Column("full model, ns", ",.0f"), Column("linear, ns", ",.0f"))
     notes = (
         f"One axis and servo tick: measure, control, convert, move for 1 ms; fastest of {ROUNDS} rounds of {TICKS:,} "
-        "ticks on laps of the paper's airfoil. Full: friction, play, counts, codes, limits, two sub-steps.",
+        "ticks on laps of the paper's airfoil. Full: friction, backlash, counts, codes, limits, two sub-steps.",
     )
     full, linear = (max(value for key, value in ns.items() if key[2] is each) for each in (False, True))
     return Table("The servo simulation.", columns, rows, notes), (

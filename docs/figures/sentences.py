@@ -127,7 +127,7 @@ def windows() -> str:
             times.append(last.time + last.law.duration)
         longest.append(max(times) / min(times) - 1.0)
     return words(
-        f"""A smaller window gives away little: with {", ".join(map(str, WINDOWS[:-1]))} and {WINDOWS[-1]} cells the
+        f"""A smaller window costs little time: with {", ".join(map(str, WINDOWS[:-1]))} and {WINDOWS[-1]} cells the
         times differ by {100.0 * max(longest):.1f} % at most on the butterfly and the airfoil ({LIMITS.feed:g} mm/s,
         axes {LIMITS.axis_acceleration:g} mm/s^2 and {LIMITS.axis_jerk:g} mm/s^3). It must only be long enough to stop
         in, or the feed comes down to what it allows."""

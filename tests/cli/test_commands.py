@@ -144,7 +144,8 @@ def test_info(splinefeed, square):
     text = splinefeed("info", square).stdout
     assert "square: closed, 40 mm, axes x y" in text
     assert "    at 10 mm: turns by 90 deg" in text
-    assert "least radius of curvature none: straight lines" in text
+    assert "least radius of curvature none (straight lines)" in text
+    assert "  3 corners to stop at, 0 jumps of curvature\n" in text
 
 
 def test_info_says_places_in_mm_where_the_last_axis_turns(splinefeed, folder):
@@ -170,7 +171,7 @@ def test_info_of_several_paths(splinefeed, refused, apart):
     assert answer(splinefeed("info", apart, "--path", "high", "--json"))["paths"][0]["length_mm"] == 20.0
     assert answer(splinefeed("plan", apart, "--path", "2", "--json"))["length_mm"] == 20.0
     line = refused("plan", apart)
-    assert line.startswith("apart.json: holds 2 paths that do not meet; choose one with path=1 to path=2")
+    assert line.startswith("apart.json: holds 2 paths that do not meet; choose one by the option path, 1 to 2")
     text = splinefeed("info", apart).stdout
     assert "low: open, 10 mm" in text
     assert "1 (path 2)" in text

@@ -40,7 +40,9 @@ def test_every_error_of_a_bad_file_is_told_with_its_place(splinefeed, folder):
 
 def test_bad_names_are_one_line(refused, folder):
     assert refused("machine", "show", "xyteta").endswith("did you mean 'xytheta'?")
-    assert refused("machine", "show", "no.toml") == "no.toml: cannot be read (No such file or directory)"
+    assert refused("machine", "show", "no.toml") == (
+        "no.toml: cannot be read (No such file or directory); check the name and the folder"
+    )
     (folder / "empty.toml").write_text("")
     assert refused("machine", "show", "empty.toml") == (
         "empty.toml: axis: missing; a machine needs at least one [axis.NAME]"

@@ -51,7 +51,7 @@ def test_real_sections_are_fitted_within_the_tolerance(
     assert nearest.max() <= 1e-3
     assert path.name == title
     assert path.axes == ("x", "y")
-    assert path.findings[0] == f"Selig order, {points} points; 1 unit of the file is 100 mm (chord=100)"
+    assert path.findings[0] == f"Selig order, {points} points; 1 unit of the file is 100 mm (option chord)"
     assert ("the trailing edge is open" in " ".join(path.findings)) == (gap > 0.0)
     assert np.linalg.norm(path(path.length) - path(0.0)) == pytest.approx(gap, abs=1e-9)
     # the outline is a little longer than the polygon of its points and never much
@@ -62,8 +62,8 @@ def test_real_sections_are_fitted_within_the_tolerance(
 def test_both_orders_give_the_same_section() -> None:
     selig = path_of("TEST 12\n" + lines(SECTION))
     lednicer = path_of(LEDNICER)
-    assert selig.findings[0] == "Selig order, 11 points; 1 unit of the file is 100 mm (chord=100)"
-    assert lednicer.findings[0] == "Lednicer order, 11 points; 1 unit of the file is 100 mm (chord=100)"
+    assert selig.findings[0] == "Selig order, 11 points; 1 unit of the file is 100 mm (option chord)"
+    assert lednicer.findings[0] == "Lednicer order, 11 points; 1 unit of the file is 100 mm (option chord)"
     assert lednicer.curves == selig.curves
     assert lednicer.name == selig.name == "TEST 12"
 
@@ -72,7 +72,7 @@ def test_chord_tolerance_and_degree_are_the_users() -> None:
     path = path_of(lines(SECTION), chord="12in", tolerance="0.1mm", degree=5)
     assert path.name == "wing"
     assert path.bounding_box()[1][0] - path.bounding_box()[0][0] == pytest.approx(304.8, abs=0.5)
-    assert "chord=304.8" in path.findings[0]
+    assert "1 unit of the file is 304.8 mm" in path.findings[0]
     assert path.findings[-1].endswith("(tolerance 0.1 mm)")
     for wrong in (0.0, -1.0, "0mm"):
         with pytest.raises(InputError, match=r"chord is .* it must be greater than 0"):

@@ -97,8 +97,7 @@ def test_of_several_paths_one_is_chosen(data_dir: Path) -> None:
     with pytest.raises(FormatError) as caught:
         read(file)
     assert str(caught.value) == (
-        f"{file}: holds 3 paths that do not meet; choose one with path=1 to path=3 (--path in a command) "
-        "or its name: edge1, edge2, edge3"
+        f"{file}: holds 3 paths that do not meet; choose one by the option path, 1 to 3, or a name: edge1, edge2, edge3"
     )
     for wrong in ("0", "4", "edge", "²", "9" * 5000):
         with pytest.raises(FormatError, match="has no path"):

@@ -224,6 +224,8 @@ def test_a_name_that_says_no_format_is_refused(tmp_path: Path) -> None:
         save(law, tmp_path / "law.csv")
     with pytest.raises(FormatError, match=r"wing\.xlsx: a record's file is named"):
         load(tmp_path / "wing.xlsx")
+    with pytest.raises(FormatError, match="is a folder; name a file in it, such as setpoints"):
+        load(tmp_path)
 
 
 def test_more_ticks_than_matlab_takes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -132,11 +132,32 @@ def test_a_wrong_order_is_refused_and_named(motion):
             "follow: expected Setpoints first, got Machine; the order is follow(setpoints, machine)",
         ),
         (lambda: sf.run(limits, path), "run: expected Path first, got Limits; the order is run(path, limits)"),
+        (lambda: sf.read(path), "read: expected str first, got Path; the order is read(file)"),
+        (lambda: sf.write("x.dxf", path), "write: expected str second, got Path; the order is write(path, file)"),
+        (lambda: sf.save("x.csv", setpoints), "save: expected str second, got Setpoints; the order is save(record, fi"),
         (lambda: sf.check([setpoints.position], path, limits), "check: expected Setpoints or chunks of them, got nda"),
     ]:
         with pytest.raises(sf.errors.InputError) as error:
             call()  # type: ignore[no-untyped-call]
         assert str(error.value).startswith(message)
+
+
+def test_a_name_stands_for_a_machine_and_for_one_method(motion):
+    path, _, law, setpoints = motion
+    by_name = sf.follow(setpoints, "xytheta", path=path)
+    assert by_name.contour_error_max == sf.follow(setpoints, sf.Machine.load("xytheta"), path=path).contour_error_max
+    assert [each.result.method for each in sf.compare(path, law, methods="taylor-2", timed=False)] == ["taylor-2"]
+
+
+def test_records_are_one_short_line(motion):
+    path, limits, law, setpoints = motion
+    run = sf.run(path, limits)
+    records = law, setpoints, run, sf.follow(setpoints, "xytheta"), sf.Machine.load("router")
+    for record in records:
+        assert repr(record).startswith(f"{type(record).__name__}(")
+        assert len(repr(record)) < 200
+    assert repr(law) == f"TimeLaw('seven-phase', {law.length:.6g} mm in {law.duration:.6g} s)"
+    assert repr(records[-1]) == "Machine('router', axes x y z)"
 
 
 @pytest.mark.parametrize(

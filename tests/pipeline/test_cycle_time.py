@@ -242,3 +242,8 @@ def test_a_trace_follows_arcs_and_splines_and_ends_where_blocks_do(tmp_path):
     u = np.interp(30.0, spline[:, 0], spline[:, 1])  # symmetric about its middle
     assert u == pytest.approx(15.0, abs=1e-6)
     assert len(spline) > 30
+
+
+def test_a_drawing_is_no_program(data_dir):
+    with pytest.raises(FormatError, match="is read as DXF drawing; expected a G-code program"):
+        sf.cycle_time(data_dir / "dxf" / "cadquery_genshi.dxf", "hurco-02")

@@ -115,6 +115,10 @@ def test_axes_that_one_side_lacks(motion: sf.Setpoints) -> None:
     with pytest.raises(InputError) as caught:
         sf.follow(none, TABLE)
     assert str(caught.value) == "machine 'xytheta' has none of the axes a, b; its axes are x, y, theta"
+    with pytest.raises(
+        InputError, match="has none of the axes x, y; its axes are none, only a control for cycle times"
+    ):
+        sf.follow(motion, "hurco-02")
 
 
 def test_bad_setpoints_are_refused_with_their_place(motion: sf.Setpoints) -> None:

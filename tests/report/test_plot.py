@@ -65,6 +65,7 @@ def test_a_bare_path_is_drawn_coloured_by_curvature(tmp_path):
 def test_what_cannot_be_drawn_is_said(run):
     line = sf.Path([sf.NurbsCurve.bezier([[0.0], [1.0]])], name="slide")
     for call, message in [
+        (lambda: sf.plot.path(run.path, colour="speed"), "plot.path: colour is 'speed'; choose 'feed', 'curvature', '"),
         (lambda: sf.plot.path(run.law), "plot.path: expected Run first, got TimeLaw; the order is plot.path(run)"),
         (lambda: sf.plot.limits(run.path), "plot.limits: expected Run first, got Path; the order is plot.limits(run)"),
         (lambda: sf.plot.law(run.limits, run.law), "plot.law: expected TimeLaw first, got Limits; the order is plot.l"),

@@ -155,7 +155,7 @@ def test_tuning_says_so_when_the_old_gains_are_unstable() -> None:
 def test_what_cannot_be_tuned_is_refused() -> None:
     axis = velocity_axis()
     cases = [
-        (lambda: tune(axis, "zn"), "no tuning rule is called 'zn'; there are ziegler-nichols, tyreus-luyben"),
+        (lambda: tune(axis, "zn"), "no tuning rule is called 'zn'; there are ziegler-nichols, tyreus-luyben, path"),
         (lambda: tune(axis, "tyreus-luyben", kind="p"), "rule 'tyreus-luyben' has no controller 'p'; it has pi, pid"),
         (lambda: tune(axis, experiment="guess"), "no experiment is called 'guess'; there are model, sine, relay"),
         (lambda: margins(axis, 0.0), "period is 0.0 s; it must be greater than 0 and finite"),

@@ -102,7 +102,7 @@ def limit_sentence(name: str, result: LimitResult, along: str) -> str:
     source = "exact derivative of the law" if result.by == "law" else f"setpoints, floor {factor * result.floor:.3g}"
     return (
         f"{name}: {worst:.9g} {unit} is {_over(result.share)} the limit of {limit:.9g} {unit} "
-        f"at s = {result.at_s:.9g} {along}, t = {result.at_t:.9g} s ({source}; {result.over} in all)"
+        f"at s = {result.at_s:.9g} {along}, t = {result.at_t:.9g} s ({source}; {result.over} places in all)"
     )
 
 

@@ -10,6 +10,7 @@ import click
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import counted, number, print_table, print_text
+from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
 from splinefeed.cli.summary import print_notes
@@ -35,7 +36,7 @@ def _print(page: Page) -> None:
         f"{page['file']}: {page['ticks']} setpoints, one every {number(page['period_s'], 6)} s, along "
         f"{number(page['length_mm'], 7)} {unit} of {page['path']}"
     )
-    print_text(f"off the curve by at most {number(page['off_curve_max_mm'], 3)} {unit}; of its start and end by "
+    print_text(f"off the curve by at most {number(page['off_curve_max_mm'], 3)} {unit}; off its start and end by "
                f"{number(page['start_error_mm'], 3)} and {number(page['end_error_mm'], 3)} {unit}")  # fmt: skip
     print_notes(page["notes"])
     print_text()
@@ -53,7 +54,7 @@ def _print(page: Page) -> None:
     print_text("all limits and checks hold" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}")
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("setpoints")
 @click.option("--path", "source", metavar="FILE|SHAPE", help="The path.  [default: that of the setpoints]")
 @click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")

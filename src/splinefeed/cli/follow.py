@@ -11,6 +11,7 @@ from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import number, print_text
+from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
 from splinefeed.cli.summary import print_errors, print_notes
@@ -45,7 +46,7 @@ def _print(page: Mapping[str, Any]) -> None:
         print_text(f"STOPPED: {page['stopped']}")
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("setpoints")
 @click.option(
     "--machine",

@@ -48,8 +48,8 @@ def _print(page: dict[str, Any]) -> None:
             print_text(f"  {axis:<8}{' to '.join(ends)} {axis_unit}")
         if unit == "mm":
             print_text(f"  least radius of curvature {_radius_words(path['min_radius_mm'], path['length_mm'])}")
-        corners = counted(path["corners"], "corner")
-        print_text(f"  {corners} (tangent or curvature jumps), {path['stops']} of them to stop at")
+        jumps = counted(path["corners"] - path["stops"], "jump")
+        print_text(f"  {counted(path['stops'], 'corner')} to stop at, {jumps} of curvature")
         for corner in path["corner_places"][:MOST_LISTED]:
             what = f"turns by {number(corner['angle_deg'])} deg" if corner["stop"] else "curvature jumps"
             print_text(f"    at {number(corner['s_mm'], 6)} {unit}: {what}")
@@ -162,8 +162,8 @@ def _curve(path: Path, i: int, number: int) -> dict[str, Any]:
 def _radius_words(radius: float | None, length: float) -> str:
     """The least radius, mm; what rounding makes of a straight line and of a cusp is called by its name."""
     if radius is None or radius * ROUNDING > length:
-        return "none: straight lines"
-    return "0: a cusp" if radius < ROUNDING * length else f"{number(radius)} mm"
+        return "none (straight lines)"
+    return "0 mm (a cusp)" if radius < ROUNDING * length else f"{number(radius)} mm"
 
 
 def _print_more(count: int, what: str = "", option: str = "--json") -> None:

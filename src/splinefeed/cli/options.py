@@ -77,6 +77,8 @@ class AxisQuantities(click.ParamType):  # type: ignore[type-arg]
 
         try:
             if "=" not in value:
+                if "," in value:
+                    raise InputError(f"{value!r} holds several values; name the axes: x=500,y=800")
                 return {self.limit: limits_toml.axis_value(self.limit, "x", value)}
             return {
                 f"{self.limit}.{axis}": limits_toml.axis_value(self.limit, axis, text)
@@ -242,9 +244,14 @@ def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
 #: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.
 _SINGLE = (
     (("--feed",), "feed", "Feed limit along the path.", "60 mm/s"),
-    (("--accel", "--acceleration"), "acceleration", "Acceleration limit along the path.", "50 mm/s^2"),
+    (
+        ("--accel", "--acceleration"),
+        "acceleration",
+        "Acceleration limit along the path.",
+        "50 mm/s^2, or none where axes have limits",
+    ),
     (("--decel", "--deceleration"), "acceleration", "Deceleration limit along the path.", "as --accel"),
-    (("--jerk",), "jerk", "Jerk limit along the path, speeding up.", "2000 mm/s^3"),
+    (("--jerk",), "jerk", "Jerk limit along the path, speeding up.", "2000 mm/s^3, or none where axes have limits"),
     (("--decel-jerk", "--deceleration-jerk"), "jerk", "Jerk limit along the path, slowing down.", "as --jerk"),
     (("--start-feed",), "feed", "Feed at the start of the path.", "0"),
     (("--end-feed",), "feed", "Feed at the end of the path.", "0"),
@@ -264,8 +271,8 @@ def limits_alone(default: str = "") -> Callable[[F], F]:
             for flags, kind, text, paper in _SINGLE
         ),
         _axis_limit("--axis-velocity", "axis_velocity", "Limit of each linear axis: 60, or x=60,theta=90deg/s."),
-        _axis_limit("--axis-accel", "axis_acceleration", "Limit of each axis: 500, or x=500,theta=90deg/s^2."),
-        _axis_limit("--axis-jerk", "axis_jerk", "Limit of each axis: 20000, or x=20000,y=15000."),
+        _axis_limit("--axis-accel", "axis_acceleration", "Limit of each linear axis: 500, or x=500,theta=90deg/s^2."),
+        _axis_limit("--axis-jerk", "axis_jerk", "Limit of each linear axis: 20000, or x=20000,y=15000."),
         _axis_limit(
             "--axis-velocity-step",
             "axis_velocity_step",

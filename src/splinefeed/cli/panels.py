@@ -6,6 +6,7 @@ import click
 
 #: Title of each panel and the options in it by parameter name, in this order; what stands in none comes last.
 PANELS = {
+    "Tuning": ("axes", "rule", "kind", "identify", "volts", "feed_forward", "runs", "seed", "machine_file"),
     "Most used": ("feed", "axis_acceleration", "axis_jerk", "machine", "smooth", "output"),
     "Limits": (
         "limits_file", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "axis_velocity",
@@ -13,8 +14,8 @@ PANELS = {
     ),
     "Planning": ("strategy", "period", "method", "corrections", "contour_tolerance", "tangential"),
     "Source and units": (
-        "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "from_line", "repair",
-        "tolerance",
+        "source", "which", "layer", "file_units", "chord", "edges", "dialect", "start", "offsets", "tools", "from_line",
+        "repair", "tolerance", "columns",
     ),
     "Smoothing": ("corners", "corner_angle", "angle_tolerance"),
     "Output": ("formats", "tip", "figures", "no_figures", "figure", "no_compare", "by_windows", "as_json"),

@@ -11,6 +11,7 @@ from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import read_path
 from splinefeed.cli.summary import length, print_notes
@@ -70,7 +71,7 @@ def _print(page: Mapping[str, Any]) -> None:
     print_notes(page["notes"])
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("machine", metavar="MACHINE")
 @click.option("--axis", "axes", type=options.Names(), metavar="NAMES", help="Only these axes.  [default: all]")
 @click.option(

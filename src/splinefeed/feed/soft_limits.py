@@ -40,7 +40,8 @@ def check_travel(path: Path, limits: Limits) -> None:
         side = "most" if upwards else "least"
         raise LimitsError(
             f"the path goes to {axis} = {factor * position:.6g} {unit} at s = {s:.6g} mm (curve {index}); "
-            f"its travel allows at {side} {factor * ends[k, int(upwards)]:.6g} {unit}"
+            f"its travel allows at {side} {factor * ends[k, int(upwards)]:.6g} {unit}; "
+            "move the path or widen the travel"
         )
 
 

@@ -81,7 +81,7 @@ def from_text(
     scale, allowed = _positive(chord, "chord"), _positive(tolerance, "tolerance")
     name, rows, remarks = _rows(text, source)
     points, lines, order = _in_order(rows, source)
-    findings = [f"{order} order, {len(points)} points; 1 unit of the file is {scale:g} mm (chord={scale:g})", *remarks]
+    findings = [f"{order} order, {len(points)} points; 1 unit of the file is {scale:g} mm (option chord)", *remarks]
     points, repeats = _without_repeats(points, lines)
     findings += repeats
     _check_section(points, source)

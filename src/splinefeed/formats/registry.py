@@ -24,7 +24,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from splinefeed.errors import CurveError, FormatError, InputError
+from splinefeed.errors import CurveError, FormatError, InputError, expect
 from splinefeed.formats import source as source_files
 from splinefeed.formats.contents import Contents
 from splinefeed.formats.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
@@ -95,11 +95,12 @@ def read(
 ) -> Path:
     """Read the path in the file `source`; where there are several, the one whose name or number (from 1) is `path`.
 
-    `repair` makes findings of faults that are safe to mend; `options` are those of the format: `tolerance` for JSON
+    `repair` repairs faults where that is safe, each a finding; `options` are those of the format: `tolerance` for JSON
     curves; `chord`, `tolerance`, `degree` for airfoils and points; docs/formats.md has all.
     Lengths come in mm, angles in rad. Raises FormatError, which names the file and the place, for what cannot be read.
     Source: docs/formats.md. Example: `sf.write(path, "part.dxf"); sf.read("part.dxf").length`
     """
+    expect("read(file)", (source, (str, os.PathLike)))
     paths = read_all(source, repair=repair, **options)
     if path is None and len(paths) == 1:
         return paths[0]
@@ -112,8 +113,8 @@ def choose(paths: Sequence[Path], path: str | int | None, source: str | os.PathL
     listed = ", ".join(names[:_LISTED]) + (", ..." if len(names) > _LISTED else "")
     if path is None:
         raise FormatError(
-            f"{source}: holds {len(paths)} paths that do not meet; choose one with path=1 to path={len(paths)} "
-            f"(--path in a command) or its name: {listed}"
+            f"{source}: holds {len(paths)} paths that do not meet; choose one by the option path, "
+            f"1 to {len(paths)}, or a name: {listed}"
         )
     if path in names:
         return paths[names.index(str(path))]
@@ -163,6 +164,7 @@ def write(paths: Path | Iterable[Path], target: str | os.PathLike[str], **option
     Raises FormatError for a suffix that no format writes, InputError for an option that is not one of the format.
     Lengths in mm. Source: docs/formats.md says what each format holds. Example: `sf.write(path, "part.svg")`
     """
+    expect("write(path, file)", (paths, object), (target, (str, os.PathLike)))
     found = format_to_write(target)
     writer = found.writer
     assert writer is not None

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 
-from splinefeed.errors import FormatError
+from splinefeed.errors import FormatError, expect
 from splinefeed.formats import hdf5, records_hdf5
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
 
@@ -68,6 +68,7 @@ def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> 
     folder that cannot be written, or numbers that are not finite. Source: docs/setpoint-files.md.
     Example: `sf.save(setpoints, "setpoints.csv")`
     """
+    expect("save(record, file)", (record, object), (path, (str, os.PathLike)))
     if _is_pattern(record):
         _pattern_module(path).write(record, path)
         return
@@ -82,7 +83,7 @@ def load(path: str | os.PathLike[str]) -> Record: ...
 @overload
 def load(path: str | os.PathLike[str], kind: type[Kind]) -> Kind: ...
 def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
-    """Load a record that `save` wrote; a tuple in its settings comes back as a list, for JSON knows no other.
+    """Load a record that `save` wrote; a tuple in its settings comes back as a list, as JSON has no tuples.
 
     kind  the record that must be in the file, such as `sf.Setpoints`; None takes any
     Lengths in mm, times in s, angles in rad. Raises FormatError that names the file, for one that cannot be read and
@@ -140,5 +141,7 @@ def _format_of(path: str | os.PathLike[str]) -> str:
     for name, each in FORMATS.items():
         if suffix in each.suffixes:
             return name
+    if Path(path).is_dir():
+        raise FormatError(f"{path}: is a folder; name a file in it, such as setpoints.h5")
     *known, last = (suffix for each in FORMATS.values() for suffix in each.suffixes)
     raise FormatError(f"{path}: a record's file is named {', '.join(known)} or {last}")

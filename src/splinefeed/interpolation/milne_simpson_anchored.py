@@ -23,8 +23,8 @@ def step(
 ) -> float:
     """Eq. (23) and (24), then Newton steps on S(u) = l(t_{k+1}) from there: drift and ripple go to rounding.
 
-    The history that the next step reads is that of the anchored points. Source: `stepping.milne_simpson` and
-    `kernels.arc_length`; the correction is this project's.
+    The history that the next step reads is that of the anchored points. Source: `stepping.milne_simpson`; the
+    correction by the arc length is this project's.
     """
     guess = milne_simpson(u, rate, law, period, table, cursor, shape, corrections, tolerance)
     return anchored(guess, law[NEXT_S], table, cursor)

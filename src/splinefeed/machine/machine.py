@@ -57,6 +57,9 @@ class Machine:
     kinematics: Kinematics | None = None
     control: Control | None = None
 
+    def __repr__(self) -> str:
+        return f"Machine({self.name!r}, axes {' '.join(self.axes)})"
+
     @staticmethod
     def names() -> tuple[str, ...]:
         """Names of the machines that come with the package."""
@@ -80,7 +83,9 @@ class Machine:
                 raise FormatError(f"{name}: {path.stat().st_size} bytes; a machine file has at most {_LARGEST_FILE}")
             text = path.read_text(encoding="utf-8")
         except OSError as error:
-            raise FormatError(f"{name}: cannot be read ({error.strerror or error})") from None
+            raise FormatError(
+                f"{name}: cannot be read ({error.strerror or error}); check the name and the folder"
+            ) from None
         except UnicodeDecodeError:
             raise FormatError(f"{name}: is not UTF-8 text") from None
         return Machine.parse(text, path.stem, str(name))

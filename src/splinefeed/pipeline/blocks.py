@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from splinefeed.errors import FormatError
+from splinefeed.formats import registry
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import Arcs
 from splinefeed.formats.gcode.ends import Ends
@@ -72,6 +73,8 @@ def read_blocks(file: str | os.PathLike[str], control: Control, **options: Any) 
 
     Raises FormatError with the line that is wrong, or where nothing moves.
     """
+    if (found := registry.format_of(file, any_size=True)).module != "gcode":
+        raise FormatError(f"{file}: is read as {found.title}; expected a G-code program")
     home = [control.home.x or 0.0, control.home.y or 0.0, control.home.z or 0.0, *[0.0] * (AXES - 3)]
     given = {name: value for name, value in options.items() if value is not None}
     program = Program(file, **{"start": home, **given})

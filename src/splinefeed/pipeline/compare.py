@@ -91,21 +91,22 @@ def compare(
     law: TimeLaw,
     *,
     period: float | None = None,
-    methods: Iterable[str] | None = None,
+    methods: str | Iterable[str] | None = None,
     corrections: int = 1,
     tolerance: float = 0.0,
     timed: bool = True,
 ) -> Iterator[MethodTrace]:
     """Run each method over the whole motion and measure it; one trace at a time, in the given order (default: all).
 
-    timed  also measures the time of a setpoint: each method is compiled for it, and run again and again
+    methods  their names, or one name
+    timed    also measures the time of a setpoint: each method is compiled for it, and run again and again
     Raises what `Interpolator` raises, before the first method runs, and LimitsError for more than MOST_TICKS ticks.
     period in s, the law's by default; errors in mm, times in ns. Source: docs/math/interpolators.md names the papers.
     Example: `[trace.result for trace in sf.compare(path, law, methods=["taylor-2", "arc-length"], timed=False)]`
     """
     if period is not None or law.period is not None:
         check_ticks(law, positive(law.period if period is None else period, "period"))
-    names = registry.methods() if methods is None else tuple(methods)
+    names = registry.methods() if methods is None else (methods,) if isinstance(methods, str) else tuple(methods)
     for name in names:
         registry.method(name)
     for name in names:

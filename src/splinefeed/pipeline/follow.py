@@ -100,7 +100,7 @@ class Servo:
         if not axes:
             raise InputError(
                 f"machine {self.machine.name!r} has none of the axes {', '.join(setpoints.axes)}; "
-                f"its axes are {', '.join(self.machine.axes)}"
+                f"its axes are {', '.join(self.machine.axes) or 'none, only a control for cycle times'}"
             )
         self._check_rests(setpoints)
         for axis in self._rests:
@@ -162,7 +162,7 @@ def check_setpoints(setpoints: Setpoints) -> None:
 
 def follow(
     setpoints: Setpoints,
-    machine: Machine,
+    machine: Machine | str,
     *,
     path: Path | None = None,
     on_progress: Progress | None = None,
@@ -171,6 +171,7 @@ def follow(
 ) -> Response:
     """Simulate the axes of `machine` as they follow `setpoints`, from rest at the first one.
 
+    machine  a Machine or its name
     path  the contour error is measured against it: the distance over its linear axes from the nearest point near the
           commanded one (`analysis.contour`); where the setpoints have no arc length it is found first
     on_progress(done, total) is called from time to time; sub_steps, linear: see `simulation.follow.Follower`
@@ -181,6 +182,7 @@ def follow(
     Returns a Response of n ticks, (n, axes): mm, rotary axes rad, V. Source: docs/machines.md has the model.
     Example: `sf.follow(setpoints, machine, path=path).tracking_error`
     """
+    machine = Machine.load(machine) if isinstance(machine, str) else machine
     expect("follow(setpoints, machine)", (setpoints, Setpoints), (machine, Machine))
     if len(setpoints) == 0:
         raise InputError("no setpoints; at least one is needed")

@@ -60,11 +60,7 @@ def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits,
         top, rapids = float(np.max(known, initial=0.0)), len(known) < len(path.feeds)
     else:
         top, rapids = path.feeds
-    said = (
-        f"curves run at the program's feeds, {top:.6g} mm/s at most"
-        if top
-        else "the program has rapid moves alone here"
-    )
+    said = f"feed moves run at the program's feeds, {top:.6g} mm/s at most" if top else "the program has no F word here"
     note = f"no feed is given: {said}"
     if not rapids:
         return replace(limits, feed=top), [note]

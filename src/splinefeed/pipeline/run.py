@@ -159,6 +159,9 @@ class Run:
 
         return report_folder.report(self, folder, formats=formats)
 
+    def __repr__(self) -> str:
+        return f"Run({self.path!r}, {self.law!r}, {self.ticks} setpoints, ok={self.ok})"
+
     def _repr_html_(self) -> str:
         """A notebook's view of the run: its main numbers, and the picture."""
         verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)

@@ -79,6 +79,9 @@ class TimeLaw:
         """Tangential jerk, mm/s^3, from the right at breaks; t in s, any shape, clamped to [0, duration]."""
         return self._derivative(t, 3)
 
+    def __repr__(self) -> str:
+        return f"TimeLaw({self.strategy!r}, {self.length:.6g} mm in {self.duration:.6g} s)"
+
     def _repr_html_(self) -> str:
         t = np.linspace(0.0, self.duration, SAMPLES)
         feed = self.feed(t)

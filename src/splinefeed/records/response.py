@@ -84,6 +84,9 @@ class Response:
             raise InputError("no contour error without the path; give it: follow(setpoints, machine, path=path)")
         return float(np.max(self.contour_error, initial=0.0))
 
+    def __repr__(self) -> str:
+        return f"Response({len(self)} ticks of {self.period:g} s, axes {' '.join(self.axes)})"
+
     def _repr_html_(self) -> str:
         rows = {"response": f"{len(self)} ticks of {self.period:g} s"}
         error = np.abs(self.tracking_error)

@@ -67,6 +67,9 @@ class Setpoints:
         columns: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in parts]) for name in names}
         return replace(parts[-1], **columns)
 
+    def __repr__(self) -> str:
+        return f"Setpoints({len(self)}, one every {self.period:g} s, axes {' '.join(self.axes)}, {self.method!r})"
+
     def _repr_html_(self) -> str:
         rows = {
             "setpoints": f"{len(self)}, one every {self.period:g} s",

@@ -16,6 +16,11 @@ from splinefeed.report.path_figures import binding_figure, limits_figure, path_f
 
 __all__ = ["Figure", "binding", "law", "limits", "motion", "overview", "path"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 #: What the path of a run may be coloured by.
 COLOURS = ("feed", "curvature", "nearest limit")
 
@@ -43,10 +48,10 @@ def path(run: Run | Path, colour: str = "feed") -> Figure:
     anything but a Run or a Path with two linear axes. Source: `report.path_figures`.
     Example: `sf.plot.path(sf.shapes.butterfly())`
     """
-    if isinstance(run, Path):
-        return still_figure(run)
     if colour not in COLOURS:
         raise InputError(f"plot.path: colour is {colour!r}; choose {', '.join(repr(each) for each in COLOURS)}")
+    if isinstance(run, Path):
+        return still_figure(run)
     return path_figure(_run(run, "path"), colour=colour)
 
 

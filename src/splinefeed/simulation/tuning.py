@@ -152,7 +152,7 @@ def tune(
     Raises InputError for unknown names, and for an axis without an ultimate gain.
     """
     if rule not in RULES:
-        raise InputError(f"no tuning rule is called {rule!r}; there are {', '.join(RULES)}")
+        raise InputError(f"no tuning rule is called {rule!r}; there are {', '.join(RULES)}, path")
     if kind not in RULES[rule]:
         raise InputError(f"rule {rule!r} has no controller {kind!r}; it has {', '.join(RULES[rule])}")
     before = margins(axis, period)

@@ -76,7 +76,7 @@ def test_offsets_of_coordinate_systems(tmp_path: Path) -> None:
     path = sf.read(file, start=(0,), offsets="G56=50")
     assert ends(path) == [[1], [51]] and path.findings == ()
     assert sf.read(file, start=(0,)).findings == (
-        "line 3: the offset of G56 is not known: taken as 0 (offsets=)",
+        "line 3: the offset of G56 is not known: taken as 0 (option offsets)",
         "1 move(s) without length are left out: line 3",
     )
 
@@ -94,13 +94,14 @@ def test_where_a_path_starts(tmp_path: Path) -> None:
     lines = ["G0 Z5", "G0 X1 Y1", "G0 Z1", "G1 X2 F60"]
     path = sf.read(program(tmp_path, *lines))
     assert path.curves[0].control_points.tolist() == [[1, 1, 5], [1, 1, 1]]
-    assert path.findings == ("2 rapid move(s) to the first place, up to line 2, are left out (start=)",)
+    assert path.findings == ("2 rapid move(s) to the first place, up to line 2, are left out (option start)",)
     whole = sf.read(program(tmp_path, *lines), start="0,0,9")
     assert whole.curves[0].control_points.tolist() == [[0, 0, 9], [0, 0, 5]] and whole.findings == ()
     early = sf.read(program(tmp_path, "G0 Z5", "G1 X1 F60"))
     assert early.curves[0].control_points.tolist() == [[0, 5], [1, 5]]
     assert early.findings == (
-        "line 2: where X is before this move is unknown: taken as 0 in the program's first coordinate system (start=)",
+        "line 2: where X is before this move is unknown and taken as 0 "
+        "in the program's first coordinate system (option start)",
     )
 
 

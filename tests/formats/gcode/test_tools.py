@@ -55,7 +55,7 @@ def test_lengths_shift_the_path_and_changes_take_their_time(tmp_path: Path) -> N
     assert sum(part.length for part in parts) == pytest.approx(path.length)
     bare = path_of(tmp_path, *lines)
     assert bare.curves[1].control_points[-1].tolist() == [0, 10] and not bare.dwells
-    assert any("the path is that of the tool's tip, as programmed (tools=)" in each for each in bare.findings)
+    assert any("the path is that of the tool tip, as programmed (option tools)" in each for each in bare.findings)
 
 
 def test_tables_are_changed_by_the_program(tmp_path: Path) -> None:

@@ -156,7 +156,7 @@ def test_options_that_do_not_go_together(tmp_path: Path) -> None:
     path = sf.shapes.circle()
     for options, reason in (
         ({"dialect": "apt"}, "dialect 'apt' cannot be written; there are linuxcnc, fanuc, siemens, mach3, printer"),
-        ({"as_": "bspline"}, "as_ 'bspline' is no form of linuxcnc; choose from g5.2, g6.2, arcs, g1"),
+        ({"as_": "bspline"}, "'bspline' is no form of linuxcnc (option as); choose from g5.2, g6.2, arcs, g1"),
         ({"tolerance": 0}, "tolerance is 0 mm; it must be greater than 0"),
         ({"decimals": 0}, "decimals is 0; expected a whole number from 1 to 17"),
     ):
@@ -183,7 +183,7 @@ def test_convert_to_a_dialect(tmp_path: Path) -> None:
 
 def test_a_path_without_a_feed_is_written_and_said(tmp_path: Path) -> None:
     said = sf.write(sf.shapes.line(), tmp_path / "x.ngc")
-    assert said == ("no feed is given, and most controls refuse lines without F; give feed=",)
+    assert said == ("no feed is given, and most controls refuse lines without F; give the option feed",)
 
 
 def test_several_paths_are_joined_by_rapid_moves(tmp_path: Path) -> None:

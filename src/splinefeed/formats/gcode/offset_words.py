@@ -29,7 +29,9 @@ class OffsetWords(ToolWords):
 
     def _system(self, code: int) -> None:
         if not self.state.offsets.select(SYSTEMS[code]):
-            self.findings.say(f"line {self.line}: the offset of {g_name(code)} is not known: taken as 0 (offsets=)")
+            self.findings.say(
+                f"line {self.line}: the offset of {g_name(code)} is not known: taken as 0 (option offsets)"
+            )
         self.state.set_offsets()
 
     def _places(self, code: int) -> None:
@@ -108,7 +110,7 @@ class OffsetWords(ToolWords):
         for letter in axes:
             self._take(letter)
         if not self._machine_known:
-            self.findings.count("G53 is left out: the machine's zero is unknown here (offsets=)", self.line)
+            self.findings.count("G53 is left out: the machine's zero is unknown here (option offsets)", self.line)
             return
         end = self.state.place
         said = 0

@@ -438,15 +438,17 @@ def _leading(moves: Moves, needed: int, findings: Findings) -> int:
         if moves.kind[i] != RAPID or not stated[i]:
             missing = " ".join(LETTERS[c] for c in PATH_ORDER if needed & ~known & 1 << c)
             findings.say(
-                f"line {moves.line[i]}: where {missing} is before this move is unknown: taken as 0 "
-                "in the program's first coordinate system (start=)"
+                f"line {moves.line[i]}: where {missing} is before this move is unknown and taken as 0 "
+                "in the program's first coordinate system (option start)"
             )
             return i if i and known else 0
         known |= int(stated[i])
     else:
         return 0  # rapid moves alone: all of them are the path
     if i:
-        findings.say(f"{i} rapid move(s) to the first place, up to line {moves.line[i - 1]}, are left out (start=)")
+        findings.say(
+            f"{i} rapid move(s) to the first place, up to line {moves.line[i - 1]}, are left out (option start)"
+        )
     return i
 
 

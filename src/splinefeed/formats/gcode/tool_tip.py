@@ -83,7 +83,7 @@ class ToolTip:
         self._by, self._vectors, self._length = by, vectors, float(self.state.offsets.tool[2])
         if self.state.tools is None:
             self.findings.say(
-                f"line {line}: {by}: X, Y and Z are the tool's tip; its length is that of the machine file (tools=)"
+                f"line {line}: {by}: X, Y, Z are the tool tip; its length is that of the machine file (option tools)"
             )
         self.state.control_tip(True, line)
 

@@ -37,7 +37,7 @@ class ToolWords(LineWords):
                 self.tool_tip.length(code, self.line)
             elif code != 490:
                 self.findings.say(
-                    f"line {self.line}: {g_name(code)}: the path is that of the tool's tip, as programmed (tools=)"
+                    f"line {self.line}: {g_name(code)}: the path is that of the tool tip, as programmed (option tools)"
                 )
             return
         offset = state.offsets.tool

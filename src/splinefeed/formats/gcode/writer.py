@@ -64,7 +64,7 @@ def write(
         raise InputError(f"dialect {dialect!r} cannot be written; there are {', '.join(FORMS)}")
     form = FORMS[dialect][0] if as_ is None else as_.lower()
     if form not in FORMS[dialect]:
-        raise InputError(f"as_ {as_!r} is no form of {dialect}; choose from {', '.join(FORMS[dialect])}")
+        raise InputError(f"{as_!r} is no form of {dialect} (option as); choose from {', '.join(FORMS[dialect])}")
     allowed = units.parse(tolerance, "length")
     if allowed <= 0.0:
         raise InputError(f"tolerance is {allowed:g} mm; it must be greater than 0")
@@ -117,7 +117,7 @@ def _write_path(path: Path, letters: list[str], text: Text, form: str, tolerance
             _write_control(float(path.tolerances[i]), text)
         speed = feed if path.feeds is None else float(path.feeds[i])
         if speed is None:
-            text.said.say("no feed is given, and most controls refuse lines without F; give feed=")
+            text.said.say("no feed is given, and most controls refuse lines without F; give the option feed")
         rapid = speed is not None and math.isinf(speed)
         if rapid and curve.degree > 1:
             text.said.say("a rapid move along a curve is written at the feed in force")

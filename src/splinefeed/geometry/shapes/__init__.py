@@ -20,3 +20,7 @@ __all__ = [
     "naca",
     "names",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

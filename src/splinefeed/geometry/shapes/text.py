@@ -81,7 +81,7 @@ _SHAPES = {
     ),
     "line": _Shape(
         _line,
-        "a straight line, 1 to 6 axes",
+        "a straight line, 1 to 9 axes",
         "line?start=0,0&end=100,50",
         {"start": "point", "end": "point", "length": "length", "angle": "angle"},
     ),
