@@ -24,6 +24,7 @@ BEST_KNOWN = 8.0310
 QUICK = (12, 17, 15, 14, 20, 37, 38, 39, 40, 46)
 #: Seeds that once failed, and what they were.
 KEPT = {
+    181001610: "q that falls to nothing between two places",
     24: "one way to turn takes a linear joint out of its travel, the other does not",
     1380: "next to the pole no motion is found in cells as long as look-ahead has them",
     99001113: "the tool axis is nearest to the pole half a nanometre from the start",
