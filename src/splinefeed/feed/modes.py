@@ -195,7 +195,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
         strategy=strategy,
         period=period,
         notes=tuple(notes),
-        settings={"lower_bound_s": bound} if mode.bounded else {},
+        settings={"lower_bound_s": bound} if mode.bounded and bound > 0.0 else {},
     )
 
 
