@@ -209,7 +209,12 @@ KEPT = {
     60035841: "slowing down that ends within some thousand roundings of its instant, under uneven jerk",
 }
 #: A plan that keeps all limits but lasts far longer than it need is as bad: seeds, and seconds that are enough.
-QUICK = {30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0, 93000505: 1.7}
+QUICK = {
+    30026: 2.0, 30266: 0.7, 400092: 0.8, 400195: 0.4, 401621: 3.5, 402052: 1.0, 93000505: 1.7,
+    120000081: 0.95,  # a rotary axis without limits made the ramp 1e-15 mm, and the motion 1.9 s
+    140000585: 10.8,  # a jump passed faster than was thought slowed all of it down by a tenth
+    140001321: 4.1, 160002662: 15.5,
+}  # fmt: skip
 #: And those that are refused, as an axis turns on while the linear ones stand still, or all but stand still.
 REFUSED = (
     300418, 401368, 402711, 10041087, 20066002, 30073763, 30095864, 40093986,
