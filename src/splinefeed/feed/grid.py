@@ -310,6 +310,6 @@ def graded(nodes: Array, cut: BoolArray) -> Array:
             cut = cut | more
         if not cut.any():
             break
-        nodes = np.sort(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))
+        nodes = np.unique(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))  # no cell of no length
         cut = np.zeros(len(nodes) - 1, dtype=bool)
     return nodes

@@ -15,7 +15,7 @@ from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.corners import passed_corners
 from splinefeed.feed.numbers import KEPT, SAME
-from splinefeed.feed.periods import in_periods
+from splinefeed.feed.law import Pieces, joined
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.stretches import curve_feeds, lasting
@@ -37,10 +37,6 @@ MODES = {
 #: A motion that the audit finds over a limit is slowed down as a whole; by more than POOR, as a factor on q, a note
 #: says so, and by more than HOPELESS it is none.
 POOR, HOPELESS = 1.2, 100.0
-#: Shares of all limits that motion with a moving end leaves unused, until slowing it down stays within them.
-RESERVES = (5e-3, 2e-2, 0.1)
-#: ... and where an end in motion is out of reach so, this share of what the mode leaves unused.
-SLIGHT = 0.125
 #: Halvings of a feed at an end until it is about the largest that limits allow.
 NEAREST = 10
 #: A motion ends after a tick if it does by this share of a period.
@@ -143,7 +139,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
     begin = State(limits.start_feed) if begin is None else begin
     marks = np.concatenate([[begin.s], setting.rests[setting.rests > begin.s], [length]])
     instants, rows, notes = [np.zeros(1)], [], []
-    bound, tick, late = 0.0, 0, 0.0
+    bound, tick = 0.0, 0
     exact, phases, shapes = straights(setting, marks)
     exact[0] &= begin.feed == 0.0
     exact[-1] &= limits.end_feed == 0.0
@@ -160,7 +156,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
                 many = np.maximum(np.ceil(seconds / period * (1.0 - SAME) - SAME), 1.0)
                 slower = many * period / seconds
                 spans, shape = spans * slower[:, None], shape / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
-                ends = (tick + np.cumsum(many)) * period + late
+                ends = (tick + np.cumsum(many)) * period
                 tick += int(np.sum(many))
             begins = np.concatenate([[before], ends[:-1]])
             breaks = np.minimum(begins[:, None] + np.cumsum(spans, axis=1), ends[:, None])
@@ -168,7 +164,7 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             instants.append(breaks.ravel())
             rows.append(shape.reshape(-1, LAW_COEFFICIENTS))
             continue
-        low, high, start, stop = _stretch(setting, begin, *marks[first : first + 2].tolist())
+        low, high = marks[first : first + 2].tolist()
         plan, ticks = next(plans)
         if not plan.over <= HOPELESS:
             raise _not_found(setting, plan, low, high)
@@ -179,15 +175,15 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             )
         bound += plan.bound
         rows.append(plan.pieces.coefficients)
-        breaks = float(instants[-1][-1]) + np.cumsum(plan.pieces.spans)
-        if period is not None:
-            tick += ticks
-            extra = max(plan.pieces.duration - ticks * period, 0.0) if max(start.feed, stop.feed) > 0.0 else 0.0
-            if extra > LATE * period:
-                late += extra
-                notes.append(_late(high, length, extra, period))
-            breaks[-1] = tick * period + late
-        instants.append(breaks)
+        instants.append(float(instants[-1][-1]) + np.cumsum(plan.pieces.spans))
+        tick += ticks
+        if ticks > 0:
+            instants[-1][-1] = tick * float(period or 0.0)
+        elif period is not None and instants[-1][-1] % period > LATE * period:
+            notes.append(
+                f"the last period is short, {instants[-1][-1] % period:.6g} s of {period:g} s: the motion begins and ends "
+                "at a feed, and so cannot wait for a tick"
+            )
     times, coefficients = lasting(np.concatenate(instants), np.concatenate(rows))
     return TimeLaw(
         breaks=times,
@@ -215,8 +211,8 @@ def _stretch(setting: Setting, begin: State, low: float, high: float) -> tuple[f
 def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, State]) -> tuple[Plan, int]:
     """A stretch, see `_stretch`, that lasts whole periods if it can, and how many.
 
-    From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With an end in
-    motion it is slowed down in between, and more of all limits is left unused until that stays within them.
+    From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With one end in
+    motion it waits at the other one.
     """
     (setting, mode), (low, high, start, stop) = given, stretch
     period = setting.period
@@ -230,29 +226,26 @@ def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, S
         ticks = max(math.ceil(pieces.duration / period * (1.0 - SAME) - SAME), 1)
         return replace(plan, pieces=pieces.stretched(ticks * period / pieces.duration)), ticks
 
-    def kept(tolerance: float) -> Plan | None:
-        with suppress(OutOfReachError):
-            found = plan_stretch(setting, low, high, start, stop, replace(mode, tolerance=tolerance))
-            return found if found.over <= 1.0 + KEPT else None
-        return None
+    with suppress(OutOfReachError):
+        plan = plan_stretch(setting, low, high, start, stop, mode)
+        if plan.over <= 1.0 + KEPT:
+            return _waiting(plan, high, stop, period, both=min(start.feed, stop.feed) > 0.0)
+    raise _out_of_reach(setting, low, high, start, stop)
 
-    first = kept(mode.tolerance) or kept(SLIGHT * mode.tolerance)
-    if first is None:
-        raise _out_of_reach(setting, low, high, start, stop)
-    if period is None:
-        return first, 0
-    found: Plan | None = first
-    for tolerance in (*RESERVES, 0.0):
-        if found is None:
-            break
-        whole = round(found.pieces.duration / period)
-        if abs(found.pieces.duration - whole * period) <= SAME * found.pieces.duration + LATE * period:
-            return found, whole
-        slower = in_periods(found.pieces, high, (start.feed > 0.0, stop.feed > 0.0), period)
-        if slower is not None and np.max(worst_shares(setting, slower, high, closely=True)) <= 1.0 + KEPT:
-            return replace(found, pieces=slower), round(slower.duration / period)
-        found = kept(tolerance) if tolerance > 0.0 else None
-    return first, math.floor(first.pieces.duration / period)
+
+def _waiting(plan: Plan, high: float, stop: State, period: float | None, both: bool) -> tuple[Plan, int]:
+    """Motion that ends at `high`, mm, and waits less than a period where it rests, so that it lasts whole periods.
+
+    With `both` ends in motion it cannot wait, and no whole periods are told.
+    """
+    if both or period is None:
+        return plan, 0
+    ticks = math.ceil(plan.pieces.duration / period * (1.0 - SAME))
+    place = high if stop.feed == 0.0 else float(plan.pieces.coefficients[0, 0])
+    still = Pieces(
+        np.array([max(ticks * period - plan.pieces.duration, 0.0)]), np.eye(1, LAW_COEFFICIENTS) * place
+    )
+    return replace(plan, pieces=joined([plan.pieces, still] if stop.feed == 0.0 else [still, plan.pieces])), ticks
 
 
 def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanError:
@@ -266,14 +259,6 @@ def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanErr
         f"{plan.pieces.coefficients[k, 0]:.6g} mm the best one is {much}; smooth or split the path there, or leave out "
         "the limits of an axis that turns or bends there while the path hardly moves"
     )
-
-
-def _late(high: float, length: float, late: float, period: float) -> str:
-    """The note on a stretch with a moving end that could not be made to last whole periods."""
-    place = f"the stop at {high:g} mm falls {late:.6g} s after a tick"
-    if high == length:
-        place = f"the last period is short, {late:.6g} s of {period:g} s"
-    return f"{place}: its end feeds leave no room to slow down"
 
 
 def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> PlanError:
