@@ -39,8 +39,6 @@ GROWTH = 0.35
 MOVING = 0.125
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
-#: Where the motion turns a cell ends, unless another end is within this share of a cell.
-APART = 0.1
 #: A cell is no more than this many times as long as its neighbour.
 RATIO = 2.2
 
@@ -205,13 +203,11 @@ def lay(
     ramps: tuple[float, float],
     turn: float,
     beat: float,
-    turns: Array,
     moving: tuple[float, float] = (np.inf, np.inf),
 ) -> tuple[Array, BoolArray]:
     """Nodes (n + 1,) from low + ramps[0] to high - ramps[1], mm, and at which of them the path jumps.
 
-    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J);  turns (k,)  more places
-    at which cells end, mm, where they are not next to others;  moving  how long, mm, the first and the last are at most
+    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J);  moving  how long, mm, the first and the last are at most
     where the ends are in motion
     """
     begin, end = low + ramps[0], high - ramps[1]
@@ -221,9 +217,6 @@ def lay(
     wanted = density(samples, q, slow, turn, beat)
     s = samples.s
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
-    for at in turns[(turns > begin) & (turns < end)]:
-        if np.min(np.abs(np.interp(edges, s, total) - np.interp(at, s, total))) > APART:
-            edges = np.sort(np.append(edges, at))
     jumps = edges[1:-1]
     at = np.interp(edges, s, total)
     counts = np.ceil(np.diff(at) - 1e-9)

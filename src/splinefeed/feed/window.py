@@ -39,7 +39,7 @@ FADE = 20.0
 ROUGH = 0.02
 #: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk, and
 #: the share of the time by which each may miss its optimum.
-TURNINGS, TURNING_GAP = 4, 2e-3
+TURNINGS = 4
 #: The motion speeds up where its acceleration is above this share of what is possible; places of a cell looked at.
 LEVEL, SLOPES = 2e-3, 5
 #: From a state that leads over a limit by this, as a factor on q, nothing helps.
@@ -48,8 +48,6 @@ HOPELESS = 1.5
 UNSEEN = 1e-5
 #: What a solution says q is between its places is no less than this share of what was thought.
 SLOWEST = 1e-3
-#: No places.
-NOWHERE = np.zeros(0)
 #: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
 #: solution, from which on complementarity begins with this share of the time.
 GUESS, NEAR, CLOSE = 0.4, 0.9, 0.02
@@ -131,7 +129,6 @@ class Window:
     """The cells of a window and their problem.
 
     low, high  mm;  q (n,) what is thought of q at the samples, mm^2/s^2, which decides where cells lie;
-    turns (k,)  where the motion is thought to turn from speeding up to slowing down or back, mm: cells end there
     laid  nodes (n + 1,) and at which of them the path jumps, if they are known
     """
 
@@ -144,12 +141,11 @@ class Window:
         low: float,
         high: float,
         mode: Mode,
-        turns: Array = NOWHERE,
         laid: tuple[Array, BoolArray] | None = None,
     ) -> None:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
         ramps, moving = (ends[0].ramp, ends[1].ramp), (ends[0].way(1.0), ends[1].way(-1.0))
-        nodes, jumps = laid or lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, turns, moving)
+        nodes, jumps = laid or lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, moving)
         self.nodes, self.jumps, self.spline = nodes, jumps, Spline.on(nodes, jumps)
         cell, part, weight = _simpson(nodes, jumps)
         h = np.diff(nodes)
@@ -213,12 +209,6 @@ class Window:
                 inner[:, place] = np.maximum(inner[:, place], np.max(shares[:, place]))
         return inner
 
-    def slopes(self, c: Array) -> tuple[Array, Array]:
-        """Places, mm, SLOPES a cell and in order, and q' there, (n,) each."""
-        cell = np.repeat(np.arange(len(self)), SLOPES)
-        x = (self.nodes[:-1, None] + np.diff(self.nodes)[:, None] * np.linspace(0.0, 1.0, SLOPES)).ravel()
-        return x, self.spline.combine(self.spline.basis(cell, x), cell, c)[1]
-
     def _rows(self, places: Places) -> Rows:
         """All limits at places; those of jerk on ramps as bounds of q at their inner ends: q = (9/2 ramp^2 j)^(2/3).
 
@@ -270,8 +260,7 @@ def plan_window(
     goal = 1.0 if exact else 1.0 + mode.tolerance
     c = window.guess(share)
     if setting.limits.deceleration_jerk != setting.limits.jerk:
-        window, c = _turned(setting, window, c, mode)
-        begin = FAR
+        (window, c), begin = _turned(setting, window, c, mode), FAR
     factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
     often = np.zeros_like(factor)
     z, bound, closely = None, 0.0, False
@@ -308,29 +297,28 @@ def plan_window(
 
 
 def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Window, Array]:
-    """A window whose cells end where the motion turns between speeding up and slowing down, and what to begin with.
+    """A window and what to begin with where speeding up and slowing down have two limits of jerk, from coefficients c.
 
-    Which limit of jerk holds depends on the sign of q'. Where it may be either the lower one does; over cells that keep
-    the sign of the higher one, that. The turn moves with the limits: cells that are held to a sign but would rather
-    turn have next to no q', and are let go in the next round, a problem of its own that does better than the last.
+    Which limit holds depends on the sign of q'. Where it may be either the lower one does; over cells that clearly have
+    the sign of the higher one, that, and the sign is held.
     """
-    limits = setting.limits
+    limits, samples = setting.limits, window.samples
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
-    samples = window.samples
     level = 2.0 * LEVEL * min(samples.push, float((np.max(samples.top) ** 0.5 * samples.twist) ** 0.5))
-    for _ in range(TURNINGS):
-        c = solve(window.problem, c, TURNING_GAP).c
-        x, slope = window.slopes(c)
-        clear = way * slope - level
-        at = np.flatnonzero((clear[1:] > 0.0) != (clear[:-1] > 0.0))
-        share = clear[at] / (clear[at] - clear[at + 1])
-        q = window.q_at_samples(c)
-        turns = x[at] + share * (x[at + 1] - x[at])
-        window = Window(setting, samples, q, window.ends, window.low, window.high, mode, turns)
-        middle = 0.5 * (window.nodes[1:] + window.nodes[:-1])
-        window.rise(way, np.interp(middle, x, clear) > 0.0, 0.5 * level)
+    for left in range(TURNINGS, 0, -1):
+        c = solve(window.problem, c, mode.gap).c
+        slope = way * window.problem.look(window.problem.complete(c))[0][1]
+        clear = np.ones(len(window), dtype=bool)
+        np.logical_and.at(clear, window.cell, slope > level)
+        np.logical_and.at(clear, window.beside, (slope > level) | window.own)
+        if left > 1:
+            beside = np.zeros(len(window), dtype=bool)
+            beside[1:] |= clear[:-1]
+            beside[:-1] |= clear[1:]
+            window, was = window.halved(beside & ~clear, c, mode)
+            clear, c = clear[was], window.guess(NEAR)
+        window.rise(way, clear, 0.5 * level)
         window.hold(np.ones((3, len(window))))
-        c = window.guess(GUESS)
     return window, c
 
 
