@@ -12,25 +12,22 @@ from splinefeed.feed.numbers import HALVINGS
 from splinefeed.feed.setting import INSIDE, REACH, Setting
 from splinefeed.records import Array, BoolArray
 
-#: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad.
-SAMPLES, SAMPLE_TURN = 5, 0.1
-#: Most change of q from one sample to the next, as a share of it; q below this share of the greatest is slow.
-SAMPLE_CHANGE, SLOW = 0.4, 1e-3
+#: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad, and most change of q, as
+#: a share of it and of SLOW of the greatest.
+SAMPLES, SAMPLE_TURN, SAMPLE_CHANGE, SLOW = 5, 0.1, 0.4, 1e-3
 #: q is above this, mm^2/s^2, so that it can be divided by.
 LEAST = 1e-60
 #: Samples are no nearer than this share of the window.
 SHORTEST = 1e-9
+#: Where nothing limits the jerk, acceleration builds up in the inverse of this share of the time to the top feed.
+ABRUPT = 100.0
 #: Cells in a window along which nothing changes.
 STEADY = 30.0
 #: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
 CHANGING = 3.0
-#: At a feed v below this share of the top feed it is the time in which v is reached that counts.
-CRAWL = 1.0 / 16.0
-#: Cells need not last less than this share of the time in which the top feed is reached.
-REACHED = 0.1
 #: Samples towards both ends, each at half the distance of the one before.
 TOWARDS_ENDS = 20
-_TOWARDS_HIGH = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
+_TOWARDS = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
 #: No window has more cells.
 MOST_CELLS = 1_000_000
 #: Next to rest cells are about this share of their distance from it.
@@ -48,14 +45,15 @@ class Samples:
     """Places along a stretch, dense where it turns and where the feed changes.
 
     s (n,), mm; top (n,), mm^2/s^2, about what limits of velocity and acceleration allow q to be, and q (n,), what the
-    acceleration along the path can follow of it; curvature (n,), 1/mm; push, twist  acceleration, mm/s^2, and jerk,
-    mm/s^3, along the path that are possible where it is straight
+    acceleration along the path can follow of it; curvature (n,), 1/mm, and directions (n, k); push, twist
+    acceleration, mm/s^2, and jerk, mm/s^3, along the path that are possible where it is straight
     """
 
     s: Array
     top: Array
     q: Array
     curvature: Array
+    directions: Array
     push: float
     twist: float
 
@@ -65,91 +63,66 @@ def sample(
 ) -> Samples:
     """Places between two ends with these q, halved until tangent and feed change little from one to the next.
 
-    known  samples from `low` to `high` or further, to go on from
+    known  samples from `low` to `high` or further, to go on from.
+    Where nothing limits the jerk or the acceleration, they are what the top feed can do with: see ABRUPT.
     """
     edges = np.concatenate([[low], setting.inside(low, high), [high]])
-    least = SHORTEST * (high - low)
     if known is None or not known.s[0] < high:
-        s, d = _along(setting, edges, least)
-        top, curvature, push, twist = _tops(setting, s, d)
+        share = np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)
+        s = (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()
+        s = np.sort(np.concatenate([s, low + (edges[1] - low) * _TOWARDS, high - (high - edges[-2]) * _TOWARDS]))
+        looked = _look(setting, s)
     else:
-        inside = known.s < high
-        s, top, curvature, push, twist = (
-            known.s[inside],
-            known.top[inside],
-            known.curvature[inside],
-            known.push,
-            known.twist,
-        )
-        if high < known.s[-1]:
-            more = high - (high - max(edges[-2], s[-1])) * _TOWARDS_HIGH
-            found = _tops(setting, more)
-            s, top = np.concatenate([s, more]), np.concatenate([top, found[0]])
-            curvature = np.concatenate([curvature, found[1]])
-        else:
-            s, top, curvature = known.s, known.top, known.curvature
+        looked = known.top, known.curvature, known.directions, known.push, known.twist
+        s = known.s
+        if high < s[-1]:
+            inside = int(np.searchsorted(s, high))
+            ending = high - (high - max(edges[-2], s[inside - 1])) * _TOWARDS
+            s = np.append(s[:inside], ending)
+            looked = (
+                tuple(
+                    np.concatenate([a[:inside], b]) for a, b in zip(looked[:3], _look(setting, ending)[:3], strict=True)
+                )
+                + looked[3:]
+            )
+    push, twist = looked[3:]
     for _ in range(HALVINGS):
+        top, curvature, directions = looked[:3]
         q = profile(s, top, push, twist, low, high, q_low, q_high)
-        slow = SLOW * np.max(q)
-        gap = np.diff(s)
-        change = np.abs(np.diff(q)) > SAMPLE_CHANGE * (np.maximum(q[1:], q[:-1]) + slow)
-        more = np.flatnonzero(change & (gap > least) & _same_piece(edges, s))
-        if min(push, twist) == np.inf or not len(more):
+        gap, piece = np.diff(s), np.searchsorted(edges, s)
+        turn = np.linalg.norm(np.diff(directions, axis=0), axis=1)
+        turn = np.maximum(turn, gap * np.minimum(curvature[1:], curvature[:-1]))
+        change = np.abs(np.diff(q)) / (np.maximum(q[1:], q[:-1]) + SLOW * np.max(q))
+        more = (turn > SAMPLE_TURN) | (change > SAMPLE_CHANGE)
+        at = np.flatnonzero(more & (gap > SHORTEST * (high - low)) & (piece[1:] == piece[:-1]))
+        if not len(at):
             break
-        new = 0.5 * (s[more] + s[more + 1])
-        found = _tops(setting, new)
-        s = np.insert(s, more + 1, new)
-        top, curvature = np.insert(top, more + 1, found[0]), np.insert(curvature, more + 1, found[1])
-    q = profile(s, top, push, twist, low, high, q_low, q_high)
-    return Samples(s, top, q, curvature, push, twist)
+        new = 0.5 * (s[at] + s[at + 1])
+        s = np.insert(s, at + 1, new)
+        found = _look(setting, new)
+        looked = tuple(np.insert(a, at + 1, b, axis=0) for a, b in zip(looked[:3], found[:3], strict=True))
+    top, curvature, directions = looked[:3]
+    return Samples(s, top, profile(s, top, push, twist, low, high, q_low, q_high), curvature, directions, push, twist)
 
 
-def _along(setting: Setting, edges: Array, least: float) -> tuple[Array, Array]:
-    """Places (n,) between edges, mm, halved down to `least` until the tangent turns little; derivatives there."""
-    low, high = edges[0], edges[-1]
-    steps = np.diff(edges)
-    s = (edges[:-1, None] + steps[:, None] * np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)).ravel()
-    near = 0.5 ** np.arange(TOWARDS_ENDS, 0, -1)
-    s = np.sort(np.concatenate([s, low + steps[0] * near, high - steps[-1] * near]))
+def _look(setting: Setting, s: Array) -> tuple[Array, Array, Array, float, float]:
+    """What limits of velocity and acceleration allow q to be at places, curvature, directions; push and twist."""
     d = setting.track.derivatives(s)
-    for _ in range(HALVINGS):
-        gap = np.diff(s)
-        tangent, kappa = setting.turning(d)
-        turn = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
-        turn = np.maximum(turn, gap * np.minimum(kappa[1:], kappa[:-1]))
-        more = np.flatnonzero((turn > SAMPLE_TURN) & (gap > least) & _same_piece(edges, s))
-        if not len(more):
-            break
-        new = 0.5 * (s[more] + s[more + 1])
-        s, d = np.insert(s, more + 1, new), np.insert(d, more + 1, setting.track.derivatives(new), axis=0)
-    return s, d
-
-
-def _same_piece(edges: Array, s: Array) -> BoolArray:
-    """Whether places (n,) and the next ones lie between the same edges, (n - 1,)."""
-    piece = np.searchsorted(edges, s)
-    return np.asarray(piece[1:] == piece[:-1])
-
-
-def _tops(setting: Setting, s: Array, d: Array | None = None) -> tuple[Array, Array, float, float]:
-    """What limits of velocity and acceleration allow q to be at places, their curvature, and push and twist."""
-    d = setting.track.derivatives(s) if d is None else d
+    directions, curvature = setting.turning(d)
     moving = np.all(np.isfinite(d), axis=(1, 2))  # so near to a stop that C' rounds to 0 it has no direction
-    if not np.all(moving):
-        top, curvature = np.full(len(s), LEAST), np.zeros(len(s))
-        top[moving], curvature[moving], push, twist = _tops(setting, s[moving], d[moving])
-        return top, curvature, push, twist
-    places = setting.places(s, d=d)
-    rows = setting.rows(places)
-    with np.errstate(divide="ignore", over="ignore"):
-        linear = rows.linear[:, 0]
-        a = np.max(np.abs(linear) / np.where(linear > 0.0, rows.high, -rows.low), axis=0, initial=0.0)
-        j = np.max(np.abs(rows.jerk[:, 0]), axis=0, initial=0.0)
-        q = np.minimum(rows.top, np.minimum(1.0 / a, j ** (-2.0 / 3.0)))
-        q = np.minimum(q, 1.0 / np.max(rows.jump[:, 1], axis=(0, 1), initial=0.0))
-        push = float(np.min(0.25 * (rows.high - rows.low) / np.abs(rows.linear[:, 1]), initial=np.inf))
-        twist = float(np.float64(0.5) / np.max(np.abs(rows.jerk[:, 2]), initial=0.0))
-    return np.maximum(q, LEAST), setting.turning(places.d)[1], push, twist
+    q = np.full(len(s), LEAST)
+    curvature = np.where(moving, curvature, 0.0)
+    rows = setting.rows(setting.places(s[moving], d=d[moving]))
+    linear = rows.linear[:, 0]
+    a = np.max(np.abs(linear) / np.where(linear > 0.0, rows.high, -rows.low), axis=0, initial=0.0)
+    j = np.max(np.abs(rows.jerk[:, 0]), axis=0, initial=0.0)
+    top = np.minimum(rows.top, np.minimum(1.0 / a, j ** (-2.0 / 3.0)))
+    q[moving] = np.maximum(np.minimum(top, 1.0 / np.max(rows.jump[:, 1], axis=(0, 1), initial=0.0)), LEAST)
+    push = float(np.min(0.25 * (rows.high - rows.low) / np.abs(rows.linear[:, 1]), initial=np.inf))
+    twist = float(np.float64(0.5) / np.max(np.abs(rows.jerk[:, 2]), initial=0.0))
+    v = float(np.max(q)) ** 0.5
+    push = min(push, (v * twist) ** 0.5)
+    return q, curvature, np.nan_to_num(directions), push, min(twist, ABRUPT * push**2 / v)
 
 
 def profile(
@@ -162,35 +135,24 @@ def profile(
     """
     q = top
     for rate, power in ((2.0 * push, 1.0), ((4.5 * twist) ** 0.5, 0.75)):
-        if rate == np.inf:
-            continue
-        w = np.minimum.reduce([q**power, q_low**power + rate * (s - low), q_high**power + rate * (high - s)])
-        rise = rate * (s - low)
-        w = np.minimum.accumulate(w - rise) + rise
-        w = np.minimum.accumulate((w + rise)[::-1])[::-1] - rise
-        q = np.maximum(w, LEAST**power) ** (1.0 / power)
+        if rate < np.inf:
+            w = np.minimum.reduce([q**power, q_low**power + rate * (s - low), q_high**power + rate * (high - s)])
+            rise = rate * (s - low)
+            w = np.minimum.accumulate(w - rise) + rise
+            w = np.minimum.accumulate((w + rise)[::-1])[::-1] - rise
+            q = np.maximum(w, LEAST**power) ** (1.0 / power)
     return np.maximum(q, LEAST)
 
 
-def density(samples: Samples, q: Array, slow: float, turn: float, beat: float, *, so_far: bool = False) -> Array:
-    """Cells a mm at samples: one for `turn` rad of the path, and where the feed changes one each `beat` sqrt(v / J).
+def density(samples: Samples, q: Array, turn: float, beat: float) -> Array:
+    """Cells a mm at samples: one for `turn` rad of the path, and where the feed v changes one each `beat` sqrt(v / J).
 
-    v is the top feed, or with `so_far` the top up to a place; J the jerk along the path; without a limit of jerk the
-    time in which v is reached counts.
+    q  mm^2/s^2;  J  the jerk along the path, mm/s^3
     """
-    v = np.sqrt(np.maximum(q, slow))
-    top = np.maximum.accumulate(v) if so_far else np.full(len(v), np.max(v))
-    time = np.maximum((top / samples.twist) ** 0.5, REACHED * top / samples.push)
-    time = np.where(time > 0.0, time, np.inf)
-    crawl = np.maximum((v / samples.twist) ** 0.5, v / samples.push)
-    time = np.where((v < CRAWL * top) & (crawl > 0.0), np.minimum(crawl, time), time)
-    change = np.ones(len(q))
-    if samples.push < np.inf:
-        slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
-        slope = np.minimum(CHANGING * slope, 1.0)
-        change = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
-    steady = 0.0 if so_far else STEADY / (samples.s[-1] - samples.s[0])
-    found: Array = samples.curvature / turn + change / (beat * v * time) + steady
+    slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
+    slope = np.minimum(CHANGING * slope, 1.0)
+    change = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
+    found: Array = samples.curvature / turn + change * samples.twist**0.5 / (beat * q**0.75)
     return found
 
 
@@ -213,9 +175,8 @@ def lay(
     begin, end = low + ramps[0], high - ramps[1]
     edges = np.concatenate([[begin], setting.inside(begin + ramps[0], end - ramps[1]), [end]])
     edges = _with_reach(setting, samples, q, edges)
-    slow = 2.0 * min(samples.push, 1e6) * max(*ramps, 1e-12)
-    wanted = density(samples, q, slow, turn, beat)
     s = samples.s
+    wanted = density(samples, np.maximum(q, 2.0 * samples.push * max(ramps)), turn, beat) + STEADY / (high - low)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
     jumps = edges[1:-1]
     at = np.interp(edges, s, total)
@@ -277,8 +238,7 @@ def counted(
     most = int(joins * cells)
     far = float(inner[most]) if len(inner) > most else high
     samples = sample(setting, low, far, FREE, FREE)
-    slow = 2.0 * min(samples.push, 1e6) * RATIO * 1e-3
-    wanted = density(samples, samples.top, slow, turn, beat, so_far=True)
+    wanted = density(samples, np.maximum(samples.top, SLOW * np.maximum.accumulate(samples.top)), turn, beat)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(samples.s))])
     edges = np.concatenate([[low], inner[inner < far], [far]])
     at = np.interp(edges, samples.s, total)

@@ -14,8 +14,8 @@ import numpy as np
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.feed.audit import worst_shares
 from splinefeed.feed.corners import passed_corners
-from splinefeed.feed.numbers import KEPT, SAME
 from splinefeed.feed.law import Pieces, joined
+from splinefeed.feed.numbers import KEPT, SAME
 from splinefeed.feed.setting import Setting
 from splinefeed.feed.straight import straights
 from splinefeed.feed.stretches import curve_feeds, lasting
@@ -45,8 +45,8 @@ LATE = 1e-9
 TIP = ("tip.x", "tip.y", "tip.z")
 #: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes.
 OF_JOINTS = {**MODES, TIME_OPTIMAL: replace(MODES[TIME_OPTIMAL], beat=0.1)}
-#: Where no motion is found next to the pole, cells are half as long again.
-BESIDE_POLE = 0.05
+#: Where no motion is found, cells are half as long, and this share of all limits is left unused next to ends in motion.
+UNUSED = 1e-2
 
 
 def plan_time_optimal(
@@ -122,15 +122,16 @@ def plan_in_mode(
     begin = State(limits.start_feed) if start is None else start
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         setting = setting_of(path, limits, period)
-        try:
-            law = motion(setting, strategy, mode, begin)
-        except PlanError:
-            if isinstance(path, Path):
+        for each in (mode, replace(mode, beat=0.5 * mode.beat, tolerance=UNUSED)):
+            try:
+                law = motion(setting, strategy, each, begin)
+                at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
+                return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
+            except OutOfReachError:
                 raise
-            mode = replace(OF_JOINTS[TIME_OPTIMAL], beat=BESIDE_POLE)
-            law = motion(setting, strategy, mode, begin)
-        at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
-        return held_at_ticks(law, path, limits, at_rest, setting.passed[0], setting.breaks)
+            except PlanError as error:
+                found = error
+        raise found
 
 
 def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = None) -> TimeLaw:
@@ -242,9 +243,7 @@ def _waiting(plan: Plan, high: float, stop: State, period: float | None, both: b
         return plan, 0
     ticks = math.ceil(plan.pieces.duration / period * (1.0 - SAME))
     place = high if stop.feed == 0.0 else float(plan.pieces.coefficients[0, 0])
-    still = Pieces(
-        np.array([max(ticks * period - plan.pieces.duration, 0.0)]), np.eye(1, LAW_COEFFICIENTS) * place
-    )
+    still = Pieces(np.array([max(ticks * period - plan.pieces.duration, 0.0)]), np.eye(1, LAW_COEFFICIENTS) * place)
     return replace(plan, pieces=joined([plan.pieces, still] if stop.feed == 0.0 else [still, plan.pieces])), ticks
 
 
@@ -261,7 +260,7 @@ def _not_found(setting: Setting, plan: Plan, low: float, high: float) -> PlanErr
     )
 
 
-def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> PlanError:
+def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop: State) -> OutOfReachError:
     """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow."""
     mode = MODES[LOOK_AHEAD]
     near = Windows(low).reach(setting, mode, high)  # what lies behind does not matter
@@ -286,14 +285,14 @@ def _out_of_reach(setting: Setting, low: float, high: float, start: State, stop:
         if possible(calm, stop):
             share = most(lambda share: possible(replace(start, acceleration=share * start.acceleration), stop))
             nearest = replace(start, acceleration=share * start.acceleration)
-        return PlanError(
+        return OutOfReachError(
             f"the limits up to s = {near:.6g} mm do not allow {start}; the nearest state they allow is {nearest}"
         )
     name, wanted = ("end_feed", stop.feed) if at_end else ("start_feed", start.feed)
     least = wanted * most(
         lambda share: possible(start, stop.slower(share)) if at_end else possible(start.slower(share), REST)
     )
-    return PlanError(
+    return OutOfReachError(
         f"{name} is {wanted:g} mm/s; the limits between s = {low:.6g} and {high:.6g} mm allow at most {least:.6g} mm/s "
         "there; lower it"
     )

@@ -15,24 +15,15 @@ from splinefeed.feed.grid import FASTER, Samples, graded, lay, sample
 from splinefeed.feed.law import Pieces, pieces_of
 from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
-from splinefeed.feed.numbers import HALVINGS, SAME
+from splinefeed.feed.numbers import SAME
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.feed.solve import FAR, End, Problem, solve
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
-#: A ramp at rest is this share of the way over which jerk builds up the acceleration, and of the stretch.
-RAMP_OF_BUILD_UP, RAMP_OF_STRETCH = 0.1, 0.002
-#: ... without a limit of jerk, of the way up to the top feed: a ramp then takes half as long again as it might.
-RAMP_OF_WAY = 1e-5
-#: ... and of the way to the next knot, so that a cell fits in between.
-RAMP_OF_BREAK = 0.4
-#: Bending within a ramp costs at most this factor of the axis jerk.
-RAMP_BEND = 1.3
-#: The path turns by about this much within a ramp, rad, at most.
-RAMP_TURN = 0.3
-#: Jerk of a ramp as a share of the limit: an end is on a ramp all the time.
-RAMP_JERK = 0.97
+#: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
+#: of the stretch: nothing bends within it, and a cell fits in behind it.
+RAMP = 0.01
 #: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
 FADE = 20.0
 #: Share of the time by which a solution may miss the optimum that tells how fast jumps are passed: FASTER covers it.
@@ -219,7 +210,7 @@ class Window:
             if end.rest:
                 unit = float(np.max(_ramp_units(self.setting, place, way * end.ramp)))
                 if unit > 0.0:
-                    rows.top[at] = min(rows.top[at], (4.5 * end.ramp**2 * RAMP_JERK / unit) ** (2.0 / 3.0))
+                    rows.top[at] = min(rows.top[at], (4.5 * end.ramp**2 / unit) ** (2.0 / 3.0))
             elif not end.free:
                 rows.top[at], rows.low[:, at], rows.high[:, at] = FREE, -FREE, FREE
         return rows
@@ -241,9 +232,10 @@ def plan_window(
     that is not slowed down afterwards. `known`: samples from `low` to `high` or further.
     """
     samples = sample(setting, low, high, start.feed**2, stop.feed**2, known)
-    if samples.push == np.inf and samples.twist == np.inf:
+    if samples.push == np.inf:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm nothing limits the acceleration or jerk")
-    if np.min(samples.top) < SAME * np.max(samples.top):  # feeds a million times lower
+    little = np.min(samples.top) < SAME * np.max(samples.top)  # feeds a million times lower
+    if little or not high - low > SAME * setting.track.length:
         raise PlanError(f"from s = {low:.6g} to {high:.6g} mm a limit leaves almost no feed")
     if start.feed**2 >= np.max(samples.top) and State(start.feed) == stop == start:  # nothing to choose
         steady = Pieces(np.array([(high - low) / start.feed]), np.array([[low, start.feed, 0.0, 0.0, 0.0, 0.0]]))
@@ -304,7 +296,7 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
     """
     limits, samples = setting.limits, window.samples
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
-    level = 2.0 * LEVEL * min(samples.push, float((np.max(samples.top) ** 0.5 * samples.twist) ** 0.5))
+    level = 2.0 * LEVEL * samples.push
     for left in range(TURNINGS, 0, -1):
         c = solve(window.problem, c, mode.gap).c
         slope = way * window.problem.look(window.problem.complete(c))[0][1]
@@ -334,30 +326,14 @@ def _reserve(n: int, ends: tuple[End, End], share: float) -> Array:
 
 
 def _ends(setting: Setting, samples: Samples, low: float, high: float, start: State, stop: State) -> tuple[End, End]:
-    """What the optimiser knows of both ends; ramps at rest are halved until bending within them is little."""
-    v = float(np.sqrt(np.max(samples.top)))
-    push, twist = samples.push, samples.twist
-    ways = [RAMP_OF_STRETCH * (high - low)]
-    if twist < np.inf:
-        ways.append(RAMP_OF_BUILD_UP * (v / twist) ** 0.5 * v)
-    if push < np.inf:
-        built_up = RAMP_OF_BUILD_UP * push**3 / (6.0 * twist**2)
-        ways.append(max(built_up, RAMP_OF_WAY * v * v / push))
+    """What the optimiser knows of both ends."""
+    way = min(samples.push**3 / (6.0 * samples.twist**2), high - low)
+    inner = setting.inside(low, high)
     ends = []
-    for state, place, way in ((start, low, 1.0), (stop, high, -1.0)):
-        if state.feed > 0.0:
-            ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration))
-            continue
-        # a ramp is looked at in few places: it ends before the next knot
-        beside = float(np.min(np.abs(setting.inside(low, high) - place), initial=np.inf))
-        ramp = min(*ways, RAMP_OF_BREAK * beside)
-        for _ in range(HALVINGS):
-            bent = _ramp_units(setting, place, way * ramp)
-            turn = ramp * float(setting.turning(setting.track.derivatives(np.array([place + way * 1e-3 * ramp])))[1][0])
-            if not (np.max(bent) > RAMP_BEND * np.max(bent[:, :1]) or turn > RAMP_TURN):
-                break
-            ramp *= 0.5
-        ends.append(End(ramp=ramp))
+    for state, place in ((start, low), (stop, high)):
+        beside = min(way, float(np.min(np.abs(inner - place), initial=np.inf)))
+        moving = state.feed > 0.0
+        ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration) if moving else End(ramp=RAMP * beside))
     return ends[0], ends[1]
 
 
