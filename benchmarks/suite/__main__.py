@@ -39,8 +39,8 @@ Found = dict[tuple[str, str], list[tuple[float | None, float, float]]]
 NODES = 1000
 #: How `--best` has ours look for a better time.
 FINER = {
-    "cells half as long": {"turn": 0.1, "beat": 0.1, "gap": 5e-5, "tolerance": 5e-5},
-    "cells a quarter as long": {"turn": 0.05, "beat": 0.05, "gap": 2e-5, "tolerance": 2e-5},
+    "cells half as long": {"cell": 0.1, "tolerance": 5e-5},
+    "cells a quarter as long": {"cell": 0.05, "tolerance": 2e-5},
 }
 #: Problems of a name that begins so stand in one row.
 GROUPS = {

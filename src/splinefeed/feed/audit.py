@@ -9,10 +9,9 @@ from splinefeed.feed.numbers import SAME, TOGETHER
 from splinefeed.feed.setting import INSIDE, Setting
 from splinefeed.records import Array, IntArray
 
-#: Shares of each piece's time at which it is looked at while it is planned.
-LOOKED = (0.0, 0.2, 0.5, 0.8, 1.0)
-#: ... and closely, dense at both ends: first all pieces, then those that may be over what the others are.
-CLOSELY, MORE_CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (9, 33))
+#: Shares of each piece's time at which it is looked at, dense at both ends: while it is planned, closely, and where it
+#: may be over what was seen.
+LOOKED, CLOSELY, MORE_CLOSELY = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (5, 9, 33))
 #: An acceleration below this share of the largest one of its piece is none.
 STILL = 1e-9
 #: How much larger the rise of a peak between places is taken than a parabola says.
@@ -25,7 +24,7 @@ def worst_shares(setting: Setting, pieces: Pieces, end: float, *, closely: bool 
     A peak between places follows from a parabola through three of them. Looking closely, a piece in which a limit bends
     so much between its places that it might be over all that was seen, and over 1, is looked at in more of them.
     """
-    worst, seen, bound = _looked_at(setting, pieces, end, np.asarray(CLOSELY if closely else LOOKED))
+    worst, seen, bound = _looked_at(setting, pieces, end, CLOSELY if closely else LOOKED)
     if closely:
         doubtful = np.flatnonzero(~(bound <= max(1.0, seen)))
         worst[:, doubtful] = _looked_at(setting, pieces, end, MORE_CLOSELY, doubtful)[0]

@@ -14,7 +14,7 @@ from scipy.linalg import lapack
 
 from splinefeed.feed.dual import REACHING, Dual, smooth
 from splinefeed.feed.setting import Setting
-from splinefeed.feed.solve import RIDGES, Problem, Solution
+from splinefeed.feed.solve import AIM, KEPT, RIDGES, Problem, Solution
 from splinefeed.records import Array, IntArray
 
 #: Cells on a ramp at rest, each half as long as the next one.
@@ -23,12 +23,10 @@ RAMP_CELLS = 10
 #: the cells' affair.
 ROUNDS, FAR_OFF, CLOSE = 2, 0.95, 0.995
 #: Most steps; a step takes at most this share of what is left; complementarity at last, as a share of the time.
-STEPS, TAKEN, GAP = 40, 0.99, 1e-4
+STEPS, GAP = 40, 1e-4
 #: Multipliers begin at this least share of what they may be, q at most at this share of its limit and at this least
 #: share of the greatest, complementarity at this share of the time.
 LEAST, BELOW, STILL, FAR = 0.1, 0.98, 1e-8, 0.1
-#: Complementarity aimed at beside that of now: after long, fair, short and still shorter steps.
-AIMS = ((0.8, 0.1), (0.4, 0.3), (0.1, 0.7), (0.0, 1.0))
 #: A multiplier that begins below this, and so do so many before and behind it, stays 0: its row does not bind there.
 BINDING, BESIDE = 1e-3, 3
 
@@ -137,8 +135,11 @@ def _best(dual: Dual, q: Array, x: Array) -> Array:
         q, y, w = q + along * dq, y + along * dy, w + along * dw
         x, v = x + along_x * dx, v + along_x * dv
         u = 1.0 - np.sum(x[:, : dual.jerks], axis=1)
-        aim = next(aim for length, aim in AIMS if min(along, along_x) >= length)
-        mu = aim * float(np.sum(x[free] * y) + np.sum(u * w) + np.sum(weight * v * (top - q))) / count
+        mu = (
+            max(AIM, 1.0 - min(along, along_x))
+            * float(np.sum(x[free] * y) + np.sum(u * w) + np.sum(weight * v * (top - q)))
+            / count
+        )
     return best
 
 
@@ -154,8 +155,8 @@ def _pairs(number: IntArray) -> tuple[IntArray, IntArray, IntArray]:
 
 
 def _longest(*shares: Array) -> float:
-    """The longest step, at most 1, that takes no more than TAKEN: shares are of what is left."""
-    return min(1.0, TAKEN / max(*(float(np.max(each)) for each in shares), 1e-300))
+    """The longest step, at most 1, that leaves KEPT: shares are of what is left."""
+    return min(1.0, (1.0 - KEPT) / max(*(float(np.max(each)) for each in shares), 1e-300))
 
 
 def _solved(pairs: Array, at: IntArray, diagonal: Array, push: Array) -> Array | None:

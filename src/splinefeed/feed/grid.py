@@ -8,13 +8,14 @@ import numpy as np
 
 from splinefeed.errors import PlanError
 from splinefeed.feed.limits.rows import FREE
-from splinefeed.feed.numbers import HALVINGS
+from splinefeed.feed.numbers import HALVINGS, SAME
 from splinefeed.feed.setting import INSIDE, REACH, Setting
+from splinefeed.feed.solve import End
 from splinefeed.records import Array, BoolArray
 
-#: Samples between two breaks to begin with; most turn of the tangent from one to the next, rad, and most change of q, as
-#: a share of it and of SLOW of the greatest.
-SAMPLES, SAMPLE_TURN, SAMPLE_CHANGE, SLOW = 5, 0.1, 0.4, 1e-3
+#: Samples between two breaks to begin with, and most change from one to the next: turn of the tangent, rad, and q as a
+#: share of itself; q below this share of the greatest is slow.
+SAMPLES, CHANGE, SLOW = 3, 0.2, 1e-3
 #: q is above this, mm^2/s^2, so that it can be divided by.
 LEAST = 1e-60
 #: Samples are no nearer than this share of the window.
@@ -32,8 +33,6 @@ _TOWARDS = np.append(0.5 ** np.arange(1, TOWARDS_ENDS + 1), INSIDE)
 MOST_CELLS = 1_000_000
 #: Next to rest cells are about this share of their distance from it.
 GROWTH = 0.35
-#: Next to an end in motion they are this share of what they were: what is given there leaves little to choose.
-MOVING = 0.125
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
 #: A cell is no more than this many times as long as its neighbour.
@@ -93,7 +92,7 @@ def sample(
         turn = np.linalg.norm(np.diff(directions, axis=0), axis=1)
         turn = np.maximum(turn, gap * np.minimum(curvature[1:], curvature[:-1]))
         change = np.abs(np.diff(q)) / (np.maximum(q[1:], q[:-1]) + SLOW * np.max(q))
-        more = (turn > SAMPLE_TURN) | (change > SAMPLE_CHANGE)
+        more = (turn > CHANGE) | (change > CHANGE)
         at = np.flatnonzero(more & (gap > SHORTEST * (high - low)) & (piece[1:] == piece[:-1]))
         if not len(at):
             break
@@ -144,15 +143,16 @@ def profile(
     return np.maximum(q, LEAST)
 
 
-def density(samples: Samples, q: Array, turn: float, beat: float) -> Array:
-    """Cells a mm at samples: one for `turn` rad of the path, and where the feed v changes one each `beat` sqrt(v / J).
+def density(samples: Samples, q: Array, size: float) -> Array:
+    """Cells a mm at samples: where the path turns and where the feed changes.
 
-    q  mm^2/s^2;  J  the jerk along the path, mm/s^3
+    One for each `size` rad of the path, and one for each `size` sqrt(v / J) of time at the feed v = sqrt(q), mm/s, under
+    the jerk J along the path
     """
     slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
     slope = np.minimum(CHANGING * slope, 1.0)
     change = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
-    found: Array = samples.curvature / turn + change * samples.twist**0.5 / (beat * q**0.75)
+    found: Array = (samples.curvature + change * samples.twist**0.5 / q**0.75) / size
     return found
 
 
@@ -162,55 +162,50 @@ def lay(
     q: Array,
     low: float,
     high: float,
-    ramps: tuple[float, float],
-    turn: float,
-    beat: float,
-    moving: tuple[float, float] = (np.inf, np.inf),
+    ends: tuple[End, End],
+    size: float,
 ) -> tuple[Array, BoolArray]:
-    """Nodes (n + 1,) from low + ramps[0] to high - ramps[1], mm, and at which of them the path jumps.
+    """Nodes (n + 1,) between the ramps at both ends, mm, and at which of them the path jumps.
 
-    turn  rad a cell turns at most;  beat  how long it lasts at most, in units of sqrt(v / J);  moving  how long, mm, the first and the last are at most
-    where the ends are in motion
+    size  see `density`
     """
+    ramps = ends[0].ramp, ends[1].ramp
     begin, end = low + ramps[0], high - ramps[1]
     edges = np.concatenate([[begin], setting.inside(begin + ramps[0], end - ramps[1]), [end]])
     edges = _with_reach(setting, samples, q, edges)
     s = samples.s
-    wanted = density(samples, np.maximum(q, 2.0 * samples.push * max(ramps)), turn, beat) + STEADY / (high - low)
+    wanted = density(samples, np.maximum(q, 2.0 * samples.push * max(ramps)), size) + STEADY / (high - low)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(s))])
-    jumps = edges[1:-1]
     at = np.interp(edges, s, total)
-    counts = np.ceil(np.diff(at) - 1e-9)
+    counts = np.maximum(np.ceil(np.diff(at) - SAME), 1.0)
     if not np.sum(counts) < MOST_CELLS:
         raise PlanError(
             f"from s = {low:.6g} to {high:.6g} mm the path bends too sharply for its limits: {np.sum(counts):.3g} "
             "cells would be needed; smooth it there"
         )
-    counts = np.maximum(counts, 1).astype(int)
-    first = np.repeat(np.arange(len(counts)), counts)
-    fraction = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[first]
-    nodes = np.interp(at[first] + fraction * np.diff(at)[first], total, s)
-    nodes[fraction == 0.0] = edges[:-1]
-    nodes = np.maximum.accumulate(np.append(nodes, end))
-    nodes = nodes[np.append(True, np.diff(nodes) > 0.0)]
-    first_cell = min(MOVING * (nodes[1] - nodes[0]), moving[0])
-    last_cell = min(MOVING * (nodes[-1] - nodes[-2]), moving[1])
-    for _ in range(HALVINGS):  # geometric from the ramps, and from ends in motion
-        most = np.full(len(nodes) - 1, np.inf)
-        if ramps[0] > 0.0:
-            most = np.minimum(most, np.maximum(GROWTH * (nodes[1:] - low), 0.5 * ramps[0]))
-        if ramps[1] > 0.0:
-            most = np.minimum(most, np.maximum(GROWTH * (high - nodes[:-1]), 0.5 * ramps[1]))
-        if ramps[0] == 0.0:
-            most = np.minimum(most, np.maximum(GROWTH * (nodes[1:] - low), first_cell))
-        if ramps[1] == 0.0:
-            most = np.minimum(most, np.maximum(GROWTH * (high - nodes[:-1]), last_cell))
-        cut = np.diff(nodes) > most
+    owner = np.repeat(np.arange(len(counts)), counts.astype(int))
+    share = (np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]) / counts[owner]
+    nodes = np.interp(at[owner] + share * np.diff(at)[owner], total, s)
+    nodes[share == 0.0] = edges[:-1]
+    nodes = np.unique(np.append(nodes, end))
+    cells = np.diff(nodes)
+    first, last = (
+        0.5 * end.ramp if end.rest else min(cell, end.way(side))
+        for end, cell, side in zip(ends, (cells[0], cells[-1]), (1.0, -1.0), strict=True)
+    )
+    for _ in range(HALVINGS):  # geometric from both ends
+        away = np.maximum(GROWTH * (nodes[1:] - low), first), np.maximum(GROWTH * (high - nodes[:-1]), last)
+        cut = np.diff(nodes) > np.minimum(*away)
         if not cut.any():
             break
-        nodes = np.sort(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))
+        nodes = _halved(nodes, cut)
     nodes = graded(nodes, np.zeros(len(nodes) - 1, dtype=bool))
-    return nodes, np.isin(nodes, jumps)
+    return nodes, np.isin(nodes, edges[1:-1])
+
+
+def _halved(nodes: Array, cut: BoolArray) -> Array:
+    """Nodes with the cells of `cut` (n,) halved, but for those that are too short for that."""
+    return np.unique(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))
 
 
 def _with_reach(setting: Setting, samples: Samples, q: Array, edges: Array) -> Array:
@@ -227,7 +222,7 @@ def _with_reach(setting: Setting, samples: Samples, q: Array, edges: Array) -> A
 
 
 def counted(
-    setting: Setting, low: float, high: float, turn: float, beat: float, cells: int, joins: float
+    setting: Setting, low: float, high: float, size: float, cells: int, joins: float
 ) -> tuple[float, float, Samples]:
     """How far about so many cells reach from `low`, mm: `high`, where the path ends, if only `joins` times as many do.
 
@@ -238,7 +233,7 @@ def counted(
     most = int(joins * cells)
     far = float(inner[most]) if len(inner) > most else high
     samples = sample(setting, low, far, FREE, FREE)
-    wanted = density(samples, np.maximum(samples.top, SLOW * np.maximum.accumulate(samples.top)), turn, beat)
+    wanted = density(samples, np.maximum(samples.top, SLOW * np.maximum.accumulate(samples.top)), size)
     total = np.concatenate([[0.0], np.cumsum(0.5 * (wanted[1:] + wanted[:-1]) * np.diff(samples.s))])
     edges = np.concatenate([[low], inner[inner < far], [far]])
     at = np.interp(edges, samples.s, total)
@@ -255,14 +250,13 @@ def graded(nodes: Array, cut: BoolArray) -> Array:
         while True:
             size = np.where(cut, 0.5, 1.0) * h
             more = np.zeros(len(h), dtype=bool)
-            more[1:] |= h[1:] * np.where(cut[1:], 0.5, 1.0) > RATIO * size[:-1]
-            more[:-1] |= h[:-1] * np.where(cut[:-1], 0.5, 1.0) > RATIO * size[1:]
-            more &= ~cut
-            if not more.any():
+            more[1:] |= size[1:] > RATIO * size[:-1]
+            more[:-1] |= size[:-1] > RATIO * size[1:]
+            if not np.any(more & ~cut):
                 break
             cut = cut | more
         if not cut.any():
             break
-        nodes = np.unique(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))  # no cell of no length
+        nodes = _halved(nodes, cut)
         cut = np.zeros(len(nodes) - 1, dtype=bool)
     return nodes

@@ -31,8 +31,8 @@ from splinefeed.workers import spread
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: Mode(turn=0.2, beat=0.2, gap=2e-4, tolerance=2e-4, rounds=12, cells=8000, bounded=True),
-    LOOK_AHEAD: Mode(turn=0.4, beat=0.5, gap=3e-3, tolerance=8e-3, rounds=4, cells=400),
+    TIME_OPTIMAL: Mode(cell=0.2, tolerance=2e-4, cells=8000, bounded=True),
+    LOOK_AHEAD: Mode(cell=0.5, tolerance=5e-3, cells=400),
 }
 #: A motion that the audit finds over a limit is slowed down as a whole; by more than POOR, as a factor on q, a note
 #: says so, and by more than HOPELESS it is none.
@@ -43,8 +43,6 @@ NEAREST = 10
 LATE = 1e-9
 #: Names of a tool tip's own coordinates, which have no limits, before those of the joints.
 TIP = ("tip.x", "tip.y", "tip.z")
-#: Joints bend where the tip does not: time-optimal has cells half as long as on a path of linear axes.
-OF_JOINTS = {**MODES, TIME_OPTIMAL: replace(MODES[TIME_OPTIMAL], beat=0.1)}
 #: Where no motion is found, cells are half as long, and this share of all limits is left unused next to ends in motion.
 UNUSED = 1e-2
 
@@ -116,13 +114,13 @@ def plan_in_mode(
     if isinstance(path, Path):
         _check_jumps(path, limits, period)
     else:
-        mode = OF_JOINTS[strategy]
+        mode = replace(mode, cell=0.5 * mode.cell)  # joints bend where the tip does not
         if limits.axis_velocity_step is not None:
             raise LimitsError("axis_velocity_step: a tool stops at the corners of its path; leave it out")
     begin = State(limits.start_feed) if start is None else start
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         setting = setting_of(path, limits, period)
-        for each in (mode, replace(mode, beat=0.5 * mode.beat, tolerance=UNUSED)):
+        for each in (mode, replace(mode, cell=0.5 * mode.cell, tolerance=UNUSED)):
             try:
                 law = motion(setting, strategy, each, begin)
                 at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))

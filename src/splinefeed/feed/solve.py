@@ -30,18 +30,15 @@ UPPER, UPPER_3 = np.triu_indices(DEGREE + 1), np.triu_indices(DEGREE)
 STEPS = 320
 #: Shares of the diagonal that are added to it until rounding leaves the matrix positive.
 RIDGES = (0.0, 1e-12, 1e-9, 1e-6)
-#: A slack keeps this share of itself in a step; q keeps this share of itself.
-KEPT, KEPT_Q = 0.01, 0.1
-#: Slack of a row that is over its limit at the start, as a share of the limit.
-SLACK = 0.02
-#: Complementarity to begin with, as a share of the time, from a guess; a tenth of that from multipliers.
-FAR = 0.1
+#: A slack, a multiplier and q keep this share of themselves in a step.
+KEPT = 0.01
+#: Complementarity to begin with, as a share of the time, from a guess and from multipliers, and the slack of a row that
+#: is over its limit then, as a share of the limit.
+FAR, NEAR = 0.1, 0.02
 #: Complementarity above this multiple of the time is that of rows which cannot all be kept.
 HOPELESS = 1e9
-#: Complementarity z s aimed at beside that of now: after long, fair and short steps.
-AIMS = ((0.8, 0.15), (0.3, 0.5), (0.0, 1.0))
-#: Multipliers stay within this factor of what complementarity says.
-BALANCE = 1e10
+#: Least complementarity z s aimed at beside that of now: a step that was short aims at the share that it left.
+AIM = 0.15
 
 
 @dataclass(frozen=True)
@@ -217,10 +214,8 @@ class Problem:
         return float(self.weight @ r)
 
 
-def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin: float = FAR) -> Solution:
+def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Solution:
     """From coefficients c (m,), q > 0, to a time within the share `gap` of the least; z goes on from multipliers.
-
-    begin  complementarity to begin with, as a share of the time; a tenth of it with z
 
     A row that is over its limit has a slack of its own until it is not; one that is not stays so. So whatever comes out
     keeps every row unless one could not be kept at all, and steps may end anywhere.
@@ -230,8 +225,8 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
     if not len(g):
         raise PlanError("no feed above 0 everywhere was found: a limit leaves almost none")
     time = problem.time(r)
-    s = np.maximum(-g, SLACK if z is None else SLACK**2)
-    mu = (begin if z is None else 0.1 * begin) * time / problem.count
+    s = np.maximum(-g, NEAR if z is None else NEAR**2)
+    mu = (FAR if z is None else NEAR) * time / problem.count
     z = mu / s if z is None else np.clip(z, 0.1 * mu / s, 10.0 * mu / s)
     before, fall = time, np.inf
     for _ in range(STEPS):
@@ -242,7 +237,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
         dq, dg = problem.change(y, r, dc)
         ds = -residual - dg
         dz = (mu - z * s - z * ds) / s
-        along = _longest(ds / s, 1.0 - KEPT, min(1.0, (1.0 - KEPT_Q) / max(float(np.max(-dq / y[0])), 1e-300)))
+        along = _longest(ds / s, 1.0 - KEPT, min(1.0, (1.0 - KEPT) / max(float(np.max(-dq / y[0])), 1e-300)))
         along_z = _longest(dz / z, 1.0 - KEPT, 1.0)
         held = residual <= 0.0
         for _ in range(HALVINGS):
@@ -258,7 +253,6 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
         fell, time = fall, problem.time(r)
         fall, before = before - time, time
         z = z + along_z * dz
-        z = np.clip(z, mu / (BALANCE * s), BALANCE * mu / s)
         complementary = float(np.sum(z * s))
         if not complementary < HOPELESS * time:  # rows that contradict each other
             break
@@ -267,8 +261,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, begin:
         settled = least > 0.5 and fall * abs(fall) <= gap * time * (fell - fall)
         if settled and np.max(g) < 0.0 and complementary < gap * time:
             break
-        aim = next(aim for length, aim in AIMS if least >= length)
-        mu = max(aim * complementary, 0.1 * gap * time) / problem.count
+        mu = max(max(AIM, 1.0 - least) * complementary, 0.1 * gap * time) / problem.count
     return Solution(problem.complete(c), time, z, bool(np.max(g) < 0.0))
 
 

@@ -17,51 +17,38 @@ from splinefeed.feed.limits import Places, Rows
 from splinefeed.feed.limits.rows import FREE
 from splinefeed.feed.numbers import SAME
 from splinefeed.feed.setting import INSIDE, Setting
-from splinefeed.feed.solve import FAR, End, Problem, solve
+from splinefeed.feed.solve import End, Problem, solve
 from splinefeed.feed.spline import DEGREE, Spline
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: A ramp at rest is this share of the way over which jerk builds up the acceleration, of the way to the next knot, and
 #: of the stretch: nothing bends within it, and a cell fits in behind it.
 RAMP = 0.01
-#: Cells next to an end in motion over which the share of limits that is left unused comes up from none.
-FADE = 20.0
-#: Share of the time by which a solution may miss the optimum that tells how fast jumps are passed: FASTER covers it.
-ROUGH = 0.02
 #: Rounds in which the places are found where speeding up turns into slowing down, if these have two limits of jerk, and
-#: the share of the time by which each may miss its optimum.
-TURNINGS = 4
-#: The motion speeds up where its acceleration is above this share of what is possible; places of a cell looked at.
-LEVEL, SLOPES = 2e-3, 5
-#: From a state that leads over a limit by this, as a factor on q, nothing helps.
-HOPELESS = 1.5
+#: the share of what is possible above which the acceleration tells that the motion speeds up.
+TURNINGS, LEVEL = 4, 2e-3
+#: Times that cells found over a limit are tightened and solved again, at most; twice as many where the motion is not
+#: slowed down afterwards.
+ROUNDS = 6
 #: What a close look may not see of a peak, as a factor on q: 1e-6 was found.
 UNSEEN = 1e-5
-#: What a solution says q is between its places is no less than this share of what was thought.
-SLOWEST = 1e-3
-#: The first guess of q as a share of what limits of velocity and acceleration alone allow, and of a rough
-#: solution, from which on complementarity begins with this share of the time.
-GUESS, NEAR, CLOSE = 0.4, 0.9, 0.02
+#: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
+GUESS = 0.6
 
 
 @dataclass(frozen=True)
 class Mode:
     """How closely a motion is planned.
 
-    turn       rad over which the path turns within a cell, at most
-    beat       time over a cell, at most, in units of sqrt(v / J), v the top feed and J the jerk along the path
-    gap        share of the time by which a solution may miss the optimum on its cells
-    tolerance  share of a limit, as a factor on q, by which the audit may find a motion over it
-    rounds     times that cells found over a limit are tightened and solved again, at most
+    cell       over which the path turns, rad, and time over it, in units of sqrt(v / J), at most; see `grid.density`
+    tolerance  share of the time by which a solution may miss the optimum on its cells, and share of a limit, as a
+               factor on q, by which the audit may find a motion over it
     cells      in a window, about
     bounded    whether a lower bound of the time is wanted
     """
 
-    turn: float
-    beat: float
-    gap: float
+    cell: float
     tolerance: float
-    rounds: int
     cells: int
     bounded: bool = False
 
@@ -135,8 +122,7 @@ class Window:
         laid: tuple[Array, BoolArray] | None = None,
     ) -> None:
         self.setting, self.samples, self.q, self.ends, self.low, self.high = setting, samples, q, ends, low, high
-        ramps, moving = (ends[0].ramp, ends[1].ramp), (ends[0].way(1.0), ends[1].way(-1.0))
-        nodes, jumps = laid or lay(setting, samples, q, low, high, ramps, mode.turn, mode.beat, moving)
+        nodes, jumps = laid or lay(setting, samples, q, low, high, ends, mode.cell)
         self.nodes, self.jumps, self.spline = nodes, jumps, Spline.on(nodes, jumps)
         cell, part, weight = _simpson(nodes, jumps)
         h = np.diff(nodes)
@@ -174,11 +160,11 @@ class Window:
                 rising[place] = 0.0  # the state there is given
         self.free = self._rows(dataclasses.replace(self.places, rising=rising)).only_rising(rising, least)
 
-    def guess(self, share: float) -> Array:
+    def guess(self) -> Array:
         """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest."""
         at, size = self.spline.greville(), self.spline.size
         thought = np.interp(self.spline.t, self.samples.s, self.q)
-        c: Array = share * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
+        c: Array = GUESS * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
         for end, away, place in ((self.ends[0], at - self.low, 0), (self.ends[1], self.high - at, -1)):
             if end.rest:
                 ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
@@ -190,7 +176,7 @@ class Window:
     def q_at_samples(self, c: Array) -> Array:
         """q (n,) of coefficients at the samples."""
         found: Array = self.spline.at(c, np.clip(self.samples.s, self.nodes[0], self.nodes[-1]))[0]
-        return np.maximum(found, SLOWEST * self.samples.q)  # less is not a motion but rows that contradict each other
+        return np.maximum(found, SAME * self.samples.q)  # less is not a motion but rows that contradict each other
 
     def of_cells(self, shares: Array) -> Array:
         """Shares of pieces (3, m) as those of cells (3, n): any on a ramp counts for q in the cell beside it."""
@@ -242,25 +228,23 @@ def plan_window(
         most = float(np.max(worst_shares(setting, steady, high)))
         return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0, True)
     ends = _ends(setting, samples, low, high, start, stop)
-    window, share = Window(setting, samples, samples.q, ends, low, high, mode), GUESS
-    begin = FAR
+    window = Window(setting, samples, samples.q, ends, low, high, mode)
     if setting.period is not None and np.any(np.isin(setting.inside(low, high), setting.real_jumps)):
         # cells beside a jump end where its reach does, which is a matter of the feed there
-        rough = solve(window.problem, window.guess(share), ROUGH)
+        rough = solve(window.problem, window.guess(), FASTER - 1.0)
         window = Window(setting, samples, window.q_at_samples(rough.c), ends, low, high, mode)
-        share, begin = NEAR, CLOSE
     goal = 1.0 if exact else 1.0 + mode.tolerance
-    c = window.guess(share)
+    c = window.guess()
     if setting.limits.deceleration_jerk != setting.limits.jerk:
-        (window, c), begin = _turned(setting, window, c, mode), FAR
+        window, c = _turned(setting, window, c, mode)
     factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
     often = np.zeros_like(factor)
     z, bound, closely = None, 0.0, False
     found: list[Plan] = []
-    rounds = 2 * mode.rounds if exact else mode.rounds  # such a motion is not slowed down afterwards
+    rounds = 2 * ROUNDS if exact else ROUNDS
     for k in range(rounds + 1):
         window.hold(factor)
-        solution = solve(window.problem, c, mode.gap, z, begin)
+        solution = solve(window.problem, c, mode.tolerance, z)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
             bound = lower_bound(setting, window.problem, solution, low, high)
@@ -269,9 +253,9 @@ def plan_window(
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
         if np.any(broken) and k < rounds:  # q falls to nothing between places
             window, was = window.halved(broken, c, mode)
-            c, z, begin, factor, often = window.guess(NEAR), None, CLOSE, factor[:, was], often[:, was]
+            c, z, factor, often = window.guess(), None, factor[:, was], often[:, was]
             continue
-        hopeless = exact and not solution.kept and (k == 0 or np.max(shares) > HOPELESS)
+        hopeless = exact and not solution.kept
         if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
             closely = True
             shares = worst_shares(setting, pieces, high, closely=True)
@@ -298,7 +282,7 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
     level = 2.0 * LEVEL * samples.push
     for left in range(TURNINGS, 0, -1):
-        c = solve(window.problem, c, mode.gap).c
+        c = solve(window.problem, c, mode.tolerance).c
         slope = way * window.problem.look(window.problem.complete(c))[0][1]
         clear = np.ones(len(window), dtype=bool)
         np.logical_and.at(clear, window.cell, slope > level)
@@ -308,21 +292,17 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
             beside[1:] |= clear[:-1]
             beside[:-1] |= clear[1:]
             window, was = window.halved(beside & ~clear, c, mode)
-            clear, c = clear[was], window.guess(NEAR)
+            clear, c = clear[was], window.guess()
         window.rise(way, clear, 0.5 * level)
         window.hold(np.ones((3, len(window))))
     return window, c
 
 
 def _reserve(n: int, ends: tuple[End, End], share: float) -> Array:
-    """Factors on q (3, n) of cells that leave a share of all limits unused, less and less towards ends in motion."""
-    factor = np.full(n, 1.0 - share)
-    fade = np.minimum(np.arange(n) / FADE, 1.0)
-    if not ends[0].rest:
-        factor = np.maximum(factor, 1.0 - share * fade)
-    if not ends[1].rest:
-        factor = np.maximum(factor, 1.0 - share * fade[::-1])
-    return np.tile(factor, (3, 1))
+    """Factors on q (3, n) of cells that leave a share of all limits unused, but for cells beside ends in motion."""
+    factor = np.full((3, n), 1.0 - share)
+    factor[:, [k for k, end in zip((0, -1), ends, strict=True) if not end.rest]] = 1.0
+    return factor
 
 
 def _ends(setting: Setting, samples: Samples, low: float, high: float, start: State, stop: State) -> tuple[End, End]:

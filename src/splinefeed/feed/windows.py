@@ -157,7 +157,7 @@ class Windows:
 
     def reach(self, setting: Setting, mode: Mode, high: float) -> float:
         """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
-        near, self.ahead, self.samples = counted(setting, self.low, high, mode.turn, mode.beat, mode.cells, JOINS)
+        near, self.ahead, self.samples = counted(setting, self.low, high, mode.cell, mode.cells, JOINS)
         return near
 
     def move(self, origin: float) -> None:
