@@ -49,18 +49,18 @@ def test_a_straight_time_optimal_plan_takes_as_long_as_seven_phases_between_its_
     assert law.feed(np.array([0.0, law.duration])) == pytest.approx([start, end], rel=1e-12, abs=1e-9)
     ticked = sf.plan(LINE, given, strategy="time-optimal", period=PERIOD)
     assert 0.0 <= ticked.duration - law.duration < PERIOD + 1e-12
-    assert ticked.duration / PERIOD == pytest.approx(round(ticked.duration / PERIOD), abs=1e-9)
+    if min(start, end) == 0.0:
+        assert ticked.duration / PERIOD == pytest.approx(round(ticked.duration / PERIOD), abs=1e-9)
     assert not ticked.notes
     verdict = sf.check(sf.interpolate(LINE, ticked), LINE, given, law=ticked)
     assert verdict.ok, verdict.problems
 
 
-def test_one_feed_all_along_gives_way_until_its_end_is_on_a_tick():
+def test_one_feed_all_along_ends_where_it_ends():
     limits = sf.Limits(feed=30.0, acceleration=300.0, jerk=1e4, start_feed=30.0, end_feed=30.0)
     law = sf.plan(LINE, limits, strategy="time-optimal", period=PERIOD)
-    # the way is long enough to slow down for a moment and to end on a tick
-    assert law.duration == pytest.approx(34 * PERIOD, rel=1e-12)
-    assert not law.notes
+    assert law.duration == pytest.approx(10.0 / 30.0, rel=1e-12)
+    assert law.notes[0].startswith("the last period is short")
     assert sf.check(sf.interpolate(LINE, law), LINE, limits, law=law).ok
 
 

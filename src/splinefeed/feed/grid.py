@@ -104,6 +104,7 @@ def sample(
     return Samples(s, top, profile(s, top, push, twist, low, high, q_low, q_high), curvature, directions, push, twist)
 
 
+@np.errstate(divide="ignore", over="ignore", invalid="ignore")
 def _look(setting: Setting, s: Array) -> tuple[Array, Array, Array, float, float]:
     """What limits of velocity and acceleration allow q to be at places, curvature, directions; push and twist."""
     d = setting.track.derivatives(s)

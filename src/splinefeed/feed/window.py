@@ -237,7 +237,7 @@ def plan_window(
     c = window.guess()
     if setting.limits.deceleration_jerk != setting.limits.jerk:
         window, c = _turned(setting, window, c, mode)
-    factor = _reserve(len(window), ends, mode.tolerance if exact else 0.0)
+    factor = np.ones((3, len(window)))
     often = np.zeros_like(factor)
     z, bound, closely = None, 0.0, False
     found: list[Plan] = []
@@ -255,7 +255,7 @@ def plan_window(
             window, was = window.halved(broken, c, mode)
             c, z, factor, often = window.guess(), None, factor[:, was], often[:, was]
             continue
-        hopeless = exact and not solution.kept
+        hopeless = exact and not solution.kept and k == 0
         if not closely and (3 * k >= 2 * rounds or np.max(shares) <= goal or hopeless):
             closely = True
             shares = worst_shares(setting, pieces, high, closely=True)
@@ -296,13 +296,6 @@ def _turned(setting: Setting, window: Window, c: Array, mode: Mode) -> tuple[Win
         window.rise(way, clear, 0.5 * level)
         window.hold(np.ones((3, len(window))))
     return window, c
-
-
-def _reserve(n: int, ends: tuple[End, End], share: float) -> Array:
-    """Factors on q (3, n) of cells that leave a share of all limits unused, but for cells beside ends in motion."""
-    factor = np.full((3, n), 1.0 - share)
-    factor[:, [k for k, end in zip((0, -1), ends, strict=True) if not end.rest]] = 1.0
-    return factor
 
 
 def _ends(setting: Setting, samples: Samples, low: float, high: float, start: State, stop: State) -> tuple[End, End]:
