@@ -70,23 +70,17 @@ def sample(
         share = np.clip(np.linspace(0.0, 1.0, SAMPLES), INSIDE, 1.0 - INSIDE)
         s = (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()
         s = np.sort(np.concatenate([s, low + (edges[1] - low) * _TOWARDS, high - (high - edges[-2]) * _TOWARDS]))
-        looked = _look(setting, s)
+        looked, push, twist = _look(setting, s)
     else:
-        looked = known.top, known.curvature, known.directions, known.push, known.twist
+        looked, push, twist = [known.top, known.curvature, known.directions], known.push, known.twist
         s = known.s
         if high < s[-1]:
             inside = int(np.searchsorted(s, high))
             ending = high - (high - max(edges[-2], s[inside - 1])) * _TOWARDS
             s = np.append(s[:inside], ending)
-            looked = (
-                tuple(
-                    np.concatenate([a[:inside], b]) for a, b in zip(looked[:3], _look(setting, ending)[:3], strict=True)
-                )
-                + looked[3:]
-            )
-    push, twist = looked[3:]
+            looked = [np.append(a[:inside], b, axis=0) for a, b in zip(looked, _look(setting, ending)[0], strict=True)]
     for _ in range(HALVINGS):
-        top, curvature, directions = looked[:3]
+        top, curvature, directions = looked
         q = profile(s, top, push, twist, low, high, q_low, q_high)
         gap, piece = np.diff(s), np.searchsorted(edges, s)
         turn = np.linalg.norm(np.diff(directions, axis=0), axis=1)
@@ -98,15 +92,14 @@ def sample(
             break
         new = 0.5 * (s[at] + s[at + 1])
         s = np.insert(s, at + 1, new)
-        found = _look(setting, new)
-        looked = tuple(np.insert(a, at + 1, b, axis=0) for a, b in zip(looked[:3], found[:3], strict=True))
-    top, curvature, directions = looked[:3]
-    return Samples(s, top, profile(s, top, push, twist, low, high, q_low, q_high), curvature, directions, push, twist)
+        looked = [np.insert(a, at + 1, b, axis=0) for a, b in zip(looked, _look(setting, new)[0], strict=True)]
+    q = profile(s, looked[0], push, twist, low, high, q_low, q_high)
+    return Samples(s, looked[0], q, looked[1], looked[2], push, twist)
 
 
 @np.errstate(divide="ignore", over="ignore", invalid="ignore")
-def _look(setting: Setting, s: Array) -> tuple[Array, Array, Array, float, float]:
-    """What limits of velocity and acceleration allow q to be at places, curvature, directions; push and twist."""
+def _look(setting: Setting, s: Array) -> tuple[list[Array], float, float]:
+    """At places: what velocity and acceleration allow q to be, curvature, and directions; and push and twist."""
     d = setting.track.derivatives(s)
     directions, curvature = setting.turning(d)
     moving = np.all(np.isfinite(d), axis=(1, 2))  # so near to a stop that C' rounds to 0 it has no direction
@@ -122,7 +115,7 @@ def _look(setting: Setting, s: Array) -> tuple[Array, Array, Array, float, float
     twist = float(np.float64(0.5) / np.max(np.abs(rows.jerk[:, 2]), initial=0.0))
     v = float(np.max(q)) ** 0.5
     push = min(push, (v * twist) ** 0.5)
-    return q, curvature, np.nan_to_num(directions), push, min(twist, ABRUPT * push**2 / v)
+    return [q, curvature, np.nan_to_num(directions)], push, min(twist, ABRUPT * push**2 / v)
 
 
 def profile(
