@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -41,3 +42,15 @@ def answers(show: Callable[[Page], None]) -> Callable[[Callable[..., Page]], Cal
         return command
 
     return decorate
+
+
+def recorded(page: Page, names: list[str], folder: str, stage: Path, record: str) -> Page:
+    """Write a page of numbers as the file `record` into a staged folder that has the files `names`; what to answer."""
+    import splinefeed
+    from splinefeed.formats.plain import plain
+    from splinefeed.report.files import write_record
+
+    page = plain({**page, "program": f"splinefeed {splinefeed.__version__}"})
+    names = [*names, record]
+    write_record({**page, "files": names}, stage / record)
+    return {**page, "files": [str(Path(folder) / name) for name in names]}

@@ -9,7 +9,7 @@ import click
 
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.answers import Page, answers, recorded
 from splinefeed.cli.output import number, print_text
 from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
@@ -18,9 +18,7 @@ from splinefeed.cli.summary import print_errors, print_notes
 from splinefeed.errors import FormatError, InputError
 
 if TYPE_CHECKING:
-    from splinefeed.pipeline.follow import Servo
-    from splinefeed.pipeline.overview import Overview, Pictured
-    from splinefeed.records import Response, Setpoints
+    from splinefeed.records import Response
 
 EXAMPLES = """\b
 Examples:
@@ -56,9 +54,9 @@ def _print(page: Mapping[str, Any]) -> None:
 )
 @click.option("--path", "source", metavar="FILE|SHAPE", help="The true path.  [default: that of the setpoints]")
 @click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
-@click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
+@options.quantity("--chord", kind="length", text="Airfoil .dat: one unit of the file.")
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
-@click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
+@options.quantity("--period", kind="time", text="CSV: the period.  [default: from t]")
 @click.option("--linear", is_flag=True, help="Without friction, backlash, counts, converter codes and limits.")
 @options.figures
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
@@ -73,11 +71,9 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from itertools import chain
     from pathlib import Path
 
-    import splinefeed
     from splinefeed.formats import records_hdf5
-    from splinefeed.formats.plain import plain
     from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.follow import Servo
+    from splinefeed.pipeline.follow import Servo, follow_chunks
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files, saving
     from splinefeed.report.folder import default_name, staged
@@ -96,14 +92,20 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     else:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
-    servo = Servo(machine, path, linear=given["linear"])
-    overview, pictured = Overview(), Pictured()
+    servo, overview, pictured = Servo(machine, path, linear=given["linear"]), Overview(), Pictured()
+
+    def responses() -> Iterator[Response]:
+        """The response piece by piece on its way to the file, seen by what figures are drawn from."""
+        for response in follow_chunks(chain([first], chunks), servo):
+            overview.see(response)
+            pictured.see(response, servo.commanded)
+            yield response
+            say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * first.period:.6g} s of the motion")
+
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
-            records_hdf5.save_response(
-                _responses(chain([first], chunks), servo, overview, pictured, say), stage / files.RESPONSE
-            )
+            records_hdf5.save_response(responses(), stage / files.RESPONSE)
         except FormatError:
             raise
         except InputError as error:
@@ -118,34 +120,16 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         if servo.off_path > 0.0:
             notes.append(f"the setpoints are off the path by at most {servo.off_path:.3g} mm")
         numbers = servo.tally.numbers()
-        page: dict[str, Any] = plain(
-            {
-                "ok": numbers["stopped"] is None,
-                "file": setpoints,
-                "name": name,
-                "path": source,
-                "machine": machine.name,
-                "machine_file": given["machine"],
-                "linear": given["linear"],
-                "period_s": first.period,
-                **numbers,
-                "notes": [*notes, *servo.notes],
-                "program": f"splinefeed {splinefeed.__version__}",
-            }
-        )
-        names.append(files.FOLLOW_RECORD)
-        files.write_record({**page, "files": names}, stage / files.FOLLOW_RECORD)
-    return {**page, "files": [str(Path(folder) / each) for each in names]}
-
-
-def _responses(
-    chunks: Iterator[Setpoints], servo: Servo, overview: Overview, pictured: Pictured, say: Say
-) -> Iterator[Response]:
-    """The response piece by piece on its way to the file, seen by what figures are drawn from."""
-    from splinefeed.pipeline.follow import follow_chunks
-
-    for response in follow_chunks(chunks, servo):
-        overview.see(response)
-        pictured.see(response, servo.commanded)
-        yield response
-        say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * servo.tally.period:.6g} s of the motion")
+        page = {
+            "ok": numbers["stopped"] is None,
+            "file": setpoints,
+            "name": name,
+            "path": source,
+            "machine": machine.name,
+            "machine_file": given["machine"],
+            "linear": given["linear"],
+            "period_s": first.period,
+            **numbers,
+            "notes": [*notes, *servo.notes],
+        }
+        return recorded(page, names, folder, stage, files.FOLLOW_RECORD)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import click
 
-from splinefeed.cli import options, output
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import print_table, print_text
+from splinefeed.cli.progress import Say
 
 EXAMPLES = """\b
 Examples:
@@ -22,31 +24,33 @@ def command() -> None:
     """
 
 
+def _print_list(page: Page) -> None:
+    rows = [[each["name"], " ".join(each["axes"]), each["title"]] for each in page["machines"]]
+    print_table(["machine", "axes", "what it is"], rows, texts=3)
+
+
 @command.command("list", short_help="List the built-in machines.", epilog=EXAMPLES)
-@options.as_json
-def list_machines(as_json: bool) -> None:
+@answers(_print_list)
+def list_machines(say: Say) -> Page:
     """List the built-in machines; --machine takes such a name, or a machine file."""
     from splinefeed.machine.machine import Machine
 
-    models = [Machine.load(name) for name in Machine.names()]
-    if as_json:
-        numbers = [{"name": model.name, "title": model.title, "axes": list(model.axes)} for model in models]
-        output.print_json({"machines": numbers})
-        return
-    rows = [[model.name, " ".join(model.axes), model.title] for model in models]
-    output.print_table(["machine", "axes", "what it is"], rows, texts=3)
+    models = map(Machine.load, Machine.names())
+    return {"machines": [{"name": each.name, "title": each.title, "axes": list(each.axes)} for each in models]}
+
+
+def _print_machine(page: Page) -> None:
+    from splinefeed.machine.machine import Machine
+
+    for line in Machine.load(page["file"]).describe().splitlines():
+        print_text(line)
 
 
 @command.command("show", short_help="Describe a machine.", epilog=EXAMPLES)
 @click.argument("machine", metavar="NAME|FILE")
-@options.as_json
-def show_machine(machine: str, as_json: bool) -> None:
+@answers(_print_machine)
+def show_machine(say: Say, machine: str) -> Page:
     """Describe a built-in machine or a machine file; report every error of the file, with its place."""
     from splinefeed.machine.machine import Machine
 
-    model = Machine.load(machine)
-    if as_json:
-        output.print_json({**model.as_dict(), "file": machine})
-        return
-    for line in model.describe().splitlines():
-        output.print_text(line)
+    return {**Machine.load(machine).as_dict(), "file": machine}

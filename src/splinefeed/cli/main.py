@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
 from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
-from typing import Any, NoReturn, TextIO
+from typing import Any, NoReturn
 
 import click
 
@@ -52,18 +53,11 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import the command `cmd_name`; None if there is none."""
         if cmd_name not in COMMANDS:
-            return None
-        command = import_module(f"splinefeed.cli.{cmd_name.replace('-', '_')}").command
-        assert isinstance(command, click.Command)
+            if ctx.resilient_parsing:  # while a shell completes the name
+                return None
+            raise click.UsageError(f"no such command {cmd_name!r}; {nearest(cmd_name, COMMANDS, 'there are {}')}")
+        command: click.Command = import_module(f"splinefeed.cli.{cmd_name.replace('-', '_')}").command
         return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that args[0] names; for a name that is nearly right, the error suggests it."""
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            raise click.UsageError(f"no such command {args[0]!r}; {nearest(args[0], COMMANDS, 'there are {}')}")
-        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing any."""
@@ -113,8 +107,8 @@ def command_line(ctx: click.Context) -> None:
 
 def main() -> NoReturn:
     """Run the command line and leave with its exit code."""
-    sys.stdout = sys.stdout or _nowhere()  # None where the shell closed it: >&-
-    sys.stderr = sys.stderr or _nowhere()
+    sys.stdout = sys.stdout or io.StringIO()  # None where the shell closed it: >&-
+    sys.stderr = sys.stderr or io.StringIO()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a terminal that lacks a letter is no reason to stop
@@ -122,11 +116,6 @@ def main() -> NoReturn:
         signal.signal(signal.SIGTERM, _terminated)  # so that files begun are taken away, as after Ctrl-C
     command_line.main(prog_name="splinefeed")
     raise AssertionError("main returns by sys.exit")
-
-
-def _nowhere() -> TextIO:
-    """A stream that keeps nothing, open until the program ends."""
-    return open(os.open(os.devnull, os.O_WRONLY), "w", closefd=False)
 
 
 def _terminated(number: int, frame: object) -> NoReturn:

@@ -8,7 +8,9 @@ from typing import Any
 
 import click
 
-from splinefeed.cli import options, output
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import print_table, print_text
+from splinefeed.cli.progress import Say
 
 EXAMPLES = """\b
 Examples:
@@ -18,57 +20,45 @@ Examples:
 
 #: A reference in running text: from an initial to the DOI at the end.
 _REFERENCE = re.compile(r": ([A-Z]\. [^:]+, doi \S+)$")
-_ELSEWHERE = re.compile(r"`(stepping)\.(\w+)`")
+_ELSEWHERE = re.compile(r"`stepping\.(\w+)`")
+
+
+def _print(page: Page) -> None:
+    rows = [[each["name"], each["title"], _order(each)] for each in page["methods"]]
+    print_table(["method", "what it is", "order"], rows, texts=2)
+    print_text()
+    print_text(f"The default is {page['default']}. Sources:")
+    for each in page["methods"]:
+        print_text(f"  {each['name']}: {each['source'] or 'registered without one'}")
+
+
+def _order(page: Page) -> str:
+    return str(page["order"] or ("exact" if page["exact"] else "fit"))
 
 
 @click.command(epilog=EXAMPLES)
-@options.as_json
-def command(as_json: bool) -> None:
+@answers(_print)
+def command(say: Say) -> Page:
     """List the interpolation methods with their observed order of convergence and source."""
-    from splinefeed.interpolation import registry
+    from splinefeed.interpolation import registry, stepping
 
-    page = [_method(registry.method(name)) for name in registry.methods()]
-    if as_json:
-        output.print_json({"methods": page, "default": registry.DEFAULT_METHOD})
-        return
-    rows = [[each["name"], each["title"], _order(each)] for each in page]
-    output.print_table(["method", "what it is", "order"], rows, texts=2)
-    output.print_text()
-    output.print_text(f"The default is {registry.DEFAULT_METHOD}. Sources:")
-    for each in page:
-        output.print_text(f"  {each['name']}: {each['source'] or 'registered without one'}")
+    def source(step: Any) -> str:
+        """What stands behind "Source:" in the docstring of a step, or of the shared step that it names there."""
+        words = " ".join((inspect.getdoc(getattr(step, "py_func", step)) or "").split())
+        reference = _REFERENCE.search(words)
+        text = words.partition("Source: ")[2] or (reference[1] if reference else "")
+        return _ELSEWHERE.sub(lambda shared: source(getattr(stepping, shared[1])).rstrip("."), text)
 
-
-def _method(method: Any) -> dict[str, Any]:
-    return {
-        "name": method.name,
-        "title": method.title,
-        "order": method.order,
-        "exact": method.anchor,
-        "history": method.history,
-        "source": _source(method.fill or method.step),
-    }
-
-
-def _order(page: dict[str, Any]) -> str:
-    if page["order"] is not None:
-        return str(page["order"])
-    return "exact" if page["exact"] else "fit"
-
-
-def _source(step: Any) -> str:
-    """What stands behind "Source:" in the docstring of a step, or of the shared step that it names there."""
-    text = _behind(getattr(step, "py_func", step))
-    shared = _ELSEWHERE.search(text)
-    if shared is None:
-        return text
-    from splinefeed.interpolation import stepping
-
-    function = getattr(stepping, shared[2])
-    return text.replace(shared[0], _behind(getattr(function, "py_func", function)).rstrip("."))
-
-
-def _behind(function: Any) -> str:
-    words = " ".join((inspect.getdoc(function) or "").split())
-    reference = _REFERENCE.search(words)
-    return words.partition("Source: ")[2] or (reference[1] if reference else "")
+    methods = [registry.method(name) for name in registry.methods()]
+    listed = [
+        {
+            "name": each.name,
+            "title": each.title,
+            "order": each.order,
+            "exact": each.anchor,
+            "history": each.history,
+            "source": source(each.fill or each.step),
+        }
+        for each in methods
+    ]
+    return {"methods": listed, "default": registry.DEFAULT_METHOD}

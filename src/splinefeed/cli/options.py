@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from splinefeed import units
-from splinefeed.errors import InputError, UnitError
+from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from splinefeed.formats.path_parts import PathParts
@@ -22,99 +23,72 @@ F = TypeVar("F", bound=Callable[..., Any])
 UNITS_NOTE = "Quantities may carry a unit (3600mm/min, 50mm/s^2, 1ms); bare numbers are mm and s."
 
 
-class Quantity(click.ParamType):  # type: ignore[type-arg]  # only newer versions of click have it
+class Value(click.ParamType):  # type: ignore[type-arg]  # only newer versions of click have it
+    """What a function makes of the text of an option; its InputError is one of usage."""
+
+    def __init__(self, name: str, read: Callable[[str], Any]) -> None:
+        self.name, self._read = name, read
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The value, in mm, s and rad."""
+        try:
+            return self._read(value)
+        except InputError as error:
+            raise click.BadParameter(str(error), ctx, param) from None
+
+
+class Quantity(Value):
     """A number with or without a unit, as `units.parse` reads it; `kind` is one of its kinds."""
 
     def __init__(self, kind: str) -> None:
-        self.kind = kind
-        self.name = kind
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The value in mm, s and rad."""
-        try:
-            return units.parse(value, self.kind, "deg" if self.kind == "angle" else None)
-        except UnitError as error:
-            raise click.BadParameter(str(error), ctx, param) from None
+        super().__init__(kind, lambda value: units.parse(value, kind, "deg" if kind == "angle" else None))
 
 
-class Smoothing(click.ParamType):  # type: ignore[type-arg]
-    """A length, or the word `program`."""
+class Names(Value):
+    """A list of names between commas, each once."""
 
-    name = "tolerance"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        """The tolerance in mm, or `program`."""
-        from splinefeed.geometry.smoothing import PROGRAM
-
-        return PROGRAM if value == PROGRAM else Quantity("length").convert(value, param, ctx)
+    def __init__(self) -> None:
+        super().__init__("name,name", _names)
 
 
-class Names(click.ParamType):  # type: ignore[type-arg]
-    """A list of names between commas."""
-
-    name = "name,name"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
-        """The names, in the order given, each once."""
-        if not isinstance(value, str):
-            return tuple(value)
-        names = tuple(dict.fromkeys(name.strip() for name in value.split(",") if name.strip()))
-        if not names:
-            raise click.BadParameter("no name is given; write for example taylor-2,milne-simpson", ctx, param)
-        return names
+def _names(text: str) -> tuple[str, ...]:
+    names = tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise InputError("no name is given; write for example taylor-2,milne-simpson")
+    return names
 
 
-class AxisQuantities(click.ParamType):  # type: ignore[type-arg]
-    """A limit of every linear axis, `2000`, or of single axes, `x=2000,theta=90deg/s^3`."""
+def _of_axes(limit: str, text: str) -> dict[str, float]:
+    """A limit of every linear axis, `2000`, or of single ones, `x=2000,theta=90deg/s^3`, as `Limits.as_dict` has it."""
+    from splinefeed.formats import limits_toml
 
-    def __init__(self, limit: str) -> None:
-        self.limit = limit
-        self.name = limit
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, float]:
-        """Limit by name as `Limits.as_dict` writes it."""
-        from splinefeed.formats import limits_toml
-
-        try:
-            if "=" not in value:
-                if "," in value:
-                    raise InputError(f"{value!r} holds several values; name the axes: x=500,y=800")
-                return {self.limit: limits_toml.axis_value(self.limit, "x", value)}
-            return {
-                f"{self.limit}.{axis}": limits_toml.axis_value(self.limit, axis, text)
-                for axis, text in limits_toml.by_axis(value)
-            }
-        except InputError as error:
-            raise click.BadParameter(str(error), ctx, param) from None
+    if "=" in text:
+        named = limits_toml.by_axis(text)
+        return {f"{limit}.{axis}": limits_toml.axis_value(limit, axis, value) for axis, value in named}
+    if "," in text:
+        raise InputError(f"{text!r} holds several values; name the axes: x=500,y=800")
+    return {limit: limits_toml.axis_value(limit, "x", text)}
 
 
-class Travels(click.ParamType):  # type: ignore[type-arg]
-    """Soft limits of axes, `x=0:500,theta=-90:90`."""
+def _travel(text: str) -> dict[str, float]:
+    """Soft limits of axes, `x=0:500,theta=-90:90`, as `Limits.as_dict` has them."""
+    from splinefeed.formats.limits_toml import turning
+    from splinefeed.records import ROTARY_AXES, TRAVEL_ENDS
 
-    name = "x=low:high"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Least and greatest position by axis, mm or rad."""
-        from splinefeed.formats.limits_toml import turning
-        from splinefeed.records import ROTARY_AXES
-
-        found = {}
-        try:
-            for each in value.split(","):
-                axis, _, ends = each.partition("=")
-                low, _, high = ends.partition(":")
-                axis = axis.strip()
-                found[axis] = tuple(
-                    turning(end, 0) if axis in ROTARY_AXES else units.parse(end, "length") for end in (low, high)
-                )
-        except InputError as error:
-            raise click.BadParameter(f"{error}; write for example x=0:500", ctx, param) from None
-        return found
+    found = {}
+    try:
+        for each in text.split(","):
+            axis, _, ends = each.partition("=")
+            axis = axis.strip()
+            for name, end in zip(TRAVEL_ENDS, (ends.partition(":")[0], ends.partition(":")[2]), strict=True):
+                found[f"{name}.{axis}"] = turning(end, 0) if axis in ROTARY_AXES else units.parse(end, "length")
+    except InputError as error:
+        raise InputError(f"{error}; write for example x=0:500") from None
+    return found
 
 
-def _axis_limit(name: str, limit: str, text: str) -> Callable[[F], F]:
-    flags = dict.fromkeys([name, f"--{limit.replace('_', '-')}"])
-    return click.option(*flags, limit, type=AxisQuantities(limit), metavar="LIMIT", help=text)
+def _smoothing(text: str) -> float | str:
+    return text if text == "program" else units.parse(text, "length")
 
 
 def _all(*decorators: Callable[[F], F]) -> Callable[[F], F]:
@@ -149,8 +123,6 @@ figures = _all(
 
 def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
     """Formats of the figures, none with --no-figures."""
-    if given["no_figures"] and given["figures"]:
-        raise InputError("--no-figures: draws nothing; leave it out, or --figures")
     return () if given["no_figures"] else tuple(given["figures"] or ("svg",))
 
 
@@ -172,7 +144,7 @@ from_line = click.option(
 reading_alone = _all(
     click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
     click.option("--layer", metavar="NAME,NAME", help="DXF, 3DM, SVG (groups): only these layers."),
-    click.option("--units", "file_units", metavar="UNIT", help="DXF: mm, in, ...; overrides the file."),
+    click.option("--units", metavar="UNIT", help="DXF: mm, in, ...; overrides the file."),
     quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
     click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: edges of faces as well as free curves."),
     reading_program,
@@ -194,7 +166,7 @@ reading = _all(
 smoothing = _all(
     click.option(
         "--smooth",
-        type=Smoothing(),
+        type=Value("tolerance", _smoothing),
         metavar="LENGTH|program",
         help="Replace short lines and corners by curves within this tolerance; `program`: that of its G64 P.",
     ),
@@ -215,6 +187,7 @@ smoothing = _all(
         text="How far --smooth may turn the tool axis, or rotary axes: 0.1deg, 1mrad.  [default: 0.05 deg]",
     ),
 )
+_SMOOTHING = ("smooth", "corners", "corner_angle", "angle_tolerance")
 
 
 def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -222,18 +195,14 @@ def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises InputError for how without by how much.
     """
-    names = ("smooth", "corners", "corner_angle", "angle_tolerance")
-    said = {name: given[name] for name in names if given[name] is not None}
-    for name in said:
-        if "smooth" not in said:
-            raise InputError(f"--{name.replace('_', '-')}: needs --smooth; give --smooth LENGTH too")
+    said = {name: given[name] for name in _SMOOTHING if given.get(name) is not None}
+    if said and "smooth" not in said:
+        raise InputError(f"--{next(iter(said)).replace('_', '-')}: needs --smooth; give --smooth LENGTH too")
     return said
 
 
 def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
     """What to say of a program that asks for smoothing where none is given."""
-    import math
-
     if given["smooth"] is not None or path.tolerances is None or not path.tolerances.any():
         return []
     top = float(path.tolerances.max())
@@ -241,24 +210,36 @@ def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
     return [f"the program allows smoothing ({tolerance}), which is off; turn it on with --smooth program"]
 
 
-#: Single limits: option, name it is given as, kind, help, and what the paper's experiment assumes.
-_SINGLE = (
-    (("--feed",), "feed", "Feed limit along the path.", "60 mm/s"),
-    (
-        ("--accel", "--acceleration"),
-        "acceleration",
-        "Acceleration limit along the path.",
-        "50 mm/s^2, or none where axes have limits",
-    ),
-    (("--decel", "--deceleration"), "acceleration", "Deceleration limit along the path.", "as --accel"),
-    (("--jerk",), "jerk", "Jerk limit along the path, speeding up.", "2000 mm/s^3, or none where axes have limits"),
-    (("--decel-jerk", "--deceleration-jerk"), "jerk", "Jerk limit along the path, slowing down.", "as --jerk"),
-    (("--start-feed",), "feed", "Feed at the start of the path.", "0"),
-    (("--end-feed",), "feed", "Feed at the end of the path.", "0"),
-    (("--chord-error",), "length", "Chord error (sag) between two setpoints.", ""),
-    (("--orientation-error",), "angle", "How far the tool axis may be off between two setpoints.", ""),
-    (("--centripetal",), "acceleration", "Centripetal acceleration limit.", ""),
-)
+#: Limits along the path: name, kind, options, help, and what the paper's experiment assumes.
+_LIMITS = (
+    ("feed", "feed", ["--feed"], "Feed limit along the path.", "60 mm/s"),
+    ("acceleration", "acceleration", ["--accel", "--acceleration"], "Acceleration limit along the path.",
+     "50 mm/s^2, or none where axes have limits"),
+    ("deceleration", "acceleration", ["--decel", "--deceleration"], "Deceleration limit along the path.", "as --accel"),
+    ("jerk", "jerk", ["--jerk"], "Jerk limit along the path, speeding up.",
+     "2000 mm/s^3, or none where axes have limits"),
+    ("deceleration_jerk", "jerk", ["--decel-jerk", "--deceleration-jerk"], "Jerk limit along the path, slowing down.",
+     "as --jerk"),
+    ("start_feed", "feed", ["--start-feed"], "Feed at the start of the path.", "0"),
+    ("end_feed", "feed", ["--end-feed"], "Feed at the end of the path.", "0"),
+    ("chord_error", "length", ["--chord-error"], "Chord error (sag) between two setpoints.", ""),
+    ("orientation_error", "angle", ["--orientation-error"], "How far the tool axis may be off between two setpoints.",
+     ""),
+    ("centripetal", "acceleration", ["--centripetal"], "Centripetal acceleration limit.", ""),
+)  # fmt: skip
+#: Limits by axis: name, options, help.
+_AXIS_LIMITS = (
+    ("axis_velocity", ["--axis-velocity"], "Limit of each linear axis: 60, or x=60,theta=90deg/s."),
+    ("axis_acceleration", ["--axis-accel", "--axis-acceleration"],
+     "Limit of each linear axis: 500, or x=500,theta=90deg/s^2."),
+    ("axis_jerk", ["--axis-jerk"], "Limit of each linear axis: 20000, or x=20000,y=15000."),
+    ("axis_velocity_step", ["--axis-velocity-step"],
+     "Junction velocity: largest velocity step of each axis at a corner; without it corners are exact stops."),
+)  # fmt: skip
+
+
+def _of_axis(limit: str) -> Value:
+    return Value(limit, lambda text: _of_axes(limit, text))
 
 
 def limits_alone(default: str = "") -> Callable[[F], F]:
@@ -267,19 +248,18 @@ def limits_alone(default: str = "") -> Callable[[F], F]:
     return _all(
         click.option("--limits", "limits_file", metavar="FILE", help=file),
         *(
-            quantity(*flags, kind=kind, text=f"{text}  [default: {paper}]" if paper and not default else text)
-            for flags, kind, text, paper in _SINGLE
+            quantity(*flags, name, kind=kind, text=f"{text}  [default: {paper}]" if paper and not default else text)
+            for name, kind, flags, text, paper in _LIMITS
         ),
-        _axis_limit("--axis-velocity", "axis_velocity", "Limit of each linear axis: 60, or x=60,theta=90deg/s."),
-        _axis_limit("--axis-accel", "axis_acceleration", "Limit of each linear axis: 500, or x=500,theta=90deg/s^2."),
-        _axis_limit("--axis-jerk", "axis_jerk", "Limit of each linear axis: 20000, or x=20000,y=15000."),
-        _axis_limit(
-            "--axis-velocity-step",
-            "axis_velocity_step",
-            "Junction velocity: largest velocity step of each axis at a corner; without it corners are exact stops.",
+        *(
+            click.option(*flags, name, type=_of_axis(name), metavar="LIMIT", help=text)
+            for name, flags, text in _AXIS_LIMITS
         ),
         click.option(
-            "--travel", type=Travels(), metavar="AXIS=LOW:HIGH", help="Soft limits of position: x=0:500,y=0:300."
+            "--travel",
+            type=Value("x=low:high", _travel),
+            metavar="AXIS=LOW:HIGH",
+            help="Soft limits of position: x=0:500,y=0:300.",
         ),
     )
 
@@ -302,16 +282,9 @@ machine = click.option(
     help="A machine file or a built-in machine; its axis limits apply unless others are given. See splinefeed machine.",
 )
 
-#: Limits along the path, and the options that give them.
-_ALONG_PATH = {
-    "feed": "feed",
-    "acceleration": "accel",
-    "deceleration": "decel",
-    "jerk": "jerk",
-    "deceleration_jerk": "decel_jerk",
-    "start_feed": "start_feed",
-    "end_feed": "end_feed",
-}
+tangential = click.option(
+    "--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path."
+)
 
 corrections = click.option(
     "--corrections", type=int, default=1, show_default=True, help="Passes of a method's corrector, 0 to 100."
@@ -349,37 +322,18 @@ def as_programmed(limits: Limits, path: Path | PathParts, given: Mapping[str, An
 
 def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:
     """Limits as `Limits.as_dict` has them, with those that options `given` say in their place."""
-    from splinefeed.records import BY_AXIS, TRAVEL_ENDS
-
-    out = dict(flat)
-    for name in (*_ALONG_PATH, "chord_error", "orientation_error", "centripetal"):
-        if (value := given[_ALONG_PATH.get(name, name)]) is not None:
-            out[name] = value
-    for name in BY_AXIS:
-        if given[name] is not None:
-            out = {key: value for key, value in out.items() if key.partition(".")[0] != name} | given[name]
-    for axis, ends in (given["travel"] or {}).items():
-        out |= {f"{name}.{axis}": end for name, end in zip(TRAVEL_ENDS, ends, strict=True)}
+    along = {name: given[name] for name, *_ in _LIMITS if given[name] is not None}
+    by_axis = {name: given[name] for name, *_ in _AXIS_LIMITS if given[name] is not None}
+    out = {key: value for key, value in flat.items() if key.partition(".")[0] not in by_axis} | along
+    for values in (*by_axis.values(), given["travel"] or {}):
+        out |= values
     return out
 
 
-#: Options of `reading` by the names that readers have for them.
-_READING = {
-    "which": "which",
-    "layer": "layer",
-    "file_units": "units",
-    "chord": "chord",
-    "dialect": "dialect",
-    "start": "start",
-    "offsets": "offsets",
-    "tools": "tools",
-    "from_line": "from_line",
-}
+_READING = ("which", "layer", "units", "chord", "edges", "dialect", "start", "offsets", "tools", "repair", "from_line",
+            "tolerance")  # fmt: skip
 
 
-def reading_from(given: dict[str, Any]) -> dict[str, Any]:
+def reading_from(given: Mapping[str, Any]) -> dict[str, Any]:
     """How to read a SOURCE, from what the options of `reading` were `given`."""
-    said = {name: given[option] for option, name in _READING.items() if given[option] is not None}
-    if given.get("tolerance") is not None:
-        said["tolerance"] = given["tolerance"]
-    return said | {name: True for name in ("edges", "repair") if given[name]}
+    return {name: given[name] for name in _READING if given.get(name) not in (None, False)}

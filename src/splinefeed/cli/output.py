@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import sys
@@ -10,9 +9,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from splinefeed.cli.failures import visible
-
-#: Columns that the widest of our tables takes; a narrower terminal wraps its lines, but no number is cut.
-WIDTH = 110
 
 
 def print_json(numbers: Mapping[str, Any]) -> None:
@@ -29,25 +25,12 @@ def print_text(text: str = "") -> None:
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, texts: int = 1) -> None:
     """A table on stdout; the first `texts` columns are words, all others are numbers and stand to the right."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="bold")
-    for i, title in enumerate(columns):
-        table.add_column(Text(title), justify="left" if i < texts else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*(Text(visible(cell)) for cell in row))
-    # By way of a text of ours: where the reader of stdout has gone away, rich would end the program itself.
-    text = io.StringIO()
-    width = max(WIDTH, _natural_width(columns, rows))
-    console = Console(file=text, width=width, force_terminal=sys.stdout.isatty(), highlight=False, emoji=False)
-    console.print(table)
-    sys.stdout.write(text.getvalue())
-
-
-def _natural_width(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> int:
-    return sum(3 + max(len(row[i]) for row in [columns, *rows]) for i in range(len(columns)))
+    lines = [list(map(visible, row)) for row in [columns, *rows]]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for k, line in enumerate(lines):
+        cells = [f"{cell:{'<' if i < texts else '>'}{widths[i]}}" for i, cell in enumerate(line)]
+        bold = k == 0 and sys.stdout.isatty()
+        print("\x1b[1m" * bold + "   ".join(cells).rstrip() + "\x1b[0m" * bold)
 
 
 def counted(count: int, what: str) -> str:
@@ -64,3 +47,8 @@ def number(value: float, digits: int = 4) -> str:
         text = f"{value:.{max(places, 0)}f}"
         return text.rstrip("0").rstrip(".") if "." in text else text
     return f"{value:.{digits - 1}e}".replace("e-0", "e-").replace("e+0", "e+").replace("e+", "e")
+
+
+def length(value: float) -> str:
+    """A length, mm, in micrometres below a millimetre."""
+    return f"{number(1e3 * value)} um" if abs(value) < 1.0 else f"{number(value)} mm"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,7 +16,8 @@ from splinefeed.errors import FormatError
 if TYPE_CHECKING:
     from pathlib import Path
 
-
+#: Formats of setpoints that keep every digit and all settings, those that are read first.
+FORMS = ("hdf5", "npz", "parquet", "mat", "csv")
 EXAMPLES = """\b
 Examples:
   splinefeed report splinefeed-butterfly
@@ -52,7 +54,12 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     place = Path(folder)
     said = _record(place)
     say(f"reading {folder}")
-    file, law = place / _setpoints_of(place), _loaded(place, files.LAW, TimeLaw)
+    file = next((place / files.SETPOINTS[form] for form in FORMS if (place / files.SETPOINTS[form]).is_file()), None)
+    if file is None:
+        raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
+    law = load(place / files.LAW)
+    if not isinstance(law, TimeLaw):
+        raise FormatError(f"{place / files.LAW}: holds {type(law).__name__}; expected TimeLaw")
     settings = next(load_chunks(file, 1)).settings
     path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(file))
     limits = Limits.from_dict(settings["limits"])
@@ -60,11 +67,8 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     say("measuring and checking")
     ticks = check_ticks(law, settings["period"], MOST_IN_CHUNKS)
     run = measured(joints, limits, law, partial(load_chunks, file), ticks)
-    responses = {}
-    if (place / files.RESPONSE).is_file():
-        response = load(place / files.RESPONSE)
-        if isinstance(response, Response):
-            responses[run.kept.method] = response
+    response = load(place / files.RESPONSE) if (place / files.RESPONSE).is_file() else None
+    responses = {run.kept.method: response} if isinstance(response, Response) else {}
     page: dict[str, Any] = {**said, **plain(run.numbers())}
     results = [MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT
@@ -76,36 +80,14 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
 
 def _record(place: Path) -> dict[str, Any]:
     """The page of numbers of the run."""
-    import json
-
     from splinefeed.report.files import RECORD
 
     try:
         said = json.loads((place / RECORD).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise FormatError(f"{place}: has no {RECORD}; give a folder that splinefeed run wrote") from None
     except (OSError, ValueError, RecursionError) as error:
-        raise FormatError(f"{place / RECORD}: cannot be read: {error}") from None
+        raise FormatError(
+            f"{place}: has no {RECORD} that can be read; give a folder of splinefeed run: {error}"
+        ) from None
     if not isinstance(said, dict):
         raise FormatError(f"{place / RECORD}: is not the record of a run")
     return said
-
-
-def _setpoints_of(place: Path) -> str:
-    """Name of the setpoints that keep every digit and all settings."""
-    from splinefeed.report.files import SETPOINTS
-
-    for form in ("hdf5", "npz", "parquet", "mat", "csv"):
-        if (place / SETPOINTS[form]).is_file():
-            return SETPOINTS[form]
-    raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
-
-
-def _loaded(place: Path, name: str, kind: type) -> Any:
-    """The record in a file of the folder; FormatError if it is another one."""
-    from splinefeed.formats.setpoints import load
-
-    found = load(place / name)
-    if not isinstance(found, kind):
-        raise FormatError(f"{place / name}: holds {type(found).__name__}; expected {kind.__name__}")
-    return found

@@ -5,27 +5,28 @@ from __future__ import annotations
 import json
 import os
 import sys
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE
-from splinefeed.cli.output import print_json
+from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.panels import PanelCommand
-from splinefeed.cli.progress import busy
+from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import read_setpoints
-from splinefeed.cli.source import read_path
+from splinefeed.cli.source import task_of
 from splinefeed.cli.stream_orders import ended_by_signals, keys, signals
 from splinefeed.errors import InputError, SplinefeedError
 
 if TYPE_CHECKING:
     from splinefeed.live.motion import Motion
-    from splinefeed.live.operator import Operator
-    from splinefeed.live.sink import Sink
-    from splinefeed.live.stream import Resume, State
-    from splinefeed.records import Array, Limits
+    from splinefeed.live.sinks import Sink
+    from splinefeed.live.stream import State
+    from splinefeed.machine.machine import Machine
+    from splinefeed.records import Limits
 
 #: s of what HAL samples that are kept behind the last row.
 SETTLE = 0.1
@@ -78,9 +79,8 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 @options.limits
 @options.machine
 @options.reading
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> None:
+@answers(lambda page: None)
+def command(say: Say, source: str, **given: Any) -> Page:
     """Plan SOURCE with a reserve and stream it to a controller, one row a servo period.
 
     SOURCE may also be a file of setpoints (.h5, .csv, ...): its rows are sent as they are; their motion must leave a
@@ -88,20 +88,53 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     once.
     """
     from splinefeed.formats import records_hdf5
-    from splinefeed.live.recording import response_of
+    from splinefeed.live.motion import approach
+    from splinefeed.live.operator import Control, Operator
+    from splinefeed.live.stream import play
+    from splinefeed.machine.machine import Machine
 
-    operator = _operator(given)
-    with ended_by_signals(), busy() as say:
-        made = _made(source, given, say)
-    motion, sink = made.motion, made.sink
-    state = _streamed(made, operator, given)
+    operator, file = Operator(), given["state_file"]
+    operator.obey({"override": _percent(given["override"])})
+    with ended_by_signals():
+        _check(given)
+        machine = Machine.load(given["machine"]) if given["machine"] else None
+        motion, limits = (_through if _is_setpoints(source) else _along)(say, source, given, machine)
+        resume = _resumed(file, motion) if given["resume"] else None
+        if resume is not None:
+            motion.begin_at(resume[0])
+        elif file:
+            _save(file, None, motion)  # a file that cannot be written is an error before anything moves
+        to_start = partial(approach, axes=motion.axes, limits=limits, period=motion.period)
+        ahead = max(round((0.3 if given["ahead"] is None else given["ahead"]) / motion.period), 24)
+        sink = _sink(given, ahead)
+    with Control(operator) as control, signals(operator), keys(operator):
+        if sink.paced:
+            print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
+        say("")
+
+        def seen(state: State) -> None:
+            shown = ("row", "depth", "confirmed", "rate", "underruns")
+            control.status = {"tau_s": state.tau, **{name: getattr(state, name) for name in shown}}
+
+        state = play(
+            motion,
+            sink,
+            operator,
+            ahead,
+            here=given["here"],
+            resume=resume,
+            approach=to_start if given["approach"] else None,
+            saved=_saver(file, motion),
+            seen=seen,
+        )
     files = [given["output"]] if given["to"] == "file" else []
     if given["record_file"]:
         settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
-        response = response_of(sink.samples, motion.axes, motion.period, settings)
-        records_hdf5.save_response(response, given["record_file"])
+        records_hdf5.save_response(sink.response(settings), given["record_file"])
         files.append(given["record_file"])
-    page = {
+    end = "to the end of the path" if state.done else f"stopped at {state.tau:.3f} s of {motion.duration:.3f} s"
+    print(f"{state.row} rows, {end}; {state.underruns} underruns", file=sys.stderr)
+    return {
         "ok": state.done or operator.stopping,
         "done": state.done,
         "rows": state.row,
@@ -113,61 +146,36 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
         "period_s": motion.period,
         "files": files,
     }
-    if as_json:
-        print_json(page)
-    else:
-        end = "to the end of the path" if state.done else f"stopped at {state.tau:.3f} s of {motion.duration:.3f} s"
-        print(f"{state.row} rows, {end}; {state.underruns} underruns", file=sys.stderr)
-    ctx.exit(DONE)
 
 
-@dataclass(frozen=True)
-class _Made:
-    """All that a stream needs, checked before anything moves."""
-
-    motion: Motion
-    sink: Any
-    resume: Resume | None
-    limits: Limits
-
-
-def _percent(given: dict[str, Any], name: str) -> float:
-    """An option in percent as a share."""
+def _percent(text: str) -> float:
     try:
-        return float(given[name].removesuffix("%")) / 100.0
+        return float(text.removesuffix("%"))
     except ValueError:
-        raise InputError(f"--{name}: {given[name]!r} is not a percentage; write for example 80%") from None
+        raise InputError(f"{text!r} is not a percentage; write for example 80%") from None
 
 
-def _operator(given: dict[str, Any]) -> Operator:
-    from splinefeed.live.operator import Operator
-
-    operator = Operator()
-    operator.set_rate(_percent(given, "override"))
-    return operator
+def _most(given: dict[str, Any]) -> float:
+    """The highest override, 1 = as planned."""
+    return _percent(given["most"]) / 100.0
 
 
-def _made(source: str, given: dict[str, Any], say: Any) -> _Made:
+def _check(given: dict[str, Any]) -> None:
+    """InputError for options that do not go together."""
     from splinefeed.live.operator import MOST
 
-    if given["to"] == "file" and not given["output"]:
-        raise InputError("--to file needs -o FILE")
-    if given["resume"] and not given["state_file"]:
-        raise InputError("--resume needs --state FILE, in which the last stream kept its last confirmed row")
-    if given["record_file"] and given["to"] != "linuxcnc":
-        raise InputError(f"--record: nothing is measured by --to {given['to']}; it needs --to linuxcnc")
-    if given["here"] and given["approach"]:
-        raise InputError("--here moves the path to the axes, --approach the axes to the path: give one of them")
-    most = _percent(given, "most")
-    if not 0.0 < most <= MOST:
-        raise InputError(f"--most: {given['most']} must be above 0 and at most {100.0 * MOST:g} %")
-    say(f"reading {source}")
-    motion, limits = (_through if _is_setpoints(source) else _along)(source, given, most, say)
-    resume = None
-    if given["resume"]:
-        resume = _resumed(given["state_file"], motion)
-        motion.begin_at(resume.confirmed)
-    return _Made(motion, _sink(given, motion.period), resume, limits)
+    wrong = {
+        "--to file: needs -o FILE": given["to"] == "file" and not given["output"],
+        "--resume: needs --state FILE, in which the last stream kept its last confirmed row": given["resume"]
+        and not given["state_file"],
+        "--record: needs --to linuxcnc; nothing else measures": given["record_file"] and given["to"] != "linuxcnc",
+        "--here: moves the path to the axes, --approach the axes to the path; give one of them": given["here"]
+        and given["approach"],
+        f"--most: must be above 0 and at most {100.0 * MOST:g} %": not 0.0 < _most(given) <= MOST,
+    }
+    for words, found in wrong.items():
+        if found:
+            raise InputError(words)
 
 
 def _is_setpoints(source: str) -> bool:
@@ -177,116 +185,69 @@ def _is_setpoints(source: str) -> bool:
     return os.path.isfile(source) and any(suffix in each.suffixes for each in FORMATS.values() if each.loads)
 
 
-def _along(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[Motion, Limits]:
+def _along(say: Say, source: str, given: dict[str, Any], machine: Machine | None) -> tuple[Motion, Limits]:
     """The motion along a path, and the limits that hold for it."""
-    from dataclasses import replace
-
     from splinefeed.feed.planning import plan
     from splinefeed.feed.reserve import with_reserve
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.live.motion import along
-    from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.run import on_machine, planned_axes
+    from splinefeed.pipeline.run import on_machine
 
-    machine = Machine.load(given["machine"]) if given["machine"] else None
-    path = read_path(source, options.reading_from(given))
-    tool = isinstance(path, ToolPath)
-    limits, period, strategy = options.limits_from(given, machine, planned_axes(path, machine))
-    limits, _ = options.as_programmed(limits, path, given)
-    moved = on_machine(path, machine if tool else None, limits)
+    what = task_of(say, source, given, machine)
+    moved = on_machine(what.path, machine if isinstance(what.path, ToolPath) else None, what.limits)
     say("planning")
-    law = plan(moved, with_reserve(limits, given["top"]), strategy=strategy, period=period)
+    law = plan(moved, with_reserve(what.limits, given["top"]), strategy=what.strategy, period=what.period)
     # the feed is what is programmed: 100 %; what is a limit is that of the axes
-    return along(moved, law, replace(limits, feed=max(most, 1.0) * limits.feed), highest=most), limits
+    allowed = replace(what.limits, feed=max(_most(given), 1.0) * what.limits.feed)
+    return along(moved, law, allowed, highest=_most(given)), what.limits
 
 
-def _through(source: str, given: dict[str, Any], most: float, say: Any) -> tuple[Motion, Limits]:
+def _through(say: Say, source: str, given: dict[str, Any], machine: Machine | None) -> tuple[Motion, Limits]:
     """The motion through setpoints as they are, and the limits that hold for it."""
-    from dataclasses import replace
-
     import numpy as np
 
     from splinefeed.live.motion import through
-    from splinefeed.machine.machine import Machine
     from splinefeed.records import ROTARY_AXES
 
+    say(f"reading {source}")
     rows, _ = read_setpoints(source, given)
-    machine = Machine.load(given["machine"]) if given["machine"] else None
     limits, _, _ = options.limits_from({**given, "period": None}, machine, rows.axes)
     if given["feed"] is None and given["limits_file"] is None:  # nobody said one: that of the rows is 100 %
         linear = rows.position[:, [axis not in ROTARY_AXES for axis in rows.axes]]
         feed = float(np.max(np.linalg.norm(np.diff(linear, axis=0), axis=1), initial=0.0)) / rows.period
         limits = replace(limits, feed=max(feed, 1.0))
     say("measuring the rows")
-    return through(rows, replace(limits, feed=1.01 * max(most, 1.0) * limits.feed), highest=most), limits
+    allowed = replace(limits, feed=1.01 * max(_most(given), 1.0) * limits.feed)
+    return through(rows, allowed, highest=_most(given)), limits
 
 
-def _ahead(given: dict[str, Any], period: float) -> int:
-    return max(round((0.3 if given["ahead"] is None else given["ahead"]) / period), 24)
+def _sink(given: dict[str, Any], ahead: int) -> Any:
+    from splinefeed.live.linuxcnc_sink import LinuxcncSink
+    from splinefeed.live.sinks import TextSink, UdpSink
+
+    made: dict[str, Callable[[], Sink]] = {
+        "linuxcnc": lambda: LinuxcncSink(ahead, record=bool(given["record_file"]), settle=SETTLE),
+        "udp": lambda: UdpSink(given["host"], given["port"], ahead=ahead),
+        "file": lambda: TextSink(given["output"]),
+        "stdout": lambda: TextSink(sys.stdout),
+    }
+    return made[given["to"]]()
 
 
-def _sink(given: dict[str, Any], period: float) -> Sink:
-    ahead = _ahead(given, period)
-    if given["to"] == "linuxcnc":
-        from splinefeed.live.linuxcnc_sink import LinuxcncSink
-
-        return LinuxcncSink(ahead, record=bool(given["record_file"]), settle=SETTLE)
-    if given["to"] == "udp":
-        from splinefeed.live.udp_sink import UdpSink
-
-        return UdpSink(given["host"], given["port"], ahead=ahead)
-    from splinefeed.live.text_sink import FileSink, TextSink
-
-    return FileSink(given["output"]) if given["to"] == "file" else TextSink(sys.stdout)
-
-
-def _streamed(made: _Made, operator: Operator, given: dict[str, Any]) -> State:
-    from splinefeed.live.control import Control
-    from splinefeed.live.motion import approach
-    from splinefeed.live.stream import play
-
-    motion, sink = made.motion, made.sink
-    warned: list[str] = []
-    if given["state_file"] and not given["resume"]:
-        _save(given["state_file"], None, motion)  # a file that cannot be written is an error before anything moves
+def _saver(file: str | None, motion: Motion) -> Callable[[State], None]:
+    """Writes the state down from time to time; that it cannot is said once, and no reason to stop axes that move."""
+    shown: list[str] = []
 
     def saved(state: State) -> None:
-        if not given["state_file"]:
-            return
         try:
-            _save(given["state_file"], state, motion)
-        except SplinefeedError as error:  # no reason to stop axes that move
-            if not warned:
+            if file:
+                _save(file, state, motion)
+        except SplinefeedError as error:
+            if not shown:
                 print(f"splinefeed: {error}; --resume cannot continue from it", file=sys.stderr, flush=True)
-            warned.append(str(error))
+            shown.append(str(error))
 
-    def seen(state: State) -> None:
-        control.status = {
-            "row": state.row,
-            "depth": state.depth,
-            "confirmed": state.confirmed,
-            "tau_s": state.tau,
-            "rate": state.rate,
-            "underruns": state.underruns,
-        }
-
-    def to_start(at: Array, start: Array) -> Motion:
-        return approach(at, start, motion.axes, made.limits, motion.period)
-
-    with Control(operator) as control, signals(operator), keys(operator):
-        if sink.paced:
-            print(f"commands: 127.0.0.1:{control.port} token {control.token}", file=sys.stderr, flush=True)
-        return play(
-            motion,
-            sink,
-            operator,
-            _ahead(given, motion.period),
-            here=given["here"],
-            resume=made.resume,
-            approach=to_start if given["approach"] else None,
-            saved=saved,
-            seen=seen,
-        )
+    return saved
 
 
 def _save(file: str, state: State | None, motion: Motion) -> None:
@@ -298,33 +259,27 @@ def _save(file: str, state: State | None, motion: Motion) -> None:
         "tau_s": state.confirmed_tau if state else 0.0,
         "sent_tau_s": state.tau if state else 0.0,
         "done": state is not None and state.done,
-        "axes": list(motion.axes),
-        "planned_s": motion.duration,
-        "start": motion.origin.tolist(),
+        "motion": _motion(motion),
     }
     with atomic_write(file) as temporary:
         temporary.write_text(json.dumps(page) + "\n", encoding="ascii")
 
 
-def _resumed(file: str, motion: Motion) -> Resume:
-    """Where that stream was; InputError for a state of another motion, or of one that is done."""
-    from splinefeed.live.stream import Resume
+def _motion(motion: Motion) -> list[Any]:
+    """What tells one motion from another."""
+    return [list(motion.axes), motion.duration, motion.origin.tolist()]
 
+
+def _resumed(file: str, motion: Motion) -> tuple[float, float]:
+    """Plan times of the last row confirmed and sent; InputError for a state of another motion, or of one at its end."""
     try:
         with open(file, encoding="utf-8") as stream:
             page = json.loads(stream.read(4096))
-        tau, sent = float(page["tau_s"]), float(page["sent_tau_s"])
-        same = (page["axes"], page["planned_s"], page["start"]) == (
-            list(motion.axes),
-            motion.duration,
-            motion.origin.tolist(),
-        )
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError):
-        raise InputError(f"{file}: is not the state of a stream") from None
+        tau, sent, same = float(page["tau_s"]), float(page["sent_tau_s"]), page["motion"] == _motion(motion)
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise InputError(f"{file}: is not the state of a stream: {error}") from None
     if not same:
         raise InputError(f"{file}: is the state of another motion; give the same source and limits")
     if page.get("done") or not 0.0 <= tau < motion.duration:
         raise InputError(f"{file}: that stream has reached its end; leave out --resume")
-    return Resume(tau, sent)
+    return tau, sent

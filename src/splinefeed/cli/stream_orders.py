@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from splinefeed.live.operator import Operator
 
-#: Steps of the keys + and -.
-KEY_STEP = 0.1
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+#: Steps of the keys + and -, %.
+KEY_STEP = 10.0
+HOLD = {"hold": True}
+#: What other keys order.
+KEYS = {"h": HOLD, " ": HOLD, "b": {"reverse": True}, "r": {"hold": False, "reverse": False}, "s": {"stop": True}}
 
 
 @contextlib.contextmanager
@@ -26,9 +28,6 @@ def ended_by_signals() -> Iterator[None]:
         os.write(2, b"splinefeed: interrupted before anything moved\n")
         os._exit(128 + number)
 
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
     with _on_signals(end):
         yield
 
@@ -36,25 +35,24 @@ def ended_by_signals() -> Iterator[None]:
 @contextlib.contextmanager
 def signals(operator: Operator) -> Iterator[None]:
     """The first SIGINT or SIGTERM stops on the path; the next one is what it always is."""
-    before = {number: signal.getsignal(number) for number in _SIGNALS}
 
     def stop(number: int, frame: object) -> None:
-        operator.stop()
+        operator.obey({"stop": True})
         print("stopping on the path; press again to end at once", file=sys.stderr, flush=True)
-        signal.signal(number, before[signal.Signals(number)])
+        signal.signal(number, before[number])
 
-    with _on_signals(stop):
+    with _on_signals(stop) as before:
         yield
 
 
 @contextlib.contextmanager
-def _on_signals(handler: Callable[[int, object], None]) -> Iterator[None]:
-    """Within this `handler` answers SIGINT and SIGTERM; then what did before."""
-    before = {number: signal.getsignal(number) for number in _SIGNALS}
-    for number in before:
-        signal.signal(number, handler)
+def _on_signals(handler: Callable[[int, object], None]) -> Iterator[dict[int, signal._HANDLER]]:
+    """Within this `handler` answers SIGINT and SIGTERM; then what did before. Only a main thread has signals."""
+    before: dict[int, signal._HANDLER] = {}
+    if threading.current_thread() is threading.main_thread():
+        before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield before
     finally:
         for number, own in before.items():
             signal.signal(number, own)
@@ -80,14 +78,11 @@ def keys(operator: Operator) -> Iterator[None]:
 
 
 def _obey(operator: Operator, number: int) -> None:
-    orders: dict[str, Callable[[], None]] = {
-        "+": lambda: operator.turn(KEY_STEP),
-        "-": lambda: operator.turn(-KEY_STEP),
-        "h": operator.hold,
-        " ": operator.hold,
-        "b": operator.reverse,
-        "r": operator.go,
-        "s": operator.stop,
-    }
-    while key := os.read(number, 1):
-        orders.get(key.decode(errors="replace"), lambda: None)()
+    from splinefeed.live.operator import MOST
+
+    while key := os.read(number, 1).decode(errors="replace"):
+        if key in "+-":
+            turned = 100.0 * operator.rate + (KEY_STEP if key == "+" else -KEY_STEP)
+            operator.obey({"override": min(max(turned, 0.0), 100.0 * MOST)})
+        else:
+            operator.obey(KEYS.get(key, {}))

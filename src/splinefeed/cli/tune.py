@@ -9,18 +9,17 @@ import click
 
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
-from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.answers import Page, answers, recorded
+from splinefeed.cli.output import length, number, print_table, print_text
 from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
-from splinefeed.cli.source import read_path
-from splinefeed.cli.summary import length, print_notes
+from splinefeed.cli.source import task_of
+from splinefeed.cli.summary import print_notes
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuned import TunedMachine
-    from splinefeed.simulation.curves import TunedAxis
 
 EXAMPLES = """\b
 Examples:
@@ -30,12 +29,9 @@ Examples:
 
 """
 
-#: Options that say what is driven along a path, and how, and are of no use without one.
-_FOR_PATH = (
-    *("source", "which", "chord", "tolerance", "feed_forward", "runs", "seed", "strategy"),
-    *("feed", "accel", "decel", "jerk", "decel_jerk", "start_feed", "end_feed", "centripetal"),
-    *("chord_error", "orientation_error", "axis_velocity", "axis_acceleration", "axis_jerk"),
-)
+#: Options of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
+_BY_RULE = ("kind", "identify", "volts")
+_ALWAYS = ("axes", "rule", "period", "machine_file", "figures", "no_figures", "output")
 
 
 def _print(page: Mapping[str, Any]) -> None:
@@ -58,16 +54,18 @@ def _print(page: Mapping[str, Any]) -> None:
         )
         print_text(f"bound     {page['bound']}")
     print_text()
-    rows = []
+    rows, verdicts = [], []
     for name, each in page["axes"].items():
         for when, ending in (("old", "_before"), ("new", "")):
-            rows.append([name, when, _gain_words(each[f"gains{ending}"]), *_margin_cells(each[f"margins{ending}"])])
+            margins, gains = each[f"margins{ending}"], each[f"gains{ending}"].items()
+            words = " ".join(f"{_SHORT.get(gain, gain)} {number(value)}" for gain, value in gains if value != 0.0)
+            rows.append([name, when, words, *_margin_cells(margins)])
+            verdicts.append(f"{name}, {when} gains: {margins['verdict']}{_hunting(each, ending)}")
     heads = ["axis", "gains", "", "gain margin", "phase margin", "delay margin", "bandwidth"]
     print_table(heads, rows, texts=3)
     print_text()
-    for name, each in page["axes"].items():
-        for when, ending in (("old", "_before"), ("new", "")):
-            print_text(f"{name}, {when} gains: {each[f'margins{ending}']['verdict']}{_hunting(each, ending)}")
+    for verdict in verdicts:
+        print_text(verdict)
     print_notes(page["notes"])
 
 
@@ -90,8 +88,8 @@ def _print(page: Mapping[str, Any]) -> None:
 @click.option("--volts", type=float, metavar="V", help="Size of that experiment.  [default: 1]")
 @click.option("--path", "source", metavar="FILE|SHAPE", help="Rule path: the path.  [default: the paper's airfoil]")
 @click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
-@click.option("--chord", type=options.Quantity("length"), metavar="LENGTH", help="Airfoil .dat: one unit of the file.")
-@click.option("--tolerance", type=options.Quantity("length"), metavar="LENGTH", help="As for run.")
+@options.quantity("--chord", kind="length", text="Airfoil .dat: one unit of the file.")
+@options.quantity("--tolerance", kind="length", text="As for run.")
 @click.option(
     "--feed-forward", is_flag=True, default=None, help="Rule path: feed-forward of speed and acceleration too."
 )
@@ -108,106 +106,74 @@ def command(say: Say, machine: str, **given: Any) -> Page:
     MACHINE is the name of a machine (splinefeed machine list shows them) or a machine file. Limits such as --feed set
     the motion of rule path. The exit code is 1 if an axis is unstable with its new gains.
     """
-    import splinefeed
     from splinefeed.formats.plain import plain
     from splinefeed.machine.machine import Machine
+    from splinefeed.pipeline.run import PAPER_PERIOD
+    from splinefeed.pipeline.tuned import by_rule
     from splinefeed.pipeline.tuning import PATH_RULE
-    from splinefeed.report import saving
+    from splinefeed.report import files, saving
+    from splinefeed.report.folder import staged
 
     drawing = options.figure_formats(given)
-    if given["figures"] and given["output"] is None:
-        raise InputError("--figures: needs a folder; give -o DIR")
     model = Machine.load(machine)
     names = given["axes"] or tuple(model.axes)
     for name in names:
         if name not in model.axes:
-            raise InputError(
-                f"--axis: machine {model.name!r} has no axis {name!r}; its axes are {', '.join(model.axes)}"
-            )
-    on_path = given["rule"] == PATH_RULE
-    _check_options(given, on_path)
-    found = (_on_path if on_path else _by_rule)(model, names, given, say)
+            raise InputError(f"--axis: {model.name} has no axis {name!r}; its axes are {', '.join(model.axes)}")
+    rule = given["rule"]
+    for name, value in given.items():
+        if value is not None and (name in _BY_RULE if rule == PATH_RULE else name not in (*_ALWAYS, *_BY_RULE)):
+            spelled = "path" if name == "source" else name.replace("_", "-")
+            raise InputError(f"--{spelled}: has no effect with --rule {rule}; leave it out")
+    if rule == PATH_RULE:
+        found = _on_path(model, given, say)
+    else:
+        said = {name: given[name] for name in _BY_RULE if given[name] is not None}
+        period = PAPER_PERIOD if given["period"] is None else given["period"]
+        found = by_rule(model, names, rule, period=period, say=say, **said)
     page = plain(
         {
             "ok": all(each["margins"]["stable"] for each in found.page["axes"].values()),
             "machine": model.name,
             "machine_file": machine,
-            "rule": given["rule"],
+            "rule": rule,
             **found.page,
             "notes": [] if given["output"] is None else saving.missing(drawing),
-            "program": f"splinefeed {splinefeed.__version__}",
         }
     )
-    files: list[str] = []
-    if given["machine_file"]:
-        found.machine.save(given["machine_file"])
-        files.append(given["machine_file"])
-    if given["output"] is not None:
-        say("drawing")
-        files += _draw(given["output"], model, page, found.curves(), drawing)
-    return {**page, "files": files}
+    written = [given["machine_file"]] if given["machine_file"] else []
+    for file in written:
+        found.machine.save(file)
+    if given["output"] is None:
+        return {**page, "files": written}
+    say("drawing")
+    with staged(given["output"], files.TUNE_RECORD, files.tune_names(model.axes)) as stage:
+        drawn = saving.save_figures(files.tune_figures(found.curves(), model.name), stage, drawing)
+        page = recorded(page, drawn, given["output"], stage, files.TUNE_RECORD)
+    return {**page, "files": [*written, *page["files"]]}
 
 
-def _check_options(given: Mapping[str, Any], on_path: bool) -> None:
-    """InputError for options that the rule would not heed."""
-    wrong = ("kind", "identify", "volts") if on_path else _FOR_PATH
-    spelled = {"source": "path", "axis_acceleration": "axis-accel"}
-    for name in wrong:
-        if given[name] is not None:
-            use = "is for the rules that start from the ultimate point" if on_path else "is for --rule path"
-            raise InputError(f"--{spelled.get(name, name).replace('_', '-')}: {use}, not for {given['rule']}")
-
-
-def _by_rule(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
-    """Gains of single axes by a rule."""
-    from splinefeed.pipeline.run import PAPER_PERIOD
-    from splinefeed.pipeline.tuned import by_rule
-
-    said = {name: given[name] for name in ("kind", "identify", "volts") if given[name] is not None}
-    period = PAPER_PERIOD if given["period"] is None else given["period"]
-    return by_rule(machine, names, given["rule"], period=period, say=say, **said)
-
-
-def _on_path(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
+def _on_path(machine: Machine, given: dict[str, Any], say: Say) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path."""
-    from splinefeed.pipeline.run import PAPER_SHAPE, run
+    from splinefeed.pipeline.run import run
     from splinefeed.pipeline.tuned import along_path
     from splinefeed.pipeline.tuning import EVALUATIONS
 
-    limits, period, strategy = options.limits_from(dict(given))
-    source = given["source"] or PAPER_SHAPE
-    reading = {name: given[name] for name in ("which", "chord", "tolerance") if given[name] is not None}
-    say(f"reading {source}")
-    path = read_path(source, reading)
+    what = task_of(say, given["source"], given)
     say("planning and interpolating")
-    setpoints = run(path, limits, period=period, strategy=strategy).points
+    setpoints = run(what.path, what.limits, period=what.period, strategy=what.strategy).points
     found = along_path(
         machine,
         setpoints,
-        path,
+        what.path,
         axes=given["axes"],
         evaluations=EVALUATIONS if given["runs"] is None else given["runs"],
         seed=given["seed"] or 0,
         feed_forward=bool(given["feed_forward"]),
-        on_progress=lambda done, total: say(f"tuning on {path.name}: {done} of {total} runs"),
+        on_progress=lambda done, total: say(f"tuning on {what.path.name}: {done} of {total} runs"),
     )
-    found.page["path"] = source
+    found.page["path"] = what.source
     return found
-
-
-def _draw(
-    folder: str, machine: Machine, page: dict[str, Any], pictures: list[TunedAxis], drawing: tuple[str, ...]
-) -> list[str]:
-    """Write figures and the page of numbers to a folder; their names as seen from the current folder."""
-    from pathlib import Path
-
-    from splinefeed.report import files, saving
-    from splinefeed.report.folder import staged
-
-    with staged(folder, files.TUNE_RECORD, files.tune_names(machine.axes)) as stage:
-        names = [*saving.save_figures(files.tune_figures(pictures, machine.name), stage, drawing), files.TUNE_RECORD]
-        files.write_record({**page, "files": names}, stage / files.TUNE_RECORD)
-    return [str(Path(folder) / name) for name in names]
 
 
 def _hunting(each: Mapping[str, Any], ending: str) -> str:
@@ -229,15 +195,10 @@ _SHORT = {
 }
 
 
-def _gain_words(gains: Mapping[str, float]) -> str:
-    return " ".join(f"{_SHORT.get(name, name)} {number(value)}" for name, value in gains.items() if value != 0.0)
-
-
 def _margin_cells(margins: Mapping[str, Any]) -> list[str]:
     def cell(value: float | None, unit: str, at: float | None = None) -> str:
-        if value is None:
-            return "none"
-        return f"{number(value, 3)} {unit}" + ("" if at is None else f" at {number(at, 3)} Hz")
+        place = "" if at is None else f" at {number(at, 3)} Hz"
+        return "none" if value is None else f"{number(value, 3)} {unit}{place}"
 
     if not margins["stable"]:
         return ["unstable", "", "", ""]

@@ -8,12 +8,12 @@ from typing import Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
-from splinefeed.cli.output import number, print_table, print_text
+from splinefeed.cli.answers import Page, answers, recorded
+from splinefeed.cli.output import length, number, print_table, print_text
 from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
-from splinefeed.cli.source import read_path
-from splinefeed.cli.summary import length, print_notes
+from splinefeed.cli.source import task_of
+from splinefeed.cli.summary import print_notes
 
 EXAMPLES = """\b
 Examples:
@@ -31,20 +31,14 @@ def _print(page: Mapping[str, Any]) -> None:
     print_text()
     rows = []
     for each in page["trials"]:
-        kept = each["stopped"] is None and each["contour_error_max_mm"] <= page["contour_tolerance_mm"]
-        verdict = "ran away" if each["stopped"] else "within" if kept else "over"
-        rows.append(
-            [
-                "best" if each == best else "",
-                number(each["scale"]),
-                f"{number(each['feed_max_mm_s'])} mm/s",
-                f"{number(each['duration_s'], 6)} s",
-                length(each["contour_error_max_mm"]),
-                length(each["contour_error_rms_mm"]),
-                "" if each["at_s_mm"] is None else f"{number(each['at_s_mm'])} mm",
-                verdict,
-            ]
-        )
+        kept = each["contour_error_max_mm"] <= page["contour_tolerance_mm"]
+        at = "" if each["at_s_mm"] is None else f"{number(each['at_s_mm'])} mm"
+        row = ["best" if each == best else "", number(each["scale"]), f"{number(each['feed_max_mm_s'])} mm/s"]
+        row += [
+            f"{number(each['duration_s'], 6)} s",
+            *(length(each[f"contour_error_{of}_mm"]) for of in ("max", "rms")),
+        ]
+        rows.append([*row, at, "ran away" if each["stopped"] else "within" if kept else "over"])
     print_table(["", "scale", "top feed", "time", "contour error", "its rms", "at", "tolerance"], rows)
     print_text()
     if best is None:
@@ -73,7 +67,7 @@ def _print(page: Mapping[str, Any]) -> None:
     help="Scale all limits as a slower clock does (feed by k, acceleration by k^2, jerk by k^3), or the feed alone.",
 )
 @options.limits
-@click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
+@options.tangential
 @click.option("--method", metavar="NAME", help="Interpolation method.  [default: arc-length]")
 @options.corrections
 @options.reading
@@ -88,11 +82,8 @@ def command(say: Say, source: str, **given: Any) -> Page:
     contour error by feed. The exit code is 1 where no feed keeps the tolerance.
     """
     import dataclasses
-    from pathlib import Path
 
-    import splinefeed
     from splinefeed.formats import limits_toml
-    from splinefeed.formats.plain import plain
     from splinefeed.formats.setpoints import save
     from splinefeed.interpolation import registry
     from splinefeed.machine.machine import Machine
@@ -105,55 +96,43 @@ def command(say: Say, source: str, **given: Any) -> Page:
 
     drawing = options.figure_formats(given)
     machine = Machine.load(given["machine"])
-    method = given["method"] or registry.DEFAULT_METHOD
-    registry.method(method)
-    reading = options.reading_from(given) | ({"tangential": True} if given["tangential"] else {})
-    say(f"reading {source}")
-    path = read_path(source, reading)
-    limits, period, strategy = options.limits_from(given, machine, path.axes)
-    limits, _ = options.as_programmed(limits, path, given)
+    method = registry.method(given["method"] or registry.DEFAULT_METHOD).name
+    what = task_of(say, source, given, machine)
+    path = what.path
     folder = given["output"] if given["output"] is not None else f"{default_name(path.name)}-for-{machine.name}"
     with staged(folder, files.TUNE_FEED_RECORD, files.TUNE_FEED_NAMES) as stage:
         tuning = tune_feed(
-            path, limits, machine, given["contour_tolerance"],
-            period=period, strategy=strategy, method=method, corrections=given["corrections"],
+            path, what.limits, machine, given["contour_tolerance"],
+            period=what.period, strategy=what.strategy, method=method, corrections=given["corrections"],
             vary=given["vary"], on_progress=say,
         )  # fmt: skip
         say("writing")
-        names = []
-        if tuning.best is not None and tuning.served is not None:
+        names, served = [], tuning.served
+        if tuning.best is not None and served is not None:
             limits_toml.write(tuning.best.limits, stage / files.LIMITS)
-            setpoints = tuning.served.setpoints
-            command = command_line(source, setpoints.settings, reading, ("hdf5",), given["machine"])
-            settings = {**setpoints.settings, "source": source_of(source), "command": command}
-            save(dataclasses.replace(setpoints, settings=settings), stage / files.SETPOINTS["hdf5"])
-            save(tuning.served.response, stage / files.RESPONSE)
+            points = served.setpoints
+            command = command_line(source, points.settings, what.reading, ("hdf5",), given["machine"])
+            settings = {**points.settings, "source": source_of(source), "command": command}
+            save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])
+            save(served.response, stage / files.RESPONSE)
             names += [files.LIMITS, files.SETPOINTS["hdf5"], files.RESPONSE]
-        drawn = [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))]
-        names += saving.save_figures(drawn, stage, drawing)
-        names.append(files.TUNE_FEED_RECORD)
-        page: dict[str, Any] = plain(
-            {
-                "name": path.name,
-                "source": source_of(source),
-                "machine": machine.name,
-                "machine_file": given["machine"],
-                "period_s": period,
-                "strategy": tuning.trials[-1].law.strategy,
-                "method": method,
-                "vary": given["vary"],
-                "limits_asked": limits.as_dict(),
-                **tuning.numbers(),
-                "notes": [
-                    *path.findings,
-                    *(tuning.served.notes if tuning.served else ()),
-                    *tuning.notes,
-                    *saving.missing(drawing),
-                ],
-                "least_error_mm": tuning.least.error,
-                "least_error_feed_mm_s": tuning.least.feed,
-                "program": f"splinefeed {splinefeed.__version__}",
-            }
+        names += saving.save_figures(
+            [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))], stage, drawing
         )
-        files.write_record({**page, "files": names}, stage / files.TUNE_FEED_RECORD)
-    return {**page, "files": [str(Path(folder) / name) for name in names]}
+        notes = [*path.findings, *(served.notes if served else ()), *tuning.notes, *saving.missing(drawing)]
+        page = {
+            "name": path.name,
+            "source": source_of(source),
+            "machine": machine.name,
+            "machine_file": given["machine"],
+            "period_s": what.period,
+            "strategy": tuning.trials[-1].law.strategy,
+            "method": method,
+            "vary": given["vary"],
+            "limits_asked": what.limits.as_dict(),
+            **tuning.numbers(),
+            "notes": notes,
+            "least_error_mm": tuning.least.error,
+            "least_error_feed_mm_s": tuning.least.feed,
+        }
+        return recorded(page, names, folder, stage, files.TUNE_FEED_RECORD)

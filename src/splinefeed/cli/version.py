@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
-from typing import Any
 
 import click
 
 from splinefeed import __version__
-from splinefeed.cli import options, output
+from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.output import print_text
+from splinefeed.cli.progress import Say
 
 EXAMPLES = """\b
 Examples:
@@ -18,62 +20,37 @@ Examples:
 
 #: Settings of the surroundings that change what splinefeed does, or where it keeps things.
 SETTINGS = ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS", "MPLCONFIGDIR", "SOURCE_DATE_EPOCH")
-#: Extras that users may add, in the order of docs/decisions/0013-extras.md.
-EXTRAS = ("plots", "cad", "parquet", "studio", "dask", "mpi")
+
+
+def _print(page: Page) -> None:
+    for name, value in page.items():
+        print_text(f"{name.replace('_', ' '):<17}{value}" if len(page) > 1 else f"{name} {value}")
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--verbose", is_flag=True, help="Dependencies, missing extras, settings and folders.")
-@options.as_json
-def command(verbose: bool, as_json: bool) -> None:
+@click.option("--verbose", is_flag=True, help="Dependencies, those of the extras too, settings and folders.")
+@answers(_print)
+def command(say: Say, verbose: bool) -> Page:
     """Print the version."""
-    page: dict[str, Any] = {"splinefeed": __version__}
-    if verbose:
-        page |= _surroundings()
-    if as_json:
-        output.print_json(page)
-        return
-    for name, value in page.items():
-        shown = ", ".join(f"{key} {one}" for key, one in value.items()) if isinstance(value, dict) else value
-        output.print_text(f"{name.replace('_', ' '):<17}{shown}" if verbose else f"{name} {shown}")
-
-
-def _surroundings() -> dict[str, Any]:
-    """Versions of Python, the system and every package of the recipe; settings that are set; folders."""
-    import os
+    if not verbose:
+        return {"splinefeed": __version__}
     import platform
-    from pathlib import Path
-
-    import splinefeed
-    from splinefeed.interpolation.registry import DEFAULT_METHOD
-    from splinefeed.kernels.jit import cache_directory
-    from splinefeed.pipeline.run import PAPER_PERIOD
-    from splinefeed.report.record import version_of
-
-    page: dict[str, Any] = {"python": platform.python_version(), "system": platform.platform()}
-    page |= {name: version_of(name) for name in _requested(None)}
-    page["extras"] = {
-        extra: "installed" if all(version_of(name) for name in _requested(extra)) else "not installed"
-        for extra in EXTRAS
-    }
-    page["settings"] = {name: os.environ.get(name, "not set") for name in SETTINGS}
-    page["defaults"] = {"method": DEFAULT_METHOD, "strategy": "by the limits given", "period": f"{PAPER_PERIOD:g} s"}
-    page["package"] = str(Path(splinefeed.__file__).parent)
-    page["compiled_kernels"] = str(cache_directory())
-    return page
-
-
-def _requested(extra: str | None) -> list[str]:
-    """Names of the packages that splinefeed, or one of its extras, asks for."""
     from importlib.metadata import PackageNotFoundError, requires
 
+    import splinefeed
+    from splinefeed.kernels.jit import cache_directory
+    from splinefeed.report.record import version_of
+
     try:
-        wanted = requires("splinefeed") or []
+        wanted = {re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in requires("splinefeed") or []}
     except PackageNotFoundError:  # run from a folder, without being installed
-        return []
-    found = []
-    for line in wanted:
-        marker = re.search(r"extra\s*==\s*['\"]([\w-]+)['\"]", line)
-        if (marker[1] if marker else None) == extra:
-            found.append(re.split(r"[^\w.-]", line, maxsplit=1)[0])
-    return sorted(name for name in found if name != "splinefeed")
+        wanted = set()
+    return {
+        "splinefeed": __version__,
+        "python": platform.python_version(),
+        "system": platform.platform(),
+        **{name: version_of(name) or "not installed" for name in sorted(wanted - {"splinefeed"})},
+        **{name: os.environ.get(name, "not set") for name in SETTINGS},
+        "package": os.path.dirname(splinefeed.__file__),
+        "compiled_kernels": str(cache_directory()),
+    }

@@ -12,9 +12,9 @@ from splinefeed.feed.planning import plan
 from splinefeed.feed.reserve import with_reserve
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
-from splinefeed.live.clock_sink import ClockSink
 from splinefeed.live.motion import Motion, along
 from splinefeed.live.operator import MOST, Operator
+from splinefeed.live.sinks import ClockSink
 from splinefeed.live.stream import play
 from splinefeed.records import TimeLaw
 from splinefeed.studio import sources
@@ -30,15 +30,15 @@ AHEAD, LEAST_ROWS, FRAME = 0.15, 24, 1.0 / 30.0
 def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """Plan with a reserve for the override, play to the end or to a stop, and say how it went.
 
-    Orders: `rate`, 1 = as planned; `hold` and `back`, true or false; `stop`.
+    Orders are those of `Operator.obey`.
     """
     operator = Operator()
-    _obey(operator, {"rate": request.get("rate", 1.0)})
+    operator.obey({"override": request.get("override", 100.0)})
     law, motion, moved = motion_of(request, bench, operator.rate)
     ahead = max(round(AHEAD / motion.period), LEAST_ROWS)
     sink = ClockSink(fill=ahead // 2)
     ended = threading.Event()
-    bench.mail.obey = lambda order: _obey(operator, order)
+    bench.mail.obey = operator.obey
     frames = threading.Thread(target=_show, args=(law, motion, moved, sink, operator, bench, ended), daemon=True)
     frames.start()
     try:
@@ -68,17 +68,6 @@ def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tu
         return law, along(wanted.moved, law, allowed, rate=rate, highest=MOST), wanted.moved
     except SplinefeedError as error:
         raise SettingsError({field_of(error): sources.words(error, bench.uploads)}) from error
-
-
-def _obey(operator: Operator, order: Mapping[str, Any]) -> None:
-    if "rate" in order:
-        operator.set_rate(float(order["rate"]))
-    if "hold" in order:
-        operator.hold(bool(order["hold"]))
-    if "back" in order:
-        operator.reverse(bool(order["back"]))
-    if order.get("stop"):
-        operator.stop()
 
 
 def _show(

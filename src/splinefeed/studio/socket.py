@@ -81,12 +81,14 @@ class Socket(Guarded, WebSocketHandler):
         self.house.jobs.cancel(int(said["job"]))
 
     def _play(self, said: dict[str, Any]) -> None:
-        request = {"settings": dict(said["settings"]), "top": float(said["top"]), "rate": float(said["rate"])}
+        request = {"settings": dict(said["settings"]), "top": float(said["top"]), "override": float(said["override"])}
         self.house.play(self.name, request)
 
     def _order(self, said: dict[str, Any]) -> None:
         if self.house.playing == self.name:
-            self.house.player.order({name: said[name] for name in ("rate", "hold", "back", "stop") if name in said})
+            self.house.player.order(
+                {name: said[name] for name in ("override", "hold", "reverse", "stop") if name in said}
+            )
 
     def _history(self, said: dict[str, Any]) -> None:
         history = self.house.history

@@ -28,30 +28,16 @@ from splinefeed.sweeps.spec import Settings, Task
 
 #: What a run came to: every limit holds; a limit or a check does not; there is no result.
 DONE, OVER, FAILED = "ok", "not kept", "failed"
+_TEXT = ("status", "error_kind", "error", "strategy", "method")
+_NUMBERS = ("period_s", "length_mm", "duration_s", "lower_bound_s")
+_ERRORS = ("ripple_max", "ripple_rms", "end_error_mm", "chord_error_max_mm")
+_SERVO = ("contour_error_max_mm", "contour_error_rms_mm", "tracking_error_max_mm")
 #: Columns of the dataset in addition to index, source and the settings that vary, with their kinds.
 COLUMNS = {
-    "status": "text",
-    "error_kind": "text",
-    "error": "text",
-    "strategy": "text",
-    "method": "text",
-    "period_s": "number",
-    "length_mm": "number",
-    "duration_s": "number",
-    "lower_bound_s": "number",
-    "ticks": "whole",
-    "ripple_max": "number",
-    "ripple_rms": "number",
-    "end_error_mm": "number",
-    "chord_error_max_mm": "number",
-    "worst_limit": "text",
-    "worst_share": "number",
-    "worst_at_s": "number",
-    "contour_error_max_mm": "number",
-    "contour_error_rms_mm": "number",
-    "tracking_error_max_mm": "number",
-    "stopped": "text",
-}
+    **dict.fromkeys(_TEXT, "text"), **dict.fromkeys(_NUMBERS, "number"), "ticks": "whole",
+    **dict.fromkeys(_ERRORS, "number"), "worst_limit": "text", "worst_share": "number", "worst_at_s": "number",
+    **dict.fromkeys(_SERVO, "number"), "stopped": "text",
+}  # fmt: skip
 #: Longest text of an error that is kept.
 LONGEST = 500
 
