@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from splinefeed.studio import house as rooms
-from splinefeed.studio.desk import Answer
+from splinefeed.studio.house import Answer
 
 pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
 
@@ -31,7 +31,7 @@ class SlowDesk:
     def __init__(self) -> None:
         self.asked = []
 
-    async def ask(self, request, heard, deadline=None):
+    async def ask(self, request, heard=None, deadline=None):
         self.asked.append(request["task"])
         late = request["task"] == "plan"
         return Answer(error={"fields": {"": "ended"}, "fault": False} if late else None, late=late)
@@ -44,7 +44,7 @@ def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warm
     async def scene():
         house = rooms.House(None)
         house.front, house.player = SlowDesk(), SlowDesk()
-        house.jobs.add = lambda *words: None
+        house.add = lambda *words: None
         page = Page()
         house.tabs[page.name] = page
         house._begin(house._plan_for_ever())

@@ -25,7 +25,7 @@ class NoMail:
 
 @pytest.fixture
 def bench(tmp_path):
-    return Bench(tmp_path, tmp_path, lambda words: None, NoMail())
+    return Bench(tmp_path, tmp_path, NoMail())
 
 
 def settings(bench: Bench, text: str, **more):

@@ -21,8 +21,6 @@ from splinefeed.studio import sources
 from splinefeed.studio.bench import Bench
 from splinefeed.studio.settings import SettingsError, field_of, resolve
 
-Planned = Path | JointPath
-
 #: Look-ahead that is kept before the clock, and at least so many rows; time between two pictures, s.
 AHEAD, LEAST_ROWS, FRAME = 0.15, 24, 1.0 / 30.0
 
@@ -33,32 +31,40 @@ def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     Orders are those of `Operator.obey`.
     """
     operator = Operator()
-    operator.obey({"override": request.get("override", 100.0)})
+    operator.obey({"override": request["override"]})
     law, motion, moved = motion_of(request, bench, operator.rate)
     ahead = max(round(AHEAD / motion.period), LEAST_ROWS)
     sink = ClockSink(fill=ahead // 2)
     ended = threading.Event()
+
+    def show() -> None:
+        """Tell the page some thirty times a second where the axes are, or the tip of a tool path."""
+        last = 0
+        while not ended.wait(FRAME):
+            row, position = sink.now()
+            if row == last:
+                continue
+            last, tau = row, motion.tau_of(row)
+            if isinstance(moved, JointPath):
+                position = moved.kinematics.forward(position)[0]
+            frame = {"kind": "frame", "row": row, "tau_s": tau, "planned_s": law.duration, "s_mm": float(law(tau))}
+            rates = {"rate": motion.override.rate, "wanted": operator.wanted, "top": motion.override.top}
+            bench.mail.tell({**frame, **rates, "position": position.tolist()})
+
     bench.mail.obey = operator.obey
-    frames = threading.Thread(target=_show, args=(law, motion, moved, sink, operator, bench, ended), daemon=True)
+    frames = threading.Thread(target=show, daemon=True)
     frames.start()
     try:
         state = play(motion, sink, operator, ahead)
     finally:
         ended.set()
         frames.join()
-    return {
-        "done": state.done,
-        "rows": state.row,
-        "underruns": state.underruns,
-        "tau_s": state.tau,
-        "planned_s": law.duration,
-        "top": motion.override.top,
-    }
+    return {"done": state.done, "rows": state.row, "underruns": state.underruns, "tau_s": state.tau}
 
 
-def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tuple[TimeLaw, Motion, Planned]:
+def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tuple[TimeLaw, Motion, Path | JointPath]:
     """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
-    wanted = resolve(request.get("settings"), bench.uploads)
+    wanted = resolve(request["settings"], bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
     try:
         limits = with_reserve(wanted.limits, float(request.get("top", 1.0)))
@@ -68,33 +74,3 @@ def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tu
         return law, along(wanted.moved, law, allowed, rate=rate, highest=MOST), wanted.moved
     except SplinefeedError as error:
         raise SettingsError({field_of(error): sources.words(error, bench.uploads)}) from error
-
-
-def _show(
-    law: TimeLaw, motion: Motion, moved: Planned, sink: ClockSink, operator: Operator, bench: Bench,
-    ended: threading.Event,
-) -> None:  # fmt: skip
-    """Tell the page some thirty times a second where the axes are, or the tip of a tool path."""
-    top = motion.override.top
-    last = -1
-    while not ended.wait(FRAME):
-        row, position = sink.now()
-        if row == last or not row:
-            continue
-        last = row
-        if isinstance(moved, JointPath):
-            position = moved.kinematics.forward(position)[0]
-        tau = motion.tau_of(row)
-        bench.mail.tell(
-            {
-                "kind": "frame",
-                "row": row,
-                "tau_s": tau,
-                "planned_s": law.duration,
-                "s_mm": float(law(tau)),
-                "rate": motion.override.rate,
-                "wanted": operator.wanted,
-                "top": top,
-                "position": position.tolist(),
-            }
-        )

@@ -28,7 +28,9 @@ def timed(settings: Mapping[str, Any], bench: Bench, *, at_once: bool) -> dict[s
     if machine is None:
         raise SettingsError(problems or {"machine": "choose the machine whose control is to run the program"})
     try:
-        file, options = sources.program(settings["source"], bench.uploads)
+        source = settings["source"]
+        file = sources.upload(source.get("file"), bench.uploads)
+        options = sources.reading_of(source, sources.PROGRAM, bench.uploads)
         if at_once and file.stat().st_size > MOST_AT_ONCE:
             return {"final": False, "shown": None}
         bench.say(f"timing {file.name} on {machine.name}")

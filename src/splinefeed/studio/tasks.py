@@ -1,17 +1,24 @@
-"""What a worker process does for a page: read, plan, follow, tune, and make files; all through `pipeline`."""
+"""What a worker process does for a page: read, plan, follow, tune, and make files; all through `pipeline`.
+
+Uploads are read here, never in the server: what crashes a reader, eats memory or does not end takes a worker with it
+and nothing else.
+"""
 
 from __future__ import annotations
 
-import secrets
+import json
 from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path as File
 from typing import Any
 
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
 from splinefeed.pipeline.run import PAPER_LIMITS
-from splinefeed.studio import programs, results, sources
+from splinefeed.studio import playing, programs, results, sources, tuning
 from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import SettingsError, complete, resolve
+from splinefeed.studio.settings import PATHS, SettingsError, complete, resolve
+from splinefeed.workers import Answer, Handler, Mail
 
 #: Paths of more curves than this are not planned while a slider moves.
 MOST_WHILE_MOVING = 20_000
@@ -40,7 +47,7 @@ def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
 def settle(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A run of the settings, followed by its machine, or a program as its control plans it."""
-    settings = complete(_settings(request))
+    settings = complete(request.get("settings"))
     if settings["by_control"]:
         return programs.timed(settings, bench, at_once=False)
     wanted, made = bench.done(settings)
@@ -67,54 +74,57 @@ def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
 def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A file to download: what it is called, and where it lies in the folder of files made."""
-    from splinefeed.studio import downloads
+    from splinefeed.formats import registry
+    from splinefeed.formats.setpoints import save
+    from splinefeed.machine import writing
+    from splinefeed.report import files, html
+    from splinefeed.report.record import documented
 
-    settings, what, form = _settings(request), request.get("what"), request.get("form")
-    place = bench.made / secrets.token_hex(16)
-    place.mkdir(mode=0o700)
-    file = downloads.make(str(what), None if form is None else str(form), settings, bench, place)
-    return {"download": place.name, "name": file.name, "bytes": file.stat().st_size}
+    wanted, made = bench.done(request["settings"])
+    machine, served = wanted.machine, made.served
 
+    def setpoints(form: str, file: File) -> None:
+        save(documented(made, results.numbers(wanted, made, (form,))).setpoints(), file)
 
-def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """New gains for the machine."""
-    from splinefeed.studio import tuning
+    def report(file: File) -> None:
+        responses = {} if served is None else {made.kept.method: served.response}
+        drawn = files.of_run(made, responses, results.machine_name(wanted) or "")
+        files.write_report(html.page(made, results.numbers(wanted, made), drawn), file)
 
-    how = request.get("how")
-    return tuning.tuned(_settings(request), how if isinstance(how, Mapping) else {}, bench)
-
-
-def play(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """Play a motion in real time."""
-    from splinefeed.studio import playing
-
-    return playing.played(request, bench)
+    makers: dict[str, tuple[str, Callable[[File], object]]] = {
+        "law": (files.LAW, partial(save, made.law)),
+        "numbers": (files.RECORD, partial(files.write_record, results.numbers(wanted, made))),
+        "report": (files.REPORT, report),
+        **{f"path {form}": (f"path.{form}", partial(registry.write, made.path)) for form in PATHS},
+        **{f"setpoints {form}": (name, partial(setpoints, form)) for form, name in files.SETPOINTS.items()},
+    }
+    if machine is not None:
+        makers["machine"] = ("machine.toml", partial(writing.save, machine))
+    if served is not None:
+        makers["response"] = (files.RESPONSE, partial(save, served.response))
+    what = " ".join(str(request[name]) for name in ("what", "form") if request.get(name))
+    if what not in makers:
+        raise InputError(f"there is no download {what[:40]!r}; there are {', '.join(makers)}")
+    name, write = makers[what]
+    bench.say(f"writing {what}")
+    file = sources.room(bench.made) / name
+    write(file)
+    return {"download": file.parent.name, "name": name, "bytes": file.stat().st_size}
 
 
 def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """Load or compile the kernels: for moving sliders alone, for playing, or for everything else."""
     usual = complete({})
     if request.get("play"):
-        from splinefeed.studio import playing
-
         motion = playing.motion_of({"settings": usual}, bench)[1]
         for _ in range(2):
             motion.take(8, 1.0)
         return {}
-    wanted, made = bench.done({**usual, "strategy": LOOK_AHEAD})
-    results.result(wanted, made)
+    results.result(*bench.done({**usual, "strategy": LOOK_AHEAD}))
     bench.done({**usual, "limits": PAPER_LIMITS.as_dict()})
     if request.get("all"):
-        wanted, made = bench.done({**usual, "machine": {"name": "xytheta"}})
-        results.result(wanted, made)
+        results.result(*bench.done({**usual, "machine": {"name": "xytheta"}}))
     return {}
-
-
-def _settings(request: Mapping[str, Any]) -> Mapping[str, Any]:
-    settings = request.get("settings")
-    if not isinstance(settings, Mapping):
-        raise InputError("a request without settings")
-    return settings
 
 
 #: Every task by its name.
@@ -123,19 +133,34 @@ TASKS: dict[str, Callable[[Mapping[str, Any], Bench], dict[str, Any]]] = {
     "settle": settle,
     "read": read,
     "make": make,
-    "tune": tune,
-    "play": play,
+    "tune": tuning.tuned,
+    "play": playing.played,
     "warm": warm,
 }
 
 
-def error_of(error: BaseException) -> dict[str, Any]:
+def open_bench(mail: Mail, uploads: str, made: str) -> Handler:
+    """What answers requests with the two folders; errors are answers too, and the next request finds it sound."""
+    bench = Bench(File(uploads), File(made), mail)
+
+    def answer(request: dict[str, Any]) -> Answer:
+        try:
+            found = TASKS[request["task"]](request, bench)
+            entry = found.pop("entry", None)
+            return {"entry": entry}, json.dumps(found, separators=(",", ":"), allow_nan=False).encode()
+        except Exception as error:  # the page shows it
+            return {"error": error_of(error)}, b""
+
+    return answer
+
+
+def error_of(error: Exception) -> dict[str, Any]:
     """What went wrong, for the page: words by field, and whether it is a fault of the program."""
     if isinstance(error, SettingsError):
         return {"fields": error.problems, "fault": False}
-    if isinstance(error, SplinefeedError):
-        return {"fields": {"": " ".join(str(error).split())}, "fault": False}
+    words = " ".join(str(error).split())
     if isinstance(error, MemoryError):
         words = "not enough memory for this; choose a longer period or a shorter path"
-        return {"fields": {"": words}, "fault": False}
-    return {"fields": {"": f"internal fault, please report it: {type(error).__name__}: {error}"}, "fault": True}
+    elif not isinstance(error, SplinefeedError):
+        return {"fields": {"": f"internal fault, please report it: {type(error).__name__}: {words}"}, "fault": True}
+    return {"fields": {"": words}, "fault": False}

@@ -9,6 +9,7 @@ from typing import Any
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.formats.plain import plain
 from splinefeed.machine import writing
+from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.experiment import serve
 from splinefeed.pipeline.run import Run
 from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
@@ -25,24 +26,25 @@ MOST_RUNS = 5000
 OFTEN = 0.1
 
 
-def tuned(settings: Mapping[str, Any], how: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
+def tuned(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """The new machine as the text of its file, its page of numbers, and figures of steps and errors.
 
-    how  `rule`, `kind` and `identify` of a rule; `runs` and `feed_forward` of rule path. Raises SettingsError.
+    The request's `how` has `rule`, `kind` and `identify` of a rule; `runs` and `feed_forward` of rule path. Raises
+    SettingsError.
     """
-    wanted, run = bench.done(settings)
-    before = run.served
-    if wanted.machine is None or before is None:
+    wanted, run = bench.done(request["settings"])
+    machine, before, how = wanted.machine, run.served, dict(request.get("how") or {})
+    if machine is None or before is None:
         raise SettingsError({"machine": "choose the machine to tune"})
     try:
-        found = _found(wanted, run, how, bench)
-        bench.say(f"following on the tuned {wanted.machine.name}")
+        found = _found(machine, wanted, run, how, bench)
+        bench.say(f"following on the tuned {machine.name}")
         after = serve(wanted.path, run.law, run.points, found.machine)
     except SplinefeedError as error:
         raise SettingsError({"": sources.words(error, bench.uploads)}) from error
     bench.say("drawing")
     old, new = before.tally.numbers(), after.tally.numbers()
-    figures = {"tuning": step_figure(found.curves(), wanted.machine.name)}
+    figures = {"tuning": step_figure(found.curves(), machine.name)}
     if len(before.response) and len(after.response):
         figures["errors"] = errors_figure({"old gains": before.response, "new gains": after.response})
     page = {
@@ -53,18 +55,16 @@ def tuned(settings: Mapping[str, Any], how: Mapping[str, Any], bench: Bench) -> 
         "tracking_error_max": new.get("tracking_error_max"),
         "stopped": new.get("stopped"),
     }
-    name = wanted.machine.name if wanted.machine.name.endswith("-tuned") else f"{wanted.machine.name}-tuned"
+    name = f"{machine.name.removesuffix('-tuned')}-tuned"
     return {
         "numbers": plain(page),
-        "figures": {name: interactive.to_plain(figure) for name, figure in figures.items()},
+        "figures": {key: interactive.to_plain(figure) for key, figure in figures.items()},
         "machine": {"name": name, "toml": writing.to_text(found.machine)},
         "rule": how.get("rule"),
     }
 
 
-def _found(wanted: Wanted, run: Run, how: Mapping[str, Any], bench: Bench) -> TunedMachine:
-    machine = wanted.machine
-    assert machine is not None
+def _found(machine: Machine, wanted: Wanted, run: Run, how: Mapping[str, Any], bench: Bench) -> TunedMachine:
     moving = [axis for axis in wanted.path.axes if axis in machine.axes]
     if how.get("rule") != PATH_RULE:
         kind, identify = str(how.get("kind", "pid")), str(how.get("identify", "model"))
@@ -74,22 +74,15 @@ def _found(wanted: Wanted, run: Run, how: Mapping[str, Any], bench: Bench) -> Tu
     runs = how.get("runs", EVALUATIONS)
     if isinstance(runs, bool) or not isinstance(runs, int) or not 1 <= runs <= MOST_RUNS:
         raise InputError(f"runs is {runs!r}; it must be a whole number from 1 to {MOST_RUNS}")
-
-    said = 0.0
+    said_at = 0.0
 
     def progress(done: int, total: int) -> None:
-        nonlocal said
-        if (now := time.monotonic()) - said < OFTEN and done < total:
-            return
-        said = now
-        bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
+        nonlocal said_at
+        if (now := time.monotonic()) - said_at >= OFTEN or done == total:
+            said_at = now
+            bench.mail.tell({"kind": "progress", "words": f"{done} of {total} runs", "share": [done, total]})
 
+    forward, points = bool(how.get("feed_forward")), run.points
     return along_path(
-        machine,
-        run.points,
-        wanted.path,
-        axes=moving,
-        evaluations=runs,
-        feed_forward=bool(how.get("feed_forward")),
-        on_progress=progress,
+        machine, points, wanted.path, axes=moving, evaluations=runs, feed_forward=forward, on_progress=progress
     )
