@@ -46,20 +46,17 @@ def _print(page: Mapping[str, Any]) -> None:
 
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("setpoints")
-@click.option(
-    "--machine",
-    metavar="NAME|FILE",
-    required=True,
-    help="The machine; splinefeed machine list shows the built-in ones.",
-)
-@click.option("--path", "source", metavar="FILE|SHAPE", help="The true path.  [default: that of the setpoints]")
-@click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
-@options.quantity("--chord", kind="length", text="Airfoil .dat: one unit of the file.")
-@click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
-@options.quantity("--period", kind="time", text="CSV: the period.  [default: from t]")
-@click.option("--linear", is_flag=True, help="Without friction, backlash, counts, converter codes and limits.")
+@options.table("""
+--machine       NAME|FILE!       The machine; splinefeed machine list shows the built-in ones.
+--path source   FILE|SHAPE       The true path.  [default: that of the setpoints]
+--which         NAME|NUMBER      Which path of a file that holds several (from 1).
+--chord         LENGTH           Airfoil .dat: one unit of the file.
+--columns       NAMES            CSV without names: its columns, as t,x,y.
+--period        TIME             CSV: the period.  [default: from t]
+--linear        -                Without friction, backlash, counts, converter codes and limits.
+-o --output     DIR              Folder to write to.  [default: splinefeed-NAME-on-MACHINE]
+""")
 @options.figures
-@click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-on-MACHINE]")
 @answers(_print)
 def command(say: Say, setpoints: str, **given: Any) -> Page:
     """Simulate the axes of a machine on SETPOINTS; report following error and contour error.

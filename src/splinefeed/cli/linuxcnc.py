@@ -49,14 +49,14 @@ def _print(page: Page) -> None:
 
 
 @command.command("init", short_help="Write the .hal file and INI fragment of a machine.", epilog=EXAMPLES)
-@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; see splinefeed machine list.")
-@click.option("--axes", type=options.Names(), metavar="X,Y,...", help="Which of its axes, in order.  [default: all]")
-@options.quantity("--period", kind="time", text="Servo period.  [default: 1 ms]")
-@options.quantity("--following", kind="length", text="Following error that stops the stream.  [default: 1 mm or deg]")
-@click.option(
-    "--motion", is_flag=True, help="Together with LinuxCNC's motion controller, which then shows the tool tip."
-)
-@click.option("-o", "--output", metavar="NAME", default="splinefeed", show_default=True, help="NAME.hal, NAME.ini")
+@options.table("""
+--machine       NAME|FILE!       The machine; see splinefeed machine list.
+--axes          NAMES            Which of its axes, in order.  [default: all]
+--period        TIME             Servo period.  [default: 1 ms]
+--following     LENGTH           Following error that stops the stream.  [default: 1 mm or deg]
+--motion        -                Together with LinuxCNC's motion controller, which then shows the tool tip.
+-o --output     NAME =splinefeed  NAME.hal, NAME.ini
+""")
 @answers(_print)
 def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Page:
     """Write a HAL file with streamer, one controller an axis, and simulated drives to replace with your own."""

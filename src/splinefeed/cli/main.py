@@ -41,6 +41,8 @@ COMMANDS = {
     "completion": "Print the lines that turn on shell completion by Tab.",
     "version": "Print the version; with --verbose, those of its dependencies.",
 }
+#: Those that stand in one file.
+ABOUT = ("machine", "methods", "completion", "version")
 
 
 class LazyGroup(click.Group):
@@ -56,7 +58,8 @@ class LazyGroup(click.Group):
             if ctx.resilient_parsing:  # while a shell completes the name
                 return None
             raise click.UsageError(f"no such command {cmd_name!r}; {nearest(cmd_name, COMMANDS, 'there are {}')}")
-        command: click.Command = import_module(f"splinefeed.cli.{cmd_name.replace('-', '_')}").command
+        file, name = ("about", cmd_name) if cmd_name in ABOUT else (cmd_name.replace("-", "_"), "command")
+        command: click.Command = getattr(import_module(f"splinefeed.cli.{file}"), name)
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

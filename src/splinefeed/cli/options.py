@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -91,15 +92,8 @@ def _smoothing(text: str) -> float | str:
     return text if text == "program" else units.parse(text, "length")
 
 
-def _all(*decorators: Callable[[F], F]) -> Callable[[F], F]:
-    """Apply `decorators` so that the help lists them in this order."""
-
-    def decorate(function: F) -> F:
-        for decorator in reversed(decorators):
-            function = decorator(function)
-        return function
-
-    return decorate
+def _of_axis(limit: str) -> Value:
+    return Value(limit, lambda text: _of_axes(limit, text))
 
 
 def quantity(*names: str, kind: str, text: str) -> Callable[[F], F]:
@@ -107,18 +101,54 @@ def quantity(*names: str, kind: str, text: str) -> Callable[[F], F]:
     return click.option(*names, type=Quantity(kind), metavar=kind.upper(), help=text)
 
 
-as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else, on stdout.")
+#: Kinds of values of options by what the help calls them; any other word in capitals is a text.
+_TYPES: dict[str, Any] = {
+    **{kind.upper(): Quantity(kind) for kind in ("length", "time", "feed", "acceleration", "jerk", "angle")},
+    "NAMES": Names(),
+    "INTEGER": int,
+    "COUNT": click.IntRange(0),
+    "NUMBER": float,
+    "DEGREES": click.FloatRange(0.0, 180.0, min_open=True),
+    "AXIS=LOW:HIGH": Value("x=low:high", _travel),
+    "LENGTH|program": Value("tolerance", _smoothing),
+}
+
+
+def table(text: str) -> Callable[[F], F]:
+    """Options in the order of a table: flags and name, what they take, and the help, which may go on in the next line.
+
+    What they take is `-` for a switch, a key of _TYPES, choices in small letters between bars, or any word for a text.
+    Behind it stand `!` for an option that is required, `*` for one that may be repeated, `=` and a default.
+    """
+
+    def decorate(function: F) -> F:
+        for line in reversed(re.sub(r"\n +", " ", text).splitlines()):
+            if not line:
+                continue
+            names, takes, words = re.split(r" {2,}", line, maxsplit=2)
+            takes, _, default = takes.partition(" =")
+            more: dict[str, Any] = {"default": default, "show_default": True} if default else {}
+            more |= {"required": takes.endswith("!"), "multiple": takes.endswith("*")}
+            takes, name = takes.rstrip("!*"), names.split()[-1].lstrip("-").replace("-", "_")
+            if takes == "-":
+                more["is_flag"] = True
+            elif takes.islower():
+                more["type"] = click.Choice(takes.split("|"))
+            else:
+                more |= {"type": _of_axis(name) if takes == "LIMIT" else _TYPES.get(takes), "metavar": takes}
+            function = click.option(*names.split(), help=words, **more)(function)
+        return function
+
+    return decorate
+
+
+as_json = table("--json as_json  -  Print one JSON object, and nothing else, on stdout.")
 
 #: Files of figures, and none of them.
-figures = _all(
-    click.option(
-        "--figures",
-        type=click.Choice(["svg", "png", "pdf"]),
-        multiple=True,
-        help="Format of the figures; may be repeated.  [default: svg]",
-    ),
-    click.option("--no-figures", is_flag=True, help="Draw nothing."),
-)
+figures = table("""
+--figures  svg|png|pdf*  Format of the figures; may be repeated.  [default: svg]
+--no-figures  -  Draw nothing.
+""")
 
 
 def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
@@ -127,66 +157,42 @@ def figure_formats(given: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 #: How a G-code program is read.
-reading_program = _all(
-    click.option("--dialect", metavar="NAME", help="G-code: the control, if the program does not show it."),
-    click.option("--start", metavar="X,Y,Z,...", help="G-code: tool position before the first line, mm and deg."),
-    click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: work offsets.  [default: at 0]"),
-    click.option("--tools", metavar="FILE", help="G-code: tool table (.tbl, .toml); G43 takes tool lengths from it."),
-    click.option("--repair", is_flag=True, help="Repair what is safe to repair in a faulty file, and list it."),
-)
-
-#: Where a program begins.
-from_line = click.option(
-    "--from-line", metavar="N", help="G-code: resume the program at this line, with the modes in force there."
-)
-
+READING_PROGRAM = """
+--dialect  NAME             G-code: the control, if the program does not show it.
+--start    X,Y,Z,...        G-code: tool position before the first line, mm and deg.
+--offsets  G54=X,Y,Z;...    G-code: work offsets.  [default: at 0]
+--tools    FILE             G-code: tool table (.tbl, .toml); G43 takes tool lengths from it.
+--repair   -                Repair what is safe to repair in a faulty file, and list it.
+"""
+FROM_LINE = """
+--from-line  N              G-code: resume the program at this line, with the modes in force there.
+"""
 #: How a SOURCE is read, but for the tolerance.
-reading_alone = _all(
-    click.option("--path", "which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1)."),
-    click.option("--layer", metavar="NAME,NAME", help="DXF, 3DM, SVG (groups): only these layers."),
-    click.option("--units", metavar="UNIT", help="DXF: mm, in, ...; overrides the file."),
-    quantity("--chord", kind="length", text="Airfoil .dat: length of one unit of the file.  [default: 100 mm]"),
-    click.option("--edges", is_flag=True, help="STEP, IGES, 3DM: edges of faces as well as free curves."),
-    reading_program,
-    from_line,
-)
-
+READING_ALONE = f"""
+--path which  NAME|NUMBER   Which path of a file that holds several (from 1).
+--layer    NAME,NAME        DXF, 3DM, SVG (groups): only these layers.
+--units    UNIT             DXF: mm, in, ...; overrides the file.
+--chord    LENGTH           Airfoil .dat: length of one unit of the file.  [default: 100 mm]
+--edges    -                STEP, IGES, 3DM: edges of faces as well as free curves.
+{READING_PROGRAM.strip()}
+{FROM_LINE.strip()}
+"""
 #: How a SOURCE is read.
-reading = _all(
-    reading_alone,
-    quantity(
-        "--tolerance",
-        kind="length",
-        text="Airfoil .dat, points .csv .xyz: largest distance of the fit.  [default: 0.001 mm]  "
-        "Drawings, CAD, JSON: ends closer than this are joined.  [default: 1e-6 mm]",
-    ),
-)
+READING = f"""{READING_ALONE}
+--tolerance  LENGTH         Airfoil .dat, points .csv .xyz: largest distance of the fit.  [default: 0.001 mm]
+                            Drawings, CAD, JSON: ends closer than this are joined.  [default: 1e-6 mm]
+"""
+reading_program, from_line, reading_alone, reading = map(table, (READING_PROGRAM, FROM_LINE, READING_ALONE, READING))
 
 #: How the path is smoothed.
-smoothing = _all(
-    click.option(
-        "--smooth",
-        type=Value("tolerance", _smoothing),
-        metavar="LENGTH|program",
-        help="Replace short lines and corners by curves within this tolerance; `program`: that of its G64 P.",
-    ),
-    click.option(
-        "--corners",
-        type=click.Choice(["keep", "round"]),
-        help="What --smooth does at corners sharper than --corner-angle.  [default: keep; round for `program`]",
-    ),
-    click.option(
-        "--corner-angle",
-        type=click.FloatRange(0.0, 180.0, min_open=True),
-        metavar="DEGREES",
-        help="Joints that turn by more than this are corners.  [default: 45]",
-    ),
-    quantity(
-        "--angle-tolerance",
-        kind="angle",
-        text="How far --smooth may turn the tool axis, or rotary axes: 0.1deg, 1mrad.  [default: 0.05 deg]",
-    ),
-)
+smoothing = table("""
+--smooth   LENGTH|program   Replace short lines and corners by curves within this tolerance; `program`: that of its
+                            G64 P.
+--corners  keep|round       What --smooth does at corners sharper than --corner-angle.
+                            [default: keep; round for `program`]
+--corner-angle  DEGREES     Joints that turn by more than this are corners.  [default: 45]
+--angle-tolerance  ANGLE    How far --smooth may turn the tool axis, or rotary axes: 0.1deg, 1mrad.  [default: 0.05 deg]
+""")
 _SMOOTHING = ("smooth", "corners", "corner_angle", "angle_tolerance")
 
 
@@ -210,85 +216,50 @@ def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
     return [f"the program allows smoothing ({tolerance}), which is off; turn it on with --smooth program"]
 
 
-#: Limits along the path: name, kind, options, help, and what the paper's experiment assumes.
-_LIMITS = (
-    ("feed", "feed", ["--feed"], "Feed limit along the path.", "60 mm/s"),
-    ("acceleration", "acceleration", ["--accel", "--acceleration"], "Acceleration limit along the path.",
-     "50 mm/s^2, or none where axes have limits"),
-    ("deceleration", "acceleration", ["--decel", "--deceleration"], "Deceleration limit along the path.", "as --accel"),
-    ("jerk", "jerk", ["--jerk"], "Jerk limit along the path, speeding up.",
-     "2000 mm/s^3, or none where axes have limits"),
-    ("deceleration_jerk", "jerk", ["--decel-jerk", "--deceleration-jerk"], "Jerk limit along the path, slowing down.",
-     "as --jerk"),
-    ("start_feed", "feed", ["--start-feed"], "Feed at the start of the path.", "0"),
-    ("end_feed", "feed", ["--end-feed"], "Feed at the end of the path.", "0"),
-    ("chord_error", "length", ["--chord-error"], "Chord error (sag) between two setpoints.", ""),
-    ("orientation_error", "angle", ["--orientation-error"], "How far the tool axis may be off between two setpoints.",
-     ""),
-    ("centripetal", "acceleration", ["--centripetal"], "Centripetal acceleration limit.", ""),
-)  # fmt: skip
-#: Limits by axis: name, options, help.
-_AXIS_LIMITS = (
-    ("axis_velocity", ["--axis-velocity"], "Limit of each linear axis: 60, or x=60,theta=90deg/s."),
-    ("axis_acceleration", ["--axis-accel", "--axis-acceleration"],
-     "Limit of each linear axis: 500, or x=500,theta=90deg/s^2."),
-    ("axis_jerk", ["--axis-jerk"], "Limit of each linear axis: 20000, or x=20000,y=15000."),
-    ("axis_velocity_step", ["--axis-velocity-step"],
-     "Junction velocity: largest velocity step of each axis at a corner; without it corners are exact stops."),
-)  # fmt: skip
+#: Limits; what the paper's experiment assumes is theirs by default where a command assumes anything.
+_LIMITS = """
+--limits limits_file  FILE  Limits in a TOML file; options replace single ones.{file}
+--feed  FEED                Feed limit along the path.  [paper: 60 mm/s]
+--accel --acceleration acceleration  ACCELERATION  Acceleration limit along the path.
+                            [paper: 50 mm/s^2, or none where axes have limits]
+--decel --deceleration deceleration  ACCELERATION  Deceleration limit along the path.  [paper: as --accel]
+--jerk  JERK                Jerk limit along the path, speeding up.
+                            [paper: 2000 mm/s^3, or none where axes have limits]
+--decel-jerk --deceleration-jerk deceleration_jerk  JERK  Jerk limit along the path, slowing down.  [paper: as --jerk]
+--start-feed  FEED          Feed at the start of the path.  [paper: 0]
+--end-feed  FEED            Feed at the end of the path.  [paper: 0]
+--chord-error  LENGTH       Chord error (sag) between two setpoints.
+--orientation-error  ANGLE  How far the tool axis may be off between two setpoints.
+--centripetal  ACCELERATION  Centripetal acceleration limit.
+--axis-velocity  LIMIT      Limit of each linear axis: 60, or x=60,theta=90deg/s.
+--axis-accel --axis-acceleration axis_acceleration  LIMIT  Limit of each linear axis: 500, or x=500,theta=90deg/s^2.
+--axis-jerk  LIMIT          Limit of each linear axis: 20000, or x=20000,y=15000.
+--axis-velocity-step  LIMIT  Junction velocity: largest velocity step of each axis at a corner; without it corners are
+                            exact stops.
+--travel  AXIS=LOW:HIGH     Soft limits of position: x=0:500,y=0:300.
+"""
 
 
-def _of_axis(limit: str) -> Value:
-    return Value(limit, lambda text: _of_axes(limit, text))
-
-
-def limits_alone(default: str = "") -> Callable[[F], F]:
+def limits_alone(default: str = "", more: str = "") -> Callable[[F], F]:
     """Options of limits; `default` is where limits come from that are not given, the paper's values if empty."""
-    file = f"Limits in a TOML file; options replace single ones.{f'  [default: {default}]' if default else ''}"
-    return _all(
-        click.option("--limits", "limits_file", metavar="FILE", help=file),
-        *(
-            quantity(*flags, name, kind=kind, text=f"{text}  [default: {paper}]" if paper and not default else text)
-            for name, kind, flags, text, paper in _LIMITS
-        ),
-        *(
-            click.option(*flags, name, type=_of_axis(name), metavar="LIMIT", help=text)
-            for name, flags, text in _AXIS_LIMITS
-        ),
-        click.option(
-            "--travel",
-            type=Value("x=low:high", _travel),
-            metavar="AXIS=LOW:HIGH",
-            help="Soft limits of position: x=0:500,y=0:300.",
-        ),
-    )
+    text = _LIMITS.format(file=f"  [default: {default}]" if default else "")
+    return table(re.sub(r"\[paper: ([^]]*)\]", "" if default else r"[default: \1]", text) + more)
 
 
 #: What the motion along the path must never exceed, the servo period, and who plans it.
-limits = _all(
-    limits_alone(),
-    quantity("--period", kind="time", text="Servo period: one setpoint each.  [default: 1 ms]"),
-    click.option(
-        "--strategy",
-        metavar="NAME",
-        help="How to plan.  [default: automatic: seven-phase for feed, acceleration and jerk along the path alone, "
-        "else time-optimal]",
-    ),
+limits = limits_alone(
+    more="""
+--period  TIME              Servo period: one setpoint each.  [default: 1 ms]
+--strategy  NAME            How to plan.  [default: automatic: seven-phase for feed, acceleration and jerk along the
+                            path alone, else time-optimal]
+"""
 )
-
-machine = click.option(
-    "--machine",
-    metavar="NAME|FILE",
-    help="A machine file or a built-in machine; its axis limits apply unless others are given. See splinefeed machine.",
-)
-
-tangential = click.option(
-    "--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path."
-)
-
-corrections = click.option(
-    "--corrections", type=int, default=1, show_default=True, help="Passes of a method's corrector, 0 to 100."
-)
+machine = table("""
+--machine  NAME|FILE        A machine file or a built-in machine; its axis limits apply unless others are given. See
+                            splinefeed machine.
+""")
+tangential = table("--3d tangential  -  A third axis, theta, follows the tangent of a planar path.")
+corrections = table("--corrections  INTEGER =1  Passes of a method's corrector, 0 to 100.")
 
 
 def limits_from(
@@ -322,11 +293,14 @@ def as_programmed(limits: Limits, path: Path | PathParts, given: Mapping[str, An
 
 def replaced(flat: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:
     """Limits as `Limits.as_dict` has them, with those that options `given` say in their place."""
-    along = {name: given[name] for name, *_ in _LIMITS if given[name] is not None}
-    by_axis = {name: given[name] for name, *_ in _AXIS_LIMITS if given[name] is not None}
-    out = {key: value for key, value in flat.items() if key.partition(".")[0] not in by_axis} | along
-    for values in (*by_axis.values(), given["travel"] or {}):
-        out |= values
+    from splinefeed.formats.limits_toml import KINDS
+
+    out = dict(flat)
+    for name in (*KINDS, "travel"):
+        if isinstance(value := given[name], dict):
+            out = {key: old for key, old in out.items() if key.partition(".")[0] != name} | value
+        elif value is not None:
+            out[name] = value
     return out
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from splinefeed.cli import options
 from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import counted, print_text
 from splinefeed.cli.progress import Say
@@ -32,8 +33,10 @@ def _print(page: Page) -> None:
 
 @click.command(epilog=EXAMPLES)
 @click.argument("folder")
-@click.option("-o", "--output", metavar="FILE", help="File to write.  [default: report.html in the folder]")
-@click.option("--machine", metavar="NAME|FILE", help="Of a tool path: the machine.  [default: that of the run]")
+@options.table("""
+-o --output     FILE             File to write.  [default: report.html in the folder]
+--machine       NAME|FILE        Of a tool path: the machine.  [default: that of the run]
+""")
 @answers(_print)
 def command(say: Say, folder: str, output: str | None, machine: str | None) -> Page:
     """Make the report of the run in FOLDER again: one HTML file that works offline.

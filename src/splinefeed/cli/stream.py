@@ -46,36 +46,23 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source")
-@click.option(
-    "--to", type=click.Choice(["file", "stdout", "udp", "linuxcnc"]), required=True, help="Where the rows go."
-)
-@click.option("-o", "--output", metavar="FILE", help="The file of --to file.")
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address for --to udp.")
-@click.option("--port", type=int, default=5010, show_default=True, help="Port for --to udp.")
-@options.quantity("--ahead", kind="time", text="Lookahead kept in the controller's buffer.  [default: 300 ms]")
-@click.option(
-    "--override", default="100%", show_default=True, metavar="PERCENT", help="Feedrate override at the start."
-)
-@click.option(
-    "--most",
-    default="200%",
-    show_default=True,
-    metavar="PERCENT",
-    help="Highest override. 100 % is --feed, or the program's feeds; axis limits hold at every override.",
-)
-@click.option(
-    "--top",
-    type=float,
-    default=1.0,
-    show_default=True,
-    help="Plan with a reserve, so that 1.2 = 120 % is possible everywhere.",
-)
-@click.option("--approach", is_flag=True, help="First move the axes straight to the start of the path.")
-@click.option("--here", is_flag=True, help="Shift the path to begin where the axes are.")
-@click.option("--record", "record_file", metavar="FILE.h5", help="--to linuxcnc: keep what HAL measured, a Response.")
-@click.option("--state", "state_file", metavar="FILE", help="Keep the last confirmed row in this file.")
-@click.option("--resume", is_flag=True, help="Continue from the row in --state FILE, and where the axes are.")
-@click.option("--columns", type=options.Names(), metavar="NAMES", help="SOURCE is CSV: its columns, as t,x,y.")
+@options.table("""
+--to            file|stdout|udp|linuxcnc!  Where the rows go.
+-o --output     FILE             The file of --to file.
+--host          ADDRESS =127.0.0.1  Address for --to udp.
+--port          INTEGER =5010    Port for --to udp.
+--ahead         TIME             Lookahead kept in the controller's buffer.  [default: 300 ms]
+--override      PERCENT =100%    Feedrate override at the start.
+--most          PERCENT =200%    Highest override. 100 % is --feed, or the program's feeds; axis limits hold at every
+                                 override.
+--top           NUMBER =1.0      Plan with a reserve, so that 1.2 = 120 % is possible everywhere.
+--approach      -                First move the axes straight to the start of the path.
+--here          -                Shift the path to begin where the axes are.
+--record record_file  FILE.h5    --to linuxcnc: keep what HAL measured, a Response.
+--state state_file  FILE         Keep the last confirmed row in this file.
+--resume        -                Continue from the row in --state FILE, and where the axes are.
+--columns       NAMES            SOURCE is CSV: its columns, as t,x,y.
+""")
 @options.limits
 @options.machine
 @options.reading

@@ -49,10 +49,12 @@ ENOUGH = 10
 @click.command(epilog=EXAMPLES)
 @click.argument("spec", metavar="SPEC.toml | show")
 @click.argument("folder", required=False, metavar="[DIR]")
-@click.option("-o", "--output", metavar="DIR", help="Folder of the dataset.  [default: splinefeed-sweep-NAME]")
-@click.option("--workers", type=click.IntRange(0), metavar="N", help="Processes; 0: this one.  [default: all cores]")
-@click.option("--dask", metavar="ADDRESS", help="Scheduler of a Dask cluster, tcp://host:port.")
-@click.option("--mpi", is_flag=True, help="Workers by MPI (mpi4py.futures); start with mpiexec -m mpi4py.futures.")
+@options.table("""
+-o --output     DIR              Folder of the dataset.  [default: splinefeed-sweep-NAME]
+--workers       COUNT            Processes; 0: this one.  [default: all cores]
+--dask          ADDRESS          Scheduler of a Dask cluster, tcp://host:port.
+--mpi           -                Workers by MPI (mpi4py.futures); start with mpiexec -m mpi4py.futures.
+""")
 @options.as_json
 @click.pass_context
 def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool, **given: Any) -> None:

@@ -71,34 +71,26 @@ def _print(page: Mapping[str, Any]) -> None:
 
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("machine", metavar="MACHINE")
-@click.option("--axis", "axes", type=options.Names(), metavar="NAMES", help="Only these axes.  [default: all]")
-@click.option(
-    "--rule",
-    metavar="NAME",
-    default="ziegler-nichols",
-    show_default=True,
-    help="ziegler-nichols or tyreus-luyben, from the ultimate point; or path: small contour error on a path.",
-)
-@click.option("--kind", metavar="NAME", help="Controller of a rule: p, pi or pid.  [default: pid]")
-@click.option(
-    "--identify",
-    metavar="HOW",
-    help="The ultimate point: of the linear model, or by an experiment on the full one: sine, relay.  [default: model]",
-)
-@click.option("--volts", type=float, metavar="V", help="Size of that experiment.  [default: 1]")
-@click.option("--path", "source", metavar="FILE|SHAPE", help="Rule path: the path.  [default: the paper's airfoil]")
-@click.option("--which", metavar="NAME|NUMBER", help="Which path of a file that holds several (from 1).")
-@options.quantity("--chord", kind="length", text="Airfoil .dat: one unit of the file.")
-@options.quantity("--tolerance", kind="length", text="As for run.")
-@click.option(
-    "--feed-forward", is_flag=True, default=None, help="Rule path: feed-forward of speed and acceleration too."
-)
-@click.option("--runs", type=int, metavar="N", help="Rule path: runs of the path at most.  [default: 300]")
-@click.option("--seed", type=int, metavar="N", help="Rule path: seed of the random draws.  [default: 0]")
+@options.table("""
+--axis axes     NAMES            Only these axes.  [default: all]
+--rule          NAME =ziegler-nichols  ziegler-nichols or tyreus-luyben, from the ultimate point; or path: small
+                                 contour error on a path.
+--kind          NAME             Controller of a rule: p, pi or pid.  [default: pid]
+--identify      HOW              The ultimate point: of the linear model, or by an experiment on the full one: sine,
+                                 relay.  [default: model]
+--volts         NUMBER           Size of that experiment.  [default: 1]
+--path source   FILE|SHAPE       Rule path: the path.  [default: the paper's airfoil]
+--which         NAME|NUMBER      Which path of a file that holds several (from 1).
+--chord         LENGTH           Airfoil .dat: one unit of the file.
+--tolerance     LENGTH           As for run.
+--feed-forward  -                Rule path: feed-forward of speed and acceleration too.
+--runs          INTEGER          Rule path: runs of the path at most.  [default: 300]
+--seed          INTEGER          Rule path: seed of the random draws.  [default: 0]
+--write machine_file  FILE       Write the machine with the new gains, TOML.
+-o --output     DIR              Draw Bode and step figures to this folder.  [default: none]
+""")
 @options.limits
-@click.option("--write", "machine_file", metavar="FILE", help="Write the machine with the new gains, TOML.")
 @options.figures
-@click.option("-o", "--output", metavar="DIR", help="Draw Bode and step figures to this folder.  [default: none]")
 @answers(_print)
 def command(say: Say, machine: str, **given: Any) -> Page:
     """Find gains for the axes of MACHINE; report gain, phase and delay margins of the new and old ones.
@@ -122,7 +114,9 @@ def command(say: Say, machine: str, **given: Any) -> Page:
             raise InputError(f"--axis: {model.name} has no axis {name!r}; its axes are {', '.join(model.axes)}")
     rule = given["rule"]
     for name, value in given.items():
-        if value is not None and (name in _BY_RULE if rule == PATH_RULE else name not in (*_ALWAYS, *_BY_RULE)):
+        if value not in (None, False, ()) and (
+            name in _BY_RULE if rule == PATH_RULE else name not in (*_ALWAYS, *_BY_RULE)
+        ):
             spelled = "path" if name == "source" else name.replace("_", "-")
             raise InputError(f"--{spelled}: has no effect with --rule {rule}; leave it out")
     if rule == PATH_RULE:
@@ -169,7 +163,7 @@ def _on_path(machine: Machine, given: dict[str, Any], say: Say) -> TunedMachine:
         axes=given["axes"],
         evaluations=EVALUATIONS if given["runs"] is None else given["runs"],
         seed=given["seed"] or 0,
-        feed_forward=bool(given["feed_forward"]),
+        feed_forward=given["feed_forward"],
         on_progress=lambda done, total: say(f"tuning on {what.path.name}: {done} of {total} runs"),
     )
     found.page["path"] = what.source

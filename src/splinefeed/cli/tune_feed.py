@@ -51,28 +51,19 @@ def _print(page: Mapping[str, Any]) -> None:
 
 @click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
 @click.argument("source")
-@click.option("--machine", metavar="NAME|FILE", required=True, help="The machine; its axes' limits hold, too.")
-@click.option(
-    "--contour-tolerance",
-    type=options.Quantity("length"),
-    metavar="LENGTH",
-    required=True,
-    help="Largest distance of the simulated machine from the path.",
-)
-@click.option(
-    "--vary",
-    type=click.Choice(["all", "feed"]),
-    default="all",
-    show_default=True,
-    help="Scale all limits as a slower clock does (feed by k, acceleration by k^2, jerk by k^3), or the feed alone.",
-)
+@options.table("""
+--machine       NAME|FILE!       The machine; its axes' limits hold, too.
+--contour-tolerance  LENGTH!     Largest distance of the simulated machine from the path.
+--vary          all|feed =all    Scale all limits as a slower clock does (feed by k, acceleration by k^2, jerk by k^3),
+                                 or the feed alone.
+--method        NAME             Interpolation method.  [default: arc-length]
+-o --output     DIR              Folder to write to.  [default: splinefeed-NAME-for-MACHINE]
+""")
 @options.limits
 @options.tangential
-@click.option("--method", metavar="NAME", help="Interpolation method.  [default: arc-length]")
 @options.corrections
 @options.reading
 @options.figures
-@click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME-for-MACHINE]")
 @answers(_print)
 def command(say: Say, source: str, **given: Any) -> Page:
     """Find the fastest motion along SOURCE whose simulated contour error is within a tolerance.
