@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 import splinefeed as sf
 from splinefeed.formats import json_curve
-from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import USUAL, SettingsError, complete, from_toml, resolve, to_toml
+from splinefeed.studio.settings import USUAL, Bench, SettingsError, complete, from_toml, resolve, to_toml
 from splinefeed.studio.tasks import plan
 
 

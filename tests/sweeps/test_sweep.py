@@ -19,8 +19,7 @@ import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.sweeps import store as stores
 from splinefeed.sweeps.spec import from_dict
-from splinefeed.sweeps.store import Store, columns_of, load
-from splinefeed.sweeps.summary import pareto, summary
+from splinefeed.sweeps.store import Store, columns_of, load, pareto, summary
 from splinefeed.sweeps.sweeping import TRIES, EngineError
 from splinefeed.sweeps.work import COLUMNS, row_of
 

@@ -132,8 +132,7 @@ def _show(folder: str) -> dict[str, Any]:
     from splinefeed.report import library, sweep_page
     from splinefeed.report.files import write_report
     from splinefeed.report.saving import EXTRA
-    from splinefeed.sweeps.store import load
-    from splinefeed.sweeps.summary import summary
+    from splinefeed.sweeps.store import load, summary
 
     about, rows = load(folder)
     page = {**summary(about, rows), "files": [str(Path(folder) / "rows")], "notes": []}

@@ -18,8 +18,7 @@ from splinefeed.live.sinks import ClockSink
 from splinefeed.live.stream import play
 from splinefeed.records import TimeLaw
 from splinefeed.studio import sources
-from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import SettingsError, field_of, resolve
+from splinefeed.studio.settings import Bench, SettingsError, field_of, resolve
 
 #: Look-ahead that is kept before the clock, and at least so many rows; time between two pictures, s.
 AHEAD, LEAST_ROWS, FRAME = 0.15, 24, 1.0 / 30.0

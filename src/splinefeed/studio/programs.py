@@ -11,8 +11,7 @@ from splinefeed.pipeline.cycle_time import CycleTime, cycle_time
 from splinefeed.report import interactive
 from splinefeed.report.time_figures import program_figure, time_figure
 from splinefeed.studio import results, sources
-from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import SettingsError, machine_of
+from splinefeed.studio.settings import Bench, SettingsError, machine_of
 
 #: A program of more bytes is timed as a job, which says how far it is and can be cancelled.
 MOST_AT_ONCE = 2_000_000

@@ -92,36 +92,31 @@ def _same(given: str, expected: str) -> bool:
     return hmac.compare_digest(given.encode(errors="replace"), expected.encode())
 
 
-class Guarded(RequestHandler):
+class _Guarded(RequestHandler):
     """What all our handlers share: the guard before anything else, and headers that keep the browser to our files."""
 
     house: House
     entrance = False
 
     def initialize(self, house: House) -> None:
-        """Take the parts of the studio."""
         self.house = house
 
     def set_default_headers(self) -> None:
-        """Headers of every answer."""
         for name, value in self.application.settings["guard"].headers().items():
             self.set_header(name, value)
 
     def prepare(self) -> None:
-        """Check who asks."""
         self.application.settings["guard"].check(self, entrance=self.entrance)
 
     def write_error(self, status_code: int, **more: Any) -> None:
-        """One line of text, no traceback."""
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish(f"{status_code}: {self._reason}\n")
 
 
-class Part(Guarded):
+class _Part(_Guarded):
     """One of the page's files, from memory, and nothing else of any file system."""
 
     def get(self, name: str) -> None:
-        """The file."""
         parts: dict[str, bytes] = self.application.settings["parts"]
         if name not in parts:
             raise HTTPError(404, reason="there is no such file")
@@ -131,31 +126,27 @@ class Part(Guarded):
         self.finish(parts[name])
 
 
-class Page(Part):
+class _Page(_Part):
     """The page itself; the token in its address is exchanged for a cookie."""
 
     entrance = True
 
     def get(self, name: str = "index.html") -> None:
-        """The page."""
         super().get(name)
 
 
 @stream_request_body
-class Dropped(Guarded):
+class _Dropped(_Guarded):
     """An upload; its body is taken only from who passes the guard, and no more of it than the server allows."""
 
     def prepare(self) -> None:
-        """Check who sends."""
         super().prepare()
         self.chunks: list[bytes] = []
 
     def data_received(self, chunk: bytes) -> None:
-        """Take a piece."""
         self.chunks.append(chunk)
 
     def post(self) -> None:
-        """The whole file is there."""
         try:
             name = unquote(self.request.headers.get("X-Name", ""))[:400]
             self.finish({"file": sources.put(self.house.uploads, name, b"".join(self.chunks))})
@@ -164,47 +155,42 @@ class Dropped(Guarded):
             self.finish({"error": str(error)})
 
 
-class Download(Guarded):
-    """A file that a job has made."""
+class _Download(_Guarded):
+    """A file that a job has made, piece by piece."""
 
     async def get(self, name: str) -> None:
-        """The file, piece by piece."""
         try:
             file = sources.upload(name, self.house.made)
         except InputError:
             raise HTTPError(404, reason="the file is not kept any more; make it again") from None
         self.set_header("Content-Type", "application/octet-stream")
         self.set_header("Content-Disposition", f"attachment; filename*=UTF-8''{quote(file.name)}")
-        self.set_header("Content-Length", str(file.stat().st_size))
         with file.open("rb") as stream:
             while piece := stream.read(PIECE):
                 self.write(piece)
                 await self.flush()
 
 
-class Socket(Guarded, WebSocketHandler):
+class _Socket(_Guarded, WebSocketHandler):
     """The socket of a tab: requests of a page, each a method `do_...`, and the answers."""
 
     name = ""
 
     def check_origin(self, origin: str) -> bool:
-        """The guard has looked at it."""
-        return True
+        return True  # the guard has looked at it
 
     def on_close(self) -> None:
-        """The page is gone; its jobs go on, and it may come back."""
+        # its jobs go on, and it may come back
         if self.house.tabs.get(self.name) is self:
             del self.house.tabs[self.name]
             if self.house.playing == self.name:
                 self.house.player.order({"stop": True})
 
     def send(self, kind: str, body: bytes | None = None, **said: Any) -> None:
-        """Tell the page something."""
         with suppress(WebSocketClosedError):
             self.write_message(message(kind, said, body).decode())
 
     def on_message(self, message: str | bytes) -> None:
-        """Do what the page asks; what is wrong with it is said to it."""
         n = None
         try:
             said = json.loads(message)
@@ -218,40 +204,33 @@ class Socket(Guarded, WebSocketHandler):
             self.send("refused", n=None, error={"fields": {"": "the page sent an invalid request"}, "fault": True})
 
     def do_hello(self, said: dict[str, Any]) -> None:
-        """A page says its name first."""
         if not _TAB.fullmatch(said["tab"]):
             raise TypeError
         self.name = said["tab"]
         self.house.welcome(self)
 
     def do_plan(self, said: dict[str, Any]) -> None:
-        """A plan at once; what is queued by older settings is not wanted any more."""
-        self.house.replace(self.name)
+        self.house.replace(self.name)  # what is queued by older settings
         plan = {"n": int(said["n"]), "settings": dict(said["settings"]), "rest": bool(said.get("rest"))}
         self.house.plan(self.name, {**plan, "look": said.get("look")})
 
     def do_job(self, said: dict[str, Any]) -> None:
-        """Work that takes its time."""
         words, *fields = JOBS[said["kind"]]
         request = {"task": said["kind"], **{name: said[name] for name in fields if name in said}}
         self.house.add(said["kind"], f"{words} {str(said.get('title', ''))[:60]}".strip(), self.name, request)
 
     def do_cancel(self, said: dict[str, Any]) -> None:
-        """A job that nobody wants any more."""
         self.house.cancel(int(said["job"]))
 
     def do_play(self, said: dict[str, Any]) -> None:
-        """Playback, and below what is ordered while it runs."""
         top, override = float(said["top"]), float(said["override"])
         self.house.play(self.name, {"settings": dict(said["settings"]), "top": top, "override": override})
 
     def do_order(self, said: dict[str, Any]) -> None:
-        """An order of `live.operator.Operator`."""
         if self.house.playing == self.name:
             self.house.player.order({name: value for name, value in said.items() if name != "do"})
 
     def do_history(self, said: dict[str, Any]) -> None:
-        """Plans of before: one deleted, one opened, or all of them."""
         history = self.house.history
         if history is None:
             self.send("entries", entries=[], kept=False)
@@ -264,7 +243,6 @@ class Socket(Guarded, WebSocketHandler):
             self.send("entries", entries=history.entries(), kept=True)
 
     def do_share(self, said: dict[str, Any]) -> None:
-        """Settings to TOML, or back."""
         if "text" in said:
             self.send("opened", settings=settings.from_toml(str(said["text"])), pin=False)
         else:
@@ -279,8 +257,8 @@ JOBS = {
     "tune": ("tune", "settings", "how"),
 }
 #: What a page may ask.
-REQUESTS: dict[str, Callable[[Socket, dict[str, Any]], None]] = {
-    name.removeprefix("do_"): method for name, method in vars(Socket).items() if name.startswith("do_")
+REQUESTS: dict[str, Callable[[_Socket, dict[str, Any]], None]] = {
+    name.removeprefix("do_"): method for name, method in vars(_Socket).items() if name.startswith("do_")
 }
 
 
@@ -303,11 +281,11 @@ async def serve(port: int, history: Path | None, *, browser: bool, say: Any) -> 
     own = {"house": house}
     application = Application(
         [
-            (r"/", Page, own),
-            (r"/page/([a-z0-9.-]+)", Part, own),
-            (r"/upload", Dropped, own),
-            (r"/download/([0-9a-f]{32})", Download, own),
-            (r"/socket", Socket, own),
+            (r"/", _Page, own),
+            (r"/page/([a-z0-9.-]+)", _Part, own),
+            (r"/upload", _Dropped, own),
+            (r"/download/([0-9a-f]{32})", _Download, own),
+            (r"/socket", _Socket, own),
         ],
         guard=guard,
         parts=parts(),

@@ -1,12 +1,13 @@
-"""What a page asks for: settings as JSON or TOML, checked strictly, and the path, limits and machine that they mean."""
+"""What a page wants: settings as JSON or TOML, checked strictly, what they mean, and the runs of the last ones."""
 
 from __future__ import annotations
 
 import json
 import re
 import tomllib
+from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path as File
 from typing import Any
@@ -21,9 +22,10 @@ from splinefeed.interpolation import registry as methods
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.limits import at_programmed_feeds, completed
-from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
+from splinefeed.pipeline.run import PAPER_PERIOD, Run, on_machine, planned_axes, run
 from splinefeed.records import BY_AXIS, Limits
 from splinefeed.studio import sources
+from splinefeed.workers import Mail
 
 #: All that settings may say, with what holds where they are silent; without a strategy the limits choose it.
 USUAL: dict[str, Any] = {
@@ -42,6 +44,8 @@ USUAL: dict[str, Any] = {
 _KINDS = {name: type(USUAL[name]) for name in ("source", "tangential", "limits", "method", "corrections", "by_control")}
 #: Formats that a path is offered in.
 PATHS = ("json", "dxf", "svg", "ngc")
+#: Runs that a worker keeps at hand.
+KEPT = 3
 #: Stands for a feed where the program of the path says it.
 _ANY_FEED = 1.0
 #: Longest text of a machine that settings carry, and of settings in TOML.
@@ -252,3 +256,42 @@ def _limits(
         limits, assumed = at_programmed_feeds(limits, path)
         notes += assumed
     return limits
+
+
+@dataclass
+class Bench:
+    """Folders of uploads and of files made, the mail to the server, and the last runs by their settings."""
+
+    uploads: File
+    made: File
+    mail: Mail
+    runs: OrderedDict[str, tuple[Wanted, Run]] = field(default_factory=OrderedDict)
+
+    def say(self, words: str) -> None:
+        """Tell the page what is being done."""
+        self.mail.tell({"kind": "progress", "words": words})
+
+    def done(self, requested: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run]:
+        """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
+        key = key_of({**complete(requested), "follow": follow})
+        if key not in self.runs:
+            wanted = resolve(requested, self.uploads)
+            self.say(f"planning {wanted.path.name}, {wanted.strategy}")
+            try:
+                made = run(
+                    wanted.moved,
+                    wanted.limits,
+                    machine=wanted.machine if follow and wanted.followed else None,
+                    period=wanted.period,
+                    strategy=wanted.strategy,
+                    method=wanted.method,
+                    corrections=wanted.corrections,
+                    on_progress=lambda what, done, of: self.say(f"{what}: {done} of {of} ticks"),
+                )
+            except SplinefeedError as error:
+                raise SettingsError({field_of(error): sources.words(error, self.uploads)}) from error
+            self.runs[key] = wanted, made
+        self.runs.move_to_end(key)
+        while len(self.runs) > KEPT:
+            self.runs.popitem(last=False)
+        return self.runs[key]

@@ -16,8 +16,7 @@ from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
 from splinefeed.pipeline.run import PAPER_LIMITS
 from splinefeed.studio import playing, programs, results, sources, tuning
-from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import PATHS, SettingsError, complete, resolve
+from splinefeed.studio.settings import PATHS, Bench, SettingsError, complete, resolve
 from splinefeed.workers import Answer, Handler, Mail
 
 #: Paths of more curves than this are not planned while a slider moves.

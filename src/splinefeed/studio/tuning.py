@@ -17,8 +17,7 @@ from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.studio import sources
-from splinefeed.studio.bench import Bench
-from splinefeed.studio.settings import SettingsError, Wanted
+from splinefeed.studio.settings import Bench, SettingsError, Wanted
 
 #: Runs of the path that a page may ask for.
 MOST_RUNS = 5000
