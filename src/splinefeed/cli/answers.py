@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import click
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
 from splinefeed.cli.output import print_json, print_text
+from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import busy
 
 Page = dict[str, Any]
@@ -40,6 +42,19 @@ def answers(show: Callable[[Page], None]) -> Callable[[Callable[..., Page]], Cal
             click.get_current_context().exit(DONE if page.get("ok", True) else NOT_KEPT)
 
         return command
+
+    return decorate
+
+
+def declared(
+    show: Callable[[Page], None], note: str = options.UNITS_NOTE
+) -> Callable[[Callable[..., Page]], click.Command]:
+    """A command that `answers`; its help ends in the examples of its docstring, behind the options, and a note."""
+
+    def decorate(make: Callable[..., Page]) -> click.Command:
+        words, _, calls = inspect.cleandoc(make.__doc__ or "").partition("Examples:\n")
+        epilog = f"\b\nExamples:\n{inspect.cleandoc(calls)}\n\n{note}".replace("\nsplinefeed", "\n  splinefeed")
+        return click.command(cls=PanelCommand, help=words, epilog=epilog)(answers(show)(make))
 
     return decorate
 

@@ -7,20 +7,11 @@ from typing import Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import print_text
-from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
 from splinefeed.cli.summary import motion_sentence, print_methods, print_notes
-
-EXAMPLES = """\b
-Examples:
-  splinefeed compare
-  splinefeed compare butterfly --start-feed 60 --end-feed 60
-  splinefeed compare part.json --methods taylor-2,milne-simpson,arc-length --json
-
-"""
 
 
 def _print(page: Page) -> None:
@@ -35,13 +26,12 @@ def _print(page: Page) -> None:
     print_methods(page["methods"], unit_along(page["axes"]))
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("source", required=False)
 @click.option("--methods", "names", type=options.Names(), help="Only these methods.  [default: all]")
 @options.limits
 @options.corrections
 @options.reading
-@answers(_print)
 def command(say: Say, source: str | None, names: tuple[str, ...] | None, **given: Any) -> Page:
     """Run every method over the motion along SOURCE and print a table of the results.
 
@@ -52,6 +42,11 @@ def command(say: Say, source: str | None, names: tuple[str, ...] | None, **given
     ns a tick    time of one setpoint on this machine
 
     Without SOURCE: the paper's airfoil.
+
+    Examples:
+      splinefeed compare
+      splinefeed compare butterfly --start-feed 60 --end-feed 60
+      splinefeed compare part.json --methods taylor-2,milne-simpson,arc-length --json
     """  # noqa: D301 - click takes a backspace as "do not wrap"
     from splinefeed.feed.planning import plan
     from splinefeed.interpolation import registry

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import click
@@ -23,21 +23,6 @@ INTERNAL = 70
 #: What a shell reports for a program ended by Ctrl-C, and by a pipe whose reader went away.
 INTERRUPTED = 130
 NO_READER = 141
-
-
-class StoppedError(Exception):
-    """The user, or the reader of our output, wants no more of it; the exit code."""
-
-
-@contextmanager
-def quiet_stop() -> Iterator[None]:
-    """Turn Ctrl-C and a closed pipe into StoppedError, before click has its own say on them."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise StoppedError(INTERRUPTED) from None
-    except BrokenPipeError:
-        raise StoppedError(NO_READER) from None
 
 
 def guarded(call: Callable[[], Any]) -> int:
@@ -64,11 +49,14 @@ def _exit_code(call: Callable[[], Any]) -> int:
         code = call()
     except click.ClickException as error:
         return _say(usage_text(error), error.exit_code)
-    except (StoppedError, click.Abort, KeyboardInterrupt) as stop:
-        code = stop.args[0] if isinstance(stop, StoppedError) else INTERRUPTED
-        return _say("interrupted; no half-written file is left", code) if code == INTERRUPTED else code
-    except SystemExit as ended:  # by SIGTERM
-        code = ended.code
+    except click.exceptions.Exit as end:
+        return end.exit_code
+    except KeyboardInterrupt:
+        return _say("interrupted; no half-written file is left", INTERRUPTED)
+    except BrokenPipeError:
+        return NO_READER
+    except SystemExit as end:  # by SIGTERM
+        code = end.code
     except SplinefeedError as error:
         return _say(str(error), BAD_INPUT, error)
     except MemoryError as error:

@@ -9,9 +9,8 @@ import click
 
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers, recorded
+from splinefeed.cli.answers import Page, declared, recorded
 from splinefeed.cli.output import number, print_text
-from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
 from splinefeed.cli.summary import print_errors, print_notes
@@ -19,14 +18,6 @@ from splinefeed.errors import FormatError, InputError
 
 if TYPE_CHECKING:
     from splinefeed.records import Response
-
-EXAMPLES = """\b
-Examples:
-  splinefeed follow splinefeed-butterfly/setpoints.h5 --machine xytheta
-  splinefeed follow recorded.csv --path part.json --machine router -o recorded-on-router
-  splinefeed follow wing.h5 --machine my-table.toml --json
-
-"""
 
 
 def _print(page: Mapping[str, Any]) -> None:
@@ -44,7 +35,7 @@ def _print(page: Mapping[str, Any]) -> None:
         print_text(f"STOPPED: {page['stopped']}")
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("setpoints")
 @options.table("""
 --machine       NAME|FILE!       The machine; splinefeed machine list shows the built-in ones.
@@ -57,13 +48,17 @@ def _print(page: Mapping[str, Any]) -> None:
 -o --output     DIR              Folder to write to.  [default: splinefeed-NAME-on-MACHINE]
 """)
 @options.figures
-@answers(_print)
 def command(say: Say, setpoints: str, **given: Any) -> Page:
     """Simulate the axes of a machine on SETPOINTS; report following error and contour error.
 
     SETPOINTS is a file that splinefeed saved (.h5, .csv, .mat), or a CSV of another program with columns t and axes.
     The contour error, the distance from the true path, needs the path. If an axis runs away, the simulation stops
     there, writes what it has and exits with code 1.
+
+    Examples:
+      splinefeed follow splinefeed-butterfly/setpoints.h5 --machine xytheta
+      splinefeed follow recorded.csv --path part.json --machine router -o recorded-on-router
+      splinefeed follow wing.h5 --machine my-table.toml --json
     """
     from itertools import chain
     from pathlib import Path

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import counted, number, print_table, print_text
 from splinefeed.cli.program import print_program, program_page
 from splinefeed.cli.progress import Say
@@ -22,14 +22,6 @@ if TYPE_CHECKING:
 MOST_LISTED = 12
 #: Coordinates below this share of the largest, and radii beyond it of the length, are what rounding left of 0.
 ROUNDING = 1e-12
-
-EXAMPLES = """\b
-Examples:
-  splinefeed info butterfly
-  splinefeed info part.json
-  splinefeed info section.dat --chord 150mm --json
-
-"""
 
 
 def _print(page: Page) -> None:
@@ -69,13 +61,18 @@ def _print(page: Page) -> None:
     print_notes(page["findings"])
 
 
-@click.command(epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("source")
 @options.reading
 @click.option("--all", "every", is_flag=True, help="List every curve of a long program in --json, not the first alone.")
-@answers(_print)
 def command(say: Say, source: str, every: bool, **given: Any) -> Page:
-    """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired."""
+    """Show what SOURCE holds: curves, length, corners, least radius, and what its reader guessed or repaired.
+
+    Examples:
+      splinefeed info butterfly
+      splinefeed info part.json
+      splinefeed info section.dat --chord 150mm --json
+    """
     say(f"reading {source}")
     reading = options.reading_from(given)
     page, program = program_page(source, reading, every)

@@ -7,14 +7,14 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
-from functools import partial
 from importlib import import_module
 from typing import Any, NoReturn
 
 import click
+from click.shell_completion import shell_complete
 
 from splinefeed import __version__
-from splinefeed.cli.failures import guarded, quiet_stop
+from splinefeed.cli.failures import guarded
 from splinefeed.errors import nearest
 
 #: Every command in the order of the help, with its one line there: the file of a command is imported when it is used.
@@ -41,6 +41,8 @@ COMMANDS = {
     "completion": "Print the lines that turn on shell completion by Tab.",
     "version": "Print the version; with --verbose, those of its dependencies.",
 }
+#: Under this name the shell asks the command for what could come next.
+COMPLETE = "_SPLINEFEED_COMPLETE"
 #: Those that stand in one file.
 ABOUT = ("machine", "methods", "completion", "version")
 
@@ -67,24 +69,19 @@ class LazyGroup(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
-    def make_context(
-        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
-    ) -> click.Context:
-        """Read the options; --help and --version print here, and their reader may go away, too."""
-        with quiet_stop():
-            return super().make_context(info_name, args, parent, **extra)
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; Ctrl-C and a reader that went away leave quietly."""
-        with quiet_stop():
-            return super().invoke(ctx)
-
     def main(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, standalone_mode: bool = True, **extra: Any
-    ) -> Any:
-        """As click's, but errors are one line on stderr, and exit codes are those of the design."""
-        run = partial(super().main, args, standalone_mode=False, **extra)
-        return sys.exit(guarded(run)) if standalone_mode else run()
+        self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
+    ) -> NoReturn:
+        """Errors are one line on stderr, and exit codes are those of the design."""
+        name = prog_name or "splinefeed"
+        if complete := os.environ.get(COMPLETE):
+            sys.exit(shell_complete(self, {}, name, COMPLETE, complete))
+
+        def run() -> Any:
+            with self.make_context(name, list(sys.argv[1:] if args is None else args), **extra) as ctx:
+                return self.invoke(ctx)
+
+        sys.exit(guarded(run))
 
 
 @click.group(
@@ -117,8 +114,7 @@ def main() -> NoReturn:
             stream.reconfigure(errors="backslashreplace")  # a terminal that lacks a letter is no reason to stop
     if os.name == "posix":
         signal.signal(signal.SIGTERM, _terminated)  # so that files begun are taken away, as after Ctrl-C
-    command_line.main(prog_name="splinefeed")
-    raise AssertionError("main returns by sys.exit")
+    command_line.main()
 
 
 def _terminated(number: int, frame: object) -> NoReturn:

@@ -8,9 +8,8 @@ import click
 
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import number, print_table, print_text
-from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
 from splinefeed.cli.summary import law_sentence, motion_sentence, print_limits, print_notes
@@ -19,14 +18,6 @@ from splinefeed.cli.summary import law_sentence, motion_sentence, print_limits, 
 ROUNDED = 9
 #: Pieces that the table shows; --json lists all.
 MOST_ROWS = 28
-
-EXAMPLES = """\b
-Examples:
-  splinefeed plan
-  splinefeed plan part.json --feed 3600mm/min --accel 0.5m/s^2 -o law.h5
-  splinefeed plan butterfly --start-feed 60 --end-feed 60 --json
-
-"""
 
 
 def _print(page: Page) -> None:
@@ -52,18 +43,22 @@ def _print(page: Page) -> None:
         print_text(f"... and {len(rows) - MOST_ROWS} more pieces; --json lists all")
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("source", required=False)
 @options.limits
 @options.machine
 @options.reading
 @options.smoothing
 @click.option("-o", "--output", metavar="FILE", help="Save the law as HDF5 (.h5).")
-@answers(_print)
 def command(say: Say, source: str | None, **given: Any) -> Page:
     """Plan the time law s(t) of the motion along SOURCE, and print its pieces.
 
     Without SOURCE: the paper's airfoil. The exit code is 1 where a limit does not hold.
+
+    Examples:
+      splinefeed plan
+      splinefeed plan part.json --feed 3600mm/min --accel 0.5m/s^2 -o law.h5
+      splinefeed plan butterfly --start-feed 60 --end-feed 60 --json
     """
     from splinefeed.analysis.check_law import limits_along
     from splinefeed.feed.planning import plan

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
+from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import counted, print_text
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import on_its_machine, path_of
@@ -19,30 +19,27 @@ if TYPE_CHECKING:
 
 #: Formats of setpoints that keep every digit and all settings, those that are read first.
 FORMS = ("hdf5", "npz", "parquet", "mat", "csv")
-EXAMPLES = """\b
-Examples:
-  splinefeed report splinefeed-butterfly
-  splinefeed report splinefeed-wing -o wing.html
-
-"""
 
 
 def _print(page: Page) -> None:
     print_text("checked: every limit holds" if page["ok"] else f"NOT KEPT: {counted(len(page['problems']), 'problem')}")
 
 
-@click.command(epilog=EXAMPLES)
+@declared(_print, "")
 @click.argument("folder")
 @options.table("""
 -o --output     FILE             File to write.  [default: report.html in the folder]
 --machine       NAME|FILE        Of a tool path: the machine.  [default: that of the run]
 """)
-@answers(_print)
 def command(say: Say, folder: str, output: str | None, machine: str | None) -> Page:
     """Make the report of the run in FOLDER again: one HTML file that works offline.
 
     The setpoints are measured and checked again, against their path and limits. The exit code is 1 where a limit or a
     check does not hold.
+
+    Examples:
+      splinefeed report splinefeed-butterfly
+      splinefeed report splinefeed-wing -o wing.html
     """
     from functools import partial
     from pathlib import Path

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers
-from splinefeed.cli.panels import PanelCommand
+from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.source import task_of
@@ -28,23 +27,17 @@ if TYPE_CHECKING:
     from splinefeed.machine.machine import Machine
     from splinefeed.records import Limits
 
-#: s of what HAL samples that are kept behind the last row.
-SETTLE = 0.1
-
-EXAMPLES = """\b
-Examples:
-  splinefeed stream butterfly --feed 60 --axis-accel 500 --axis-jerk 20000 --to linuxcnc --approach --record run.h5
-  splinefeed stream part.dxf --machine router --to file -o rows.txt
-  splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
-
+KEYS = """\
 Keys during the stream: + and - change the feedrate override by 10 %, h or space is feed hold, b retraces, r resumes,
 s stops. The same by JSON lines on the local port that it prints, with the token: {"token": "...", "override": 80},
 "hold": true, "reverse": true, "stop": true.
 
 """
+#: s of what HAL samples that are kept behind the last row.
+SETTLE = 0.1
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(lambda page: None, f"{KEYS}{options.UNITS_NOTE}")
 @click.argument("source")
 @options.table("""
 --to            file|stdout|udp|linuxcnc!  Where the rows go.
@@ -66,13 +59,17 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 @options.limits
 @options.machine
 @options.reading
-@answers(lambda page: None)
 def command(say: Say, source: str, **given: Any) -> Page:
     """Plan SOURCE with a reserve and stream it to a controller, one row a servo period.
 
     SOURCE may also be a file of setpoints (.h5, .csv, ...): its rows are sent as they are; their motion must leave a
     reserve for feed hold within the axis limits. Ctrl-C stops on the path within the limits; a second one ends at
     once.
+
+    Examples:
+      splinefeed stream butterfly --feed 60 --axis-accel 500 --axis-jerk 20000 --to linuxcnc --approach --record run.h5
+      splinefeed stream part.dxf --machine router --to file -o rows.txt
+      splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
     """
     from splinefeed.formats import records_hdf5
     from splinefeed.live.motion import approach

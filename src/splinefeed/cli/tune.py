@@ -9,9 +9,8 @@ import click
 
 from splinefeed import units
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers, recorded
+from splinefeed.cli.answers import Page, declared, recorded
 from splinefeed.cli.output import length, number, print_table, print_text
-from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
 from splinefeed.cli.summary import print_notes
@@ -20,14 +19,6 @@ from splinefeed.errors import InputError
 if TYPE_CHECKING:
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuned import TunedMachine
-
-EXAMPLES = """\b
-Examples:
-  splinefeed tune xytheta
-  splinefeed tune xytheta --axis x --rule tyreus-luyben --identify relay -o x-tuned
-  splinefeed tune my-table.toml --rule path --path wing.dat --feed 20 --write my-table-tuned.toml
-
-"""
 
 #: Options of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
 _BY_RULE = ("kind", "identify", "volts")
@@ -69,7 +60,7 @@ def _print(page: Mapping[str, Any]) -> None:
     print_notes(page["notes"])
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("machine", metavar="MACHINE")
 @options.table("""
 --axis axes     NAMES            Only these axes.  [default: all]
@@ -91,12 +82,16 @@ def _print(page: Mapping[str, Any]) -> None:
 """)
 @options.limits
 @options.figures
-@answers(_print)
 def command(say: Say, machine: str, **given: Any) -> Page:
     """Find gains for the axes of MACHINE; report gain, phase and delay margins of the new and old ones.
 
     MACHINE is the name of a machine (splinefeed machine list shows them) or a machine file. Limits such as --feed set
     the motion of rule path. The exit code is 1 if an axis is unstable with its new gains.
+
+    Examples:
+      splinefeed tune xytheta
+      splinefeed tune xytheta --axis x --rule tyreus-luyben --identify relay -o x-tuned
+      splinefeed tune my-table.toml --rule path --path wing.dat --feed 20 --write my-table-tuned.toml
     """
     from splinefeed.formats.plain import plain
     from splinefeed.machine.machine import Machine

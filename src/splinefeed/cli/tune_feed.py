@@ -8,20 +8,11 @@ from typing import Any
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.answers import Page, answers, recorded
+from splinefeed.cli.answers import Page, declared, recorded
 from splinefeed.cli.output import length, number, print_table, print_text
-from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
 from splinefeed.cli.summary import print_notes
-
-EXAMPLES = """\b
-Examples:
-  splinefeed tune-feed butterfly --machine xytheta --contour-tolerance 20um
-  splinefeed tune-feed part.json --machine my-table.toml --contour-tolerance 5um --feed 6000mm/min
-  splinefeed tune-feed wing.dat --machine lintable --contour-tolerance 0.01 --vary feed --json
-
-"""
 
 
 def _print(page: Mapping[str, Any]) -> None:
@@ -49,7 +40,7 @@ def _print(page: Mapping[str, Any]) -> None:
         print_text(f"top feed {number(feed)} mm/s, {number(time, 6)} s, contour error {length(error)}")
 
 
-@click.command(cls=PanelCommand, epilog=EXAMPLES + options.UNITS_NOTE)
+@declared(_print)
 @click.argument("source")
 @options.table("""
 --machine       NAME|FILE!       The machine; its axes' limits hold, too.
@@ -64,13 +55,17 @@ def _print(page: Mapping[str, Any]) -> None:
 @options.corrections
 @options.reading
 @options.figures
-@answers(_print)
 def command(say: Say, source: str, **given: Any) -> Page:
     """Find the fastest motion along SOURCE whose simulated contour error is within a tolerance.
 
     The given limits, or those of the machine's axes, are scaled down until it is; each trial plans, interpolates and
     follows. Writes the limits found (limits.toml, for run --limits), the setpoints under them, and the curve of
     contour error by feed. The exit code is 1 where no feed keeps the tolerance.
+
+    Examples:
+      splinefeed tune-feed butterfly --machine xytheta --contour-tolerance 20um
+      splinefeed tune-feed part.json --machine my-table.toml --contour-tolerance 5um --feed 6000mm/min
+      splinefeed tune-feed wing.dat --machine lintable --contour-tolerance 0.01 --vary feed --json
     """
     import dataclasses
 
