@@ -92,6 +92,13 @@ def _smoothing(text: str) -> float | str:
     return text if text == "program" else units.parse(text, "length")
 
 
+def _percent(text: str) -> float:
+    try:
+        return float(text.removesuffix("%"))
+    except ValueError:
+        raise InputError(f"{text!r} is not a percentage; write for example 80%") from None
+
+
 def _of_axis(limit: str) -> Value:
     return Value(limit, lambda text: _of_axes(limit, text))
 
@@ -110,6 +117,7 @@ _TYPES: dict[str, Any] = {
     "NUMBER": float,
     "DEGREES": click.FloatRange(0.0, 180.0, min_open=True),
     "AXIS=LOW:HIGH": Value("x=low:high", _travel),
+    "PERCENT": Value("percent", _percent),
     "LENGTH|program": Value("tolerance", _smoothing),
 }
 

@@ -78,16 +78,16 @@ def command(say: Say, source: str, **given: Any) -> Page:
     from splinefeed.machine.machine import Machine
 
     operator, file = Operator(), given["state_file"]
-    operator.obey({"override": _percent(given["override"])})
+    operator.obey({"override": given["override"]})
     with ended_by_signals():
         _check(given)
         machine = Machine.load(given["machine"]) if given["machine"] else None
         motion, limits = (_through if _is_setpoints(source) else _along)(say, source, given, machine)
-        resume = _resumed(file, motion) if given["resume"] else None
+        resume, saved = _resumed(file, motion) if given["resume"] else None, _saver(file, motion)
         if resume is not None:
             motion.begin_at(resume[0])
-        elif file:
-            _save(file, None, motion)  # a file that cannot be written is an error before anything moves
+        else:
+            saved(None)  # a file that cannot be written is an error before anything moves
         to_start = partial(approach, axes=motion.axes, limits=limits, period=motion.period)
         ahead = max(round((0.3 if given["ahead"] is None else given["ahead"]) / motion.period), 24)
         sink = _sink(given, ahead)
@@ -108,7 +108,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
             here=given["here"],
             resume=resume,
             approach=to_start if given["approach"] else None,
-            saved=_saver(file, motion),
+            saved=saved,
             seen=seen,
         )
     files = [given["output"]] if given["to"] == "file" else []
@@ -132,32 +132,19 @@ def command(say: Say, source: str, **given: Any) -> Page:
     }
 
 
-def _percent(text: str) -> float:
-    try:
-        return float(text.removesuffix("%"))
-    except ValueError:
-        raise InputError(f"{text!r} is not a percentage; write for example 80%") from None
-
-
-def _most(given: dict[str, Any]) -> float:
-    """The highest override, 1 = as planned."""
-    return _percent(given["most"]) / 100.0
-
-
 def _check(given: dict[str, Any]) -> None:
     """InputError for options that do not go together."""
-    from splinefeed.live.operator import MOST
-
-    wrong = {
-        "--to file: needs -o FILE": given["to"] == "file" and not given["output"],
-        "--resume: needs --state FILE, in which the last stream kept its last confirmed row": given["resume"]
-        and not given["state_file"],
-        "--record: needs --to linuxcnc; nothing else measures": given["record_file"] and given["to"] != "linuxcnc",
-        "--here: moves the path to the axes, --approach the axes to the path; give one of them": given["here"]
-        and given["approach"],
-        f"--most: must be above 0 and at most {100.0 * MOST:g} %": not 0.0 < _most(given) <= MOST,
-    }
-    for words, found in wrong.items():
+    wrong = (
+        (given["to"] == "file" and not given["output"], "--to file: needs -o FILE"),
+        (
+            given["resume"] and not given["state_file"],
+            "--resume: needs --state FILE, which the last stream has written",
+        ),
+        (given["record_file"] and given["to"] != "linuxcnc", "--record: needs --to linuxcnc; nothing else measures"),
+        (given["here"] and given["approach"], "--here, --approach: give one of them; the path moves, or the axes do"),
+        (not 0.0 < given["most"] <= 200.0, "--most: must be above 0 and at most 200 %"),
+    )
+    for found, words in wrong:
         if found:
             raise InputError(words)
 
@@ -177,13 +164,13 @@ def _along(say: Say, source: str, given: dict[str, Any], machine: Machine | None
     from splinefeed.live.motion import along
     from splinefeed.pipeline.run import on_machine
 
-    what = task_of(say, source, given, machine)
+    what, most = task_of(say, source, given, machine), given["most"] / 100.0
     moved = on_machine(what.path, machine if isinstance(what.path, ToolPath) else None, what.limits)
     say("planning")
     law = plan(moved, with_reserve(what.limits, given["top"]), strategy=what.strategy, period=what.period)
     # the feed is what is programmed: 100 %; what is a limit is that of the axes
-    allowed = replace(what.limits, feed=max(_most(given), 1.0) * what.limits.feed)
-    return along(moved, law, allowed, highest=_most(given)), what.limits
+    allowed = replace(what.limits, feed=max(most, 1.0) * what.limits.feed)
+    return along(moved, law, allowed, highest=most), what.limits
 
 
 def _through(say: Say, source: str, given: dict[str, Any], machine: Machine | None) -> tuple[Motion, Limits]:
@@ -194,15 +181,15 @@ def _through(say: Say, source: str, given: dict[str, Any], machine: Machine | No
     from splinefeed.records import ROTARY_AXES
 
     say(f"reading {source}")
-    rows, _ = read_setpoints(source, given)
+    (rows, _), most = read_setpoints(source, given), given["most"] / 100.0
     limits, _, _ = options.limits_from({**given, "period": None}, machine, rows.axes)
     if given["feed"] is None and given["limits_file"] is None:  # nobody said one: that of the rows is 100 %
         linear = rows.position[:, [axis not in ROTARY_AXES for axis in rows.axes]]
         feed = float(np.max(np.linalg.norm(np.diff(linear, axis=0), axis=1), initial=0.0)) / rows.period
         limits = replace(limits, feed=max(feed, 1.0))
     say("measuring the rows")
-    allowed = replace(limits, feed=1.01 * max(_most(given), 1.0) * limits.feed)
-    return through(rows, allowed, highest=_most(given)), limits
+    allowed = replace(limits, feed=1.01 * max(most, 1.0) * limits.feed)
+    return through(rows, allowed, highest=most), limits
 
 
 def _sink(given: dict[str, Any], ahead: int) -> Any:
@@ -218,35 +205,30 @@ def _sink(given: dict[str, Any], ahead: int) -> Any:
     return made[given["to"]]()
 
 
-def _saver(file: str | None, motion: Motion) -> Callable[[State], None]:
-    """Writes the state down from time to time; that it cannot is said once, and no reason to stop axes that move."""
-    shown: list[str] = []
-
-    def saved(state: State) -> None:
-        try:
-            if file:
-                _save(file, state, motion)
-        except SplinefeedError as error:
-            if not shown:
-                print(f"splinefeed: {error}; --resume cannot continue from it", file=sys.stderr, flush=True)
-            shown.append(str(error))
-
-    return saved
-
-
-def _save(file: str, state: State | None, motion: Motion) -> None:
-    """Write down where the stream is; None: it has not begun."""
+def _saver(file: str | None, motion: Motion) -> Callable[[State | None], None]:
+    """Writes down where the stream is, None: it has not begun; later errors are said once, and do not stop axes."""
     from splinefeed.formats.atomic import atomic_write
 
-    page = {
-        "row": state.confirmed if state else 0,
-        "tau_s": state.confirmed_tau if state else 0.0,
-        "sent_tau_s": state.tau if state else 0.0,
-        "done": state is not None and state.done,
-        "motion": _motion(motion),
-    }
-    with atomic_write(file) as temporary:
-        temporary.write_text(json.dumps(page) + "\n", encoding="ascii")
+    failed = False
+
+    def saved(state: State | None) -> None:
+        nonlocal failed
+        row, tau, sent, done = (
+            (state.confirmed, state.confirmed_tau, state.tau, state.done) if state else (0, 0, 0, False)
+        )
+        page = {"row": row, "tau_s": tau, "sent_tau_s": sent, "done": done, "motion": _motion(motion)}
+        try:
+            if file:
+                with atomic_write(file) as temporary:
+                    temporary.write_text(json.dumps(page) + "\n", encoding="ascii")
+        except SplinefeedError as error:
+            if state is None:
+                raise
+            if not failed:
+                print(f"splinefeed: {error}; --resume cannot continue from it", file=sys.stderr, flush=True)
+            failed = True
+
+    return saved
 
 
 def _motion(motion: Motion) -> list[Any]:
