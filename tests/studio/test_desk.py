@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from splinefeed.studio import house as rooms
-from splinefeed.studio.house import Answer
 
 pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
 
@@ -34,7 +33,7 @@ class SlowDesk:
     async def ask(self, request, heard=None, deadline=None):
         self.asked.append(request["task"])
         late = request["task"] == "plan"
-        return Answer(error={"fields": {"": "ended"}, "fault": False} if late else None, late=late)
+        return {"error": {"fields": {"": "ended"}, "fault": False}, "late": True} if late else {}, b"{}"
 
     async def close(self):
         pass
@@ -46,7 +45,7 @@ def test_a_plan_that_takes_too_long_is_left_to_a_job_and_the_next_worker_is_warm
         house.front, house.player = SlowDesk(), SlowDesk()
         house.add = lambda *words: None
         page = Page()
-        house.tabs[page.name] = page
+        house.tabs[page.name] = page.send
         house._begin(house._plan_for_ever())
         house.plan(page.name, {"n": 3, "settings": {}, "rest": True})
         while (told := await asyncio.wait_for(page.told.get(), 100))[0] == "state":

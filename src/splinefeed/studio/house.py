@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from splinefeed.errors import InputError
 from splinefeed.studio.history import History
@@ -34,28 +34,8 @@ WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "faile
 
 #: What a worker says while it works: the head of a message.
 Heard = Callable[[dict[str, Any]], None]
-
-
-class Tab(Protocol):
-    """An open page."""
-
-    name: str
-
-    def send(self, kind: str, **said: Any) -> None:
-        """Tell the page something; `body`, bytes of JSON, is put in as it is."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What came of a request: `body` is JSON; or `error`, words by field; `entry` is for the history.
-
-    late  the deadline has passed and the worker is gone
-    """
-
-    body: bytes = b"{}"
-    error: dict[str, Any] | None = None
-    entry: dict[str, Any] | None = None
-    late: bool = False
+#: What came of a request: a head, with an `error`, words by field, or an `entry` for the history, and a body of JSON.
+Answer = tuple[dict[str, Any], bytes]
 
 
 class Desk:
@@ -78,12 +58,11 @@ class Desk:
 
         async with self._lock:
             try:
-                head, body = await loop.run_in_executor(self._thread, self._worker.ask, request, said, deadline)
+                return await loop.run_in_executor(self._thread, self._worker.ask, request, said, deadline)
             except LostError as error:
                 took = f"takes longer than {deadline:.0f} s" if error.late else "ended its worker"
                 words = f"this {took}: the input may be too large or broken"
-                return Answer(error={"fields": {"": words}, "fault": False}, late=error.late)
-        return Answer(body, head.get("error"), head.get("entry"))
+                return {"error": {"fields": {"": words}, "fault": False}, "late": error.late}, b""
 
     async def close(self) -> None:
         """End the process and wait until it is gone."""
@@ -124,7 +103,7 @@ class House:
         self.history = None if history is None else History(history, self.uploads)
         self.front, self.back, self.player = (Desk(self.uploads, self.made) for _ in range(3))
         self.playing: str | None = None
-        self.tabs: dict[str, Tab] = {}
+        self.tabs: dict[str, Callable[..., None]] = {}  # how to tell something to each open page, by its name
         self.ready = "warming up"
         self.jobs: list[Job] = []
         self._numbers = itertools.count(1)
@@ -157,25 +136,28 @@ class House:
             self.history.close()
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def welcome(self, tab: Tab) -> None:
-        """Say to a page what there is, how things stand, and what it has missed."""
-        self.tabs[tab.name] = tab
-        self._begin(self._welcome(tab))
+    def welcome(self, tab: str, send: Callable[..., None]) -> None:
+        """Say to a page what there is, how things stand, and what it has missed.
 
-    async def _welcome(self, tab: Tab) -> None:
+        send  tells it something of a kind; `body`, bytes of JSON, is put in as it is
+        """
+        self.tabs[tab] = send
+        self._begin(self._welcome(send))
+
+    async def _welcome(self, send: Callable[..., None]) -> None:
         there = await asyncio.shield(self._offer)
-        tab.send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self._open()])
+        send("welcome", offer=there, state=self.ready, jobs=[job.shown() for job in self._open()])
         for job in list(self.jobs):
             self._deliver(job)
 
     def tell(self, kind: str, **said: Any) -> None:
         """Tell every page."""
-        for tab in list(self.tabs.values()):
-            tab.send(kind, **said)
+        for send in list(self.tabs.values()):
+            send(kind, **said)
 
     def _tell_one(self, name: str, kind: str, **said: Any) -> None:
         if name in self.tabs:
-            self.tabs[name].send(kind, **said)
+            self.tabs[name](kind, **said)
 
     def _state(self, words: str) -> None:
         self.ready = words
@@ -198,24 +180,25 @@ class House:
             while self._plans:
                 name, message = self._plans.popitem(last=False)
                 request = {"task": "plan", "settings": message["settings"], "look": message.get("look")}
-                answer = await self.front.ask(request, deadline=QUICK)
-                if answer.late:
+                head, body = await self.front.ask(request, deadline=QUICK)
+                error = head.get("error")
+                if head.get("late"):
                     self._tell_one(name, "planned", n=message["n"], body=LATER)
                     await self.front.ask({"task": "warm"})  # the next worker begins again
-                elif answer.error is not None:
-                    self._tell_one(name, "refused", n=message["n"], error=answer.error)
+                elif error is not None:
+                    self._tell_one(name, "refused", n=message["n"], error=error)
                 else:
-                    self._tell_one(name, "planned", n=message["n"], body=answer.body)
+                    self._tell_one(name, "planned", n=message["n"], body=body)
                     if message["rest"]:
-                        self._remember(message["settings"], answer)
+                        self._remember(message["settings"], head.get("entry"))
             self._planning.clear()
 
-    def _remember(self, settings: Mapping[str, Any], answer: Answer) -> None:
+    def _remember(self, settings: Mapping[str, Any], entry: Mapping[str, Any] | None) -> None:
         """Put a plan into the history."""
-        if self.history is not None and answer.entry is not None:
+        if self.history is not None and entry is not None:
             from splinefeed.studio.settings import complete
 
-            self.history.add(complete(settings), answer.entry)
+            self.history.add(complete(settings), entry)
             self.tell("history")
 
     # --- playback ---
@@ -232,11 +215,10 @@ class House:
             self._tell_one(tab, "frame" if head.pop("kind") == "frame" else "playing", **head)
 
         try:
-            answer = await self.player.ask({"task": "play", **request}, heard)
+            head, body = await self.player.ask({"task": "play", **request}, heard)
         finally:
             self.playing = None
-        said = {"body": answer.body} if answer.error is None else {"error": answer.error}
-        self._tell_one(tab, "played", **said)
+        self._tell_one(tab, "played", **({"error": head["error"]} if "error" in head else {"body": body}))
 
     # --- jobs, one at a time ---
 
@@ -299,13 +281,13 @@ class House:
 
         job.state, job.begun = RUNNING, asyncio.get_running_loop().time()
         self._changed(job)
-        answer = await self.back.ask(job.request, heard)
+        head, body = await self.back.ask(job.request, heard)
         if job.state != RUNNING:
             return
-        job.answer, job.state = answer, FAILED if answer.error else DONE
+        job.answer, job.state = (head, body), FAILED if "error" in head else DONE
         self._changed(job)
         if job.kind == "settle" and job.state == DONE and job.wanted:
-            self._remember(job.request["settings"], answer)
+            self._remember(job.request["settings"], head.get("entry"))
         self._deliver(job)
 
     def _deliver(self, job: Job) -> None:
@@ -313,11 +295,11 @@ class House:
         if job.tab not in self.tabs or job.seen or not job.wanted or job.answer is None:
             return
         job.seen = True
+        head, body = job.answer
         if job.state == FAILED:
-            self._tell_one(job.tab, "failed", job=job.shown(), error=job.answer.error)
-        elif job.state == DONE:
-            settings = job.request.get("settings")
-            self._tell_one(job.tab, "done", job=job.shown(), settings=settings, body=job.answer.body)
+            self._tell_one(job.tab, "failed", job=job.shown(), error=head["error"])
+        else:
+            self._tell_one(job.tab, "done", job=job.shown(), settings=job.request.get("settings"), body=body)
 
 
 def message(kind: str, said: Mapping[str, Any], body: bytes | None) -> bytes:

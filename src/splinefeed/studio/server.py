@@ -181,7 +181,7 @@ class _Socket(_Guarded, WebSocketHandler):
 
     def on_close(self) -> None:
         # its jobs go on, and it may come back
-        if self.house.tabs.get(self.name) is self:
+        if self.house.tabs.get(self.name) == self.send:
             del self.house.tabs[self.name]
             if self.house.playing == self.name:
                 self.house.player.order({"stop": True})
@@ -207,7 +207,7 @@ class _Socket(_Guarded, WebSocketHandler):
         if not _TAB.fullmatch(said["tab"]):
             raise TypeError
         self.name = said["tab"]
-        self.house.welcome(self)
+        self.house.welcome(self.name, self.send)
 
     def do_plan(self, said: dict[str, Any]) -> None:
         self.house.replace(self.name)  # what is queued by older settings
