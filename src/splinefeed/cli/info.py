@@ -9,7 +9,7 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared
-from splinefeed.cli.output import counted, number, print_table, print_text
+from splinefeed.cli.output import counted, number, print_rows, print_text
 from splinefeed.cli.program import print_program, program_page
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import read_contents
@@ -51,11 +51,10 @@ def _print(page: Page) -> None:
     rows = []
     for i, curve in enumerate(page["curves"][:MOST_LISTED]):
         name = f"{i} (path {curve['path']})" if len(page["paths"]) > 1 else str(i)
-        sizes = [str(curve[key]) for key in ("degree", "control_points", "spans")]
         kind = "rational" if curve["rational"] else "polynomial"
-        rows.append([name, kind, *sizes, number(curve["length_mm"], 7)])
+        rows.append({**curve, "curve": name, "kind": kind, "length": number(curve["length_mm"], 7)})
     if rows:
-        print_table(["curve", "kind", "degree", "control points", "spans", "length"], rows, texts=2)
+        print_rows(rows, "curve, kind, degree, control points=control_points, spans, length", texts=2)
     if left := len(page["curves"]) + page["curves_left_out"] - len(rows):
         print_text(f"... and {left} more; --json{' --all' * bool(page['curves_left_out'])} lists all")
     print_notes(page["findings"])

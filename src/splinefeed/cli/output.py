@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from splinefeed.cli.failures import visible
@@ -31,6 +31,30 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, texts:
         cells = [f"{cell:{'<' if i < texts else '>'}{widths[i]}}" for i, cell in enumerate(line)]
         bold = k == 0 and sys.stdout.isatty()
         print("\x1b[1m" * bold + "   ".join(cells).rstrip() + "\x1b[0m" * bold)
+
+
+def print_rows(rows: Iterable[Mapping[str, Any]], columns: str, *, texts: int = 1) -> None:
+    """A table of what pages of numbers list; columns between commas, a key or `title=key`, with units by the key."""
+    pairs = [(title, key or title) for title, _, key in (each.strip().partition("=") for each in columns.split(","))]
+    cells = [[shown(key, row.get(key)) for _, key in pairs] for row in rows]
+    print_table([title for title, _ in pairs], cells, texts=texts)
+
+
+#: Units by the end of a key.
+_UNITS = {"_mm_s": " mm/s", "_mm": " mm", "_s": " s"}
+
+
+def shown(key: str, value: Any) -> str:
+    """What stands under a key of a page of numbers, with its unit."""
+    if not isinstance(value, float):
+        return "" if value is None else str(value)
+    if "ripple" in key:
+        return f"{value:.1e}"
+    if key.endswith("_mm") and "error" in key:
+        return length(value)
+    return number(value, 6 if key == "duration_s" else 4) + next(
+        (_UNITS[end] for end in _UNITS if key.endswith(end)), ""
+    )
 
 
 def counted(count: int, what: str) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from splinefeed import units
-from splinefeed.cli.output import length, number, print_table, print_text
+from splinefeed.cli.output import length, number, print_rows, print_table, print_text
 
 #: A share of a limit from which on it counts as reached, as it counts as binding (`analysis.binding.BINDS`): bringing a
 #: short motion to whole periods may take off that much.
@@ -98,37 +98,29 @@ def print_limits(limits: dict[str, dict[str, float]], unit: str) -> None:
 
 
 def print_axes(page: dict[str, Any]) -> None:
-    """Peaks of each axis beside the path's own acceleration and jerk, which do not bind the axes."""
-    shared = any("acceleration_share" in peaks or "jerk_share" in peaks for peaks in page["axes"].values())
-    heads, rows = ["axis, peak", "velocity", "acceleration"], []
-    heads += ["of path's A", "jerk", "of path's J"] if shared else ["jerk"]
+    """Peaks of each axis."""
+    rows = []
     for axis, peaks in page["axes"].items():
-        row = [axis]
-        for name, power in (("velocity", ""), ("acceleration", "^2"), ("jerk", "^3")):
-            row.append(f"{number(peaks[name])} {peaks['unit']}/s{power}")
-            if power and shared:
-                share = peaks.get(f"{name}_share")
-                row.append("" if share is None else number(share, 3))
-        rows.append(row)
-    print_table(heads, rows)
+        powers = {"velocity": "", "acceleration": "^2", "jerk": "^3"}
+        values = [f"{number(peaks[name])} {peaks['unit']}/s{power}" for name, power in powers.items()]
+        rows.append([axis, *values])
+    print_table(["axis, peak", "velocity", "acceleration", "jerk"], rows)
 
 
 def print_methods(methods: Sequence[Mapping[str, Any]], unit: str) -> None:
     """One line a method; unit of arc length."""
     timed = all(each["ns_per_tick"] is not None for each in methods)
     rows = [
-        [
-            each["method"],
-            f"{each['ripple_max']:.1e}",
-            f"{each['ripple_rms']:.1e}",
-            f"{each['drift_mm']:+.1e} {unit}",
-            f"{each['chord_error_mm']:.2e} mm",
-            *([f"{each['ns_per_tick']:.0f}"] if timed else []),
-        ]
+        {
+            **each,
+            "drift": f"{each['drift_mm']:+.1e} {unit}",
+            "chord": f"{each['chord_error_mm']:.2e} mm",
+            "ns": f"{each['ns_per_tick'] or 0.0:.0f}",
+        }
         for each in methods
     ]
-    heads = ["method", "ripple max", "ripple rms", "drift at end", "chord error", *(["ns a tick"] if timed else [])]
-    print_table(heads, rows)
+    heads = "method, ripple max=ripple_max, ripple rms=ripple_rms, drift at end=drift, chord error=chord"
+    print_rows(rows, heads + ", ns a tick=ns" * timed)
     notes = "{method}: {replaced} steps gave no finite number; the arc length was taken"
     print_notes([notes.format(**each) for each in methods if each["replaced"]])
 
@@ -163,18 +155,15 @@ def print_servo(page: Mapping[str, Any]) -> None:
 
 def print_errors(page: Mapping[str, Any]) -> None:
     """The following error of each axis, and the contour error where the path is known, from a page of numbers."""
-    found = []
+    rows = []
     for axis, each in page["tracking"].items():
         limited = f"{each['saturated_ticks']} ticks" if each["saturated_ticks"] else "never"
-        found.append((axis, each["max"], each["rms"], each["unit"], each["at_t_s"], each["at_s_mm"], limited))
+        sizes = {name: _size(each[name], each["unit"]) for name in ("max", "rms")}
+        rows.append({"error": axis, **sizes, "t_s": each["at_t_s"], "s_mm": each["at_s_mm"], "limited": limited})
     if page["contour_error_max_mm"] is not None:
-        at, rms = page["contour_error_at"], page["contour_error_rms_mm"]
-        found.append(("contour", page["contour_error_max_mm"], rms, "mm", at["t_s"], at["s_mm"], ""))
-    rows = [
-        [name, _size(most, unit), _size(rms, unit), f"{number(t)} s", "" if s is None else f"{number(s)} mm", limited]
-        for name, most, rms, unit, t, s, limited in found
-    ]
-    print_table(["error", "largest", "rms", "at", "at", "output at its limit"], rows)
+        sizes = {name: length(page[f"contour_error_{name}_mm"]) for name in ("max", "rms")}
+        rows.append({"error": "contour", **sizes, **page["contour_error_at"]})
+    print_rows(rows, "error, largest=max, rms, at=t_s, at=s_mm, output at its limit=limited")
 
 
 def _size(value: float, unit: str) -> str:

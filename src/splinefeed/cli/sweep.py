@@ -12,7 +12,7 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.failures import DONE, NOT_KEPT
-from splinefeed.cli.output import counted, number, print_json, print_table, print_text
+from splinefeed.cli.output import counted, print_json, print_rows, print_text
 from splinefeed.cli.progress import busy
 from splinefeed.cli.summary import print_notes
 from splinefeed.errors import InputError
@@ -150,11 +150,8 @@ def _print(page: dict[str, Any]) -> None:
     kept, failed = page["not_kept"], page["failed"]
     print_text(f"          {page['ok']} ok, {kept} with a limit or a check not kept, {failed} failed")
     print_text()
-    rows = []
-    for name, each in page["numbers"].items():
-        least, median, most = (number(each[key], 6) for key in ("least", "median", "most"))
-        rows.append([name, least, f"run {each['least_run']}", median, most, f"run {each['most_run']}"])
-    print_table(["", "least", "", "median", "most", ""], rows)
+    rows = [{"number": name, **each} for name, each in page["numbers"].items()]
+    print_rows(rows, "number, least, run=least_run, median, most, run=most_run")
     for each in page["failures"]:
         print_text(f"failed    {counted(each['runs'], 'run')}: {each['error']}")
     if page["pareto"]:

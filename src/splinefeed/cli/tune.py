@@ -10,7 +10,7 @@ import click
 from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared, recorded
-from splinefeed.cli.output import length, number, print_table, print_text
+from splinefeed.cli.output import length, number, print_text
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
 from splinefeed.cli.summary import print_notes
@@ -45,18 +45,14 @@ def _print(page: Mapping[str, Any]) -> None:
         )
         print_text(f"bound     {page['bound']}")
     print_text()
-    rows, verdicts = [], []
     for name, each in page["axes"].items():
         for when, ending in (("old", "_before"), ("new", "")):
-            margins, gains = each[f"margins{ending}"], each[f"gains{ending}"].items()
-            words = " ".join(f"{_SHORT.get(gain, gain)} {number(value)}" for gain, value in gains if value != 0.0)
-            rows.append([name, when, words, *_margin_cells(margins)])
-            verdicts.append(f"{name}, {when} gains: {margins['verdict']}{_hunting(each, ending)}")
-    heads = ["axis", "gains", "", "gain margin", "phase margin", "delay margin", "bandwidth"]
-    print_table(heads, rows, texts=3)
-    print_text()
-    for verdict in verdicts:
-        print_text(verdict)
+            margins = each[f"margins{ending}"]
+            gains = [
+                f"{_SHORT.get(gain, gain)} {number(value)}" for gain, value in each[f"gains{ending}"].items() if value
+            ]
+            print_text(f"{name}, {when} gains: {margins['verdict']}{_hunting(each, ending)}")
+            print_text(f"    {' '.join(gains)}{_margins(margins)}")
     print_notes(page["notes"])
 
 
@@ -184,17 +180,11 @@ _SHORT = {
 }
 
 
-def _margin_cells(margins: Mapping[str, Any]) -> list[str]:
-    def cell(value: float | None, unit: str, at: float | None = None) -> str:
-        place = "" if at is None else f" at {number(at, 3)} Hz"
-        return "none" if value is None else f"{number(value, 3)} {unit}{place}"
-
+def _margins(margins: Mapping[str, Any]) -> str:
+    """The margins of a stable loop, as far as it has them."""
     if not margins["stable"]:
-        return ["unstable", "", "", ""]
-    delay = margins["delay_margin"]
-    return [
-        cell(margins["gain_margin_db"], "dB", margins["gain_frequency"]),
-        cell(margins["phase_margin"], "deg", margins["phase_frequency"]),
-        cell(None if delay is None else 1e3 * delay, "ms"),
-        cell(margins["bandwidth"], "Hz"),
-    ]
+        return ""
+    units = {"gain_margin_db": "dB", "phase_margin": "deg", "delay_margin": "s", "bandwidth": "Hz"}
+    known = {name: unit for name, unit in units.items() if margins[name] is not None}
+    words = [f"{name.removesuffix('_db').replace('_', ' ')} {number(margins[name], 3)} {known[name]}" for name in known]
+    return f"; {', '.join(words)}"

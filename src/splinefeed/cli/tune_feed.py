@@ -9,7 +9,7 @@ import click
 
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared, recorded
-from splinefeed.cli.output import length, number, print_table, print_text
+from splinefeed.cli.output import length, number, print_rows, print_text
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import task_of
 from splinefeed.cli.summary import print_notes
@@ -23,14 +23,10 @@ def _print(page: Mapping[str, Any]) -> None:
     rows = []
     for each in page["trials"]:
         kept = each["contour_error_max_mm"] <= page["contour_tolerance_mm"]
-        at = "" if each["at_s_mm"] is None else f"{number(each['at_s_mm'])} mm"
-        row = ["best" if each == best else "", number(each["scale"]), f"{number(each['feed_max_mm_s'])} mm/s"]
-        row += [
-            f"{number(each['duration_s'], 6)} s",
-            *(length(each[f"contour_error_{of}_mm"]) for of in ("max", "rms")),
-        ]
-        rows.append([*row, at, "ran away" if each["stopped"] else "within" if kept else "over"])
-    print_table(["", "scale", "top feed", "time", "contour error", "its rms", "at", "tolerance"], rows)
+        verdict = "ran away" if each["stopped"] else "within" if kept else "over"
+        rows.append({**each, "": "best" if each == best else "", "tolerance": verdict})
+    heads = "=, scale, top feed=feed_max_mm_s, time=duration_s, contour error=contour_error_max_mm"
+    print_rows(rows, f"{heads}, its rms=contour_error_rms_mm, at=at_s_mm, tolerance")
     print_text()
     if best is None:
         least, feed = length(page["least_error_mm"]), number(page["least_error_feed_mm_s"])
