@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed import __version__
 from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import print_table, print_text
@@ -44,16 +45,13 @@ def _print_list(page: Page) -> None:
 @answers(_print_list)
 def list_machines(say: Say) -> Page:
     """List the built-in machines; --machine takes such a name, or a machine file."""
-    from splinefeed.machine.machine import Machine
-
-    models = map(Machine.load, Machine.names())
+    models = map(sf.Machine.load, sf.Machine.names())
     return {"machines": [{"name": each.name, "title": each.title, "axes": list(each.axes)} for each in models]}
 
 
 def _print_machine(page: Page) -> None:
-    from splinefeed.machine.machine import Machine
 
-    for line in Machine.load(page["file"]).describe().splitlines():
+    for line in sf.Machine.load(page["file"]).describe().splitlines():
         print_text(line)
 
 
@@ -62,9 +60,7 @@ def _print_machine(page: Page) -> None:
 @answers(_print_machine)
 def show_machine(say: Say, name: str) -> Page:
     """Describe a built-in machine or a machine file; report every error of the file, with its place."""
-    from splinefeed.machine.machine import Machine
-
-    return {**Machine.load(name).as_dict(), "file": name}
+    return {**sf.Machine.load(name).as_dict(), "file": name}
 
 
 def _print_methods(page: Page) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import print_text
@@ -48,10 +49,7 @@ def command(say: Say, source: str | None, names: tuple[str, ...] | None, **given
       splinefeed compare butterfly --start-feed 60 --end-feed 60
       splinefeed compare part.json --methods taylor-2,milne-simpson,arc-length --json
     """  # noqa: D301 - click takes a backspace as "do not wrap"
-    from splinefeed.feed.planning import plan
     from splinefeed.interpolation import registry
-    from splinefeed.interpolation.interpolator import Interpolator
-    from splinefeed.pipeline.compare import compare
 
     names = names or registry.methods()
     for name in names:
@@ -59,17 +57,17 @@ def command(say: Say, source: str | None, names: tuple[str, ...] | None, **given
     what = task_of(say, source, given)
     path = what.path
     say("planning")
-    law = plan(path, what.limits, strategy=what.strategy, period=what.period)
+    law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
     results = []
     for name in names:
         say(f"comparing methods: {name}")
-        results += [trace.result for trace in compare(path, law, methods=[name], corrections=given["corrections"])]
+        results += [trace.result for trace in sf.compare(path, law, methods=[name], corrections=given["corrections"])]
     return {
         "name": path.name,
         "axes": list(path.axes),
         "duration_s": law.duration,
         "length_mm": path.length,
-        "ticks": Interpolator(path, law, method=names[0]).ticks,
+        "ticks": sf.Interpolator(path, law, method=names[0]).ticks,
         "period_s": what.period,
         "strategy": law.strategy,
         "corrections": given["corrections"],

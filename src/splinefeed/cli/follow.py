@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared, recorded
@@ -15,9 +16,6 @@ from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import path_of, read_setpoints_chunks, says_path
 from splinefeed.cli.summary import print_errors, print_notes
 from splinefeed.errors import FormatError, InputError
-
-if TYPE_CHECKING:
-    from splinefeed.records import Response
 
 
 def _print(page: Mapping[str, Any]) -> None:
@@ -64,7 +62,6 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from pathlib import Path
 
     from splinefeed.formats import records_hdf5
-    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.follow import Servo, follow_chunks
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files, saving
@@ -72,7 +69,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from splinefeed.simulation.follow import CHUNK
 
     drawing = options.figure_formats(given)
-    machine = Machine.load(given["machine"])
+    machine = sf.Machine.load(given["machine"])
     say(f"reading {setpoints}")
     chunks, notes = read_setpoints_chunks(setpoints, given, CHUNK)
     first = next(chunks, None)
@@ -86,7 +83,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
     servo, overview, pictured = Servo(machine, path, linear=given["linear"]), Overview(), Pictured()
 
-    def responses() -> Iterator[Response]:
+    def responses() -> Iterator[sf.Response]:
         """The response piece by piece on its way to the file, seen by what figures are drawn from."""
         for response in follow_chunks(chain([first], chunks), servo):
             overview.see(response)

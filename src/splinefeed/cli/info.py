@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import counted, number, print_rows, print_text
@@ -14,9 +15,6 @@ from splinefeed.cli.program import print_program, program_page
 from splinefeed.cli.progress import Say
 from splinefeed.cli.source import read_contents
 from splinefeed.cli.summary import print_notes
-
-if TYPE_CHECKING:
-    from splinefeed.geometry.path import Path
 
 #: Curves and corners that the text lists; --json lists all.
 MOST_LISTED = 12
@@ -88,7 +86,7 @@ def command(say: Say, source: str, every: bool, **given: Any) -> Page:
     return page if program is None else {**page, "program": program}
 
 
-def _path(path: Path) -> dict[str, Any]:
+def _path(path: sf.Path) -> dict[str, Any]:
     """One path; lengths in mm, rotary axes and angles in degrees."""
     from splinefeed.formats.metadata import axis_units, to_degrees
     from splinefeed.geometry.path import JOIN_TOLERANCE
@@ -122,7 +120,7 @@ def _path(path: Path) -> dict[str, Any]:
     }
 
 
-def _curve(path: Path, i: int, number: int) -> dict[str, Any]:
+def _curve(path: sf.Path, i: int, number: int) -> dict[str, Any]:
     curve = path.curves[i]
     return {
         "path": number,

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import print_text
@@ -64,10 +65,9 @@ def init(say: Say, machine: str, output: str, motion: bool, **given: Any) -> Pag
 
     from splinefeed.formats.atomic import atomic_write
     from splinefeed.live.hal_files import GAIN, VELOCITY, HalAxis, hal_text
-    from splinefeed.machine.machine import Machine
     from splinefeed.records import ROTARY_AXES
 
-    model = Machine.load(machine)
+    model = sf.Machine.load(machine)
     names = given["axes"] or tuple(model.axes)
     tick = 1e-3 if given["period"] is None else given["period"]
     made = []

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from splinefeed.formats.path_parts import PathParts
-    from splinefeed.geometry.path import Path
-    from splinefeed.machine.machine import Machine
-    from splinefeed.records import Limits
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -215,7 +213,7 @@ def smoothing_from(given: Mapping[str, Any]) -> dict[str, Any]:
     return said
 
 
-def smoothing_note(path: Path, given: Mapping[str, Any]) -> list[str]:
+def smoothing_note(path: sf.Path, given: Mapping[str, Any]) -> list[str]:
     """What to say of a program that asks for smoothing where none is given."""
     if given["smooth"] is not None or path.tolerances is None or not path.tolerances.any():
         return []
@@ -271,8 +269,8 @@ corrections = table("--corrections  INTEGER =1  Passes of a method's corrector, 
 
 
 def limits_from(
-    given: dict[str, Any], machine: Machine | None = None, axes: Sequence[str] = ()
-) -> tuple[Limits, float, str | None]:
+    given: dict[str, Any], machine: sf.Machine | None = None, axes: Sequence[str] = ()
+) -> tuple[sf.Limits, float, str | None]:
     """Limits, period and strategy, None if it is left open, from what the options of `limits` were `given`.
 
     Without a file of limits the paper's stand in for what is not said, but not where limits of the axes say enough.
@@ -288,7 +286,9 @@ def limits_from(
     return completed(flat, machine, axes, assume=not file), period, given["strategy"]
 
 
-def as_programmed(limits: Limits, path: Path | PathParts, given: Mapping[str, Any]) -> tuple[Limits, list[str]]:
+def as_programmed(
+    limits: sf.Limits, path: sf.Path | PathParts, given: Mapping[str, Any]
+) -> tuple[sf.Limits, list[str]]:
     """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it."""
     from splinefeed.formats import limits_toml
     from splinefeed.pipeline.limits import at_programmed_feeds

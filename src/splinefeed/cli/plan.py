@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared
@@ -61,18 +62,14 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
       splinefeed plan butterfly --start-feed 60 --end-feed 60 --json
     """
     from splinefeed.analysis.check_law import limits_along
-    from splinefeed.feed.planning import plan
-    from splinefeed.formats.setpoints import save
-    from splinefeed.machine.machine import Machine
-    from splinefeed.records import Verdict
 
-    what = task_of(say, source, given, Machine.load(given["machine"]) if given["machine"] else None)
+    what = task_of(say, source, given, sf.Machine.load(given["machine"]) if given["machine"] else None)
     path = what.path
     say("planning")
-    law = plan(path, what.limits, strategy=what.strategy, period=what.period)
-    verdict = Verdict(limits=limits_along(law, path, what.limits), problems=())
+    law = sf.plan(path, what.limits, strategy=what.strategy, period=what.period)
+    verdict = sf.Verdict(limits=limits_along(law, path, what.limits), problems=())
     if given["output"]:
-        save(law, given["output"])
+        sf.save(law, given["output"])
     starts, ends = law.breaks[:-1], law.breaks[1:]
     columns = {
         "start_s": starts,

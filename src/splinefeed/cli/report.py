@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.output import counted, print_text
@@ -45,10 +46,8 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     from pathlib import Path
 
     from splinefeed.formats.plain import plain
-    from splinefeed.formats.setpoints import load, load_chunks
-    from splinefeed.pipeline.compare import MethodResult
+    from splinefeed.formats.setpoints import load_chunks
     from splinefeed.pipeline.run import MOST_IN_CHUNKS, check_ticks, measured
-    from splinefeed.records import Limits, Response, TimeLaw
     from splinefeed.report import files, html
 
     place = Path(folder)
@@ -57,20 +56,20 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     file = next((place / files.SETPOINTS[form] for form in FORMS if (place / files.SETPOINTS[form]).is_file()), None)
     if file is None:
         raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
-    law = load(place / files.LAW)
-    if not isinstance(law, TimeLaw):
+    law = sf.load(place / files.LAW)
+    if not isinstance(law, sf.TimeLaw):
         raise FormatError(f"{place / files.LAW}: holds {type(law).__name__}; expected TimeLaw")
     settings = next(load_chunks(file, 1)).settings
     path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(file))
-    limits = Limits.from_dict(settings["limits"])
+    limits = sf.Limits.from_dict(settings["limits"])
     joints = on_its_machine(path, settings, machine, limits)
     say("measuring and checking")
     ticks = check_ticks(law, settings["period"], MOST_IN_CHUNKS)
     run = measured(joints, limits, law, partial(load_chunks, file), ticks)
-    response = load(place / files.RESPONSE) if (place / files.RESPONSE).is_file() else None
-    responses = {run.kept.method: response} if isinstance(response, Response) else {}
+    response = sf.load(place / files.RESPONSE) if (place / files.RESPONSE).is_file() else None
+    responses = {run.kept.method: response} if isinstance(response, sf.Response) else {}
     page: dict[str, Any] = {**said, **plain(run.numbers())}
-    results = [MethodResult(**each) for each in said.get("methods", [])]
+    results = [sf.MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT
     say(f"writing {target}")
     drawn = files.of_run(run, responses, str(page.get("machine", "")))

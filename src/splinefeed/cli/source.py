@@ -7,15 +7,13 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.progress import Say
 from splinefeed.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from splinefeed.formats.contents import Contents
-    from splinefeed.geometry.path import Path
-    from splinefeed.machine.machine import Machine
-    from splinefeed.records import Limits
 
 
 #: What is done to a path after it is read.
@@ -26,15 +24,15 @@ class Task(NamedTuple):
     """What a command plans: a path, how it was read, limits, period, strategy and notes on them."""
 
     source: str
-    path: Path
+    path: sf.Path
     reading: dict[str, Any]
-    limits: Limits
+    limits: sf.Limits
     period: float
     strategy: str | None
     notes: list[str]
 
 
-def task_of(say: Say, source: str | None, given: dict[str, Any], machine: Machine | None = None) -> Task:
+def task_of(say: Say, source: str | None, given: dict[str, Any], machine: sf.Machine | None = None) -> Task:
     """What SOURCE and the options mean, the paper's airfoil without SOURCE; `machine` gives limits of its axes."""
     from splinefeed.pipeline.run import PAPER_SHAPE, planned_axes
 
@@ -50,7 +48,7 @@ def task_of(say: Say, source: str | None, given: dict[str, Any], machine: Machin
     return Task(source, path, reading, limits, period, strategy, notes)
 
 
-def read_path(source: str, reading: Mapping[str, Any]) -> Path:
+def read_path(source: str, reading: Mapping[str, Any]) -> sf.Path:
     """The path that `source` means, read as `options.reading_from` says, and smoothed as `options.smoothing_from`.
 
     With theta behind if `tangential` is true.
@@ -64,7 +62,7 @@ def read_path(source: str, reading: Mapping[str, Any]) -> Path:
     return tangential(path) if reading.get("tangential") else path
 
 
-def check_rotary(path: Path, source: str, machine: Machine) -> None:
+def check_rotary(path: sf.Path, source: str, machine: sf.Machine) -> None:
     """InputError where a path turns a rotary axis that the machine does not have, with the line of a program."""
     import numpy as np
 
@@ -86,18 +84,17 @@ def read_contents(source: str, reading: Mapping[str, Any]) -> Contents:
     """Every path of `source`, or the one that `--path` chooses, with the units and the format of the file."""
     from splinefeed.formats import registry
     from splinefeed.formats.contents import Contents
-    from splinefeed.geometry import shapes
 
-    if shapes.is_shape(source):
+    if sf.shapes.is_shape(source):
         for name in reading:
             option = "--path" if name == "which" else f"--{name}"
             raise InputError(f"{option}: is for files; {source!r} is a shape, whose options follow its '?'")
-        shape = Contents([shapes.from_text(source)])
+        shape = Contents([sf.shapes.from_text(source)])
         shape.format = "shape"
         return shape
     if not os.path.exists(source) and not os.path.splitext(source)[1] and os.sep not in source:
         name = source.partition(":")[0].partition("?")[0]
-        raise InputError(f"{source}: no such file or shape; {nearest(name, shapes.names(), 'shapes are {}')}")
+        raise InputError(f"{source}: no such file or shape; {nearest(name, sf.shapes.names(), 'shapes are {}')}")
     which = reading.get("which")
     found = registry.read_all(source, **{name: value for name, value in reading.items() if name != "which"})
     if which is None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.progress import Say
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from splinefeed.live.motion import Motion
     from splinefeed.live.sinks import Sink
     from splinefeed.live.stream import State
-    from splinefeed.machine.machine import Machine
-    from splinefeed.records import Limits
 
 KEYS = """\
 Keys during the stream: + and - change the feedrate override by 10 %, h or space is feed hold, b retraces, r resumes,
@@ -75,13 +74,12 @@ def command(say: Say, source: str, **given: Any) -> Page:
     from splinefeed.live.motion import approach
     from splinefeed.live.operator import Control, Operator
     from splinefeed.live.stream import play
-    from splinefeed.machine.machine import Machine
 
     operator, file = Operator(), given["state_file"]
     operator.obey({"override": given["override"]})
     with ended_by_signals():
         _check(given)
-        machine = Machine.load(given["machine"]) if given["machine"] else None
+        machine = sf.Machine.load(given["machine"]) if given["machine"] else None
         motion, limits = (_through if _is_setpoints(source) else _along)(say, source, given, machine)
         resume, saved = _resumed(file, motion) if given["resume"] else None, _saver(file, motion)
         if resume is not None:
@@ -156,24 +154,22 @@ def _is_setpoints(source: str) -> bool:
     return os.path.isfile(source) and any(suffix in each.suffixes for each in FORMATS.values() if each.loads)
 
 
-def _along(say: Say, source: str, given: dict[str, Any], machine: Machine | None) -> tuple[Motion, Limits]:
+def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:
     """The motion along a path, and the limits that hold for it."""
-    from splinefeed.feed.planning import plan
     from splinefeed.feed.reserve import with_reserve
-    from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.live.motion import along
     from splinefeed.pipeline.run import on_machine
 
     what, most = task_of(say, source, given, machine), given["most"] / 100.0
-    moved = on_machine(what.path, machine if isinstance(what.path, ToolPath) else None, what.limits)
+    moved = on_machine(what.path, machine if isinstance(what.path, sf.ToolPath) else None, what.limits)
     say("planning")
-    law = plan(moved, with_reserve(what.limits, given["top"]), strategy=what.strategy, period=what.period)
+    law = sf.plan(moved, with_reserve(what.limits, given["top"]), strategy=what.strategy, period=what.period)
     # the feed is what is programmed: 100 %; what is a limit is that of the axes
     allowed = replace(what.limits, feed=max(most, 1.0) * what.limits.feed)
     return along(moved, law, allowed, highest=most), what.limits
 
 
-def _through(say: Say, source: str, given: dict[str, Any], machine: Machine | None) -> tuple[Motion, Limits]:
+def _through(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:
     """The motion through setpoints as they are, and the limits that hold for it."""
     import numpy as np
 

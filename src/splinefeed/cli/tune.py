@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import splinefeed as sf
 from splinefeed import units
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared, recorded
@@ -17,7 +18,6 @@ from splinefeed.cli.summary import print_notes
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
-    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.tuned import TunedMachine
 
 #: Options of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
@@ -90,7 +90,6 @@ def command(say: Say, machine: str, **given: Any) -> Page:
       splinefeed tune my-table.toml --rule path --path wing.dat --feed 20 --write my-table-tuned.toml
     """
     from splinefeed.formats.plain import plain
-    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.run import PAPER_PERIOD
     from splinefeed.pipeline.tuned import by_rule
     from splinefeed.pipeline.tuning import PATH_RULE
@@ -98,7 +97,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
     from splinefeed.report.folder import staged
 
     drawing = options.figure_formats(given)
-    model = Machine.load(machine)
+    model = sf.Machine.load(machine)
     names = given["axes"] or tuple(model.axes)
     for name in names:
         if name not in model.axes:
@@ -138,15 +137,14 @@ def command(say: Say, machine: str, **given: Any) -> Page:
     return {**page, "files": [*written, *page["files"]]}
 
 
-def _on_path(machine: Machine, given: dict[str, Any], say: Say) -> TunedMachine:
+def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path."""
-    from splinefeed.pipeline.run import run
     from splinefeed.pipeline.tuned import along_path
     from splinefeed.pipeline.tuning import EVALUATIONS
 
     what = task_of(say, given["source"], given)
     say("planning and interpolating")
-    setpoints = run(what.path, what.limits, period=what.period, strategy=what.strategy).points
+    setpoints = sf.run(what.path, what.limits, period=what.period, strategy=what.strategy).points
     found = along_path(
         machine,
         setpoints,

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+import splinefeed as sf
 from splinefeed.cli import options
 from splinefeed.cli.answers import Page, declared, recorded
 from splinefeed.cli.output import length, number, print_rows, print_text
@@ -66,9 +67,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
     import dataclasses
 
     from splinefeed.formats import limits_toml
-    from splinefeed.formats.setpoints import save
     from splinefeed.interpolation import registry
-    from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.contour_feed import tune_feed
     from splinefeed.report import files, saving
     from splinefeed.report.folder import default_name, staged
@@ -77,7 +76,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
     from splinefeed.report.servo_figures import feed_curve_figure
 
     drawing = options.figure_formats(given)
-    machine = Machine.load(given["machine"])
+    machine = sf.Machine.load(given["machine"])
     method = registry.method(given["method"] or registry.DEFAULT_METHOD).name
     what = task_of(say, source, given, machine)
     path = what.path
@@ -95,8 +94,8 @@ def command(say: Say, source: str, **given: Any) -> Page:
             points = served.setpoints
             command = command_line(source, points.settings, what.reading, ("hdf5",), given["machine"])
             settings = {**points.settings, "source": source_of(source), "command": command}
-            save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])
-            save(served.response, stage / files.RESPONSE)
+            sf.save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])
+            sf.save(served.response, stage / files.RESPONSE)
             names += [files.LIMITS, files.SETPOINTS["hdf5"], files.RESPONSE]
         names += saving.save_figures(
             [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))], stage, drawing

@@ -7,16 +7,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import splinefeed as sf
 from splinefeed.errors import SplinefeedError
-from splinefeed.feed.planning import plan
 from splinefeed.feed.reserve import with_reserve
-from splinefeed.geometry.path import Path
-from splinefeed.kinematics import JointPath
 from splinefeed.live.motion import Motion, along
 from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
 from splinefeed.live.stream import play
-from splinefeed.records import TimeLaw
 from splinefeed.studio import sources
 from splinefeed.studio.settings import Bench, SettingsError, field_of, resolve
 
@@ -44,7 +41,7 @@ def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
             if row == last:
                 continue
             last, tau = row, motion.tau_of(row)
-            if isinstance(moved, JointPath):
+            if isinstance(moved, sf.JointPath):
                 position = moved.kinematics.forward(position)[0]
             frame = {"kind": "frame", "row": row, "tau_s": tau, "planned_s": law.duration, "s_mm": float(law(tau))}
             rates = {"rate": motion.override.rate, "wanted": operator.wanted, "top": motion.override.top}
@@ -61,13 +58,15 @@ def played(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     return {"done": state.done, "rows": state.row, "underruns": state.underruns, "tau_s": state.tau}
 
 
-def motion_of(request: Mapping[str, Any], bench: Bench, rate: float = 1.0) -> tuple[TimeLaw, Motion, Path | JointPath]:
+def motion_of(
+    request: Mapping[str, Any], bench: Bench, rate: float = 1.0
+) -> tuple[sf.TimeLaw, Motion, sf.Path | sf.JointPath]:
     """Law, motion and path of the settings, planned with a reserve for overrides up to `top`."""
     wanted = resolve(request["settings"], bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
     try:
         limits = with_reserve(wanted.limits, float(request.get("top", 1.0)))
-        law = plan(wanted.moved, limits, strategy=wanted.strategy, period=wanted.period)
+        law = sf.plan(wanted.moved, limits, strategy=wanted.strategy, period=wanted.period)
         # the feed is what is programmed: 100 %; what is a limit is that of the axes
         allowed = replace(wanted.limits, feed=MOST * wanted.limits.feed)
         return law, along(wanted.moved, law, allowed, rate=rate, highest=MOST), wanted.moved

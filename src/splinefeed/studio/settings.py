@@ -12,18 +12,15 @@ from functools import cached_property
 from pathlib import Path as File
 from typing import Any
 
+import splinefeed as sf
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError, InputError, ProblemsError, SplinefeedError, nearest
 from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
-from splinefeed.geometry.path import Path
-from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation import registry as methods
-from splinefeed.kinematics import JointPath
-from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.limits import at_programmed_feeds, completed
-from splinefeed.pipeline.run import PAPER_PERIOD, Run, on_machine, planned_axes, run
-from splinefeed.records import BY_AXIS, Limits
+from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
+from splinefeed.records import BY_AXIS
 from splinefeed.studio import sources
 from splinefeed.workers import Mail
 
@@ -69,25 +66,25 @@ class Wanted:
     """
 
     given: Mapping[str, Any]
-    path: Path
+    path: sf.Path
     origin: sources.Origin
-    limits: Limits
+    limits: sf.Limits
     strategy: str
     method: str
     corrections: int
     period: float
-    machine: Machine | None
+    machine: sf.Machine | None
     notes: tuple[str, ...]
 
     @cached_property
-    def moved(self) -> Path | JointPath:
+    def moved(self) -> sf.Path | sf.JointPath:
         """What is planned: the path, or joints of the machine for a path with a tool axis."""
-        return on_machine(self.path, self.machine if isinstance(self.path, ToolPath) else None, self.limits)
+        return on_machine(self.path, self.machine if isinstance(self.path, sf.ToolPath) else None, self.limits)
 
     @property
     def followed(self) -> bool:
         """Whether a machine's servo loops follow it; those of a tool path are not simulated."""
-        return self.machine is not None and not isinstance(self.path, ToolPath)
+        return self.machine is not None and not isinstance(self.path, sf.ToolPath)
 
 
 def key_of(settings: Mapping[str, Any]) -> str:
@@ -140,16 +137,15 @@ def from_toml(text: str) -> dict[str, Any]:
 
 def offer() -> dict[str, Any]:
     """What a page can choose from by name, with what it is; and the usual settings."""
-    from splinefeed.geometry import shapes
     from splinefeed.report.files import SETPOINTS
 
     return {
-        "shapes": [{"name": name, "what": what, "example": example} for name, what, example in shapes.describe()],
+        "shapes": [{"name": name, "what": what, "example": example} for name, what, example in sf.shapes.describe()],
         "strategies": list(STRATEGIES),
         "methods": [{"name": name, "title": methods.method(name).title} for name in methods.methods()],
         "machines": [
             {"name": each.name, "title": each.title, "axes": bool(each.axes), "control": each.control is not None}
-            for each in map(Machine.load, Machine.names())
+            for each in map(sf.Machine.load, sf.Machine.names())
         ],
         "setpoints": list(SETPOINTS),
         "paths": list(PATHS),
@@ -211,7 +207,7 @@ def _quantity(value: Any, kind: str, field: str, problems: dict[str, str]) -> fl
     return None
 
 
-def machine_of(given: Any, problems: dict[str, str]) -> Machine | None:
+def machine_of(given: Any, problems: dict[str, str]) -> sf.Machine | None:
     """The machine by its name, or from the text of a machine file."""
     if given is None or given == "":
         return None
@@ -220,18 +216,18 @@ def machine_of(given: Any, problems: dict[str, str]) -> Machine | None:
         if text is not None:
             if not isinstance(text, str) or len(text) > LONGEST_MACHINE:
                 raise InputError(f"a machine file is text of at most {LONGEST_MACHINE} characters")
-            return Machine.parse(text, str(name)[:60])
-        if name in Machine.names():
-            return Machine.load(name)
-        raise InputError(f"{str(name)[:40]!r} is not a machine; there are {', '.join(Machine.names())}")
+            return sf.Machine.parse(text, str(name)[:60])
+        if name in sf.Machine.names():
+            return sf.Machine.load(name)
+        raise InputError(f"{str(name)[:40]!r} is not a machine; there are {', '.join(sf.Machine.names())}")
     except InputError as error:
         problems["machine"] = "; ".join(error.problems) if isinstance(error, ProblemsError) else str(error)
     return None
 
 
 def _limits(
-    given: Mapping[str, Any], path: Path, machine: Machine | None, problems: dict[str, str], notes: list[str]
-) -> Limits | None:
+    given: Mapping[str, Any], path: sf.Path, machine: sf.Machine | None, problems: dict[str, str], notes: list[str]
+) -> sf.Limits | None:
     """Limits as the fields say them, over those of the machine; None where one is wrong."""
     said = {str(name): value for name, value in given.items() if value not in ("", None, {})}
     for name in BY_AXIS:
@@ -265,20 +261,20 @@ class Bench:
     uploads: File
     made: File
     mail: Mail
-    runs: OrderedDict[str, tuple[Wanted, Run]] = field(default_factory=OrderedDict)
+    runs: OrderedDict[str, tuple[Wanted, sf.Run]] = field(default_factory=OrderedDict)
 
     def say(self, words: str) -> None:
         """Tell the page what is being done."""
         self.mail.tell({"kind": "progress", "words": words})
 
-    def done(self, requested: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, Run]:
+    def done(self, requested: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, sf.Run]:
         """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
         key = key_of({**complete(requested), "follow": follow})
         if key not in self.runs:
             wanted = resolve(requested, self.uploads)
             self.say(f"planning {wanted.path.name}, {wanted.strategy}")
             try:
-                made = run(
+                made = sf.run(
                     wanted.moved,
                     wanted.limits,
                     machine=wanted.machine if follow and wanted.followed else None,

@@ -13,11 +13,10 @@ from functools import lru_cache
 from pathlib import Path as File
 from typing import Any
 
+import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import json_curve, registry
 from splinefeed.formats.contents import Contents
-from splinefeed.geometry import shapes
-from splinefeed.geometry.path import Path
 from splinefeed.geometry.tangential import tangential as with_theta
 from splinefeed.pipeline.smooth import smooth as smoothed
 
@@ -80,7 +79,9 @@ class Origin:
     reading: Mapping[str, Any]
 
 
-def path_of(source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool) -> tuple[Path, Origin]:
+def path_of(
+    source: Mapping[str, Any], folder: File, *, smooth: float | None, tangential: bool
+) -> tuple[sf.Path, Origin]:
     """The path that `source` means, smoothed, with theta behind if the settings say so; folder: where uploads are.
 
     Raises InputError for what is not a source, and what the readers raise.
@@ -97,13 +98,13 @@ def path_of(source: Mapping[str, Any], folder: File, *, smooth: float | None, ta
 
 
 @lru_cache(maxsize=8)
-def _plain_path(text: str, folder: File) -> tuple[Path, Origin]:
+def _plain_path(text: str, folder: File) -> tuple[sf.Path, Origin]:
     source = json.loads(text)
     if "shape" in source:
         shape = source["shape"]
-        if not isinstance(shape, str) or not shapes.is_shape(shape):
-            raise InputError(f"{str(shape)[:80]!r} is not a shape; there are {', '.join(shapes.names())}")
-        return shapes.from_text(shape), Origin(shape, None, {})
+        if not isinstance(shape, str) or not sf.shapes.is_shape(shape):
+            raise InputError(f"{str(shape)[:80]!r} is not a shape; there are {', '.join(sf.shapes.names())}")
+        return sf.shapes.from_text(shape), Origin(shape, None, {})
     if "curves" in source:
         return _edited(source["curves"])
     contents, file = contents_of(source, folder)
@@ -115,7 +116,7 @@ def _plain_path(text: str, folder: File) -> tuple[Path, Origin]:
     return path, Origin(file.name, hashlib.sha256(file.read_bytes()).hexdigest(), reading)
 
 
-def _edited(text: object) -> tuple[Path, Origin]:
+def _edited(text: object) -> tuple[sf.Path, Origin]:
     """The path of curves that a page has changed, from the text of a JSON curve file."""
     if not isinstance(text, str) or len(text) > LONGEST_CURVES:
         raise InputError(f"edited curves must be the text of a JSON curve file of at most {LONGEST_CURVES} characters")

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path as File
 from typing import Any
 
+import splinefeed as sf
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
 from splinefeed.pipeline.run import PAPER_LIMITS
@@ -74,7 +75,6 @@ def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A file to download: what it is called, and where it lies in the folder of files made."""
     from splinefeed.formats import registry
-    from splinefeed.formats.setpoints import save
     from splinefeed.machine import writing
     from splinefeed.report import files, html
     from splinefeed.report.record import documented
@@ -83,7 +83,7 @@ def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     machine, served = wanted.machine, made.served
 
     def setpoints(form: str, file: File) -> None:
-        save(documented(made, results.numbers(wanted, made, (form,))).setpoints(), file)
+        sf.save(documented(made, results.numbers(wanted, made, (form,))).setpoints(), file)
 
     def report(file: File) -> None:
         responses = {} if served is None else {made.kept.method: served.response}
@@ -91,7 +91,7 @@ def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
         files.write_report(html.page(made, results.numbers(wanted, made), drawn), file)
 
     makers: dict[str, tuple[str, Callable[[File], object]]] = {
-        "law": (files.LAW, partial(save, made.law)),
+        "law": (files.LAW, partial(sf.save, made.law)),
         "numbers": (files.RECORD, partial(files.write_record, results.numbers(wanted, made))),
         "report": (files.REPORT, report),
         **{f"path {form}": (f"path.{form}", partial(registry.write, made.path)) for form in PATHS},
@@ -100,7 +100,7 @@ def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     if machine is not None:
         makers["machine"] = ("machine.toml", partial(writing.save, machine))
     if served is not None:
-        makers["response"] = (files.RESPONSE, partial(save, served.response))
+        makers["response"] = (files.RESPONSE, partial(sf.save, served.response))
     what = " ".join(str(request[name]) for name in ("what", "form") if request.get(name))
     if what not in makers:
         raise InputError(f"there is no download {what[:40]!r}; there are {', '.join(makers)}")

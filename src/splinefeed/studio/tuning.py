@@ -6,12 +6,11 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
+import splinefeed as sf
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.formats.plain import plain
 from splinefeed.machine import writing
-from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.experiment import serve
-from splinefeed.pipeline.run import Run
 from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
 from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
 from splinefeed.report import interactive
@@ -63,7 +62,7 @@ def tuned(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     }
 
 
-def _found(machine: Machine, wanted: Wanted, run: Run, how: Mapping[str, Any], bench: Bench) -> TunedMachine:
+def _found(machine: sf.Machine, wanted: Wanted, run: sf.Run, how: Mapping[str, Any], bench: Bench) -> TunedMachine:
     moving = [axis for axis in wanted.path.axes if axis in machine.axes]
     if how.get("rule") != PATH_RULE:
         kind, identify = str(how.get("kind", "pid")), str(how.get("identify", "model"))
