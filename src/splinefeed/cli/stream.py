@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import signal
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -18,11 +21,11 @@ from splinefeed.cli.answers import Page, declared
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.source import task_of
-from splinefeed.cli.stream_orders import ended_by_signals, keys, signals
 from splinefeed.errors import InputError, SplinefeedError
 
 if TYPE_CHECKING:
     from splinefeed.live.motion import Motion
+    from splinefeed.live.operator import Operator
     from splinefeed.live.sinks import Sink
     from splinefeed.live.stream import State
 
@@ -34,6 +37,16 @@ s stops. The same by JSON lines on the local port that it prints, with the token
 """
 #: s of what HAL samples that are kept behind the last row.
 SETTLE = 0.1
+#: Steps of the keys + and -, %.
+KEY_STEP = 10.0
+#: What other keys order.
+_ORDERS = {
+    "h": {"hold": True},
+    " ": {"hold": True},
+    "b": {"reverse": True},
+    "r": {"hold": False, "reverse": False},
+    "s": {"stop": True},
+}
 
 
 @declared(lambda page: None, f"{KEYS}{options.UNITS_NOTE}")
@@ -245,3 +258,71 @@ def _resumed(file: str, motion: Motion) -> tuple[float, float]:
     if page.get("done") or not 0.0 <= tau < motion.duration:
         raise InputError(f"{file}: that stream has reached its end; leave out --resume")
     return tau, sent
+
+
+@contextlib.contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Before anything moves SIGINT and SIGTERM end the program at once, also within a compiler, which catches them."""
+
+    def end(number: int, frame: object) -> None:
+        os.write(2, b"splinefeed: interrupted before anything moved\n")
+        os._exit(128 + number)
+
+    with _on_signals(end):
+        yield
+
+
+@contextlib.contextmanager
+def signals(operator: Operator) -> Iterator[None]:
+    """The first SIGINT or SIGTERM stops on the path; the next one is what it always is."""
+
+    def stop(number: int, frame: object) -> None:
+        operator.obey({"stop": True})
+        print("stopping on the path; press again to end at once", file=sys.stderr, flush=True)
+        signal.signal(number, before[number])
+
+    with _on_signals(stop) as before:
+        yield
+
+
+@contextlib.contextmanager
+def _on_signals(handler: Callable[[int, object], None]) -> Iterator[dict[int, signal._HANDLER]]:
+    """Within this `handler` answers SIGINT and SIGTERM; then what did before. Only a main thread has signals."""
+    before: dict[int, signal._HANDLER] = {}
+    if threading.current_thread() is threading.main_thread():
+        before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield before
+    finally:
+        for number, own in before.items():
+            signal.signal(number, own)
+
+
+@contextlib.contextmanager
+def keys(operator: Operator) -> Iterator[None]:
+    """Obey keys, where there is a keyboard."""
+    if os.name != "posix" or not sys.stdin.isatty():
+        yield
+        return
+    import termios
+    import tty
+
+    number = sys.stdin.fileno()
+    before = termios.tcgetattr(number)
+    tty.setcbreak(number)
+    threading.Thread(target=_obey, args=(operator, number), daemon=True).start()
+    try:
+        yield
+    finally:
+        termios.tcsetattr(number, termios.TCSADRAIN, before)
+
+
+def _obey(operator: Operator, number: int) -> None:
+    from splinefeed.live.operator import MOST
+
+    while key := os.read(number, 1).decode(errors="replace"):
+        if key in "+-":
+            turned = 100.0 * operator.rate + (KEY_STEP if key == "+" else -KEY_STEP)
+            operator.obey({"override": min(max(turned, 0.0), 100.0 * MOST)})
+        else:
+            operator.obey(_ORDERS.get(key, {}))
