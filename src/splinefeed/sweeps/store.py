@@ -223,10 +223,5 @@ def pareto(rows: Mapping[str, Sequence[Any]]) -> IntArray:
     kept = np.array([status == DONE for status in rows["status"]], dtype=np.bool_)
     known = np.flatnonzero(np.isfinite(time) & np.isfinite(error) & kept)
     order = known[np.lexsort((error[known], time[known]))]
-    best = np.inf
-    front = []
-    for k in order:
-        if error[k] < best:
-            best = error[k]
-            front.append(int(k))
-    return np.array(front, dtype=np.int64)
+    best = np.minimum.accumulate(np.append(np.inf, error[order]))  # of those that are faster
+    return np.asarray(order[error[order] < best[:-1]], dtype=np.int64)
