@@ -48,10 +48,11 @@ def _print(page: Mapping[str, Any]) -> None:
     for name, each in page["axes"].items():
         for when, ending in (("old", "_before"), ("new", "")):
             margins = each[f"margins{ending}"]
-            gains = [
-                f"{_SHORT.get(gain, gain)} {number(value)}" for gain, value in each[f"gains{ending}"].items() if value
-            ]
-            print_text(f"{name}, {when} gains: {margins['verdict']}{_hunting(each, ending)}")
+            hunts = "; hunts at rest: friction against ki; lower ki" * bool(
+                margins["stable"] and each[f"hunts{ending}"]
+            )
+            gains = [f"{gain} {number(value)}" for gain, value in each[f"gains{ending}"].items() if value]
+            print_text(f"{name}, {when} gains: {margins['verdict']}{hunts}")
             print_text(f"    {' '.join(gains)}{_margins(margins)}")
     print_notes(page["notes"])
 
@@ -157,25 +158,6 @@ def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> TunedMachi
     )
     found.page["path"] = what.source
     return found
-
-
-def _hunting(each: Mapping[str, Any], ending: str) -> str:
-    """What is added to the verdict of a stable loop that does not come to rest on the full model."""
-    swing = each[f"rest_swing{ending}"]
-    if not each[f"hunts{ending}"] or swing is None or not each[f"margins{ending}"]["stable"]:
-        return ""
-    size = length(swing) if each["rest_swing_unit"] == "mm" else f"{number(swing)} rad"
-    return f"; hunts by {size} at rest: friction against ki; lower ki"
-
-
-#: Short names of gains in a table.
-_SHORT = {
-    "position_gain": "kv",
-    "velocity_kp": "kp",
-    "velocity_ki": "ki",
-    "velocity_feed_forward": "vff",
-    "acceleration_feed_forward": "aff",
-}
 
 
 def _margins(margins: Mapping[str, Any]) -> str:
