@@ -9,8 +9,6 @@ import shutil
 import tempfile
 from collections import OrderedDict
 from collections.abc import Callable, Coroutine, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -38,36 +36,21 @@ Heard = Callable[[dict[str, Any]], None]
 Answer = tuple[dict[str, Any], bytes]
 
 
-class Desk:
-    """A worker process that does one thing at a time, and is killed when nobody wants the answer any more."""
+async def ask(
+    worker: Worker, request: dict[str, Any], heard: Heard = lambda head: None, deadline: float | None = None
+) -> Answer:
+    """The answer to a request; `heard` is called with progress. After `deadline`, s, the worker is killed."""
+    loop = asyncio.get_running_loop()
 
-    def __init__(self, uploads: Path, made: Path) -> None:
-        self._worker = Worker("splinefeed.studio.tasks:open_bench", str(uploads), str(made), memory=MOST_MEMORY)
-        self._lock = asyncio.Lock()
-        self._thread = ThreadPoolExecutor(1)
-        self.order, self.kill = self._worker.order, self._worker.stop
+    def said(head: dict[str, Any]) -> None:
+        loop.call_soon_threadsafe(heard, head)
 
-    async def ask(
-        self, request: dict[str, Any], heard: Heard = lambda head: None, deadline: float | None = None
-    ) -> Answer:
-        """The answer to a request; `heard` is called with progress. After `deadline`, s, the worker is killed."""
-        loop = asyncio.get_running_loop()
-
-        def said(head: dict[str, Any]) -> None:
-            loop.call_soon_threadsafe(heard, head)
-
-        async with self._lock:
-            try:
-                return await loop.run_in_executor(self._thread, self._worker.ask, request, said, deadline)
-            except LostError as error:
-                took = f"takes longer than {deadline:.0f} s" if error.late else "ended its worker"
-                words = f"this {took}: the input may be too large or broken"
-                return {"error": {"fields": {"": words}, "fault": False}, "late": error.late}, b""
-
-    async def close(self) -> None:
-        """End the process and wait until it is gone."""
-        await asyncio.get_running_loop().run_in_executor(None, self.kill)
-        self._thread.shutdown(wait=False)
+    try:
+        return await asyncio.to_thread(worker.ask, request, said, deadline)
+    except LostError as error:
+        took = f"takes longer than {deadline:.0f} s" if error.late else "ended its worker"
+        words = f"this {took}: the input may be too large or broken"
+        return {"error": {"fields": {"": words}, "fault": False}, "late": error.late}, b""
 
 
 @dataclass
@@ -101,7 +84,8 @@ class House:
         for each in (self.uploads, self.made):
             each.mkdir()
         self.history = None if history is None else History(history, self.uploads)
-        self.front, self.back, self.player = (Desk(self.uploads, self.made) for _ in range(3))
+        words = ("splinefeed.studio.tasks:open_bench", str(self.uploads), str(self.made))
+        self.front, self.back, self.player = (Worker(*words, memory=MOST_MEMORY) for _ in range(3))
         self.playing: str | None = None
         self.tabs: dict[str, Callable[..., None]] = {}  # how to tell something to each open page, by its name
         self.ready = "warming up"
@@ -129,9 +113,8 @@ class House:
         """End all work and leave no file behind."""
         for task in list(self._tasks):
             task.cancel()
-        for desk in (self.front, self.back, self.player):
-            with suppress(OSError):
-                await desk.close()
+        for worker in (self.front, self.back, self.player):
+            await asyncio.to_thread(worker.stop)
         if self.history is not None:
             self.history.close()
         shutil.rmtree(self.folder, ignore_errors=True)
@@ -171,20 +154,20 @@ class House:
         self._planning.set()
 
     async def _plan_for_ever(self) -> None:
-        await self.front.ask({"task": "warm"}, lambda head: self._state(COMPILING))
+        await ask(self.front, {"task": "warm"}, lambda head: self._state(COMPILING))
         self._state("ready")
         self.add("warm", "warming up", "", {"task": "warm", "all": True})  # not before: both would compile the same
-        self._begin(self.player.ask({"task": "warm", "play": True}))
+        self._begin(ask(self.player, {"task": "warm", "play": True}))
         while True:
             await self._planning.wait()
             while self._plans:
                 name, message = self._plans.popitem(last=False)
                 request = {"task": "plan", "settings": message["settings"], "look": message.get("look")}
-                head, body = await self.front.ask(request, deadline=QUICK)
+                head, body = await ask(self.front, request, deadline=QUICK)
                 error = head.get("error")
                 if head.get("late"):
                     self._tell_one(name, "planned", n=message["n"], body=LATER)
-                    await self.front.ask({"task": "warm"})  # the next worker begins again
+                    await ask(self.front, {"task": "warm"})  # the next worker begins again
                 elif error is not None:
                     self._tell_one(name, "refused", n=message["n"], error=error)
                 else:
@@ -215,7 +198,7 @@ class House:
             self._tell_one(tab, "frame" if head.pop("kind") == "frame" else "playing", **head)
 
         try:
-            head, body = await self.player.ask({"task": "play", **request}, heard)
+            head, body = await ask(self.player, {"task": "play", **request}, heard)
         finally:
             self.playing = None
         self._tell_one(tab, "played", **({"error": head["error"]} if "error" in head else {"body": body}))
@@ -257,7 +240,7 @@ class House:
                 running, job.state = job.state == RUNNING, CANCELLED
                 self._changed(job)
                 if running:
-                    self.back.kill()
+                    self.back.stop()
 
     def _changed(self, job: Job) -> None:
         self.tell("job", job=job.shown())
@@ -281,7 +264,7 @@ class House:
 
         job.state, job.begun = RUNNING, asyncio.get_running_loop().time()
         self._changed(job)
-        head, body = await self.back.ask(job.request, heard)
+        head, body = await ask(self.back, job.request, heard)
         if job.state != RUNNING:
             return
         job.answer, job.state = (head, body), FAILED if "error" in head else DONE
