@@ -39,7 +39,8 @@ def answers(show: Callable[[Page], None]) -> Callable[[Callable[..., Page]], Cal
                 if page.get("files"):
                     print_text()
                     print_text(f"wrote {' '.join(page['files'])}")
-            click.get_current_context().exit(DONE if page.get("ok", True) else NOT_KEPT)
+            kept = page["ok"] == page["runs"] if "there" in page else page.get("ok", True)  # a sweep counts its runs
+            click.get_current_context().exit(DONE if kept else NOT_KEPT)
 
         return command
 

@@ -56,9 +56,7 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     file = next((place / files.SETPOINTS[form] for form in FORMS if (place / files.SETPOINTS[form]).is_file()), None)
     if file is None:
         raise FormatError(f"{place}: has no setpoints that can be read again; run once more with --format hdf5")
-    law = sf.load(place / files.LAW)
-    if not isinstance(law, sf.TimeLaw):
-        raise FormatError(f"{place / files.LAW}: holds {type(law).__name__}; expected TimeLaw")
+    law = sf.load(place / files.LAW, sf.TimeLaw)
     settings = next(load_chunks(file, 1)).settings
     path, _ = path_of(settings, {"source": None, "which": None, "chord": None}, str(file))
     limits = sf.Limits.from_dict(settings["limits"])
@@ -66,8 +64,8 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
     say("measuring and checking")
     ticks = check_ticks(law, settings["period"], MOST_IN_CHUNKS)
     run = measured(joints, limits, law, partial(load_chunks, file), ticks)
-    response = sf.load(place / files.RESPONSE) if (place / files.RESPONSE).is_file() else None
-    responses = {run.kept.method: response} if isinstance(response, sf.Response) else {}
+    there = (place / files.RESPONSE).is_file()
+    responses = {run.kept.method: sf.load(place / files.RESPONSE, sf.Response)} if there else {}
     page: dict[str, Any] = {**said, **plain(run.numbers())}
     results = [sf.MethodResult(**each) for each in said.get("methods", [])]
     target = Path(output) if output else place / files.REPORT

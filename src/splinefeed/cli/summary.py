@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,8 +13,6 @@ from splinefeed.cli.output import length, number, print_rows, print_table, print
 REACHED = 0.99
 #: A limit that binds for a smaller part of the time is not listed.
 LEAST_PART = 0.005
-#: Letters of a line of sentences.
-WIDTH = 110
 
 
 def motion_sentence(page: Mapping[str, Any]) -> str:
@@ -147,8 +144,7 @@ def print_servo(page: Mapping[str, Any]) -> None:
         )
         print_text()
         for sentence in experiment["sentences"]:
-            for line in textwrap.wrap(sentence, WIDTH, subsequent_indent="  ", break_on_hyphens=False):
-                print_text(line)
+            print_text(sentence)
     if page["stopped"]:
         print_text(f"STOPPED: {page['stopped']}")
 

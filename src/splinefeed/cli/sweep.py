@@ -6,14 +6,15 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from splinefeed.cli import options
-from splinefeed.cli.failures import DONE, NOT_KEPT
-from splinefeed.cli.output import counted, print_json, print_rows, print_text
-from splinefeed.cli.progress import busy
+from splinefeed.cli.answers import Page, declared
+from splinefeed.cli.output import counted, print_rows, print_text
+from splinefeed.cli.progress import Say
 from splinefeed.cli.summary import print_notes
 from splinefeed.errors import InputError
 
@@ -21,13 +22,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
 
-EXAMPLES = """\b
-Examples:
-  splinefeed sweep night.toml
-  splinefeed sweep night.toml -o results --workers 8
-  splinefeed sweep show results
-
-\b
+SPEC = """\b
 A spec:
   sources = ["parts/*.dxf", "butterfly"]
   [set]
@@ -38,7 +33,6 @@ A spec:
   [random]
   count = 100
   "machine.x.load.inertia" = { uniform = [0.8, 1.2] }
-
 """
 #: Runs that the rate is taken from: the first ones, which compile, are soon forgotten.
 RECENT = 100
@@ -46,7 +40,22 @@ RECENT = 100
 ENOUGH = 10
 
 
-@click.command(epilog=EXAMPLES)
+def _print(page: dict[str, Any]) -> None:
+    print_text(f"{page['name']}: {page['there']} of {page['runs']} runs")
+    kept, failed = page["not_kept"], page["failed"]
+    print_text(f"          {page['ok']} ok, {kept} with a limit or a check not kept, {failed} failed")
+    print_text()
+    rows = [{"number": name, **each} for name, each in page["numbers"].items()]
+    print_rows(rows, "number, least, run=least_run, median, most, run=most_run")
+    for each in page["failures"]:
+        print_text(f"failed    {counted(each['runs'], 'run')}: {each['error']}")
+    if page["pareto"]:
+        best = ", ".join(f"{each['index']} ({each['source']})" for each in page["pareto"][:8])
+        print_text(f"front     cycle time against contour error: runs {best}")
+    print_notes(page["notes"])
+
+
+@declared(_print, SPEC)
 @click.argument("spec", metavar="SPEC.toml | show")
 @click.argument("folder", required=False, metavar="[DIR]")
 @options.table("""
@@ -55,28 +64,38 @@ ENOUGH = 10
 --dask          ADDRESS          Scheduler of a Dask cluster, tcp://host:port.
 --mpi           -                Workers by MPI (mpi4py.futures); start with mpiexec -m mpi4py.futures.
 """)
-@options.as_json
-@click.pass_context
-def command(ctx: click.Context, /, spec: str, folder: str | None, as_json: bool, **given: Any) -> None:
+def command(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
     """Do every run of SPEC.toml; each becomes a row of one Parquet dataset.
 
     A run that fails is a row too. A stopped sweep continues when it is called again. `show DIR` prints a summary of
     the runs so far and writes sweep.html beside them.
+
+    Examples:
+      splinefeed sweep night.toml
+      splinefeed sweep night.toml -o results --workers 8
+      splinefeed sweep show results
     """
+    from splinefeed.report import library, sweep_page
+    from splinefeed.report.files import write_report
+    from splinefeed.report.saving import EXTRA
+    from splinefeed.sweeps.store import load, summary
+
     if (spec == "show") != (folder is not None):
         raise InputError("give one spec, with -o for the folder of its dataset; or show and the folder of a sweep")
-    page = _show(folder or _sweep(spec, given))
-    if as_json:
-        print_json(page)
+    place = Path(folder or _sweep(spec, given, say))
+    about, rows = load(place)
+    page = {**summary(about, rows), "files": [str(place / "rows")], "notes": []}
+    if library.available():
+        write_report(sweep_page.page(about, rows, page), place / sweep_page.NAME)
+        page["files"].append(str(place / sweep_page.NAME))
     else:
-        _print(page)
-    ctx.exit(DONE if page["failed"] == page["not_kept"] == 0 and page["there"] == page["runs"] else NOT_KEPT)
+        page["notes"].append(f"no {sweep_page.NAME}: it needs Plotly, {EXTRA}")
+    return page
 
 
-def _sweep(spec: str, given: dict[str, Any]) -> str:
+def _sweep(spec: str, given: dict[str, Any], say: Say) -> str:
     """Make the runs that are missing, and name the folder."""
     from functools import partial
-    from pathlib import Path
 
     from splinefeed.report.files import write_artefacts
     from splinefeed.report.folder import default_name
@@ -89,7 +108,7 @@ def _sweep(spec: str, given: dict[str, Any]) -> str:
     artefacts = writes if runs.setpoints or runs.reports else None
     there: list[int] = []
     lately: deque[float] = deque(maxlen=RECENT)
-    with _engine(given) as executor, busy() as say:
+    with _engine(given) as executor:
         rows = timed(runs, executor, folder=folder, workers=given["workers"], artefacts=artefacts, start=there.append)
         for made, (row, _) in enumerate(rows, start=1):
             lately.append(time.monotonic())
@@ -123,40 +142,3 @@ def _engine(given: dict[str, Any]) -> Iterator[Executor | None]:
             yield None
     except ImportError as error:
         raise InputError(f"--dask, --mpi: pip install 'splinefeed[dask]' or 'splinefeed[mpi]': {error}") from None
-
-
-def _show(folder: str) -> dict[str, Any]:
-    """The summary of the runs in a folder; sweep.html is written beside them, or a note says what that needs."""
-    from pathlib import Path
-
-    from splinefeed.report import library, sweep_page
-    from splinefeed.report.files import write_report
-    from splinefeed.report.saving import EXTRA
-    from splinefeed.sweeps.store import load, summary
-
-    about, rows = load(folder)
-    page = {**summary(about, rows), "files": [str(Path(folder) / "rows")], "notes": []}
-    target = Path(folder) / sweep_page.NAME
-    if library.available():
-        write_report(sweep_page.page(about, rows, page), target)
-        page["files"].append(str(target))
-    else:
-        page["notes"].append(f"no {sweep_page.NAME}: it needs Plotly, {EXTRA}")
-    return page
-
-
-def _print(page: dict[str, Any]) -> None:
-    print_text(f"{page['name']}: {page['there']} of {page['runs']} runs")
-    kept, failed = page["not_kept"], page["failed"]
-    print_text(f"          {page['ok']} ok, {kept} with a limit or a check not kept, {failed} failed")
-    print_text()
-    rows = [{"number": name, **each} for name, each in page["numbers"].items()]
-    print_rows(rows, "number, least, run=least_run, median, most, run=most_run")
-    for each in page["failures"]:
-        print_text(f"failed    {counted(each['runs'], 'run')}: {each['error']}")
-    if page["pareto"]:
-        best = ", ".join(f"{each['index']} ({each['source']})" for each in page["pareto"][:8])
-        print_text(f"front     cycle time against contour error: runs {best}")
-    print_notes(page["notes"])
-    print_text()
-    print_text(f"wrote {' '.join(page['files'])}")

@@ -87,11 +87,6 @@ class Wanted:
         return self.machine is not None and not isinstance(self.path, sf.ToolPath)
 
 
-def key_of(settings: Mapping[str, Any]) -> str:
-    """The same text for the same settings."""
-    return json.dumps(settings, sort_keys=True, separators=(",", ":"))
-
-
 def complete(given: object) -> dict[str, Any]:
     """`given` with every setting said; SettingsError for a name that is none or a value of another kind."""
     if not isinstance(given, Mapping):
@@ -238,15 +233,11 @@ def _limits(
         # the feed of a program stands in below; here another one lets all else be checked
         flat = limits_toml.from_content({"feed": _ANY_FEED, **said} if programmed else said, "limits").as_dict()
         limits = completed(flat, machine, planned_axes(path, machine), assume=False)
-    except limits_toml.LimitsFileError as error:
-        for problem in error.problems:
-            name, _, words = problem.partition(": ")
-            kind = name.partition(".")[0]
-            known = kind in limits_toml.KINDS or kind == "travel"
-            problems[f"limits.{kind}" if known else "limits.feed"] = (words or problem) if known else problem
-        return None
     except InputError as error:
-        problems[field_of(error) or "limits.feed"] = str(error)
+        for problem in getattr(error, "problems", (str(error),)):
+            name = re.split(r"[ :.]", problem, maxsplit=1)[0]
+            known = name in limits_toml.KINDS or name == "travel"
+            problems[f"limits.{name}" if known else "limits.feed"] = problem.partition(": ")[2] or problem
         return None
     if programmed:
         limits, assumed = at_programmed_feeds(limits, path)
@@ -269,7 +260,7 @@ class Bench:
 
     def done(self, requested: Mapping[str, Any], *, follow: bool = True) -> tuple[Wanted, sf.Run]:
         """The run of these settings, followed by its machine if `follow`; from the last ones where it is there."""
-        key = key_of({**complete(requested), "follow": follow})
+        key = json.dumps({**complete(requested), "follow": follow}, sort_keys=True)
         if key not in self.runs:
             wanted = resolve(requested, self.uploads)
             self.say(f"planning {wanted.path.name}, {wanted.strategy}")
