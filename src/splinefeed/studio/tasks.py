@@ -49,37 +49,29 @@ OFTEN = 0.1
 AHEAD, LEAST_ROWS, FRAME = 0.15, 24, 1.0 / 30.0
 
 
-def plan(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """A run at once: by the strategy of the settings, or by `look-ahead` in its place where that takes its time.
+def plan(request: Mapping[str, Any], bench: Bench, *, at_once: bool = True) -> dict[str, Any]:
+    """A run of the settings, followed by its machine, or a program as its control plans it.
 
-    `final` says whether there is nothing to add: another strategy, or a machine to follow. A request that looks at one
-    figure, `look`, gets no other, and the history does not hear of it.
+    `at_once`, while a slider moves, without the machine and by `look-ahead` where the strategy takes its time: `final`
+    says whether there is nothing to add. A request that looks at one figure, `look`, gets no other, and the history
+    does not hear of it.
     """
     settings = complete(request.get("settings"))
     if settings["by_control"]:
-        return timed(settings, bench, at_once=True)
+        return timed(settings, bench, at_once=at_once)
     wanted = resolve(settings, bench.uploads)
-    final = wanted.strategy != TIME_OPTIMAL and not wanted.followed
-    quick = {**settings, "strategy": LOOK_AHEAD} if wanted.strategy == TIME_OPTIMAL else settings
-    if len(wanted.path.curves) > MOST_WHILE_MOVING:
+    slow, look = wanted.strategy == TIME_OPTIMAL, request.get("look")
+    if at_once and len(wanted.path.curves) > MOST_WHILE_MOVING:
         return {"final": False, "shown": None}
-    wanted, made = bench.done(quick, follow=False)
-    look = request.get("look")
+    final = not at_once or not (slow or wanted.followed)
+    quick = {**settings, "strategy": LOOK_AHEAD} if at_once and slow else settings
+    wanted, made = bench.done(quick, follow=not at_once)
     found = results.result(wanted, made, look if isinstance(look, Mapping) else None)
     out = {"final": final, "shown": wanted.strategy, "result": found}
     return {**out, "entry": results.entry(wanted, found["numbers"], made)} if final and not look else out
 
 
-def settle(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """A run of the settings, followed by its machine, or a program as its control plans it."""
-    settings = complete(request.get("settings"))
-    if settings["by_control"]:
-        return timed(settings, bench, at_once=False)
-    wanted, made = bench.done(settings)
-    bench.say("drawing")
-    found = results.result(wanted, made)
-    entry = results.entry(wanted, found["numbers"], made)
-    return {"final": True, "shown": wanted.strategy, "result": found, "entry": entry}
+settle = partial(plan, at_once=False)
 
 
 def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
