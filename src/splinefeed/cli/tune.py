@@ -162,9 +162,9 @@ def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> TunedMachi
 
 def _margins(margins: Mapping[str, Any]) -> str:
     """The margins of a stable loop, as far as it has them."""
-    if not margins["stable"]:
-        return ""
-    units = {"gain_margin_db": "dB", "phase_margin": "deg", "delay_margin": "s", "bandwidth": "Hz"}
-    known = {name: unit for name, unit in units.items() if margins[name] is not None}
-    words = [f"{name.removesuffix('_db').replace('_', ' ')} {number(margins[name], 3)} {known[name]}" for name in known]
-    return f"; {', '.join(words)}"
+    units = {"gain_margin_db": (1.0, "dB"), "phase_margin": (1.0, "deg"), "delay_margin": (1e3, "ms")}
+    words = ""
+    for name, (factor, unit) in {**units, "bandwidth": (1.0, "Hz")}.items():
+        if margins["stable"] and margins[name] is not None:
+            words += f", {name.removesuffix('_db').replace('_', ' ')} {number(factor * margins[name], 3)} {unit}"
+    return words

@@ -77,10 +77,9 @@ class Control(socketserver.ThreadingTCPServer):
         self._operator = operator
         threading.Thread(target=self.serve_forever, args=(0.1,), daemon=True).start()
 
-    def server_close(self) -> None:
-        """End the thread that listens, too."""
+    def __exit__(self, *error: Any) -> None:
         self.shutdown()
-        super().server_close()
+        super().__exit__(*error)
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
         """Whether there is room for one more client."""
