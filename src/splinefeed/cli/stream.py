@@ -169,17 +169,14 @@ def _is_setpoints(source: str) -> bool:
 
 def _along(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:
     """The motion along a path, and the limits that hold for it."""
-    from splinefeed.feed.reserve import with_reserve
-    from splinefeed.live.motion import along
+    from splinefeed.live.motion import planned
     from splinefeed.pipeline.run import on_machine
 
     what, most = task_of(say, source, given, machine), given["most"] / 100.0
     moved = on_machine(what.path, machine if isinstance(what.path, sf.ToolPath) else None, what.limits)
     say("planning")
-    law = sf.plan(moved, with_reserve(what.limits, given["top"]), strategy=what.strategy, period=what.period)
-    # the feed is what is programmed: 100 %; what is a limit is that of the axes
-    allowed = replace(what.limits, feed=max(most, 1.0) * what.limits.feed)
-    return along(moved, law, allowed, highest=most), what.limits
+    reserve = {"top": given["top"], "most": most}
+    return planned(moved, what.limits, period=what.period, strategy=what.strategy, **reserve)[1], what.limits
 
 
 def _through(say: Say, source: str, given: dict[str, Any], machine: sf.Machine | None) -> tuple[Motion, sf.Limits]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -119,6 +120,19 @@ def along(
     )
 
 
+def planned(
+    path: Path | JointPath, limits: Limits, *, period: float, strategy: str | None = None, top: float = 1.0,
+    most: float = 1.0, rate: float = 1.0,
+) -> tuple[TimeLaw, Motion]:  # fmt: skip
+    """Law and motion, planned with a reserve for overrides up to `top`, 1 = as planned; none is above `most`.
+
+    The feed is what is programmed, 100 %; limits at every override are those of the axes.
+    """
+    law = plan(path, with_reserve(limits, top), strategy=strategy, period=period)
+    allowed = replace(limits, feed=max(most, 1.0) * limits.feed)
+    return law, along(path, law, allowed, rate=rate, highest=most)
+
+
 def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Motion:
     """Setpoints without their path."""
     course = RowsCourse(rows, sum(axis not in ROTARY_AXES for axis in rows.axes))
@@ -127,6 +141,4 @@ def through(rows: Setpoints, limits: Limits, *, highest: float = HIGHEST) -> Mot
 
 def approach(start: Array, end: Array, axes: tuple[str, ...], limits: Limits, period: float) -> Motion:
     """The straight move from the position of the axes to another, (axes,), within limits and under the override."""
-    path = Path.polyline(np.array([start, end]), axes, name="approach")
-    law = plan(path, with_reserve(limits), period=period)
-    return along(path, law, limits, highest=1.0)
+    return planned(Path.polyline(np.array([start, end]), axes, name="approach"), limits, period=period)[1]

@@ -10,7 +10,6 @@ import json
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from pathlib import Path as File
 from typing import Any
@@ -18,9 +17,8 @@ from typing import Any
 import splinefeed as sf
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.feed.modes import LOOK_AHEAD, TIME_OPTIMAL
-from splinefeed.feed.reserve import with_reserve
 from splinefeed.formats.plain import plain
-from splinefeed.live.motion import Motion, along
+from splinefeed.live.motion import Motion, planned
 from splinefeed.live.operator import MOST, Operator
 from splinefeed.live.sinks import ClockSink
 from splinefeed.live.stream import play
@@ -292,11 +290,9 @@ def motion_of(
     wanted = resolve(request["settings"], bench.uploads)
     bench.say(f"planning {wanted.path.name}, {wanted.strategy}, with a reserve for the override")
     try:
-        limits = with_reserve(wanted.limits, float(request.get("top", 1.0)))
-        law = sf.plan(wanted.moved, limits, strategy=wanted.strategy, period=wanted.period)
-        # the feed is what is programmed: 100 %; what is a limit is that of the axes
-        allowed = replace(wanted.limits, feed=MOST * wanted.limits.feed)
-        return law, along(wanted.moved, law, allowed, rate=rate, highest=MOST), wanted.moved
+        top, period, strategy = float(request.get("top", 1.0)), wanted.period, wanted.strategy
+        how = planned(wanted.moved, wanted.limits, period=period, strategy=strategy, top=top, most=MOST, rate=rate)
+        return *how, wanted.moved
     except SplinefeedError as error:
         raise SettingsError({field_of(error): sources.words(error, bench.uploads)}) from error
 
