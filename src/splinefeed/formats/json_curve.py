@@ -2,8 +2,11 @@
 
 A curve is an object with `degree`, `knots`, `control_points` and, if rational, `weights`; `name`, `units` (mm, cm, m,
 in) and `axes` may stand in it or above the list. Rotary axes are in degrees. `source`, `notes` and `ground_truth` are
-for people and not read. What geomdl and verb write is read too; see `json_dialects`. Feeds, tolerances and markers of a
-program stand beside the curves, as `json_program` says.
+for people and not read. Feeds, tolerances and markers of a program stand beside the curves, as `json_program` says.
+
+What geomdl exports is read too, {"shape": {"type": "curve", "data": [{"degree", "knotvector", "control_points":
+{"points", "weights"}}]}}, and verb's {"degree", "knots", "controlPoints"}, whose points of four numbers are weighted,
+(w x, w y, w z, w). Neither says units or axes.
 """
 
 from __future__ import annotations
@@ -18,27 +21,42 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats import json_dialects, json_program, json_tool
-from splinefeed.formats import json_values as values
+from splinefeed.formats import json_program, json_tool
 from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.json_values import anything, fields, names, numbers, or_none, parse, points, text, unit, whole
 from splinefeed.formats.metadata import to_degrees, to_radians
 from splinefeed.formats.sizes import MAX_COORDINATE, MAX_CURVES, MAX_POINTS
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import DEFAULT_AXES, JOIN_TOLERANCE, Path
 from splinefeed.geometry.tool_path import ToolPath
-from splinefeed.records import ROTARY_AXES
+from splinefeed.records import ROTARY_AXES, Array
 
-_FOR_PEOPLE = {"source", "notes", "ground_truth"}
-_SHARED = {"name", "units", "axes"}
-_CURVE = {"degree", "knots", "control_points", "weights"}
+_SHARED = {
+    "name": text,
+    "units": or_none(unit),
+    "axes": names,
+    **dict.fromkeys(("source", "notes", "ground_truth"), anything),
+}
+_NEEDED = ("degree", "knots", "control_points")
+
+
+_CURVE = {
+    "degree": whole,
+    "knots": numbers,
+    "control_points": points,
+    "weights": or_none(numbers),
+    **_SHARED,
+    **json_program.KEYS,
+}
 
 
 class _Entry(NamedTuple):
     name: str
     curve: NurbsCurve
     axes: tuple[str, ...]
-    said: json_program.Said = json_program.Said()
+    said: dict[str, Any]
+    scale: float
 
 
 def holds(head: bytes) -> bool:
@@ -49,29 +67,26 @@ def holds(head: bytes) -> bool:
 def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | str = JOIN_TOLERANCE) -> list[Path]:
     """The paths in `text` of the file `source`; curves whose ends meet within `tolerance`, mm, make one path."""
     allowed = units.parse(tolerance, "length")
-    document = _parse(text, source)
+    document = parse(text, source)
+    if isinstance(document, list):
+        document = {"curves": document}
+    if not isinstance(document, dict):
+        raise FormatError(f'{source}: is a {type(document).__name__}; expected an object with "degree" or "curves"')
     if json_tool.holds(document):
         return json_tool.from_document(document, source, allowed)
-    findings: list[str] = []
-    translated = json_dialects.items(document, source, findings)
-    if translated is not None:
-        listed, places = translated
-        document = {}
-    elif "curves" in document:
-        values.check_keys(document, {"curves"} | _SHARED | _FOR_PEOPLE, source)
-        listed = document["curves"]
-        if not isinstance(listed, list) or not listed:
-            raise FormatError(f"{source}: curves: is not a list of curves")
+    if "shape" in document:
+        document = {"curves": _of_geomdl(document["shape"], f"{source}: shape")}
+    shared, listed, places = {}, [document], [f"{source}"]
+    if "curves" in document:
+        shared, listed = fields(document, f"{source}", {"curves": anything, **_SHARED}), document["curves"]
+        if not isinstance(listed, list) or not 0 < len(listed) <= MAX_CURVES:
+            raise FormatError(f"{source}: curves: is not a list of 1 to {MAX_CURVES} curves")
         places = [f"{source}: curves[{i}]" for i in range(len(listed))]
-    else:
-        listed, places = [document], [f"{source}"]
-    if len(listed) > MAX_CURVES:
-        raise FormatError(f"{source}: curves: has {len(listed)} entries; at most {MAX_CURVES} can be read")
     _check_size(listed, source)
-    entries = [_entry(item, document, place, findings) for item, place in zip(listed, places, strict=True)]
-    return _joined(
-        entries, values.name(document, source) or pathlib.Path(source).stem, tuple(findings), allowed, source
-    )
+    findings: dict[str, None] = {}
+    entries = [_entry(item, shared, place, findings) for item, place in zip(listed, places, strict=True)]
+    name = shared.get("name") or ("" if shared else entries[0].name) or pathlib.Path(source).stem
+    return _joined(entries, name, tuple(findings), allowed, source)
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
@@ -103,83 +118,70 @@ def to_text(paths: Sequence[Path]) -> str:
     return json.dumps(document, allow_nan=False) + "\n"
 
 
-def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:
-    """The JSON object in `text`, refusing what Python's reader lets through: NaN, infinities, and a key said twice."""
+def _of_geomdl(shape: Any, place: str) -> list[Any]:
+    """The curves of an export of geomdl in our own words."""
+    if not isinstance(shape, dict) or shape.get("type") != "curve" or not isinstance(shape.get("data"), list):
+        raise FormatError(f"{place}: is no export of curves of geomdl, with type curve and data")
+    curves = []
+    for i, item in enumerate(shape["data"]):
+        net = item.get("control_points") if isinstance(item, dict) else None
+        if not isinstance(net, dict) or item.get("reversed") or (item.get("rational") is True and "weights" not in net):
+            raise FormatError(f"{place}.data[{i}]: is not a curve in space with its control points and weights")
+        curve = {"degree": item.get("degree"), "knots": item.get("knotvector"), "control_points": net.get("points")}
+        curves.append({**curve, "weights": net.get("weights"), "name": item.get("name") or ""})
+    return curves
 
-    def refuse_constant(token: str) -> None:
-        raise FormatError(f"{source}: {token} is not a number that a curve can have")
 
-    def refuse_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        unique = dict(pairs)
-        if len(unique) < len(pairs):
-            keys = [key for key, _ in pairs]
-            twice = next(key for key in keys if keys.count(key) > 1)
-            raise FormatError(f"{source}: key {values.shown(twice)} appears twice in one object; leave one of them out")
-        return unique
-
-    try:
-        document = json.loads(text, parse_constant=refuse_constant, object_pairs_hook=refuse_twice)
-    except FormatError:
-        raise
-    except json.JSONDecodeError as error:
-        place = f"line {error.lineno}, column {error.colno}"
-        raise FormatError(f"{source}: {place}: {error.msg}; is the file complete, and is it JSON?") from None
-    except RecursionError:
-        raise FormatError(f"{source}: is nested too deeply to be a curve") from None
-    except ValueError as error:  # a whole number of thousands of digits
-        raise FormatError(f"{source}: {str(error).split(';')[0]}") from None
-    if isinstance(document, list):
-        document = {"curves": document}
-    if not isinstance(document, dict):
-        raise FormatError(f'{source}: is a {type(document).__name__}; expected an object with "degree" or "curves"')
-    return document
+def _of_verb(item: dict[str, Any], place: str, findings: dict[str, None]) -> dict[str, Any]:
+    """A curve of verb in our own words."""
+    curve = {key: value for key, value in item.items() if key != "controlPoints"}
+    net: Array = points(item["controlPoints"], f"{place}: controlPoints")
+    if net.shape[1] == 3 and item.get("weights") is None:
+        findings["controlPoints have three numbers and no weights; read as x, y, z"] = None
+    if net.shape[1] != 4:
+        return {**curve, "control_points": item["controlPoints"]}
+    if item.get("weights") is not None or not np.all(net[:, 3] > 0.0):
+        raise FormatError(f"{place}: controlPoints: points of four numbers have weights of their own, greater than 0")
+    return {**curve, "control_points": (net[:, :3] / net[:, 3:]).tolist(), "weights": net[:, 3].tolist()}
 
 
 def _check_size(listed: list[Any], source: str | os.PathLike[str]) -> None:
     count = 0
     for item in listed:
-        points = item.get("control_points") if isinstance(item, dict) else None
-        count += len(points) if isinstance(points, list) else 0
+        rows = item.get("control_points") if isinstance(item, dict) else None
+        count += len(rows) if isinstance(rows, list) else 0
     if count > MAX_POINTS:
         raise FormatError(f"{source}: control_points: there are {count}; at most {MAX_POINTS} can be read")
 
 
-def _entry(item: object, document: dict[str, Any], place: str, findings: list[str]) -> _Entry:
-    """One curve; what it does not say itself stands in the `document` above it."""
-    if not isinstance(item, dict):
-        raise FormatError(f"{place}: is not an object with the keys of a curve")
-    values.check_keys(item, _CURVE | _SHARED | _FOR_PEOPLE | json_program.KEYS, place)
-    for key in ("degree", "knots", "control_points"):
-        if key not in item:
-            raise FormatError(f"{place}: {key} is missing; a curve needs degree, knots and control_points")
-    degree = values.degree(item, f"{place}: ")
-    points = values.points(item["control_points"], f"{place}: control_points")
-    axes = _axes(item.get("axes", document.get("axes")), points.shape[1], f"{place}: axes")
-    points = to_radians(points, axes)
-    linear = [axis not in ROTARY_AXES for axis in axes]
-    scale = values.scale(item.get("units", document.get("units")), f"{place}: units", findings)
-    points[:, linear] *= scale
-    if np.max(np.abs(points)) > MAX_COORDINATE:
-        row = int(np.argmax(np.max(np.abs(points), axis=1)))
+def _entry(item: Any, shared: dict[str, Any], place: str, findings: dict[str, None]) -> _Entry:
+    """One curve; what it does not say itself is `shared` by all."""
+    if isinstance(item, dict) and "controlPoints" in item:
+        item = _of_verb(item, place, findings)
+    said = fields(item, place, _CURVE, _NEEDED)
+    net = said["control_points"]
+    axes = _axes(said.get("axes", shared.get("axes")), net.shape[1], f"{place}: axes")
+    scale = said.get("units", shared.get("units"))
+    if scale is None:
+        findings["no units are given; read as mm"] = None
+        scale = 1.0
+    net = to_radians(net, axes)
+    net[:, [axis not in ROTARY_AXES for axis in axes]] *= scale
+    if np.max(np.abs(net)) > MAX_COORDINATE:
+        row = int(np.argmax(np.max(np.abs(net), axis=1)))
         raise FormatError(f"{place}: control_points[{row}]: is beyond {MAX_COORDINATE:g} mm; check the units")
-    weights = None if item.get("weights") is None else values.numbers(item["weights"], f"{place}: weights")
-    name = values.name(item, place)
     try:
-        curve = NurbsCurve(degree, values.numbers(item["knots"], f"{place}: knots"), points, weights)
+        curve = NurbsCurve(said["degree"], said["knots"], net, said.get("weights"))
     except CurveError as error:
         raise FormatError(f"{place}: {error}") from None
-    return _Entry(name, curve, axes, json_program.read(item, place, scale))
+    return _Entry(said.get("name", ""), curve, axes, said, scale)
 
 
-def _axes(axes: object, count: int, place: str) -> tuple[str, ...]:
-    if axes is None and count <= len(DEFAULT_AXES):
-        return DEFAULT_AXES[:count]
+def _axes(axes: list[str] | None, count: int, place: str) -> tuple[str, ...]:
     if axes is None:
-        raise FormatError(f"{place}: missing; control points of {count} columns need a name for each")
-    if not isinstance(axes, list) or not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{place}: is not a list of names")
+        axes = list(DEFAULT_AXES[:count])
     if len(axes) != count:
-        raise FormatError(f"{place}: has {len(axes)} names for control points of {count} columns")
+        raise FormatError(f"{place}: has {len(axes)} names for control points of {count} columns; give one for each")
     return tuple(axes)
 
 
@@ -194,7 +196,7 @@ def _joined(
             groups[-1].append(entry)
         else:
             groups.append([entry])
-    names = [name] if len(groups) == 1 else [group[0].name or f"{name}#{i}" for i, group in enumerate(groups, start=1)]
+    titles = [name] if len(groups) == 1 else [group[0].name or f"{name}#{i}" for i, group in enumerate(groups, start=1)]
     return [
         Path(
             [entry.curve for entry in group],
@@ -202,9 +204,9 @@ def _joined(
             name=title,
             findings=findings,
             tolerance=tolerance,
-            **json_program.path_arguments([entry.said for entry in group], source),
+            **json_program.path_arguments([(entry.said, entry.scale) for entry in group], source),
         )
-        for group, title in zip(groups, names, strict=True)
+        for group, title in zip(groups, titles, strict=True)
     ]
 
 

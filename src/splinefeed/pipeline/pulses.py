@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import tee
 
 import numpy as np
 
@@ -17,13 +18,11 @@ from splinefeed.records import ROTARY_AXES, Setpoints
 
 @dataclass
 class Survey:
-    """The demand of setpoints on a pulse clock, gathered chunk by chunk.
+    """The demand of setpoints on a pulse clock.
 
-    ticks    setpoints; period  s
-    fastest  most pulses of one axis in one period, at tick `at` (the period after it), of axis `axis`
+    fastest  most pulses of one axis in one period (s), at tick `at` (the period after it), of axis `axis`
     """
 
-    ticks: int = 0
     period: float = math.nan
     axes: tuple[str, ...] = ()
     fastest: int = 0
@@ -44,20 +43,13 @@ class Survey:
 def survey(chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], *, rotary: str = "rad") -> Survey:
     """How many pulses a period the setpoints need at most, and where; see `formats.bit_pattern.encode_chunks`."""
     found = Survey()
-    last = None
-    for chunk in chunks:
-        scales = bit_pattern.scales_of(pulses_per_unit, chunk.axes, rotary)
-        counts = bit_pattern.counts_of(chunk, scales, found.ticks)
+    for first, counts, chunk, _ in bit_pattern.counted(chunks, pulses_per_unit, rotary):
         found.period, found.axes = chunk.period, chunk.axes
-        both = counts if last is None else np.concatenate([last, counts])
-        steps = np.abs(np.diff(both, axis=0))
-        if steps.size and int(steps.max()) > found.fastest:
+        steps = np.abs(np.diff(counts, axis=0))
+        if np.max(steps, initial=0) > found.fastest:
             i, axis = np.unravel_index(int(np.argmax(steps)), steps.shape)
-            found.fastest, found.axis = int(steps[i, axis]), chunk.axes[int(axis)]
-            found.at = found.ticks + int(i) - (0 if last is None else 1)
-        last = counts[-1:]
-        found.ticks += len(chunk)
-    if not found.ticks:
+            found.fastest, found.axis, found.at = int(steps[i, axis]), chunk.axes[int(axis)], first + int(i)
+    if not found.axes:
         raise InputError("there are no setpoints to make pulses of")
     return found
 
@@ -71,31 +63,22 @@ class Tally:
     minus: dict[str, int] = field(default_factory=dict)
     off: float = 0.0
 
-    def see(self, pattern: BitPattern, setpoints: Setpoints) -> None:
-        """Take in a pattern and the setpoints (n, axes) at the beginning of its first period and the end of each."""
-        self.periods += len(pattern)
-        bits = np.bitwise_count(pattern.words).sum(axis=(0, 3), dtype=np.int64)
-        for i, axis in enumerate(pattern.axes):
-            self.plus[axis] = self.plus.get(axis, 0) + int(bits[i, 0])
-            self.minus[axis] = self.minus.get(axis, 0) + int(bits[i, 1])
-        decoded = bit_pattern.decode(pattern)[-len(setpoints) :]
-        off = np.abs((decoded - setpoints.position) * pattern.pulses_per_unit)
-        self.off = max(self.off, float(np.max(off, initial=0.0)))
-
 
 def encoded(
     chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], slots: int, tally: Tally, *, rotary: str = "rad"
 ) -> Iterator[BitPattern]:
-    """The words chunk by chunk, each decoded again and held against its setpoints by `tally`."""
-    kept: list[Setpoints] = []
-
-    def remembered() -> Iterator[Setpoints]:
-        for chunk in chunks:
-            kept.append(chunk)
-            yield chunk
-
-    for pattern in bit_pattern.encode_chunks(remembered(), pulses_per_unit, slots, rotary=rotary):
-        tally.see(pattern, kept.pop())
+    """The words chunk by chunk, each decoded again and held against its setpoints in `tally`."""
+    encoding, beside = tee(chunks)
+    for pattern in bit_pattern.encode_chunks(encoding, pulses_per_unit, slots, rotary=rotary):
+        chunk = next(beside)
+        tally.periods += len(pattern)
+        bits = np.bitwise_count(pattern.words).sum(axis=(0, 3), dtype=np.int64)
+        for axis, (plus, minus) in zip(pattern.axes, bits.tolist(), strict=True):
+            tally.plus[axis] = tally.plus.get(axis, 0) + plus
+            tally.minus[axis] = tally.minus.get(axis, 0) + minus
+        decoded = bit_pattern.decode(pattern)[-len(chunk) :]
+        off = np.abs((decoded - chunk.position) * pattern.pulses_per_unit)
+        tally.off = max(tally.off, float(np.max(off, initial=0.0)))
         yield pattern
 
 
