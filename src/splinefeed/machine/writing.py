@@ -2,39 +2,20 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import MISSING
+from dataclasses import MISSING, Field
 from typing import TYPE_CHECKING, Any
 
-from splinefeed.errors import FormatError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.machine import quantities
-from splinefeed.machine.control import Control, values
+from splinefeed.machine.control import values
+from splinefeed.machine.describe import SECTIONS
+from splinefeed.machine.quantities import write
 
 if TYPE_CHECKING:
     from splinefeed.machine.machine import Machine
     from splinefeed.machine.parts import Axis
 
-#: Sections in the order in which the package's own files have them.
-_ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scale", "limits", "controller")
-#: ... and those that are not written when they are empty.
-_MAY_BE_LEFT_OUT = ("friction", "limits")
-
-
-def save(machine: Machine, path: str | os.PathLike[str]) -> None:
-    """Write a machine file, whole or not at all; comments of the file that the machine came from are not kept.
-
-    Raises FormatError for a name that does not end in .toml, and for a file that cannot be written.
-    """
-    if not str(path).endswith(".toml"):
-        raise FormatError(f"{path}: a machine file is named .toml")
-    text = to_text(machine)
-    with atomic_write(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
 
 def to_text(machine: Machine) -> str:
-    """The text of the machine file of `machine`."""
+    """The text of the machine file of `machine`; comments of the file that it came from are not kept."""
     import tomlkit
 
     content: dict[str, Any] = {}
@@ -45,38 +26,35 @@ def to_text(machine: Machine) -> str:
         content["notes"].extend(machine.notes)
     if machine.kinematics is not None:
         parameters = machine.kinematics.parameters.items()
-        lengths = {name: quantities.write(value, "position", False) for name, value in parameters}
+        lengths = {name: write(value, "position", False) for name, value in parameters}
         content["kinematics"] = {"type": machine.kinematics.kind, **lengths}
     if machine.control is not None:
-        content["control"] = _control(machine.control)
+        content["control"] = {}
+        for name, one, value, rotary in sorted(values(machine.control), key=lambda each: "." in each[0]):
+            *tables, key = name.split(".")
+            table = content["control"]
+            for each in tables:
+                table = table.setdefault(each, {})
+            table |= _text(one, key, value, rotary)
     if machine.axes:
         content["axis"] = {name: _sections(axis) for name, axis in machine.axes.items()}
     return tomlkit.dumps(content)
 
 
-def _control(control: Control) -> dict[str, Any]:
-    """The section [control]: what differs from the default, the tables last."""
-    content: dict[str, Any] = {}
-    for name, one, value, rotary in sorted(values(control), key=lambda each: "." in each[0]):
-        if one.default is not MISSING and value == one.default:
-            continue
-        table = content
-        *sections, key = name.split(".")
-        for section in sections:
-            table = table.setdefault(section, {})
-        table[key] = quantities.written(value, one.metadata.get("kind"), rotary)
-    return content
-
-
 def _sections(axis: Axis) -> dict[str, dict[str, Any]]:
-    sections = {name: _values(part, axis) for name in _ORDER if (part := getattr(axis, name)) is not None}
-    return {name: values for name, values in sections.items() if values or name not in _MAY_BE_LEFT_OUT}
+    """The sections of an axis, friction and limits only where they say something."""
+    sections: dict[str, dict[str, Any]] = {}
+    for name in SECTIONS:
+        part = getattr(axis, name)
+        if part is not None:
+            sections[name] = {}
+            for one, value, rotary in axis.said(part):
+                sections[name] |= _text(one, one.name, value, rotary)
+    return {name: said for name, said in sections.items() if said or name not in ("friction", "limits")}
 
 
-def _values(part: Any, axis: Axis) -> dict[str, Any]:
-    """What differs from the default, the source last."""
-    return {
-        one.name: quantities.written(value, one.metadata.get("kind"), rotary)
-        for one, value, rotary in axis.said(part)
-        if one.default is MISSING or value != one.default
-    }
+def _text(one: Field[Any], key: str, value: Any, rotary: bool) -> dict[str, Any]:
+    """A key and its value as a file has them; nothing for a default."""
+    if one.default is not MISSING and value == one.default:
+        return {}
+    return {key: write(value, one.metadata.get("kind"), rotary)}
