@@ -19,11 +19,10 @@ import numpy as np
 
 import splinefeed
 from splinefeed.errors import InputError, LimitsError
-from splinefeed.formats.limits_toml import unit_of
 from splinefeed.formats.metadata import COLUMNS, SCHEMA, axis_units, check_columns, check_schema, naming, to_json
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
 from splinefeed.formats.source import check_file
-from splinefeed.records import ROTARY_AXES, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, positive
+from splinefeed.records import ORDERS, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, positive, unit_of
 
 #: Records of columns, by name.
 RECORDS: dict[str, type[Any]] = {each.__name__: each for each in (Setpoints, Response, TimeLaw)}
@@ -142,12 +141,9 @@ def _create(file: Any, first: Any) -> None:
 def _write_limits(file: Any, limits: Limits) -> None:
     """Each limit as a number with its unit; LimitsError for those that only Python can say."""
     for name, value in limits.as_dict().items():
-        kind, _, axis = name.partition(".")
-        unit = unit_of(kind)
-        if unit is None:
+        if name.partition(".")[0] not in ORDERS:
             raise LimitsError(f"{name}: a file holds no limits of combinations of axes and no torques; leave it out")
-        file.create_dataset(name, data=value)
-        file[name].attrs["units"] = _text(unit.replace("mm", "rad") if axis in ROTARY_AXES else unit)
+        file.create_dataset(name, data=value).attrs["units"] = _text(unit_of(name).replace("deg", "rad"))
 
 
 def _say(file: Any, record: Any) -> None:

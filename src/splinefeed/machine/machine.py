@@ -205,7 +205,8 @@ def _control(content: Any, problems: list[str]) -> Control | None:
         for name, each in axes.items()
     }
     plain = {key: value for key, value in content.items() if key not in PARTS and key != "axis"}
-    return _part(plain, Control, "control", (False, True), problems, made)
+    found: Control | None = _part(plain, Control, "control", (False, True), problems, made)
+    return found
 
 
 def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:
