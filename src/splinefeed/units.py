@@ -37,39 +37,33 @@ KINDS = {
     "angular jerk": Kind("an angular jerk", "rad/s^3", "90deg/s^3"),
 }
 
-#: The units a user may write, in small letters, since case says nothing here (MM/MIN is mm/min): the size of each in
-#: mm, s, rad, kg and V, and the powers of these.
-UNITS: dict[str, tuple[float, Dimensions]] = {
-    "mm": (1.0, (1, 0, 0, 0, 0)),
-    "nm": (1e-6, (1, 0, 0, 0, 0)),
-    "um": (1e-3, (1, 0, 0, 0, 0)),
-    "cm": (10.0, (1, 0, 0, 0, 0)),
-    "m": (1000.0, (1, 0, 0, 0, 0)),
-    "in": (25.4, (1, 0, 0, 0, 0)),
-    "thou": (0.0254, (1, 0, 0, 0, 0)),
-    "ft": (304.8, (1, 0, 0, 0, 0)),
-    "s": (1.0, (0, 1, 0, 0, 0)),
-    "us": (1e-6, (0, 1, 0, 0, 0)),
-    "ms": (1e-3, (0, 1, 0, 0, 0)),
-    "min": (60.0, (0, 1, 0, 0, 0)),
-    "h": (3600.0, (0, 1, 0, 0, 0)),
-    "hz": (1.0, (0, -1, 0, 0, 0)),
-    "khz": (1000.0, (0, -1, 0, 0, 0)),
-    "ipm": (25.4 / 60.0, (1, -1, 0, 0, 0)),
-    "g": (9806.65, (1, -2, 0, 0, 0)),
-    "rad": (1.0, (0, 0, 1, 0, 0)),
-    "mrad": (1e-3, (0, 0, 1, 0, 0)),
-    "deg": (math.pi / 180.0, (0, 0, 1, 0, 0)),
-    "arcmin": (math.pi / 10800.0, (0, 0, 1, 0, 0)),
-    "arcsec": (math.pi / 648000.0, (0, 0, 1, 0, 0)),
-    "rev": (2.0 * math.pi, (0, 0, 1, 0, 0)),
-    "rpm": (math.pi / 30.0, (0, -1, 1, 0, 0)),
-    "kg": (1.0, (0, 0, 0, 1, 0)),
-    "n": (1000.0, (1, -2, 0, 1, 0)),
-    "kn": (1e6, (1, -2, 0, 1, 0)),
-    "v": (1.0, (0, 0, 0, 0, 1)),
-    "mv": (1e-3, (0, 0, 0, 0, 1)),
+#: Units of length, time, angle, mass and voltage, and of what is made of them: powers of these, and the size of each.
+_BY_DIMENSIONS: dict[Dimensions, dict[str, float]] = {
+    (1, 0, 0, 0, 0): {
+        "mm": 1.0,
+        "nm": 1e-6,
+        "um": 1e-3,
+        "cm": 10.0,
+        "m": 1000.0,
+        "in": 25.4,
+        "thou": 0.0254,
+        "ft": 304.8,
+    },
+    (0, 1, 0, 0, 0): {"s": 1.0, "us": 1e-6, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+    (0, -1, 0, 0, 0): {"hz": 1.0, "khz": 1000.0},
+    (1, -1, 0, 0, 0): {"ipm": 25.4 / 60.0},
+    (1, -2, 0, 0, 0): {"g": 9806.65},
+    (0, 0, 1, 0, 0): {
+        **{"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "rev": 2.0 * math.pi},
+        **{"arcmin": math.pi / 10800.0, "arcsec": math.pi / 648000.0},
+    },
+    (0, -1, 1, 0, 0): {"rpm": math.pi / 30.0},
+    (0, 0, 0, 1, 0): {"kg": 1.0},
+    (1, -2, 0, 1, 0): {"n": 1000.0, "kn": 1e6},
+    (0, 0, 0, 0, 1): {"v": 1.0, "mv": 1e-3},
 }
+#: The units a user may write, in small letters, since case says nothing here (MM/MIN is mm/min).
+UNITS = {name: (size, powers) for powers, sizes in _BY_DIMENSIONS.items() for name, size in sizes.items()}
 #: What two of them mean where the quantity wanted says so: a gram where a mass is wanted, N*m where a torque is.
 OTHERWISE: dict[str, tuple[float, Dimensions]] = {
     "g": (1e-3, (0, 0, 0, 1, 0)),
@@ -77,14 +71,9 @@ OTHERWISE: dict[str, tuple[float, Dimensions]] = {
 }
 #: Other words for them.
 WORDS = {
-    **dict.fromkeys(("inch", "inches"), "in"),
-    "mil": "thou",
-    **dict.fromkeys(("foot", "feet"), "ft"),
-    **dict.fromkeys(("sec", "second", "seconds"), "s"),
-    **dict.fromkeys(("minute", "minutes"), "min"),
-    **dict.fromkeys(("hour", "hours"), "h"),
-    **dict.fromkeys(("degree", "degrees"), "deg"),
-    **dict.fromkeys(("turn", "turns"), "rev"),
+    **{"inch": "in", "inches": "in", "mil": "thou", "foot": "ft", "feet": "ft", "degree": "deg", "degrees": "deg"},
+    **{"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"},
+    **{"turn": "rev", "turns": "rev"},
 }
 
 #: Longer texts than this are no quantity that a person would write.

@@ -10,7 +10,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import bit_pattern
-from splinefeed.formats.bit_pattern import BitPattern, decode, encode, encode_chunks
+from splinefeed.formats.bit_pattern import BitPattern, decode, encode
 from splinefeed.records import Setpoints
 
 
@@ -55,18 +55,8 @@ def test_save_and_load_know_pulse_words(pattern, tmp_path):
     assert isinstance(found, BitPattern)
     for field in ("words", "start", "pulses_per_unit"):
         np.testing.assert_array_equal(getattr(found, field), getattr(pattern, field))
-    assert (found.axes, found.period, found.first) == (pattern.axes, pattern.period, pattern.first)
+    assert (found.axes, found.period) == (pattern.axes, pattern.period)
     np.testing.assert_array_equal(decode(found), decode(pattern))
-
-
-def test_chunks_make_the_same_file(tmp_path):
-    walk = np.cumsum(np.random.default_rng(9).normal(size=(90, 2)), axis=0)
-    scales = {"x": 10, "y": 5}
-    chunks = [setpoints(walk[a:b], first=a) for a, b in ((0, 1), (1, 60), (60, 90))]
-    bit_pattern.write(encode_chunks(chunks, scales, 64), tmp_path / "a.bits")
-    bit_pattern.write(encode(setpoints(walk), scales, 64), tmp_path / "b.bits")
-    for name in ("bits", "bits.json"):
-        assert (tmp_path / f"a.{name}").read_bytes() == (tmp_path / f"b.{name}").read_bytes()
 
 
 def test_one_setpoint_makes_an_empty_file_that_can_be_read(tmp_path):
@@ -74,14 +64,11 @@ def test_one_setpoint_makes_an_empty_file_that_can_be_read(tmp_path):
     assert decode(bit_pattern.read(tmp_path / "w.bits")).tolist() == [[1.3, 2.0]]
 
 
-def test_a_failed_write_leaves_nothing(tmp_path):
-    chunks = [setpoints(np.zeros((3, 2))), setpoints(np.full((3, 2), 99.0), first=3)]
-    with pytest.raises(InputError, match="tick 2, axis x: 99 pulses"):
-        bit_pattern.write(encode_chunks(chunks, {"x": 1, "y": 1}, 16), tmp_path / "w.bits")
+def test_a_failed_write_leaves_nothing(tmp_path, pattern):
     with pytest.raises(FormatError, match=r"are written as \.bits"):
-        bit_pattern.write([], tmp_path / "w.bin")
-    with pytest.raises(FormatError, match="there are no pulse words"):
-        bit_pattern.write([], tmp_path / "w.bits")
+        bit_pattern.write(pattern, tmp_path / "w.bin")
+    with pytest.raises(InputError, match="are written from BitPattern, got list"):
+        bit_pattern.write([pattern], tmp_path / "w.bits")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -13,7 +13,8 @@ from hypothesis.extra.numpy import arrays
 import motions
 import splinefeed as sf
 from splinefeed.errors import InputError, LimitsError
-from splinefeed.formats.bit_pattern import decode, encode, encode_chunks
+from splinefeed.formats import bit_pattern
+from splinefeed.formats.bit_pattern import decode, encode
 from splinefeed.records import Setpoints
 
 
@@ -40,16 +41,6 @@ def slots_of(pattern):
     assert not np.any(bits[:, :, 0] & bits[:, :, 1])
     signed = bits[:, :, 0] - bits[:, :, 1]
     return signed.reshape(*signed.shape[:2], pattern.slots_per_period)
-
-
-def in_chunks(points, *lengths):
-    start = 0
-    for length in (*lengths, len(points)):
-        end = min(start + length, len(points))
-        if end > start:
-            columns = {name: getattr(points, name)[start:end] for name in ("t", "curve", "u", "s", "feed", "position")}
-            yield dataclasses.replace(points, **columns)
-        start = end
 
 
 @pytest.mark.nojit
@@ -108,24 +99,6 @@ def test_no_pulse_is_lost_or_added(position, scale, words):
     assert np.all(np.abs(decode(pattern) * factor - position * factor) <= 0.5 + 1e-9)
 
 
-@settings(max_examples=50)
-@given(
-    position=arrays(np.float64, st.tuples(st.integers(1, 40), st.just(2)), elements=st.floats(-1, 1)),
-    lengths=st.lists(st.integers(1, 9), max_size=6),
-)
-def test_chunks_make_the_same_words(position, lengths):
-    points = setpoints(position)
-    scales = {"x": 100, "y": 77}
-    whole = encode(points, scales, 256)
-    parts = list(encode_chunks(in_chunks(points, *lengths), scales, 256))
-    assert np.array_equal(np.concatenate([part.words for part in parts]), whole.words)
-    periods = 0
-    for part in parts:
-        assert part.first == periods
-        assert np.array_equal(part.start, np.rint(position[periods] * [100, 77]))
-        periods += len(part)
-
-
 def test_a_whole_path_with_a_rotary_axis_in_degrees():
     """The butterfly and an axis that turns with it; the position is known to half a pulse at every tick."""
     path = motions.butterfly()
@@ -178,12 +151,18 @@ def test_too_fast():
     encode(setpoints([[0, 0], [0.032, -0.032]]), {"x": 1000, "y": 1000}, 32)
 
 
-def test_too_fast_in_a_later_chunk():
+def test_too_fast_for_a_rotary_axis():
     points = setpoints(np.r_[np.zeros(9), 3.0, 3.0][:, None], axes=("theta",))
     with pytest.raises(InputError) as caught:
-        list(encode_chunks(in_chunks(points, 4, 5), {"theta": 100}, 16))
+        encode(points, {"theta": 100}, 16)
     assert str(caught.value).startswith("tick 8, axis theta: 300 pulses are needed")
     assert str(caught.value).endswith("or fewer than 100 pulses per rad")
+
+
+def test_more_words_than_memory_should_hold_are_refused(monkeypatch):
+    monkeypatch.setattr(bit_pattern, "MAX_BYTES", 100)
+    with pytest.raises(InputError, match="3 setpoints of 1024 slots make too many words"):
+        encode(setpoints(np.zeros((3, 2))), {"x": 1, "y": 1}, 1024)
 
 
 TWO = setpoints(np.zeros((2, 2)))
@@ -206,8 +185,7 @@ def test_refused_slots(slots):
         (TWO, {"x": 1, "y": -2.5}, {}, "pulses_per_unit['y'] is -2.5; it must be greater than 0"),
         (TWO, [1, 1], {}, "pulses_per_unit is [1, 1]; give one scale for each of x, y"),
         (TWO, GOOD, {"rotary": "grad"}, "rotary is 'grad'; choose 'rad' or 'deg'"),
-        ("points", GOOD, {}, "tick 0: pulse words are made from Setpoints with ticks, got 'points'"),
-        (setpoints(np.zeros((0, 2))), GOOD, {}, "tick 0: pulse words are made from Setpoints with ticks, got Setpo"),
+        (setpoints(np.zeros((0, 2))), GOOD, {}, "there are no setpoints to make pulses of"),
         (setpoints([[0, np.nan]]), GOOD, {}, "Setpoints.position[0, 1] is nan; every value must be finite"),
         (setpoints([[0, 1e17]]), GOOD, {}, "tick 0, axis y: more than 2^53 pulses from zero"),
     ],
@@ -228,20 +206,14 @@ def test_refused_scales_that_are_no_numbers():
         assert str(caught.value) == message
 
 
-def test_refused_chunks_that_do_not_belong_together():
-    with pytest.raises(InputError) as caught:
-        list(encode_chunks([TWO, setpoints(np.zeros((2, 2)), period=2e-3)], GOOD, 16))
-    assert str(caught.value) == "the chunk at tick 2 has other axes or another period than the first one"
-
-
 def test_plus_and_minus_in_one_slot_are_refused():
     pattern = some_pattern(20)
     words = pattern.words.copy()
     words[7, 1, :, 2] = 1 << 5
-    broken = dataclasses.replace(pattern, words=words, first=100)
+    broken = dataclasses.replace(pattern, words=words)
     with pytest.raises(InputError) as caught:
         decode(broken)
-    assert str(caught.value) == "period 107, axis y, slot 37: plus and minus are both set"
+    assert str(caught.value) == "period 7, axis y, slot 37: plus and minus are both set"
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from splinefeed.cli import options
 from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import number, print_table, print_text
 from splinefeed.cli.progress import Say
-from splinefeed.cli.setpoints_file import read_setpoints_chunks
+from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.summary import print_notes
 from splinefeed.errors import FormatError, InputError
 
@@ -27,9 +27,6 @@ Examples:
   splinefeed pulses wing.bits --decode -o wing-positions.csv
 
 """
-
-#: Setpoints that are worked on at once.
-_ROWS = 65_536
 
 
 def _print(page: Mapping[str, Any]) -> None:
@@ -92,50 +89,38 @@ def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
 
     if (given["machine"] is None) == (given["scales"] is None):
         raise InputError("the size of a pulse is missing; give either --machine NAME or --pulses x=1000,y=1000")
-    chunks, notes = read_setpoints_chunks(file, given, _ROWS)
+    points, notes = read_setpoints(file, given)
     if given["machine"] is None:
         scales, rotary = _scales(given["scales"]), "deg"
     else:
-        scales, rotary = pulses.pulses_of(Machine.load(given["machine"]), next(chunks).axes), "rad"
-        chunks, _ = read_setpoints_chunks(file, given, _ROWS)
-    found = pulses.survey(chunks, scales, rotary=rotary)
-    slots = found.slots if given["clock"] is None else _slots(given["clock"], found.period)
-    tally = pulses.Tally()
+        scales, rotary = pulses.pulses_of(Machine.load(given["machine"]), points.axes), "rad"
+    slots = None if given["clock"] is None else _slots(given["clock"], points.period)
     say("making pulse words")
-    again, _ = read_setpoints_chunks(file, given, _ROWS)
-    patterns = pulses.encoded(again, scales, slots, tally, rotary=rotary)
+    pattern, numbers = pulses.pulse_words(points, scales, slots, rotary=rotary)
     output = given["output"]
-    if output is None:
-        for _ in patterns:
-            pass
-    else:
-        bit_pattern.write(patterns, output)
+    if output is not None:
+        bit_pattern.write(pattern, output)
+    files = [] if output is None else [output, str(bit_pattern.page_of(output))]
+    return {**_page(file, pattern, notes, files), **numbers}
+
+
+def _page(file: str, pattern: BitPattern, notes: list[str], files: list[str]) -> Page:
+    from splinefeed.formats.metadata import axis_units
+    from splinefeed.pipeline.pulses import per_degree
+
     return {
         "ok": True,
-        **_numbers(file, found.axes, found.period, slots),
-        "periods": tally.periods,
-        "pulses_per_unit": pulses.per_degree(scales) if rotary == "rad" else dict(scales),
-        "fastest": {"axis": found.axis, "pulses": found.fastest, "rate_hz": found.rate, "tick": found.at},
-        "pulses_plus": tally.plus,
-        "pulses_minus": tally.minus,
-        "off_max_pulses": tally.off,
-        "notes": notes,
-        "files": [] if output is None else [output, str(bit_pattern.page_of(output))],
-    }
-
-
-def _numbers(file: str, axes: tuple[str, ...], period: float, slots: int) -> dict[str, Any]:
-    from splinefeed.formats.bit_pattern import cards_of
-    from splinefeed.formats.metadata import axis_units
-
-    return {
         "file": file,
-        "axes": list(axes),
-        "cards": [list(card) for card in cards_of(axes)],
-        "period_s": period,
-        "units": dict(zip(axes, axis_units(axes, "deg"), strict=True)),
-        "slots_per_period": slots,
-        "pulse_clock_hz": slots / period,
+        "axes": list(pattern.axes),
+        "cards": [list(card) for card in pattern.cards],
+        "period_s": pattern.period,
+        "periods": len(pattern),
+        "pulses_per_unit": per_degree(dict(zip(pattern.axes, pattern.pulses_per_unit.tolist(), strict=True))),
+        "units": dict(zip(pattern.axes, axis_units(pattern.axes, "deg"), strict=True)),
+        "slots_per_period": pattern.slots_per_period,
+        "pulse_clock_hz": pattern.pulse_clock,
+        "notes": notes,
+        "files": files,
     }
 
 
@@ -166,24 +151,15 @@ def _slots(clock: float, period: float) -> int:
 
 def _decoded(file: str, given: Mapping[str, Any]) -> Page:
     from splinefeed.formats import bit_pattern
-    from splinefeed.pipeline import pulses
 
     for name in ("machine", "scales", "clock", "columns", "period"):
         if given[name] is not None:
             option = "pulses" if name == "scales" else name
             raise InputError(f"--{option}: a file of pulse words has its own; leave it out")
     pattern = bit_pattern.read(file)
-    output = given["output"]
-    if output is not None:
-        _write_positions(pattern, output)
-    return {
-        "ok": True,
-        **_numbers(file, pattern.axes, pattern.period, pattern.slots_per_period),
-        "periods": len(pattern),
-        "pulses_per_unit": pulses.per_degree(dict(zip(pattern.axes, pattern.pulses_per_unit.tolist(), strict=True))),
-        "notes": [],
-        "files": [] if output is None else [output],
-    }
+    if given["output"] is not None:
+        _write_positions(pattern, given["output"])
+    return _page(file, pattern, [], [] if given["output"] is None else [given["output"]])
 
 
 def _write_positions(pattern: BitPattern, file: str) -> None:
@@ -199,7 +175,7 @@ def _write_positions(pattern: BitPattern, file: str) -> None:
     position = metadata.to_degrees(decode(pattern), pattern.axes)
     units_of = metadata.axis_units(pattern.axes, "deg")
     names: Iterable[str] = (f"{axis} [{unit}]" for axis, unit in zip(pattern.axes, units_of, strict=True))
-    time: Array = pattern.period * np.arange(pattern.first, pattern.first + len(position), dtype=np.float64)
+    time: Array = pattern.period * np.arange(len(position), dtype=np.float64)
     with atomic_write(file) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
         stream.write(",".join(["t [s]", *names]) + "\n")
         metadata.write_rows(stream, [time, *position.T], ",")

@@ -25,10 +25,9 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +53,8 @@ MAX_SLOTS = 2**16
 MAX_COUNT = 2**53
 #: Slots that are spread over at once, one byte each.
 MOST_BITS = 2**22
+#: Words that are held in memory at the most, bytes.
+MAX_BYTES = 2**31
 #: Largest page beside the words, bytes.
 MAX_PAGE = 2**16
 _ORDER = "for each period, word and axis: plus, minus; uint16, low byte first; bit 0 is the earliest slot"
@@ -74,7 +75,6 @@ class BitPattern:
     start            (axes,)  pulses from zero at the beginning of the first period
     axes             names of the axes; period  s
     pulses_per_unit  (axes,)  pulses per mm, rotary axes pulses per rad
-    first            number of the first period, from 0: not 0 in a later chunk of a stream
     Raises InputError for arrays of other shapes. Source: docs/bit-pattern.md.
     Example: `sf.formats.BitPattern.__annotations__["words"]`
     """
@@ -84,7 +84,6 @@ class BitPattern:
     axes: tuple[str, ...]
     period: float
     pulses_per_unit: Array
-    first: int = 0
 
     def __post_init__(self) -> None:
         axes = tuple(self.axes)
@@ -115,15 +114,10 @@ class BitPattern:
     @property
     def cards(self) -> tuple[tuple[str, ...], ...]:
         """The axes of each card, three at most; two cards are in step only by a clock and a start in common."""
-        return cards_of(self.axes)
+        return tuple(self.axes[i : i + AXES_OF_CARD] for i in range(0, len(self.axes), AXES_OF_CARD))
 
     def __len__(self) -> int:
         return len(self.words)
-
-
-def cards_of(axes: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
-    """The axes of each card, dealt in their order."""
-    return tuple(axes[i : i + AXES_OF_CARD] for i in range(0, len(axes), AXES_OF_CARD))
 
 
 def encode(
@@ -134,19 +128,8 @@ def encode(
     pulses_per_unit   pulses per mm of each axis by name, rotary axes per rad, or per degree with rotary="deg"
     slots_per_period  slots of the pulse clock in one period: a multiple of 16
 
-    Raises InputError for scales and slots that cannot be, positions that are not finite, and, naming tick and axis,
-    for more pulses in one period than it has slots.
-    """
-    return next(encode_chunks([points], pulses_per_unit, slots_per_period, rotary=rotary))
-
-
-def encode_chunks(
-    chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], slots_per_period: int, *, rotary: str = "rad"
-) -> Iterator[BitPattern]:
-    """`encode` for setpoints that come in chunks, with one chunk in memory: a pattern for each.
-
-    The first pattern has a period less than its chunk has ticks, the others begin with the period that leads over
-    from the chunk before; together they are the same as of all setpoints at once.
+    Raises InputError for scales and slots that cannot be, positions that are not finite, more words than memory should
+    hold, and, naming tick and axis, for more pulses in one period than it has slots.
     """
     whole = isinstance(slots_per_period, int | np.integer) and not isinstance(slots_per_period, bool)
     if not whole or slots_per_period % SLOTS or not SLOTS <= slots_per_period <= MAX_SLOTS:
@@ -154,46 +137,48 @@ def encode_chunks(
             f"slots_per_period is {slots_per_period!r}; a multiple of {SLOTS} from {SLOTS} to {MAX_SLOTS} is needed"
         )
     slots = int(slots_per_period)
-    for first, counts, chunk, scales in counted(chunks, pulses_per_unit, rotary):
-        steps = np.diff(counts, axis=0)
-        _check_rate(np.abs(steps), slots, first, chunk, scales)
-        yield BitPattern(
-            words=_spread(steps, slots),
-            start=counts[0],
-            axes=chunk.axes,
-            period=chunk.period,
-            pulses_per_unit=scales,
-            first=first,
-        )
+    counts, scales = counts_of(points, pulses_per_unit, rotary)
+    if counts.size * slots // 4 > MAX_BYTES:
+        raise InputError(f"{len(points)} setpoints of {slots} slots make too many words; take fewer of either")
+    pulses = np.diff(counts, axis=0)
+    _check_rate(np.abs(pulses), slots, points, scales)
+    words = _spread(pulses, slots)
+    return BitPattern(words=words, start=counts[0], axes=points.axes, period=points.period, pulses_per_unit=scales)
 
 
-def counted(
-    chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], rotary: str
-) -> Iterator[tuple[int, IntArray, Setpoints, Array]]:
-    """Of each chunk the number of its first tick, pulses from zero at each tick (n, axes), the chunk, and the scales.
+def counts_of(points: Setpoints, pulses_per_unit: Mapping[str, float], rotary: str = "rad") -> tuple[IntArray, Array]:
+    """Pulses from zero at each tick, (n, axes), and pulses per mm or rad, (axes,); see `encode`."""
+    axes = points.axes
+    if not len(points):
+        raise InputError("there are no setpoints to make pulses of")
+    if rotary not in ("rad", "deg"):
+        raise InputError(f"rotary is {rotary!r}; choose 'rad' or 'deg'")
+    if not isinstance(pulses_per_unit, Mapping) or set(pulses_per_unit) != set(axes):
+        raise InputError(f"pulses_per_unit is {pulses_per_unit!r:.60}; give one scale for each of {', '.join(axes)}")
+    scales = np.array([positive(pulses_per_unit[axis], f"pulses_per_unit[{axis!r}]") for axis in axes])
+    turning = [rotary == "deg" and axis in ROTARY_AXES for axis in axes]
+    scales = np.where(turning, scales * 180.0 / np.pi, scales)
+    check_finite(points.position, "Setpoints.position")
+    with np.errstate(over="ignore"):
+        counts = np.rint(points.position * scales)
+    if not np.all(np.abs(counts) <= MAX_COUNT):
+        i, axis = np.argwhere(~(np.abs(counts) <= MAX_COUNT))[0]
+        raise InputError(f"tick {i}, axis {axes[axis]}: more than 2^53 pulses from zero")
+    return counts.astype(np.int64), scales
 
-    All but the first begin with the last tick of the chunk before.
-    """
-    last: IntArray | None = None
-    alike: tuple[Any, ...] = ()
-    ticks = 0
-    for chunk in chunks:
-        if not isinstance(chunk, Setpoints) or not len(chunk):
-            raise InputError(f"tick {ticks}: pulse words are made from Setpoints with ticks, got {chunk!r:.60}")
-        if last is None:
-            scales = _scales_of(pulses_per_unit, chunk.axes, rotary)
-            last, alike = np.empty((0, len(chunk.axes)), dtype=np.int64), (chunk.axes, chunk.period)
-        if (chunk.axes, chunk.period) != alike:
-            raise InputError(f"the chunk at tick {ticks} has other axes or another period than the first one")
-        check_finite(chunk.position, "Setpoints.position")
-        with np.errstate(over="ignore"):
-            places = np.rint(chunk.position * scales)
-        if not np.all(np.abs(places) <= MAX_COUNT):
-            i, axis = np.argwhere(~(np.abs(places) <= MAX_COUNT))[0]
-            raise InputError(f"tick {ticks + i}, axis {chunk.axes[axis]}: more than 2^53 pulses from zero")
-        yield ticks - len(last), np.concatenate([last, places.astype(np.int64)]), chunk, scales
-        last = places[-1:].astype(np.int64)
-        ticks += len(chunk)
+
+def _check_rate(needed: IntArray, slots: int, points: Setpoints, scales: Array) -> None:
+    """InputError at the first period that needs more pulses, (n, axes), than it has slots."""
+    if not np.any(needed > slots):
+        return
+    i, axis = np.argwhere(needed > slots)[0]
+    name, period = points.axes[axis], points.period
+    raise InputError(
+        f"tick {i}, axis {name}: {needed[i, axis]} pulses are needed before the next tick "
+        f"({needed[i, axis] / period:g} a second), at most {slots} are possible ({slots / period:g} a second); "
+        f"lower the feed, or take more slots per period or fewer than {scales[axis]:g} pulses per "
+        f"{'rad' if name in ROTARY_AXES else 'mm'}"
+    )
 
 
 def decode(pattern: BitPattern) -> Array:
@@ -213,9 +198,7 @@ def pulses_at(pattern: BitPattern) -> IntArray:
         interval, axis, word = np.unravel_index(int(np.argmax(both != 0)), both.shape)
         value = int(both[interval, axis, word])
         slot = int(word) * SLOTS + (value & -value).bit_length() - 1
-        raise InputError(
-            f"period {pattern.first + interval}, axis {pattern.axes[axis]}, slot {slot}: plus and minus are both set"
-        )
+        raise InputError(f"period {interval}, axis {pattern.axes[axis]}, slot {slot}: plus and minus are both set")
     counts = np.empty((len(pattern) + 1, len(pattern.axes)), dtype=np.int64)
     counts[0] = pattern.start
     counts[1:] = np.bitwise_count(plus).sum(axis=2, dtype=np.int64)
@@ -245,50 +228,32 @@ def _spread(pulses: IntArray, slots: int) -> Words:
     return words
 
 
-def write(patterns: BitPattern | Iterable[BitPattern], path: str | os.PathLike[str]) -> None:
-    """Write words and page, whole or not at all; of an iterable one pattern at a time is in memory.
-
-    Raises FormatError for a file that cannot be written, InputError for patterns that do not follow on each other.
-    """
+def write(pattern: BitPattern, path: str | os.PathLike[str]) -> None:
+    """Write words and page, whole or not at all; FormatError for a file that cannot be written."""
     if Path(path).suffix.lower() != ".bits":
         raise FormatError(f"{path}: pulse words are written as .bits, with a .bits.json beside it")
-    digest = hashlib.sha256()
-    first: BitPattern | None = None
-    periods = 0
+    if not isinstance(pattern, BitPattern):
+        raise InputError(f"{path}: pulse words are written from BitPattern, got {type(pattern).__name__}")
+    pulses_at(pattern)  # words that no card may get are refused here
+    words = np.ascontiguousarray(pattern.words.transpose(0, 3, 1, 2), dtype="<u2").tobytes()
+    content = {
+        "record": "BitPattern",
+        "schema": SCHEMA,
+        "order": _ORDER,
+        "axes": list(pattern.axes),
+        "periods": len(pattern),
+        "period_s": pattern.period,
+        "words_per_period": int(pattern.words.shape[3]),
+        "slots_per_period": pattern.slots_per_period,
+        "pulse_clock_hz": pattern.pulse_clock,
+        "pulses_per_unit": pattern.pulses_per_unit.tolist(),
+        "units": axis_units(pattern.axes, "rad"),
+        "start_pulses": pattern.start.tolist(),
+        "first_period": 0,
+        "sha256": hashlib.sha256(words).hexdigest(),
+    }
     with atomic_write(page_of(path)) as page, atomic_write(path) as temporary:
-        with temporary.open("wb") as stream:
-            for pattern in patterns if isinstance(patterns, Iterable) else [patterns]:
-                if not isinstance(pattern, BitPattern):
-                    raise InputError(f"{path}: pulse words are written from BitPattern, got {type(pattern).__name__}")
-                if first is None:
-                    first, end = pattern, pattern.start
-                if _alike(pattern) != _alike(first) or not np.array_equal(pattern.start, end):
-                    raise InputError(f"{path}: the pattern at period {periods} does not continue the one before")
-                end = pulses_at(pattern)[-1]  # words that no card may get are refused here
-                words = np.ascontiguousarray(pattern.words.transpose(0, 3, 1, 2), dtype="<u2").tobytes()
-                stream.write(words)
-                digest.update(words)
-                periods += len(pattern)
-                if periods > MAX_TICKS:
-                    raise FormatError(f"{path}: more than {MAX_TICKS} periods do not fit in one file; write several")
-        if first is None:
-            raise FormatError(f"{path}: there are no pulse words to write")
-        content = {
-            "record": "BitPattern",
-            "schema": SCHEMA,
-            "order": _ORDER,
-            "axes": list(first.axes),
-            "periods": periods,
-            "period_s": first.period,
-            "words_per_period": int(first.words.shape[3]),
-            "slots_per_period": first.slots_per_period,
-            "pulse_clock_hz": first.pulse_clock,
-            "pulses_per_unit": first.pulses_per_unit.tolist(),
-            "units": axis_units(first.axes, "rad"),
-            "start_pulses": first.start.tolist(),
-            "first_period": first.first,
-            "sha256": digest.hexdigest(),
-        }
+        temporary.write_bytes(words)
         page.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
@@ -320,7 +285,6 @@ def read(path: str | os.PathLike[str]) -> BitPattern:
             axes=tuple(said["axes"]),
             period=said["period_s"],
             pulses_per_unit=np.asarray(said["pulses_per_unit"]),
-            first=said["first_period"],
         )
         pulses_at(found)
     return found
@@ -329,33 +293,3 @@ def read(path: str | os.PathLike[str]) -> BitPattern:
 def page_of(path: str | os.PathLike[str]) -> Path:
     """The JSON page beside a file of words."""
     return Path(f"{path}.json")
-
-
-def _alike(pattern: BitPattern) -> tuple[Any, ...]:
-    """What the patterns of one file have in common."""
-    return pattern.axes, pattern.period, pattern.words.shape[1:], pattern.pulses_per_unit.tolist()
-
-
-def _scales_of(pulses_per_unit: Mapping[str, float], axes: tuple[str, ...], rotary: str) -> Array:
-    """Pulses per mm or rad, (axes,)."""
-    if rotary not in ("rad", "deg"):
-        raise InputError(f"rotary is {rotary!r}; choose 'rad' or 'deg'")
-    if not isinstance(pulses_per_unit, Mapping) or set(pulses_per_unit) != set(axes):
-        raise InputError(f"pulses_per_unit is {pulses_per_unit!r:.60}; give one scale for each of {', '.join(axes)}")
-    scales = np.array([positive(pulses_per_unit[axis], f"pulses_per_unit[{axis!r}]") for axis in axes])
-    turning = [rotary == "deg" and axis in ROTARY_AXES for axis in axes]
-    return np.where(turning, scales * 180.0 / np.pi, scales)
-
-
-def _check_rate(needed: IntArray, slots: int, before: int, points: Setpoints, scales: Array) -> None:
-    """InputError at the first period that needs more pulses, (n, axes), than it has slots."""
-    if not np.any(needed > slots):
-        return
-    i, axis = np.argwhere(needed > slots)[0]
-    name, period = points.axes[axis], points.period
-    raise InputError(
-        f"tick {before + i}, axis {name}: {needed[i, axis]} pulses are needed before the next tick "
-        f"({needed[i, axis] / period:g} a second), at most {slots} are possible ({slots / period:g} a second); "
-        f"lower the feed, or take more slots per period or fewer than {scales[axis]:g} pulses per "
-        f"{'rad' if name in ROTARY_AXES else 'mm'}"
-    )

@@ -3,10 +3,6 @@
 A curve is an object with `degree`, `knots`, `control_points` and, if rational, `weights`; `name`, `units` (mm, cm, m,
 in) and `axes` may stand in it or above the list. Rotary axes are in degrees. `source`, `notes` and `ground_truth` are
 for people and not read. Feeds, tolerances and markers of a program stand beside the curves, as `json_program` says.
-
-What geomdl exports is read too, {"shape": {"type": "curve", "data": [{"degree", "knotvector", "control_points":
-{"points", "weights"}}]}}, and verb's {"degree", "knots", "controlPoints"}, whose points of four numbers are weighted,
-(w x, w y, w z, w). Neither says units or axes.
 """
 
 from __future__ import annotations
@@ -30,7 +26,7 @@ from splinefeed.formats.source import head_text
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import DEFAULT_AXES, JOIN_TOLERANCE, Path
 from splinefeed.geometry.tool_path import ToolPath
-from splinefeed.records import ROTARY_AXES, Array
+from splinefeed.records import ROTARY_AXES
 
 _SHARED = {
     "name": text,
@@ -74,8 +70,6 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
         raise FormatError(f'{source}: is a {type(document).__name__}; expected an object with "degree" or "curves"')
     if json_tool.holds(document):
         return json_tool.from_document(document, source, allowed)
-    if "shape" in document:
-        document = {"curves": _of_geomdl(document["shape"], f"{source}: shape")}
     shared, listed, places = {}, [document], [f"{source}"]
     if "curves" in document:
         shared, listed = fields(document, f"{source}", {"curves": anything, **_SHARED}), document["curves"]
@@ -118,33 +112,6 @@ def to_text(paths: Sequence[Path]) -> str:
     return json.dumps(document, allow_nan=False) + "\n"
 
 
-def _of_geomdl(shape: Any, place: str) -> list[Any]:
-    """The curves of an export of geomdl in our own words."""
-    if not isinstance(shape, dict) or shape.get("type") != "curve" or not isinstance(shape.get("data"), list):
-        raise FormatError(f"{place}: is no export of curves of geomdl, with type curve and data")
-    curves = []
-    for i, item in enumerate(shape["data"]):
-        net = item.get("control_points") if isinstance(item, dict) else None
-        if not isinstance(net, dict) or item.get("reversed") or (item.get("rational") is True and "weights" not in net):
-            raise FormatError(f"{place}.data[{i}]: is not a curve in space with its control points and weights")
-        curve = {"degree": item.get("degree"), "knots": item.get("knotvector"), "control_points": net.get("points")}
-        curves.append({**curve, "weights": net.get("weights"), "name": item.get("name") or ""})
-    return curves
-
-
-def _of_verb(item: dict[str, Any], place: str, findings: dict[str, None]) -> dict[str, Any]:
-    """A curve of verb in our own words."""
-    curve = {key: value for key, value in item.items() if key != "controlPoints"}
-    net: Array = points(item["controlPoints"], f"{place}: controlPoints")
-    if net.shape[1] == 3 and item.get("weights") is None:
-        findings["controlPoints have three numbers and no weights; read as x, y, z"] = None
-    if net.shape[1] != 4:
-        return {**curve, "control_points": item["controlPoints"]}
-    if item.get("weights") is not None or not np.all(net[:, 3] > 0.0):
-        raise FormatError(f"{place}: controlPoints: points of four numbers have weights of their own, greater than 0")
-    return {**curve, "control_points": (net[:, :3] / net[:, 3:]).tolist(), "weights": net[:, 3].tolist()}
-
-
 def _check_size(listed: list[Any], source: str | os.PathLike[str]) -> None:
     count = 0
     for item in listed:
@@ -156,8 +123,6 @@ def _check_size(listed: list[Any], source: str | os.PathLike[str]) -> None:
 
 def _entry(item: Any, shared: dict[str, Any], place: str, findings: dict[str, None]) -> _Entry:
     """One curve; what it does not say itself is `shared` by all."""
-    if isinstance(item, dict) and "controlPoints" in item:
-        item = _of_verb(item, place, findings)
     said = fields(item, place, _CURVE, _NEEDED)
     net = said["control_points"]
     axes = _axes(said.get("axes", shared.get("axes")), net.shape[1], f"{place}: axes")

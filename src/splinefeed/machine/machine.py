@@ -14,24 +14,10 @@ from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError,
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.source import read_text
 from splinefeed.kinematics import Kinematics, kinds, kinematics
-from splinefeed.machine import describe, parts, quantities
+from splinefeed.machine import parts, quantities, writing
 from splinefeed.machine.control import PARTS, AxisControl, Control
 from splinefeed.records import ROTARY_AXES
 
-#: Sections of an axis and the record that each becomes.
-SECTIONS: dict[str, type[Any]] = {
-    "motor": parts.Motor,
-    "drive": parts.Drive,
-    "transmission": parts.Transmission,
-    "load": parts.Load,
-    "friction": parts.Friction,
-    "encoder": parts.Encoder,
-    "scale": parts.Scale,
-    "controller": parts.Controller,
-    "limits": parts.AxisLimits,
-}
-#: Sections that an axis may do without.
-OPTIONAL = ("friction", "encoder", "scale", "limits")
 #: Keys beside the axes at the top of a file.
 _TOP = ("title", "notes", "kinematics", "control", "axis")
 #: A machine file beyond this many bytes is none.
@@ -123,15 +109,13 @@ class Machine:
 
     def as_dict(self) -> dict[str, Any]:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
-        return describe.numbers(self)
+        return writing.numbers(self)
 
     def save(self, path: str | Path) -> None:
         """Write a machine file that loads again as the same machine, whole or not at all.
 
         Raises FormatError for a name that does not end in .toml, and for a file that cannot be written.
         """
-        from splinefeed.machine import writing
-
         if not str(path).endswith(".toml"):
             raise FormatError(f"{path}: a machine file is named .toml")
         text = writing.to_text(self)
@@ -139,8 +123,8 @@ class Machine:
             temporary.write_text(text, encoding="utf-8")
 
     def describe(self) -> str:
-        """The machine in words, a paragraph an axis."""
-        return describe.describe(self)
+        """The machine as its file says it, and what follows for each axis."""
+        return writing.describe(self)
 
 
 @cache
@@ -216,17 +200,17 @@ def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:
     content = _table(content, place, problems)
     if len(problems) > before:
         return None
-    _unknown_keys(content, ("motion", *SECTIONS), f"{place}.", problems)
+    _unknown_keys(content, ("motion", *parts.SECTIONS), f"{place}.", problems)
     motion = "rotary" if name in ROTARY_AXES else "linear"
     if content.get("motion", motion) != motion:
         problems.append(f"{place}.motion: {content['motion']!r}; must be {motion}: rotary are {', '.join(ROTARY_AXES)}")
     motor = content.get("motor")
     turns = (motion == "rotary", not (isinstance(motor, dict) and motor.get("motion") == "linear"))
     made: dict[str, Any] = {}
-    for section, part in SECTIONS.items():
+    for section, part in parts.SECTIONS.items():
         if section in content:
             made[section] = _part(content[section], part, f"{place}.{section}", turns, problems)
-        elif section not in OPTIONAL:
+        elif section not in parts.OPTIONAL:
             problems.append(f"{place}.{section}: missing")
     if len(problems) > before:
         return None

@@ -234,6 +234,22 @@ class AxisLimits(_Part):
     source: str = words()
 
 
+#: Sections of an axis and the record that each becomes.
+SECTIONS: dict[str, type[Any]] = {
+    "motor": Motor,
+    "drive": Drive,
+    "transmission": Transmission,
+    "load": Load,
+    "friction": Friction,
+    "encoder": Encoder,
+    "scale": Scale,
+    "limits": AxisLimits,
+    "controller": Controller,
+}
+#: Sections that an axis may do without.
+OPTIONAL = ("friction", "encoder", "scale", "limits")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Axis:
     """One axis of a machine. Raises InputError, one line for each fault, if its parts do not fit."""
@@ -293,12 +309,19 @@ class Axis:
             return 0.0
         return 2.0 * math.pi * self.travel_per_motor / (self.encoder.pulses * self.encoder.multiplication)
 
-    def said(self, part: Any) -> Iterator[tuple[Field[Any], Any, bool]]:
-        """Field, value, and whether that is of rotary motion, of all that one of its parts says."""
-        for one in fields(part):
-            value = getattr(part, one.name)
-            if value is not None and value != "":
-                yield one, value, self.motor.motion == "rotary" if one.metadata.get("motor") else self.rotary
+    def said(self) -> Iterator[tuple[str, Field[Any], Any, bool]]:
+        """Section, field, value, and whether that is of rotary motion, of all that its parts say."""
+        for section in SECTIONS:
+            part = getattr(self, section)
+            for one in fields(part) if part is not None else ():
+                value = getattr(part, one.name)
+                if value is not None and value != "":
+                    yield (
+                        section,
+                        one,
+                        value,
+                        self.motor.motion == "rotary" if one.metadata.get("motor") else self.rotary,
+                    )
 
     def problems(self) -> Iterator[str]:
         """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
