@@ -206,7 +206,7 @@ def test_times_with_few_digits_are_the_even_ones_rounded(tmp_path):
         ("t,x_kg\n1,2\n3,4\n", "column x: "),
         ("t,x\n0,1\n", "a single setpoint gives no period"),
         ("t,x\n0,1\n0,2\n", "does not increase"),
-        ("t,x\n0,1\nzero,2\n", "line 3: 'zero,2' is not numbers"),
+        ("t,x\n0,1\nzero,2\n", "could not convert string 'zero' to float64 at row 1, column 1"),
         ("t,x\n0,1\n1,2,3\n", "is not a valid table"),
         ("nothing here\n", "holds no numbers"),
     ],

@@ -19,9 +19,9 @@ from splinefeed import units
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats import json_program, json_tool
 from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.json_values import anything, fields, names, numbers, or_none, parse, points, text, unit, whole
+from splinefeed.formats.json_values import anything, listed, names, numbers, or_none, parse, points, text, unit, whole
 from splinefeed.formats.metadata import to_degrees, to_radians
-from splinefeed.formats.sizes import MAX_COORDINATE, MAX_CURVES, MAX_POINTS
+from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import DEFAULT_AXES, JOIN_TOLERANCE, Path
@@ -52,7 +52,7 @@ class _Entry(NamedTuple):
     curve: NurbsCurve
     axes: tuple[str, ...]
     said: dict[str, Any]
-    scale: float
+    scale: float | None
 
 
 def holds(head: bytes) -> bool:
@@ -70,17 +70,11 @@ def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | s
         raise FormatError(f'{source}: is a {type(document).__name__}; expected an object with "degree" or "curves"')
     if json_tool.holds(document):
         return json_tool.from_document(document, source, allowed)
-    shared, listed, places = {}, [document], [f"{source}"]
-    if "curves" in document:
-        shared, listed = fields(document, f"{source}", {"curves": anything, **_SHARED}), document["curves"]
-        if not isinstance(listed, list) or not 0 < len(listed) <= MAX_CURVES:
-            raise FormatError(f"{source}: curves: is not a list of 1 to {MAX_CURVES} curves")
-        places = [f"{source}: curves[{i}]" for i in range(len(listed))]
-    _check_size(listed, source)
-    findings: dict[str, None] = {}
-    entries = [_entry(item, shared, place, findings) for item, place in zip(listed, places, strict=True)]
-    name = shared.get("name") or ("" if shared else entries[0].name) or pathlib.Path(source).stem
-    return _joined(entries, name, tuple(findings), allowed, source)
+    shared, items = listed(document, f"{source}", _SHARED, _CURVE, _NEEDED)
+    entries = [_entry(item, shared, place) for place, item in items]
+    silent = any(entry.scale is None for entry in entries)
+    findings = ("no units are given; read as mm",) if silent else ()
+    return _joined(entries, shared.get("name") or pathlib.Path(source).stem, findings, allowed, source)
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
@@ -112,26 +106,12 @@ def to_text(paths: Sequence[Path]) -> str:
     return json.dumps(document, allow_nan=False) + "\n"
 
 
-def _check_size(listed: list[Any], source: str | os.PathLike[str]) -> None:
-    count = 0
-    for item in listed:
-        rows = item.get("control_points") if isinstance(item, dict) else None
-        count += len(rows) if isinstance(rows, list) else 0
-    if count > MAX_POINTS:
-        raise FormatError(f"{source}: control_points: there are {count}; at most {MAX_POINTS} can be read")
-
-
-def _entry(item: Any, shared: dict[str, Any], place: str, findings: dict[str, None]) -> _Entry:
+def _entry(said: dict[str, Any], shared: dict[str, Any], place: str) -> _Entry:
     """One curve; what it does not say itself is `shared` by all."""
-    said = fields(item, place, _CURVE, _NEEDED)
-    net = said["control_points"]
-    axes = _axes(said.get("axes", shared.get("axes")), net.shape[1], f"{place}: axes")
+    axes = _axes(said.get("axes", shared.get("axes")), said["control_points"].shape[1], f"{place}: axes")
     scale = said.get("units", shared.get("units"))
-    if scale is None:
-        findings["no units are given; read as mm"] = None
-        scale = 1.0
-    net = to_radians(net, axes)
-    net[:, [axis not in ROTARY_AXES for axis in axes]] *= scale
+    net = to_radians(said["control_points"], axes)
+    net[:, [axis not in ROTARY_AXES for axis in axes]] *= scale or 1.0
     if np.max(np.abs(net)) > MAX_COORDINATE:
         row = int(np.argmax(np.max(np.abs(net), axis=1)))
         raise FormatError(f"{place}: control_points[{row}]: is beyond {MAX_COORDINATE:g} mm; check the units")
@@ -169,7 +149,7 @@ def _joined(
             name=title,
             findings=findings,
             tolerance=tolerance,
-            **json_program.path_arguments([(entry.said, entry.scale) for entry in group], source),
+            **json_program.path_arguments([(entry.said, entry.scale or 1.0) for entry in group], source),
         )
         for group, title in zip(groups, titles, strict=True)
     ]

@@ -25,7 +25,7 @@ import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats import json_program
-from splinefeed.formats.json_values import anything, fields, names, number, numbers, or_none, points, text, unit, whole
+from splinefeed.formats.json_values import anything, listed, names, number, numbers, or_none, points, text, unit, whole
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
@@ -59,13 +59,7 @@ def holds(document: dict[str, Any]) -> bool:
 
 def from_document(document: dict[str, Any], source: str | os.PathLike[str], tolerance: float) -> list[Path]:
     """The tool path in a document of the file `source`; FormatError names what is wrong and its place."""
-    listed, places, known = [document], [f"{source}"], {**_CURVE, **_SHARED}
-    if "curves" in document:
-        listed, known = document["curves"], _CURVE
-        places = [f"{source}: curves[{i}]" for i in range(len(listed))]
-        document = {key: value for key, value in document.items() if key != "curves"}
-    shared = fields(document, f"{source}", known | _SHARED)
-    curves = [fields(item, place, known, _NEEDED) for item, place in zip(listed, places, strict=True)]
+    shared, items = listed(document, f"{source}", _SHARED, _CURVE, _NEEDED)
     findings = []
     scale = shared.get("units", shared.get("unit"))
     if scale is None:
@@ -76,7 +70,7 @@ def from_document(document: dict[str, Any], source: str | os.PathLike[str], tole
     rotary = shared.get("rotary_axes", [])
     if any(axis not in ROTARY_AXES for axis in rotary):
         raise FormatError(f"{source}: rotary_axes: expected a list of {', '.join(ROTARY_AXES)}")
-    made = [_curve(curve, place, scale) for curve, place in zip(curves, places, strict=True)]
+    made = [_curve(item, place, scale) for place, item in items]
     kinds = {kind for _, _, kind in made}
     if len(kinds) > 1:
         raise FormatError(f"{source}: curves: not all give their tool axis alike; choose one of {', '.join(KINDS)}")
@@ -85,7 +79,7 @@ def from_document(document: dict[str, Any], source: str | os.PathLike[str], tole
         "name": shared.get("name") or pathlib.Path(source).stem,
         "findings": tuple(findings),
         "tolerance": tolerance,
-        **json_program.path_arguments([(curve, scale) for curve in curves], source),
+        **json_program.path_arguments([(item, scale) for _, item in items], source),
         "rotary": rotary,
         "tool_length": None if length is None else scale * length,
     }

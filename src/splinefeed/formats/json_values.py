@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.sizes import MAX_AXES
+from splinefeed.formats.sizes import MAX_AXES, MAX_CURVES, MAX_POINTS
 from splinefeed.records import Array
 
 Check: TypeAlias = Callable[[Any, str], Any]
@@ -58,6 +58,21 @@ def fields(item: object, place: str, known: Mapping[str, Check], needed: Sequenc
         if key not in item:
             raise FormatError(f"{place}: {key} is missing; needed are {', '.join(needed)}")
     return {key: known[key](value, f"{place}: {key}") for key, value in item.items()}
+
+
+def listed(
+    document: dict[str, Any], place: str, shared: Mapping[str, Check], item: Mapping[str, Check], needed: Sequence[str]
+) -> tuple[dict[str, Any], list[tuple[str, dict[str, Any]]]]:
+    """What a document says of all its curves, and place and values of each: of itself, or of its list `curves`."""
+    if "curves" not in document:
+        said = fields(document, place, {**item, **shared}, needed)
+        return said, [(place, said)]
+    curves = document["curves"]
+    if not isinstance(curves, list) or not 0 < len(curves) <= MAX_CURVES:
+        raise FormatError(f"{place}: curves: is not a list of 1 to {MAX_CURVES} curves")
+    said = fields(document, place, {"curves": anything, **shared})
+    places = [f"{place}: curves[{i}]" for i in range(len(curves))]
+    return said, [(at, fields(curve, at, item, needed)) for at, curve in zip(places, curves, strict=True)]
 
 
 def anything(value: Any, place: str) -> Any:
@@ -121,8 +136,8 @@ names = each(text, "names")
 
 def points(rows: Any, place: str) -> Array:
     """Points (n, axes) as they stand in the file."""
-    if not isinstance(rows, list) or not rows:
-        raise FormatError(f"{place}: is not a list of points")
+    if not isinstance(rows, list) or not 0 < len(rows) <= MAX_POINTS:
+        raise FormatError(f"{place}: is not a list of 1 to {MAX_POINTS} points")
     width = len(rows[0]) if isinstance(rows[0], list) else 0
     if not 1 <= width <= MAX_AXES:
         raise FormatError(f"{place}[0]: expected a list of 1 to {MAX_AXES} numbers")

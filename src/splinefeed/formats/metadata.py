@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, TextIO
@@ -12,6 +11,7 @@ import numpy as np
 
 import splinefeed
 from splinefeed.errors import FormatError, InputError, SplinefeedError
+from splinefeed.formats.plain import plain
 from splinefeed.formats.sizes import MAX_AXES
 from splinefeed.formats.source import in_brief
 from splinefeed.records import (
@@ -80,19 +80,9 @@ def naming(path: object, kind: str | None = None) -> Iterator[None]:
 def to_json(value: Any) -> str:
     """`value` as one line of JSON; tuples become lists, NumPy's numbers and arrays become Python's."""
     try:
-        return json.dumps(value, default=_as_plain, allow_nan=False)
+        return json.dumps(plain(value), allow_nan=False)
     except (TypeError, ValueError, RecursionError) as error:
         raise InputError(f"settings: cannot be written as JSON: {error}") from None
-
-
-def _as_plain(value: object) -> object:
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    if isinstance(value, Mapping):
-        return dict(value)
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    raise TypeError(f"an object of type {type(value).__name__} has no form in JSON")
 
 
 def check_schema(schema: object) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.records import view
 from splinefeed.records.arrays import Array, BoolArray, IntArray, hold_columns
-from splinefeed.records.limits import ROTARY_AXES
 
 #: Fields of Response that only streams have.
 STREAM_COLUMNS = ("row", "depth", "underruns")
@@ -72,18 +71,12 @@ class Response:
         return f"Response({len(self)} ticks of {self.period:g} s, axes {' '.join(self.axes)})"
 
     def _repr_html_(self) -> str:
-        rows = {"response": f"{len(self)} ticks of {self.period:g} s"}
-        error = np.abs(self.tracking_error)
-        for k, axis in enumerate(self.axes):
-            unit, factor = ("deg", 180.0 / np.pi) if axis in ROTARY_AXES else ("mm", 1.0)
-            rows[f"following error {axis}"] = f"at most {factor * float(np.max(error[:, k], initial=0.0)):.4g} {unit}"
-        drawn = np.max(error, axis=1, initial=0.0), "largest following error over time"
-        if self.contour_error is not None:
-            rows["contour error"] = f"at most {self.contour_error_max:.4g} mm"
-            drawn = self.contour_error, "contour error over time"
-        if self.stopped is not None:
-            rows["stopped"] = self.stopped
-        return view.table(rows, view.sparkline(*drawn))
+        rows = {"response": f"{self!r}", **({"stopped": self.stopped} if self.stopped else {})}
+        if self.contour_error is None:
+            error = np.max(np.abs(self.tracking_error), axis=1, initial=0.0)
+            return view.table(rows, view.sparkline(error, "largest following error over time"))
+        rows["contour error"] = f"at most {self.contour_error_max:.4g} mm"
+        return view.table(rows, view.sparkline(self.contour_error, "contour error over time"))
 
     def __len__(self) -> int:
         return len(self.t)

@@ -64,14 +64,7 @@ class Setpoints:
         return f"Setpoints({len(self)}, one every {self.period:g} s, axes {' '.join(self.axes)}, {self.method!r})"
 
     def _repr_html_(self) -> str:
-        rows = {
-            "setpoints": f"{len(self)}, one every {self.period:g} s",
-            "axes": ", ".join(self.axes),
-            "method": self.method,
-        }
-        if len(self):
-            rows["time"] = f"{self.t[0]:.6g} to {self.t[-1]:.6g} s"
-        return view.table(rows, view.sparkline(self.feed, "feed over time"))
+        return view.table({"setpoints": f"{self!r}"}, view.sparkline(self.feed, "feed over time"))
 
     def __len__(self) -> int:
         return len(self.t)
