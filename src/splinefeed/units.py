@@ -100,23 +100,41 @@ def read(quantity: object, wanted: Kind, bare: str | None) -> float:
 
     Raises UnitError as `parse` does.
     """
+    try:
+        return _value(quantity, wanted, bare)
+    except _QuantityError as why:
+        shown = repr(quantity)
+        if len(shown) > _LONGEST_TEXT:
+            shown = f"{shown[: _LONGEST_TEXT // 2]}..."
+        raise UnitError(f"{shown} {why}; expected {wanted.title} such as {wanted.example}") from None
+
+
+class _QuantityError(Exception):
+    """Why a quantity is none."""
+
+
+def _value(quantity: Any, wanted: Kind, bare: str | None) -> float:
+    unit = bare
     if isinstance(quantity, str):
         if len(quantity) > _LONGEST_TEXT:
-            raise _refusal(quantity, f"has {len(quantity)} characters", wanted)
+            raise _QuantityError(f"has {len(quantity)} characters")
         text = quantity.strip().lower().translate(_SIGNS).replace("**", "^")
         text = re.sub(r"([a-df-z])([0-9])", r"\1^\2", text)  # m/s2 is m/s^2; an e may belong to the number
         match = _QUANTITY.fullmatch(text)
         if match is None:
             comma = re.fullmatch(r"[+-]?[0-9]+,[0-9].*", text)
-            raise _refusal(quantity, "uses a comma; write a decimal point" if comma else "cannot be read", wanted)
+            raise _QuantityError("uses a comma; write a decimal point" if comma else "cannot be read")
         number, unit = float(match[1]), match[2] or bare
     else:
-        number, unit = _as_float(quantity, wanted), bare
+        try:
+            number = float("no" if isinstance(quantity, bool) else quantity)
+        except (TypeError, ValueError, OverflowError):
+            raise _QuantityError("is not a number") from None
     if unit is None:
-        raise _refusal(quantity, "has no unit", wanted)
-    number *= _factor(unit, quantity, number, wanted)
+        raise _QuantityError("has no unit")
+    number *= _factor(unit, wanted)
     if not math.isfinite(number):
-        raise _refusal(quantity, "is not finite", wanted)
+        raise _QuantityError("is not finite")
     return number
 
 
@@ -139,54 +157,27 @@ def _kind(name: str) -> Kind:
         raise UnitError(f"no kind of quantity is called {name!r}; there are {', '.join(KINDS)}") from None
 
 
-def _as_float(value: Any, wanted: Kind) -> float:
-    if isinstance(value, bool):
-        raise _refusal(value, "is not a number", wanted)
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise _refusal(value, "is not a number", wanted) from None
-
-
-def _factor(unit: str, quantity: object, number: float, wanted: Kind) -> float:
+def _factor(unit: str, wanted: Kind) -> float:
     """What one `unit` is in the base unit of the wanted kind."""
-    base, dimensions = _size(wanted.base, quantity, wanted)
+    base, dimensions = _size(wanted.base)
     for units in (UNITS, UNITS | OTHERWISE):
-        factor, given = _size(unit, quantity, wanted, units)
+        factor, given = _size(unit, units)
         if given == dimensions:
             return factor / base
-    factor, given = _size(unit, quantity, wanted)
-    raise _refusal(quantity, _other_kind(number * factor, given, wanted), wanted)
+    given = _size(unit)[1]
+    title = next((kind.title for kind in KINDS.values() if given == _size(kind.base)[1]), "of another kind")
+    raise _QuantityError(f"is {title}")
 
 
-def _size(
-    unit: str, quantity: object, wanted: Kind, units: Mapping[str, tuple[float, Dimensions]] = UNITS
-) -> tuple[float, Dimensions]:
+def _size(unit: str, units: Mapping[str, tuple[float, Dimensions]] = UNITS) -> tuple[float, Dimensions]:
     """Size and dimensions of a product of units such as mm/s^2: from left to right, a blank between two multiplies."""
     factor = 1.0
     powers: Dimensions = (0, 0, 0, 0, 0)
     for sign, name, power in _TERM.findall(unit.lower()):
         one = units.get(WORDS.get(name, name))
         if one is None:
-            raise _refusal(quantity, f"has an unknown unit: {name}", wanted)
+            raise _QuantityError(f"has an unknown unit: {name}")
         times = int(power or 1) * (-1 if sign == "/" else 1)
         factor *= one[0] ** times
         powers = tuple(so_far + times * each for so_far, each in zip(powers, one[1], strict=True))
     return factor, powers
-
-
-def _other_kind(value: float, given: Dimensions, wanted: Kind) -> str:
-    """Say what a quantity of the wrong kind is, and, for a frequency, the period that was probably meant."""
-    if given == UNITS["hz"][1] and 0.0 < value < math.inf:
-        return f"is a frequency; its period is {format_quantity(1.0 / value, 'time')}"
-    for kind in KINDS.values():
-        if given == _size(kind.base, "", wanted)[1]:
-            return f"is {kind.title}"
-    return "is of another kind"
-
-
-def _refusal(quantity: object, what: str, wanted: Kind) -> UnitError:
-    shown = repr(quantity)
-    if len(shown) > _LONGEST_TEXT:
-        shown = f"{shown[: _LONGEST_TEXT // 2]}..."
-    return UnitError(f"{shown} {what}; expected {wanted.title} such as {wanted.example}")
