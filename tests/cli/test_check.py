@@ -114,7 +114,7 @@ def test_options_of_axes_and_travel(folder):
     [
         (["points.h5"], "does not name its path; give --path"),
         (["no.h5", "--path", "path.json"], "no such file"),
-        (["law.h5", "--path", "path.json"], "holds TimeLaw, not setpoints"),
+        (["law.h5", "--path", "path.json"], "holds TimeLaw; expected Setpoints"),
         (["points.h5", "--path", "path.json", "--law", "points.h5"], "holds Setpoints, not a time law"),
         (["other.csv", "--path", "path.json"], "has no limits"),
         (["points.h5", "--path", "path.json", "--columns", "t,x,y"], "--columns: is for CSV files of other programs"),
@@ -140,7 +140,7 @@ def test_a_path_that_a_run_read_and_that_has_changed(folder, tmp_path):
     sf.save(dataclasses.replace(points, settings=settings), tmp_path / "points.h5")
     result = invoke(tmp_path / "points.h5")
     assert result.exit_code == 2
-    assert "has changed since; give --path" in result.stderr
+    assert "has changed since or is gone; give --path" in result.stderr
     source["sha256"] = hashlib.sha256((folder / "path.json").read_bytes()).hexdigest()
     sf.save(dataclasses.replace(points, settings=settings), tmp_path / "points.h5")
     assert invoke(tmp_path / "points.h5").exit_code == 0

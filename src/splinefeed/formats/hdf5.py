@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
-from io import FileIO, RawIOBase
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ import numpy as np
 
 import splinefeed
 from splinefeed.errors import InputError, LimitsError
-from splinefeed.formats.metadata import COLUMNS, SCHEMA, axis_units, check_columns, check_schema, naming, to_json
+from splinefeed.formats.metadata import COLUMNS, MAYBE, SCHEMA, axis_units, check_columns, check_schema, naming, to_json
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
 from splinefeed.formats.source import check_file
 from splinefeed.records import ORDERS, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, positive, unit_of
@@ -51,59 +51,43 @@ MOST_PACKED = 1100
 _NO_HARM_BYTES = 2**20
 
 
-class _Output(RawIOBase):
+class _Output(FileIO):
     """The file that HDF5 writes to: it keeps the first error and lets what follows go nowhere.
 
     HDF5 cannot bear a write that fails (on a full disk, say): it tries again in closing, fails again, and crashes
     Python at its end. So the error waits here until `check` is called, and HDF5 closes in peace.
     """
 
-    def __init__(self, stream: FileIO) -> None:
-        self._stream = stream
-        self._error: BaseException | None = None
-        self.tell = stream.tell  # type: ignore[method-assign]
+    _error: BaseException | None = None
 
     def check(self) -> None:
         """Raise what went wrong since the beginning, if anything did."""
         if self._error is not None:
             raise self._error
 
-    def _attempt(self, action: Callable[..., Any], *given: Any, otherwise: Any) -> Any:
-        if self._error is None:
-            try:
-                return action(*given)
-            except BaseException as error:  # Ctrl-C too: it must not pass through HDF5
-                self._error = error
-        return otherwise
-
-    def _write_all(self, content: memoryview) -> int:
-        done = 0
-        while done < len(content):
-            done += self._stream.write(content[done:])
-        return done
-
-    def write(self, content: Any) -> Any:
-        return self._attempt(self._write_all, memoryview(content).cast("B"), otherwise=len(content))
-
-    def readinto(self, content: Any) -> Any:
-        return self._attempt(self._stream.readinto, content, otherwise=0)
-
-    def seek(self, offset: int, whence: int = os.SEEK_SET) -> Any:
-        return self._attempt(self._stream.seek, offset, whence, otherwise=offset)
+    def write(self, content: Any) -> int:
+        left = memoryview(content).cast("B")
+        size = len(left)
+        try:
+            while len(left) and self._error is None:
+                left = left[super().write(left) :]
+        except BaseException as error:  # Ctrl-C too: it must not pass through HDF5
+            self._error = error
+        return size
 
     def truncate(self, size: int | None = None, /) -> int:
-        return int(self._attempt(self._stream.truncate, size, otherwise=size or 0))
-
-    def flush(self) -> None:
-        """Nothing is held back here."""
+        try:
+            return super().truncate(size) if self._error is None else size or 0
+        except OSError as error:
+            self._error = error
+            return size or 0
 
 
 def write(parts: Iterable[Any], file: Path) -> None:
     """Write a record that comes in parts, of which one is in memory at a time."""
     import h5py
 
-    with FileIO(file, "r+") as stream:
-        output = _Output(stream)
+    with _Output(file, "r+") as output:
         with h5py.File(output, "w", libver=("v108", "v108")) as made:
             for part in parts:
                 if isinstance(part, Limits):
@@ -212,8 +196,7 @@ def _record(kind: type[Any], datasets: Mapping[str, Any], said: Any, part: slice
 
 def _datasets(file: Any, kind: type[Any], most: int = MAX_TICKS) -> dict[str, Any]:
     names = [each.name for each in fields(kind) if each.name in DATASETS]
-    maybe = ("contour_error", *STREAM_COLUMNS)
-    return {name: _dataset(file, name, DATASETS[name][0], most) for name in names if name in file or name not in maybe}
+    return {name: _dataset(file, name, DATASETS[name][0], most) for name in names if name in file or name not in MAYBE}
 
 
 def _dataset(file: Any, name: str, ndim: int, most: int = MAX_TICKS) -> Any:
