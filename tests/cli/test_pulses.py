@@ -54,7 +54,7 @@ def test_what_is_refused(refused, points, folder):
         "pulses_per_unit is {'x': 1000.0}; give one scale for each of x, y"
     )
     assert refused("pulses", "points.h5", "--pulses", "x=1,y=zero") == (
-        "--pulses: 'y=zero' cannot be read; write for example x=1000"
+        "--pulses: 'x=1,y=zero' cannot be read; write for example x=1000,y=1000"
     )
     assert refused("pulses", "points.h5", "--pulses", "x=1,y=nan").startswith("pulses_per_unit['y']")
     assert (

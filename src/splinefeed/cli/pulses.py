@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -126,14 +126,12 @@ def _page(file: str, pattern: BitPattern, notes: list[str], files: list[str]) ->
 
 def _scales(text: str) -> dict[str, float]:
     """Pulses by axis of `x=1000,theta=100`."""
-    found = {}
-    for each in text.split(","):
-        axis, _, count = each.partition("=")
-        try:
-            found[axis.strip()] = float(count)
-        except ValueError:
-            raise InputError(f"--pulses: {each!r} cannot be read; write for example x=1000") from None
-    return found
+    from splinefeed.formats.limits_toml import by_axis
+
+    try:
+        return {axis: float(count) for axis, count in by_axis(text)}
+    except ValueError:
+        raise InputError(f"--pulses: {text!r} cannot be read; write for example x=1000,y=1000") from None
 
 
 def _slots(clock: float, period: float) -> int:
@@ -174,7 +172,7 @@ def _write_positions(pattern: BitPattern, file: str) -> None:
         raise FormatError(f"{file}: positions are written as .csv")
     position = metadata.to_degrees(decode(pattern), pattern.axes)
     units_of = metadata.axis_units(pattern.axes, "deg")
-    names: Iterable[str] = (f"{axis} [{unit}]" for axis, unit in zip(pattern.axes, units_of, strict=True))
+    names = [f"{axis} [{unit}]" for axis, unit in zip(pattern.axes, units_of, strict=True)]
     time: Array = pattern.period * np.arange(len(position), dtype=np.float64)
     with atomic_write(file) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
         stream.write(",".join(["t [s]", *names]) + "\n")

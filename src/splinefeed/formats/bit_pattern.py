@@ -141,7 +141,15 @@ def encode(
     if counts.size * slots // 4 > MAX_BYTES:
         raise InputError(f"{len(points)} setpoints of {slots} slots make too many words; take fewer of either")
     pulses = np.diff(counts, axis=0)
-    _check_rate(np.abs(pulses), slots, points, scales)
+    if np.any(over := np.abs(pulses) > slots):
+        i, axis = np.argwhere(over)[0]
+        needed, unit = abs(int(pulses[i, axis])), axis_units(points.axes, "rad")[axis]
+        period = points.period
+        raise InputError(
+            f"tick {i}, axis {points.axes[axis]}: {needed} pulses are needed before the next tick "
+            f"({needed / period:g} a second), at most {slots} are possible ({slots / period:g} a second); "
+            f"lower the feed, or take more slots per period or fewer than {scales[axis]:g} pulses per {unit}"
+        )
     words = _spread(pulses, slots)
     return BitPattern(words=words, start=counts[0], axes=points.axes, period=points.period, pulses_per_unit=scales)
 
@@ -165,20 +173,6 @@ def counts_of(points: Setpoints, pulses_per_unit: Mapping[str, float], rotary: s
         i, axis = np.argwhere(~(np.abs(counts) <= MAX_COUNT))[0]
         raise InputError(f"tick {i}, axis {axes[axis]}: more than 2^53 pulses from zero")
     return counts.astype(np.int64), scales
-
-
-def _check_rate(needed: IntArray, slots: int, points: Setpoints, scales: Array) -> None:
-    """InputError at the first period that needs more pulses, (n, axes), than it has slots."""
-    if not np.any(needed > slots):
-        return
-    i, axis = np.argwhere(needed > slots)[0]
-    name, period = points.axes[axis], points.period
-    raise InputError(
-        f"tick {i}, axis {name}: {needed[i, axis]} pulses are needed before the next tick "
-        f"({needed[i, axis] / period:g} a second), at most {slots} are possible ({slots / period:g} a second); "
-        f"lower the feed, or take more slots per period or fewer than {scales[axis]:g} pulses per "
-        f"{'rad' if name in ROTARY_AXES else 'mm'}"
-    )
 
 
 def decode(pattern: BitPattern) -> Array:

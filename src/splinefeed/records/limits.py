@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from splinefeed.errors import LimitsError
 from splinefeed.records import view
 from splinefeed.records.arrays import Array
-from splinefeed.records.drives import BOUNDED, Combination, Torque
+from splinefeed.records.drives import BOUNDED, Combination, Torque, check_axes
 
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
@@ -191,9 +191,7 @@ class Limits:
     def travel_of(self, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
         """`travel`; LimitsError for the travel of an axis that is not among `axes`."""
         travel = self.for_axes(axes).travel
-        for axis in travel:
-            if axis not in axes:
-                raise LimitsError(f"travel.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        check_axes("travel", travel, axes)
         return travel
 
     def of_axes(self, name: str, axes: Sequence[str]) -> Array:
@@ -206,9 +204,7 @@ class Limits:
             return np.full(len(axes), np.inf)
         if not isinstance(given, Mapping):
             return np.array([math.inf if axis in ROTARY_AXES else given for axis in axes])
-        for axis in given:
-            if axis not in axes:
-                raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        check_axes(name, given, axes)
         return np.array([given.get(axis, math.inf) for axis in axes])
 
     def as_dict(self) -> dict[str, float]:
