@@ -13,15 +13,6 @@ from splinefeed.machine.quantities import show
 #: Rounding of a unit, relative.
 _ROUNDING = 1e-12
 
-#: Rules that a value must keep, by name: how a message says it, and the test.
-RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
-    "positive": ("must be greater than 0", lambda value: value > 0.0),
-    "not negative": ("must not be negative", lambda value: value >= 0.0),
-    "not zero": ("must not be 0", lambda value: value != 0.0),
-    "any": ("", lambda value: True),
-}
-
-
 #: Gains of each kind of controller, and those that both have.
 GAINS = {"pid": ("kp", "ki", "kd"), "p-pi": ("position_gain", "velocity_kp", "velocity_ki")}
 FEED_FORWARD = ("velocity_feed_forward", "acceleration_feed_forward")
@@ -38,48 +29,54 @@ _BELONGS = (
 _NEEDED = ("lead", "ratio", "speed_per_volt", "bandwidth", "force_per_volt", "kp", "position_gain", "velocity_kp")
 
 
+def _kept(default: Any, rule: str, holds: Callable[[Any], bool], **more: Any) -> Any:
+    """A field whose values keep a rule; None stands for absent where it is the default."""
+    return field(default=default, metadata={"rule": rule, "holds": holds, **more})
+
+
+def _finite(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+#: Rules of numbers, by name: how a message says it, and the test.
+_RULES: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "positive": ("must be greater than 0", lambda value: _finite(value) and value > 0.0),
+    "not negative": ("must not be negative", lambda value: _finite(value) and value >= 0.0),
+    "any": ("must be a finite number", _finite),
+}
+
+
 def quantity(kind: str, rule: str = "positive", default: Any = MISSING, *, motor: bool = False) -> Any:
     """A field that holds a quantity of `kind` (see `quantities.KINDS`); motor: of the motor's motion."""
-    return field(default=default, metadata={"kind": kind, "rule": rule, "motor": motor})
+    return _kept(default, *_RULES[rule], kind=kind, motor=motor)
 
 
 def number(rule: str, default: Any) -> Any:
     """A field that holds a number without a unit."""
-    return field(default=default, metadata={"kind": "number", "rule": rule, "motor": False})
+    return _kept(default, *_RULES[rule], kind="number")
 
 
-def count(lowest: int, highest: int, default: Any = MISSING) -> Any:
+def count(low: int, high: int, default: Any = MISSING) -> Any:
     """A field that holds a whole number within bounds."""
-    return field(default=default, metadata={"lowest": lowest, "highest": highest})
+    rule = f"must be a whole number from {low} to {high}"
+    return _kept(default, rule, lambda value: _finite(value) and isinstance(value, int) and low <= value <= high)
 
 
 def choice(*names: str, default: Any = MISSING) -> Any:
     """A field that holds one of some names."""
-    return field(default=default, metadata={"choices": names})
+    return _kept(default, f"must be one of {', '.join(names)}", lambda value: value in names)
 
 
 def words(default: Any = "") -> Any:
     """A field that holds text for people."""
-    return field(default=default, metadata={"text": True})
+    return _kept(default, "must be text", lambda value: isinstance(value, str))
 
 
 def rule_broken(described: Field[Any], value: Any) -> str | None:
-    """The rule of a field that `value` breaks, in words, or None; the value None stands for absent."""
-    metadata = described.metadata
-    if value is None and described.default is None:
-        return None
-    if "choices" in metadata:
-        return None if value in metadata["choices"] else f"must be one of {', '.join(metadata['choices'])}"
-    if "text" in metadata:
-        return None if isinstance(value, str) else "must be text"
-    if "lowest" in metadata:
-        low, high = metadata["lowest"], metadata["highest"]
-        whole = isinstance(value, int) and not isinstance(value, bool)
-        return None if whole and low <= value <= high else f"must be a whole number from {low} to {high}"
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        return "must be a finite number"
-    sentence, holds = RULES[metadata["rule"]]
-    return None if holds(value) else sentence
+    """The rule of a field that `value` breaks, in words, or None."""
+    absent = value is None and described.default is None
+    rule: str = described.metadata["rule"]
+    return None if absent or described.metadata["holds"](value) else rule
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -311,17 +308,13 @@ class Axis:
 
     def said(self) -> Iterator[tuple[str, Field[Any], Any, bool]]:
         """Section, field, value, and whether that is of rotary motion, of all that its parts say."""
-        for section in SECTIONS:
-            part = getattr(self, section)
-            for one in fields(part) if part is not None else ():
+        turns = (self.rotary, self.motor.motion == "rotary")
+        parts = {section: part for section in SECTIONS if (part := getattr(self, section)) is not None}
+        for section, part in parts.items():
+            for one in fields(part):
                 value = getattr(part, one.name)
                 if value is not None and value != "":
-                    yield (
-                        section,
-                        one,
-                        value,
-                        self.motor.motion == "rotary" if one.metadata.get("motor") else self.rotary,
-                    )
+                    yield section, one, value, turns[bool(one.metadata.get("motor"))]
 
     def problems(self) -> Iterator[str]:
         """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
