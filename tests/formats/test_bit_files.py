@@ -90,7 +90,7 @@ def test_words_and_page_must_belong_together(pattern, tmp_path):
     file.write_bytes(words)
     assert refused(record="Setpoints") == f"{page}: does not describe pulse words in the order that is known here"
     assert refused(order="another") == f"{page}: does not describe pulse words in the order that is known here"
-    assert refused(axes=[3]) == f"{page}: axes[0]: 3 is not a line of text"
+    assert refused(axes=[3]) == f"{page}: axes[0]: 3 is not text"
     assert refused(periods=-1) == f"{page}: says -1 periods of 4 words; that is no file of pulse words"
     assert refused(words_per_period=0) == f"{page}: says 399 periods of 0 words; that is no file of pulse words"
     assert refused(pulses_per_unit=[1.0, 0.0, 1.0]).startswith(f"{page}: BitPattern: expected one start and one scale")

@@ -137,7 +137,7 @@ BAD = [
     (changed(weights=[1, 1, 1]), "3 weights for 2 control points; expected one each"),
     (changed(axes="xy"), "axes: is not a list of names"),
     (changed(axes=["x"]), "axes: has 1 names for control points of 2 columns; give one for each"),
-    (changed(name=["a"]), "name: a list is not a line of text"),
+    (changed(name=["a"]), "name: a list is not text"),
     (changed(control_points=[[0, 0]] * 200_001), "control_points: is not a list of 1 to 200000 points"),
     ({"curves": [3] * 20_001}, "curves: is not a list of 1 to 20000 curves"),
 ]

@@ -58,7 +58,7 @@ def test_feeds_have_the_units_of_the_file_and_null_is_rapid(tmp_path: Path) -> N
         ({"tolerance": -1}, 'curves[1]: tolerance: expected a number, 0 or more, or "free"'),
         ({"before": {}}, "curves[1]: before: is not a list of at most 1000 markers"),
         ({"after": [{"txt": "M2"}]}, 'curves[1]: after[0]: key "txt" is not known; known are dwell, stop, text'),
-        ({"before": [{"text": 3}]}, "curves[1]: before[0]: text: 3 is not a line of text"),
+        ({"before": [{"text": 3}]}, "curves[1]: before[0]: text: 3 is not text"),
         ({"before": [{"dwell": "1"}]}, 'curves[1]: before[0]: dwell: "1" is not a number'),
         ({"before": [{"dwell": -1}]}, "curves[1]: before[0]: a dwell of -1.0 s; it must be 0 or more and finite"),
     ],

@@ -101,7 +101,7 @@ def test_a_format_without_tool_axes_says_so(tmp_path: File) -> None:
         ({"axis_knots": [0, 0, 2, 2]}, "runs over u = 0 to 2, its tip over 0 to 1"),
         ({"colour": "red"}, 'key "colour" is not known'),
         ({"units": "furlong"}, 'units: "furlong" is not known'),
-        ({"name": 7}, "name: 7 is not a line of text"),
+        ({"name": 7}, "name: 7 is not text"),
         ({"rotary_axes": ["q"]}, "rotary_axes: expected a list of a, b, c, theta"),
         ({"rotary_axes": ["a"]}, "rotary is a; name the columns of a tool axis of angles"),
         ({"tool_length": "long"}, 'tool_length: "long" is not a number'),

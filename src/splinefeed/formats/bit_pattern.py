@@ -1,18 +1,10 @@
 """Setpoints as the pulse words of a motion card's bit-pattern mode, and back; files of them.
 
-In that mode the computer decides for every slot of a fixed pulse clock whether an axis moves by one pulse. For each
-axis there is a 16-bit word for the plus direction and one for minus; bit 0 is sent first, 1 means a pulse, and plus
-and minus are never 1 in the same slot. The words are queued on the card a few deep: whoever feeds it writes the words
-of one period while those before it are sent.
-
-The pulses of the period from tick k to k + 1 are N_(k+1) - N_k with N = round(position * pulses_per_unit), half to
-even. Since it is the counts that are rounded, not the steps between them, no pulse is ever lost or added: after every
-tick the axis is within half a pulse of its setpoint. A card's clock knows whole periods only: if the last period of a
-time law is a short one, its pulses take a whole one.
-
-Up to three axes run in step on one card. More are dealt to cards in their order, three each (`BitPattern.cards`), and
-all words of a period are still made together; but nothing in the words keeps two cards in step: they need one pulse
-clock and one start signal in common.
+For each slot of a fixed pulse clock there is a bit an axis and direction, 1 for a pulse, in 16-bit words; plus and
+minus are never 1 in the same slot. The pulses of the period from tick k to k + 1 are N_(k+1) - N_k with
+N = round(position * pulses_per_unit), half to even: since counts are rounded, not the steps between them, no pulse is
+ever lost or added, and after every tick the axis is within half a pulse of its setpoint. A card's clock knows whole
+periods only: if the last period of a time law is a short one, its pulses take a whole one.
 
 NAME.bits holds the words as a card's driver sends them, the low byte first, and nothing else: for each period, for each
 word of the period, for each axis the word of the plus direction and then that of minus. NAME.bits.json says axes,

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
-from io import FileIO
+from io import FileIO, RawIOBase
 from pathlib import Path
 from typing import Any
 
@@ -51,51 +51,67 @@ MOST_PACKED = 1100
 _NO_HARM_BYTES = 2**20
 
 
-class _Output(FileIO):
+class _Output(RawIOBase):
     """The file that HDF5 writes to: it keeps the first error and lets what follows go nowhere.
 
     HDF5 cannot bear a write that fails (on a full disk, say): it tries again in closing, fails again, and crashes
     Python at its end. So the error waits here until `check` is called, and HDF5 closes in peace.
     """
 
-    _error: BaseException | None = None
+    def __init__(self, stream: FileIO) -> None:
+        self._stream = stream
+        self._error: BaseException | None = None
+        self.tell = stream.tell  # type: ignore[method-assign]
 
     def check(self) -> None:
         """Raise what went wrong since the beginning, if anything did."""
         if self._error is not None:
             raise self._error
 
-    def write(self, content: Any) -> int:
-        left = memoryview(content).cast("B")
-        size = len(left)
-        try:
-            while len(left) and self._error is None:
-                left = left[super().write(left) :]
-        except BaseException as error:  # Ctrl-C too: it must not pass through HDF5
-            self._error = error
-        return size
+    def _attempt(self, action: Callable[..., Any], *given: Any, otherwise: Any) -> Any:
+        if self._error is None:
+            try:
+                return action(*given)
+            except BaseException as error:  # Ctrl-C too: it must not pass through HDF5
+                self._error = error
+        return otherwise
+
+    def _write_all(self, content: memoryview) -> int:
+        done = 0
+        while done < len(content):
+            done += self._stream.write(content[done:])
+        return done
+
+    def write(self, content: Any) -> Any:
+        return self._attempt(self._write_all, memoryview(content).cast("B"), otherwise=len(content))
+
+    def readinto(self, content: Any) -> Any:
+        return self._attempt(self._stream.readinto, content, otherwise=0)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> Any:
+        return self._attempt(self._stream.seek, offset, whence, otherwise=offset)
 
     def truncate(self, size: int | None = None, /) -> int:
-        try:
-            return super().truncate(size) if self._error is None else size or 0
-        except OSError as error:
-            self._error = error
-            return size or 0
+        return int(self._attempt(self._stream.truncate, size, otherwise=size or 0))
+
+    def flush(self) -> None:
+        """Nothing is held back here."""
 
 
 def write(parts: Iterable[Any], file: Path) -> None:
     """Write a record that comes in parts, of which one is in memory at a time."""
     import h5py
 
-    with _Output(file, "r+") as output:
+    with FileIO(file, "r+") as stream:
+        output = _Output(stream)
         with h5py.File(output, "w", libver=("v108", "v108")) as made:
+            datasets: dict[str, Any] = {}  # open all along: a chunk is packed when it is full
             for part in parts:
                 if isinstance(part, Limits):
                     _write_limits(made, part)
                     break
-                if not len(made):
-                    _create(made, part)
-                for name, dataset in made.items():
+                datasets = datasets or _create(made, part)
+                for name, dataset in datasets.items():
                     values = getattr(part, name)
                     dataset.resize(len(dataset) + len(values), axis=0)
                     dataset[len(dataset) - len(values) :] = values
@@ -104,8 +120,9 @@ def write(parts: Iterable[Any], file: Path) -> None:
         output.check()
 
 
-def _create(file: Any, first: Any) -> None:
+def _create(file: Any, first: Any) -> dict[str, Any]:
     """Empty datasets for the columns of parts such as `first`, with their units."""
+    datasets = {}
     for each in fields(first):
         values = getattr(first, each.name)
         if each.name not in DATASETS or values is None:
@@ -120,6 +137,8 @@ def _create(file: Any, first: Any) -> None:
         )
         unit = DATASETS[each.name][1]
         dataset.attrs["units"] = _text(axis_units(first.axes, "rad") if unit is None else unit)
+        datasets[each.name] = dataset
+    return datasets
 
 
 def _write_limits(file: Any, limits: Limits) -> None:

@@ -33,6 +33,8 @@ def _bound(unbounded: str, least: str, holds: Callable[[float], bool]) -> Check:
 
 def _marker(item: Any, place: str) -> Marker:
     said = fields(item, place, _MARKER)
+    if "\n" in said.get("text", ""):
+        raise FormatError(f"{place}: text: must be one line")
     try:
         return Marker(0, said.get("text", ""), float(said.get("dwell", 0.0)), said.get("stop", True))
     except InputError as error:

@@ -81,9 +81,9 @@ def anything(value: Any, place: str) -> Any:
 
 
 def text(value: Any, place: str) -> str:
-    """Text of one line."""
-    if not isinstance(value, str) or "\n" in value:
-        raise FormatError(f"{place}: {shown(value)} is not a line of text")
+    """Text."""
+    if not isinstance(value, str):
+        raise FormatError(f"{place}: {shown(value)} is not text")
     return value
 
 

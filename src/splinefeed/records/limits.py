@@ -150,7 +150,7 @@ class Limits:
             ends.append(dict(enumerate(value)) if isinstance(value, tuple) else dict(value or {}))
         low, high = ends
         if set(low) != set(high):
-            axes = ", ".join(map(str, {*low, *high} - ({*low} & {*high})))
+            axes = ", ".join(sorted(map(str, set(low) ^ set(high))))
             raise LimitsError(f"axis_minimum and axis_maximum of {axes}: one is missing; give both ends of its travel")
         for axis in low:
             if not low[axis] < high[axis]:
