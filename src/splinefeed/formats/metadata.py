@@ -142,7 +142,7 @@ def write_rows(stream: TextIO, columns: Sequence[Array | IntArray], between: str
         stream.write(row * len(part) % tuple(part.ravel().tolist()))
 
 
-def checked_parts(record: Any, path: object, most: int) -> Iterator[Any]:
+def checked_parts(record: Any, path: object, most: int, kinds: Any = Setpoints) -> Iterator[Any]:
     """The parts of setpoints or of a response, which may be whole, that have ticks: each finite and like the first.
 
     Raises InputError for a part that is not, for more than `most` ticks, and for none at all.
@@ -150,7 +150,7 @@ def checked_parts(record: Any, path: object, most: int) -> Iterator[Any]:
     first: Any = None
     ticks = 0
     for part in record if isinstance(record, Iterable) else [record]:
-        if not isinstance(part, Setpoints | Response):
+        if not isinstance(part, kinds):
             raise InputError(f"{path}: setpoints are saved from Setpoints, got {type(part).__name__}")
         first = part if first is None else first
         for name in _ALIKE:

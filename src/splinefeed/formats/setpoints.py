@@ -73,7 +73,7 @@ def save(record: Record | Iterable[Setpoints] | Iterable[Response], path: str | 
         parts: Iterator[Any] = iter([record])
     else:
         most = MAX_TICKS_IN_CHUNKS if form.module == "hdf5" else MAX_TICKS_AT_ONCE if form.at_once else MAX_TICKS
-        parts = checked_parts(record, path, most)
+        parts = checked_parts(record, path, most, Setpoints | Response if form.module == "hdf5" else Setpoints)
     if form.rotary == "deg":
         parts = (replace(part, position=to_degrees(part.position, part.axes)) for part in parts)
     with atomic_write(path) as temporary:
