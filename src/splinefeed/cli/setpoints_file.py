@@ -75,9 +75,10 @@ def machine_of(settings: Mapping[str, Any]) -> str | None:
 def _words(settings: Mapping[str, Any]) -> dict[str, str]:
     """Each word of the command of a run, and the one behind it."""
     import shlex
+    from itertools import zip_longest
 
     words = shlex.split(str(settings.get("command", "")))
-    return dict(zip(words, [*words[1:], ""], strict=True))
+    return dict(zip_longest(words, words[1:], fillvalue=""))
 
 
 def says_path(settings: Mapping[str, Any]) -> bool:
