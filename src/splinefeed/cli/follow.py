@@ -61,7 +61,6 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from itertools import chain
     from pathlib import Path
 
-    from splinefeed.formats import records_hdf5
     from splinefeed.pipeline.follow import Servo, follow_chunks
     from splinefeed.pipeline.overview import Overview, Pictured
     from splinefeed.report import files, saving
@@ -94,7 +93,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
-            records_hdf5.save_response(responses(), stage / files.RESPONSE)
+            sf.save(responses(), stage / files.RESPONSE)
         except FormatError:
             raise
         except InputError as error:

@@ -83,7 +83,6 @@ def command(say: Say, source: str, **given: Any) -> Page:
       splinefeed stream part.dxf --machine router --to file -o rows.txt
       splinefeed stream setpoints.h5 --machine router --to udp --port 5010 --override 50%
     """
-    from splinefeed.formats import records_hdf5
     from splinefeed.live.motion import approach
     from splinefeed.live.operator import Control, Operator
     from splinefeed.live.stream import play
@@ -125,7 +124,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
     files = [given["output"]] if given["to"] == "file" else []
     if given["record_file"]:
         settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
-        records_hdf5.save_response(sink.response(settings), given["record_file"])
+        sf.save(sink.response(settings), given["record_file"])
         files.append(given["record_file"])
     end = "to the end of the path" if state.done else f"stopped at {state.tau:.3f} s of {motion.duration:.3f} s"
     print(f"{state.row} rows, {end}; {state.underruns} underruns", file=sys.stderr)

@@ -90,8 +90,6 @@ def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A file to download: what it is called, and where it lies in the folder of files made."""
     from splinefeed.formats import registry
-    from splinefeed.machine import writing
-    from splinefeed.report import files, html
     from splinefeed.report.record import documented
 
     wanted, made = bench.done(request["settings"])
@@ -113,7 +111,7 @@ def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
         **{f"setpoints {form}": (name, partial(setpoints, form)) for form, name in files.SETPOINTS.items()},
     }
     if machine is not None:
-        makers["machine"] = ("machine.toml", partial(writing.save, machine))
+        makers["machine"] = ("machine.toml", machine.save)
     if served is not None:
         makers["response"] = (files.RESPONSE, partial(sf.save, served.response))
     what = " ".join(str(request[name]) for name in ("what", "form") if request.get(name))
