@@ -90,6 +90,7 @@ def read(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 def make(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
     """A file to download: what it is called, and where it lies in the folder of files made."""
     from splinefeed.formats import registry
+    from splinefeed.report import files, html
     from splinefeed.report.record import documented
 
     wanted, made = bench.done(request["settings"])
