@@ -140,8 +140,8 @@ def profile(
 def density(samples: Samples, q: Array, size: float) -> Array:
     """Cells a mm at samples: where the path turns and where the feed changes.
 
-    One for each `size` rad of the path, and one for each `size` sqrt(v / J) of time at the feed v = sqrt(q), mm/s, under
-    the jerk J along the path
+    One for each `size` rad of the path, and one for each `size` sqrt(v / J) of time, s, at the feed v = sqrt(q), mm/s,
+    under the jerk J along the path.
     """
     slope = np.abs(np.diff(q)) / np.maximum(np.diff(samples.s), 1e-300) / (2.0 * samples.push)
     slope = np.minimum(CHANGING * slope, 1.0)

@@ -180,8 +180,8 @@ def motion(setting: Setting, strategy: str, mode: Mode, begin: State | None = No
             instants[-1][-1] = tick * float(period or 0.0)
         elif period is not None and instants[-1][-1] % period > LATE * period:
             notes.append(
-                f"the last period is short, {instants[-1][-1] % period:.6g} s of {period:g} s: the motion begins and ends "
-                "at a feed, and so cannot wait for a tick"
+                f"the last period is short, {instants[-1][-1] % period:.6g} s of {period:g} s: the motion begins and "
+                "ends at a feed, and so cannot wait for a tick"
             )
     times, coefficients = lasting(np.concatenate(instants), np.concatenate(rows))
     return TimeLaw(
@@ -210,8 +210,8 @@ def _stretch(setting: Setting, begin: State, low: float, high: float) -> tuple[f
 def _in_ticks(given: tuple[Setting, Mode], stretch: tuple[float, float, State, State]) -> tuple[Plan, int]:
     """A stretch, see `_stretch`, that lasts whole periods if it can, and how many.
 
-    From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With one end in
-    motion it waits at the other one.
+    From rest to rest it is slowed down as a whole, by k: feeds by k, accelerations by k^2, jerks by k^3. With one end
+    in motion it waits at the other one.
     """
     (setting, mode), (low, high, start, stop) = given, stretch
     period = setting.period
