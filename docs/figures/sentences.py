@@ -70,16 +70,15 @@ def slots() -> str:
     """Slots and pulses of the airfoil on the paper's table."""
     points = airfoil().points
     scales = pulses.pulses_of(sf.Machine.load("xytheta"), points.axes)
-    found, tally = pulses.survey([points], scales), pulses.Tally()
-    for _ in pulses.encoded([points], scales, found.slots, tally):
-        pass
-    assert tally.off <= 0.5
-    assert tally.plus == tally.minus
+    pattern, numbers = pulses.pulse_words(points, scales)
+    fastest, sent = numbers["fastest"], numbers["pulses_plus"]
+    assert numbers["off_max_pulses"] <= 0.5
+    assert sent == numbers["pulses_minus"]
     return words(
         f"""The second line says, for the paper's airfoil on its table with {scales["x"]:g} encoder counts a millimetre:
-        {found.slots} slots a millisecond ({found.slots / found.period / 1e3:g} kHz) are enough, the fastest period has
-        {found.fastest} pulses of {found.axis.upper()} after tick {found.at}, X gets {tally.plus["x"]} pulses each way
-        and Y {tally.plus["y"]}, and no setpoint is missed by more than half a pulse."""
+        {pattern.slots_per_period} slots a millisecond ({pattern.pulse_clock / 1e3:g} kHz) are enough, the fastest
+        period has {fastest["pulses"]} pulses of {fastest["axis"].upper()} after tick {fastest["tick"]}, X gets
+        {sent["x"]} pulses each way and Y {sent["y"]}, and no setpoint is missed by more than half a pulse."""
     )
 
 

@@ -37,39 +37,33 @@ KINDS = {
     "angular jerk": Kind("an angular jerk", "rad/s^3", "90deg/s^3"),
 }
 
-#: The units a user may write, in small letters, since case says nothing here (MM/MIN is mm/min): the size of each in
-#: mm, s, rad, kg and V, and the powers of these.
-UNITS: dict[str, tuple[float, Dimensions]] = {
-    "mm": (1.0, (1, 0, 0, 0, 0)),
-    "nm": (1e-6, (1, 0, 0, 0, 0)),
-    "um": (1e-3, (1, 0, 0, 0, 0)),
-    "cm": (10.0, (1, 0, 0, 0, 0)),
-    "m": (1000.0, (1, 0, 0, 0, 0)),
-    "in": (25.4, (1, 0, 0, 0, 0)),
-    "thou": (0.0254, (1, 0, 0, 0, 0)),
-    "ft": (304.8, (1, 0, 0, 0, 0)),
-    "s": (1.0, (0, 1, 0, 0, 0)),
-    "us": (1e-6, (0, 1, 0, 0, 0)),
-    "ms": (1e-3, (0, 1, 0, 0, 0)),
-    "min": (60.0, (0, 1, 0, 0, 0)),
-    "h": (3600.0, (0, 1, 0, 0, 0)),
-    "hz": (1.0, (0, -1, 0, 0, 0)),
-    "khz": (1000.0, (0, -1, 0, 0, 0)),
-    "ipm": (25.4 / 60.0, (1, -1, 0, 0, 0)),
-    "g": (9806.65, (1, -2, 0, 0, 0)),
-    "rad": (1.0, (0, 0, 1, 0, 0)),
-    "mrad": (1e-3, (0, 0, 1, 0, 0)),
-    "deg": (math.pi / 180.0, (0, 0, 1, 0, 0)),
-    "arcmin": (math.pi / 10800.0, (0, 0, 1, 0, 0)),
-    "arcsec": (math.pi / 648000.0, (0, 0, 1, 0, 0)),
-    "rev": (2.0 * math.pi, (0, 0, 1, 0, 0)),
-    "rpm": (math.pi / 30.0, (0, -1, 1, 0, 0)),
-    "kg": (1.0, (0, 0, 0, 1, 0)),
-    "n": (1000.0, (1, -2, 0, 1, 0)),
-    "kn": (1e6, (1, -2, 0, 1, 0)),
-    "v": (1.0, (0, 0, 0, 0, 1)),
-    "mv": (1e-3, (0, 0, 0, 0, 1)),
+#: Units of length, time, angle, mass and voltage, and of what is made of them: powers of these, and the size of each.
+_BY_DIMENSIONS: dict[Dimensions, dict[str, float]] = {
+    (1, 0, 0, 0, 0): {
+        "mm": 1.0,
+        "nm": 1e-6,
+        "um": 1e-3,
+        "cm": 10.0,
+        "m": 1000.0,
+        "in": 25.4,
+        "thou": 0.0254,
+        "ft": 304.8,
+    },
+    (0, 1, 0, 0, 0): {"s": 1.0, "us": 1e-6, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+    (0, -1, 0, 0, 0): {"hz": 1.0, "khz": 1000.0},
+    (1, -1, 0, 0, 0): {"ipm": 25.4 / 60.0},
+    (1, -2, 0, 0, 0): {"g": 9806.65},
+    (0, 0, 1, 0, 0): {
+        **{"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "rev": 2.0 * math.pi},
+        **{"arcmin": math.pi / 10800.0, "arcsec": math.pi / 648000.0},
+    },
+    (0, -1, 1, 0, 0): {"rpm": math.pi / 30.0},
+    (0, 0, 0, 1, 0): {"kg": 1.0},
+    (1, -2, 0, 1, 0): {"n": 1000.0, "kn": 1e6},
+    (0, 0, 0, 0, 1): {"v": 1.0, "mv": 1e-3},
 }
+#: The units a user may write, in small letters, since case says nothing here (MM/MIN is mm/min).
+UNITS = {name: (size, powers) for powers, sizes in _BY_DIMENSIONS.items() for name, size in sizes.items()}
 #: What two of them mean where the quantity wanted says so: a gram where a mass is wanted, N*m where a torque is.
 OTHERWISE: dict[str, tuple[float, Dimensions]] = {
     "g": (1e-3, (0, 0, 0, 1, 0)),
@@ -77,14 +71,9 @@ OTHERWISE: dict[str, tuple[float, Dimensions]] = {
 }
 #: Other words for them.
 WORDS = {
-    **dict.fromkeys(("inch", "inches"), "in"),
-    "mil": "thou",
-    **dict.fromkeys(("foot", "feet"), "ft"),
-    **dict.fromkeys(("sec", "second", "seconds"), "s"),
-    **dict.fromkeys(("minute", "minutes"), "min"),
-    **dict.fromkeys(("hour", "hours"), "h"),
-    **dict.fromkeys(("degree", "degrees"), "deg"),
-    **dict.fromkeys(("turn", "turns"), "rev"),
+    **{"inch": "in", "inches": "in", "mil": "thou", "foot": "ft", "feet": "ft", "degree": "deg", "degrees": "deg"},
+    **{"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"},
+    **{"turn": "rev", "turns": "rev"},
 }
 
 #: Longer texts than this are no quantity that a person would write.
@@ -111,23 +100,41 @@ def read(quantity: object, wanted: Kind, bare: str | None) -> float:
 
     Raises UnitError as `parse` does.
     """
+    try:
+        return _value(quantity, wanted, bare)
+    except _QuantityError as why:
+        shown = repr(quantity)
+        if len(shown) > _LONGEST_TEXT:
+            shown = f"{shown[: _LONGEST_TEXT // 2]}..."
+        raise UnitError(f"{shown} {why}; expected {wanted.title} such as {wanted.example}") from None
+
+
+class _QuantityError(Exception):
+    """Why a quantity is none."""
+
+
+def _value(quantity: Any, wanted: Kind, bare: str | None) -> float:
+    unit = bare
     if isinstance(quantity, str):
         if len(quantity) > _LONGEST_TEXT:
-            raise _refusal(quantity, f"has {len(quantity)} characters", wanted)
+            raise _QuantityError(f"has {len(quantity)} characters")
         text = quantity.strip().lower().translate(_SIGNS).replace("**", "^")
         text = re.sub(r"([a-df-z])([0-9])", r"\1^\2", text)  # m/s2 is m/s^2; an e may belong to the number
         match = _QUANTITY.fullmatch(text)
         if match is None:
             comma = re.fullmatch(r"[+-]?[0-9]+,[0-9].*", text)
-            raise _refusal(quantity, "uses a comma; write a decimal point" if comma else "cannot be read", wanted)
+            raise _QuantityError("uses a comma; write a decimal point" if comma else "cannot be read")
         number, unit = float(match[1]), match[2] or bare
     else:
-        number, unit = _as_float(quantity, wanted), bare
+        try:
+            number = float("no" if isinstance(quantity, bool) else quantity)
+        except (TypeError, ValueError, OverflowError):
+            raise _QuantityError("is not a number") from None
     if unit is None:
-        raise _refusal(quantity, "has no unit", wanted)
-    number *= _factor(unit, quantity, number, wanted)
+        raise _QuantityError("has no unit")
+    number *= _factor(unit, wanted)
     if not math.isfinite(number):
-        raise _refusal(quantity, "is not finite", wanted)
+        raise _QuantityError("is not finite")
     return number
 
 
@@ -150,54 +157,27 @@ def _kind(name: str) -> Kind:
         raise UnitError(f"no kind of quantity is called {name!r}; there are {', '.join(KINDS)}") from None
 
 
-def _as_float(value: Any, wanted: Kind) -> float:
-    if isinstance(value, bool):
-        raise _refusal(value, "is not a number", wanted)
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise _refusal(value, "is not a number", wanted) from None
-
-
-def _factor(unit: str, quantity: object, number: float, wanted: Kind) -> float:
+def _factor(unit: str, wanted: Kind) -> float:
     """What one `unit` is in the base unit of the wanted kind."""
-    base, dimensions = _size(wanted.base, quantity, wanted)
+    base, dimensions = _size(wanted.base)
     for units in (UNITS, UNITS | OTHERWISE):
-        factor, given = _size(unit, quantity, wanted, units)
+        factor, given = _size(unit, units)
         if given == dimensions:
             return factor / base
-    factor, given = _size(unit, quantity, wanted)
-    raise _refusal(quantity, _other_kind(number * factor, given, wanted), wanted)
+    given = _size(unit)[1]
+    title = next((kind.title for kind in KINDS.values() if given == _size(kind.base)[1]), "of another kind")
+    raise _QuantityError(f"is {title}")
 
 
-def _size(
-    unit: str, quantity: object, wanted: Kind, units: Mapping[str, tuple[float, Dimensions]] = UNITS
-) -> tuple[float, Dimensions]:
+def _size(unit: str, units: Mapping[str, tuple[float, Dimensions]] = UNITS) -> tuple[float, Dimensions]:
     """Size and dimensions of a product of units such as mm/s^2: from left to right, a blank between two multiplies."""
     factor = 1.0
     powers: Dimensions = (0, 0, 0, 0, 0)
     for sign, name, power in _TERM.findall(unit.lower()):
         one = units.get(WORDS.get(name, name))
         if one is None:
-            raise _refusal(quantity, f"has an unknown unit: {name}", wanted)
+            raise _QuantityError(f"has an unknown unit: {name}")
         times = int(power or 1) * (-1 if sign == "/" else 1)
         factor *= one[0] ** times
         powers = tuple(so_far + times * each for so_far, each in zip(powers, one[1], strict=True))
     return factor, powers
-
-
-def _other_kind(value: float, given: Dimensions, wanted: Kind) -> str:
-    """Say what a quantity of the wrong kind is, and, for a frequency, the period that was probably meant."""
-    if given == UNITS["hz"][1] and 0.0 < value < math.inf:
-        return f"is a frequency; its period is {format_quantity(1.0 / value, 'time')}"
-    for kind in KINDS.values():
-        if given == _size(kind.base, "", wanted)[1]:
-            return f"is {kind.title}"
-    return "is of another kind"
-
-
-def _refusal(quantity: object, what: str, wanted: Kind) -> UnitError:
-    shown = repr(quantity)
-    if len(shown) > _LONGEST_TEXT:
-        shown = f"{shown[: _LONGEST_TEXT // 2]}..."
-    return UnitError(f"{shown} {what}; expected {wanted.title} such as {wanted.example}")

@@ -114,7 +114,7 @@ def test_options_of_axes_and_travel(folder):
     [
         (["points.h5"], "does not name its path; give --path"),
         (["no.h5", "--path", "path.json"], "no such file"),
-        (["law.h5", "--path", "path.json"], "holds TimeLaw, not setpoints"),
+        (["law.h5", "--path", "path.json"], "holds TimeLaw; expected Setpoints"),
         (["points.h5", "--path", "path.json", "--law", "points.h5"], "holds Setpoints, not a time law"),
         (["other.csv", "--path", "path.json"], "has no limits"),
         (["points.h5", "--path", "path.json", "--columns", "t,x,y"], "--columns: is for CSV files of other programs"),
@@ -140,7 +140,7 @@ def test_a_path_that_a_run_read_and_that_has_changed(folder, tmp_path):
     sf.save(dataclasses.replace(points, settings=settings), tmp_path / "points.h5")
     result = invoke(tmp_path / "points.h5")
     assert result.exit_code == 2
-    assert "has changed since; give --path" in result.stderr
+    assert "has changed since or is gone; give --path" in result.stderr
     source["sha256"] = hashlib.sha256((folder / "path.json").read_bytes()).hexdigest()
     sf.save(dataclasses.replace(points, settings=settings), tmp_path / "points.h5")
     assert invoke(tmp_path / "points.h5").exit_code == 0
@@ -206,7 +206,7 @@ def test_times_with_few_digits_are_the_even_ones_rounded(tmp_path):
         ("t,x_kg\n1,2\n3,4\n", "column x: "),
         ("t,x\n0,1\n", "a single setpoint gives no period"),
         ("t,x\n0,1\n0,2\n", "does not increase"),
-        ("t,x\n0,1\nzero,2\n", "line 3: 'zero,2' is not numbers"),
+        ("t,x\n0,1\nzero,2\n", "could not convert string 'zero' to float64 at row 1, column 1"),
         ("t,x\n0,1\n1,2,3\n", "is not a valid table"),
         ("nothing here\n", "holds no numbers"),
     ],

@@ -31,7 +31,7 @@ def test_every_error_of_a_bad_file_is_told_with_its_place(splinefeed, folder):
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.splitlines() == [
         "splinefeed: bad.toml: 4 errors",
-        "  axis.x.encoder.pulses: 0; must be greater than 0",
+        "  axis.x.encoder.pulses: 0; must be a whole number from 1 to 100000000",
         "  axis.x.controller.kp: -3V/mm; must not be negative",
         "  axis.y.laod: unknown key; did you mean 'load'?",
         "  axis.y.load: missing",
@@ -40,10 +40,10 @@ def test_every_error_of_a_bad_file_is_told_with_its_place(splinefeed, folder):
 
 def test_bad_names_are_one_line(refused, folder):
     assert refused("machine", "show", "xyteta").endswith("did you mean 'xytheta'?")
-    assert refused("machine", "show", "no.toml") == (
-        "no.toml: cannot be read (No such file or directory); check the name and the folder"
-    )
+    assert refused("machine", "show", "no.toml") == ("no.toml: no such file; check the name and the folder")
     (folder / "empty.toml").write_text("")
+    assert refused("machine", "show", "empty.toml").startswith("empty.toml: is empty")
+    (folder / "empty.toml").write_text("# nothing")
     assert refused("machine", "show", "empty.toml") == (
         "empty.toml: axis: missing; a machine needs at least one [axis.NAME]"
     )

@@ -122,7 +122,7 @@ def test_a_run_away_is_exit_code_1_and_all_files_are_there(splinefeed, folder):
 
 def test_bad_input(refused, folder):
     assert refused("run", "--machine", "xyteta").endswith("did you mean 'xytheta'?")
-    assert refused("plan", "smooth.json", "--machine", "no.toml").startswith("no.toml: cannot be read")
+    assert refused("plan", "smooth.json", "--machine", "no.toml").startswith("no.toml: no such file")
     line = refused("run", "smooth.json", "--machine", "xytheta", "--feed", "0")
     assert line == "feed is 0; it must be greater than 0"
     curve = json.loads((folder / "smooth.json").read_text())

@@ -114,7 +114,7 @@ BROKEN = {
     'kd = "0.1862V*s/mm"': ('kd = "0.1862V/mm"', "axis.x.controller.kd: '0.1862V/mm' is of another kind"),
     'inertia = "1.73e-5kg*m^2"': ('inertia = "0kg*m^2"', "axis.x.motor.inertia: 0kg*m^2; must be greater than 0"),
     'inertia = "25kg"': ('inertia = "0kg"', "axis.x.load.inertia: 0kg; must be greater than 0"),
-    "pulses = 5000": ("pulses = 0", "axis.x.encoder.pulses: 0; must be greater than 0"),
+    "pulses = 5000": ("pulses = 0", "axis.x.encoder.pulses: 0; must be a whole number from 1"),
     'resolution = "1um"': ('resolution = "0um"', "axis.x.scale.resolution: 0um; must be greater than 0"),
     'stribeck_speed = "2mm/s"': ('stribek_speed = "2mm/s"', "axis.x.friction.stribek_speed: unknown key; did you mean"),
     "output_bits = 16": ("output_bits = nan", "axis.x.controller.output_bits: nan; must be a whole number"),

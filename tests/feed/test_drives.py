@@ -163,7 +163,7 @@ def test_joints_of_a_machine_have_combinations_and_torques_too() -> None:
         (lambda: sf.Torque(None, MOST), "a function of positions"),  # type: ignore[arg-type]
         (lambda: sf.Limits(feed=1, combinations={"a.b": None}), "without a dot"),  # type: ignore[dict-item]
         (lambda: sf.Limits(feed=1, torque=arm), "give a Torque"),  # type: ignore[arg-type]
-        (lambda: sf.Limits.from_dict({"feed": 1.0, "torque.a": 1.0}), "its model is a function"),
+        (lambda: sf.Limits.from_dict({"feed": 1.0, "torque.a": 1.0}), "is not a limit that a file can hold"),
         (lambda: sf.Limits.from_dict({"feed": 1.0, "combinations.left.force": 1.0}), "velocity, acceleration, jerk"),
     ],
 )

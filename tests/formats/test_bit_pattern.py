@@ -1,11 +1,9 @@
-"""Pulse words: every pulse once, evenly spread, back to the rounded setpoints, through files, and what is refused."""
+"""Pulse words: every pulse once, evenly spread, back to the rounded setpoints, and what is refused."""
 
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,9 +12,9 @@ from hypothesis.extra.numpy import arrays
 
 import motions
 import splinefeed as sf
-from splinefeed.errors import FormatError, InputError, LimitsError
+from splinefeed.errors import InputError, LimitsError
 from splinefeed.formats import bit_pattern
-from splinefeed.formats.bit_pattern import decode, encode, encode_chunks
+from splinefeed.formats.bit_pattern import decode, encode
 from splinefeed.records import Setpoints
 
 
@@ -43,16 +41,6 @@ def slots_of(pattern):
     assert not np.any(bits[:, :, 0] & bits[:, :, 1])
     signed = bits[:, :, 0] - bits[:, :, 1]
     return signed.reshape(*signed.shape[:2], pattern.slots_per_period)
-
-
-def in_chunks(points, *lengths):
-    start = 0
-    for length in (*lengths, len(points)):
-        end = min(start + length, len(points))
-        if end > start:
-            columns = {name: getattr(points, name)[start:end] for name in ("t", "curve", "u", "s", "feed", "position")}
-            yield dataclasses.replace(points, **columns)
-        start = end
 
 
 @pytest.mark.nojit
@@ -111,24 +99,6 @@ def test_no_pulse_is_lost_or_added(position, scale, words):
     assert np.all(np.abs(decode(pattern) * factor - position * factor) <= 0.5 + 1e-9)
 
 
-@settings(max_examples=50)
-@given(
-    position=arrays(np.float64, st.tuples(st.integers(1, 40), st.just(2)), elements=st.floats(-1, 1)),
-    lengths=st.lists(st.integers(1, 9), max_size=6),
-)
-def test_chunks_make_the_same_words(position, lengths):
-    points = setpoints(position)
-    scales = {"x": 100, "y": 77}
-    whole = encode(points, scales, 256)
-    parts = list(encode_chunks(in_chunks(points, *lengths), scales, 256))
-    assert np.array_equal(np.concatenate([part.words for part in parts]), whole.words)
-    periods = 0
-    for part in parts:
-        assert part.first == periods
-        assert np.array_equal(part.start, np.rint(position[periods] * [100, 77]))
-        periods += len(part)
-
-
 def test_a_whole_path_with_a_rotary_axis_in_degrees():
     """The butterfly and an axis that turns with it; the position is known to half a pulse at every tick."""
     path = motions.butterfly()
@@ -163,56 +133,9 @@ def test_a_pattern_cannot_be_changed():
             getattr(pattern, name)[...] = 1
 
 
-# --- files ---
-
-
 def some_pattern(ticks=500):
     rng = np.random.default_rng(5)
     return encode(setpoints(np.cumsum(rng.normal(size=(ticks, 2)), axis=0)), {"x": 10, "y": 7.5}, 64)
-
-
-def assert_same(left, right):
-    for name in ("words", "start", "pulses_per_unit"):
-        assert np.array_equal(getattr(left, name), getattr(right, name)), name
-    for name in ("axes", "period", "first"):
-        assert getattr(left, name) == getattr(right, name), name
-
-
-@pytest.mark.parametrize("ticks", [1, 2, 500])
-def test_through_a_file(tmp_path, ticks):
-    pattern = some_pattern(ticks)
-    bit_pattern.write(pattern, tmp_path / "words.h5")
-    assert_same(bit_pattern.read(tmp_path / "words.h5"), pattern)
-
-
-def test_through_a_file_in_chunks(tmp_path):
-    rng = np.random.default_rng(6)
-    points = setpoints(np.cumsum(rng.normal(size=(300, 2)), axis=0))
-    scales = {"x": 10, "y": 10}
-    bit_pattern.write(encode_chunks(in_chunks(points, 1, 100, 7), scales, 64), tmp_path / "words.h5")
-    whole = encode(points, scales, 64)
-    assert_same(bit_pattern.read(tmp_path / "words.h5"), whole)
-    parts = list(bit_pattern.read_chunks(tmp_path / "words.h5", periods=64))
-    assert [part.first for part in parts] == [0, 64, 128, 192, 256]
-    ends = np.concatenate([decode(part)[:-1] for part in parts] + [decode(parts[-1])[-1:]])
-    assert np.array_equal(ends, decode(whole))
-
-
-def test_the_file_says_what_its_words_mean(tmp_path):
-    bit_pattern.write(some_pattern(), tmp_path / "words.h5")
-    with h5py.File(tmp_path / "words.h5") as file:
-        assert file.attrs["record"] == "BitPattern"
-        assert list(file.attrs["pulses_per_unit_units"]) == ["1/mm", "1/mm"]
-        assert file.attrs["slots_per_period"] == 64
-        assert file["words"].attrs["meaning"].startswith("[period, axis, 0 plus or 1 minus, word]; bit 0")
-        assert file["words"].dtype == np.uint16
-
-
-def test_what_goes_wrong_leaves_no_file(tmp_path):
-    fast = setpoints([[0, 0], [1, 1], [99, 1]])
-    with pytest.raises(InputError):
-        bit_pattern.write(encode_chunks(in_chunks(fast, 2), {"x": 1, "y": 1}, 16), tmp_path / "words.h5")
-    assert list(tmp_path.iterdir()) == []
 
 
 # --- refused ---
@@ -228,12 +151,18 @@ def test_too_fast():
     encode(setpoints([[0, 0], [0.032, -0.032]]), {"x": 1000, "y": 1000}, 32)
 
 
-def test_too_fast_in_a_later_chunk():
+def test_too_fast_for_a_rotary_axis():
     points = setpoints(np.r_[np.zeros(9), 3.0, 3.0][:, None], axes=("theta",))
     with pytest.raises(InputError) as caught:
-        list(encode_chunks(in_chunks(points, 4, 5), {"theta": 100}, 16))
+        encode(points, {"theta": 100}, 16)
     assert str(caught.value).startswith("tick 8, axis theta: 300 pulses are needed")
     assert str(caught.value).endswith("or fewer than 100 pulses per rad")
+
+
+def test_more_words_than_memory_should_hold_are_refused(monkeypatch):
+    monkeypatch.setattr(bit_pattern, "MAX_BYTES", 100)
+    with pytest.raises(InputError, match="3 setpoints of 1024 slots make too many words"):
+        encode(setpoints(np.zeros((3, 2))), {"x": 1, "y": 1}, 1024)
 
 
 TWO = setpoints(np.zeros((2, 2)))
@@ -250,22 +179,21 @@ def test_refused_slots(slots):
 @pytest.mark.parametrize(
     ("points", "scales", "options", "message"),
     [
-        (TWO, {"x": 1}, {}, "pulses_per_unit has no axis 'y'; the setpoints have x, y"),
-        (TWO, {**GOOD, "z": 1}, {}, "pulses_per_unit has an axis 'z'; the setpoints have x, y"),
+        (TWO, {"x": 1}, {}, "pulses_per_unit is {'x': 1}; give one scale for each of x, y"),
+        (TWO, {**GOOD, "z": 1}, {}, "pulses_per_unit is {'x': 1, 'y': 1, 'z': 1}; give one scale for each of x, y"),
         (TWO, {"x": 1, "y": 0}, {}, "pulses_per_unit['y'] is 0; it must be greater than 0"),
         (TWO, {"x": 1, "y": -2.5}, {}, "pulses_per_unit['y'] is -2.5; it must be greater than 0"),
-        (TWO, [1, 1], {}, "pulses_per_unit is a list; expected a scale by name, such as {'x': 1000}"),
+        (TWO, [1, 1], {}, "pulses_per_unit is [1, 1]; give one scale for each of x, y"),
         (TWO, GOOD, {"rotary": "grad"}, "rotary is 'grad'; choose 'rad' or 'deg'"),
-        ("points", GOOD, {}, "pulse words are made from Setpoints, got str"),
-        (setpoints(np.zeros((0, 2))), GOOD, {}, "the setpoints from tick 0 on are empty; leave such a chunk out"),
+        (setpoints(np.zeros((0, 2))), GOOD, {}, "there are no setpoints to make pulses of"),
         (setpoints([[0, np.nan]]), GOOD, {}, "Setpoints.position[0, 1] is nan; every value must be finite"),
-        (setpoints([[0, 1e17]]), GOOD, {}, "tick 0, axis y: 1e+17 pulses from zero; at most 2^53 are counted"),
+        (setpoints([[0, 1e17]]), GOOD, {}, "tick 0, axis y: more than 2^53 pulses from zero"),
     ],
 )
 def test_refused(points, scales, options, message):
     with pytest.raises(InputError) as caught:
         encode(points, scales, 16, **options)
-    assert str(caught.value) == message
+    assert str(caught.value).startswith(message)
 
 
 def test_refused_scales_that_are_no_numbers():
@@ -278,30 +206,14 @@ def test_refused_scales_that_are_no_numbers():
         assert str(caught.value) == message
 
 
-def test_refused_chunks_that_do_not_belong_together():
-    with pytest.raises(InputError) as caught:
-        list(encode_chunks([TWO, setpoints(np.zeros((2, 2)), period=2e-3)], GOOD, 16))
-    assert str(caught.value) == "the chunk at tick 2 has period 0.002, the first one 0.001"
-
-
-def test_plus_and_minus_in_one_slot_are_refused(tmp_path):
+def test_plus_and_minus_in_one_slot_are_refused():
     pattern = some_pattern(20)
     words = pattern.words.copy()
     words[7, 1, :, 2] = 1 << 5
-    broken = dataclasses.replace(pattern, words=words, first=100)
-    message = "period 107, axis y, slot 37: plus and minus are both set"
+    broken = dataclasses.replace(pattern, words=words)
     with pytest.raises(InputError) as caught:
         decode(broken)
-    assert str(caught.value) == message
-    with pytest.raises(InputError) as caught:
-        bit_pattern.write(broken, tmp_path / "words.h5")
-    assert str(caught.value) == message
-    bit_pattern.write(pattern, tmp_path / "words.h5")
-    with h5py.File(tmp_path / "words.h5", "r+") as file:
-        file["words"][7, 1, :, 2] = 1 << 5
-    with pytest.raises(FormatError) as caught:
-        bit_pattern.read(tmp_path / "words.h5")
-    assert str(caught.value) == f"{tmp_path / 'words.h5'}: period 7, axis y, slot 37: plus and minus are both set"
+    assert str(caught.value) == "period 7, axis y, slot 37: plus and minus are both set"
 
 
 @pytest.mark.parametrize(
@@ -315,92 +227,15 @@ def test_plus_and_minus_in_one_slot_are_refused(tmp_path):
             {"words": np.zeros((1, 3, 2, 1), dtype=np.uint16)},
             "BitPattern.words has shape (1, 3, 2, 1) of uint16; expected (n, 2, 2, words) of uint16",
         ),
-        ({"start": [1]}, "BitPattern.start has shape (1,); expected (2,)"),
-        ({"pulses_per_unit": [1.0, 2.0, 3.0]}, "BitPattern.pulses_per_unit has shape (3,); expected (2,)"),
+        ({"start": [1]}, "BitPattern: expected one start and one scale"),
+        (
+            {"pulses_per_unit": [1.0, 2.0, 3.0]},
+            "BitPattern: expected one start and one scale",
+        ),
         ({"period": 0}, "period is 0; it must be greater than 0"),
     ],
 )
 def test_refused_patterns(changes, message):
     with pytest.raises(InputError) as caught:
         dataclasses.replace(some_pattern(3), **changes)
-    assert str(caught.value) == message
-
-
-def test_refused_files_to_write(tmp_path):
-    pattern = some_pattern(20)
-    later = dataclasses.replace(pattern, start=decode(pattern)[-1] * pattern.pulses_per_unit + 1)
-    name = tmp_path / "words.h5"
-    for patterns, path, message in (
-        (
-            pattern,
-            tmp_path / "words.npy",
-            f"{tmp_path / 'words.npy'}: pulse words are written as HDF5; name the file .h5",
-        ),
-        ([], name, f"{name}: there are no pulse words to write"),
-        ([pattern, 3], name, f"{name}: pulse words are written from BitPattern, got int"),
-        ([pattern, later], name, f"{name}: the pattern at period 19 does not continue the one before"),
-    ):
-        with pytest.raises(InputError) as caught:
-            bit_pattern.write(patterns, path)
-        assert str(caught.value) == message
-    assert list(tmp_path.iterdir()) == []
-
-
-def damaged(path: Path, change):
-    bit_pattern.write(some_pattern(20), path)
-    with h5py.File(path, "r+") as file:
-        change(file)
-
-
-def without_words(file):
-    del file["words"]
-
-
-def hollow_words(file):
-    del file["words"]
-    file.create_dataset("words", shape=(2**20, 2, 2, 4), dtype=np.uint16, chunks=(2**10, 2, 2, 4))
-
-
-def other_words(file):
-    del file["words"]
-    file["words"] = np.zeros((19, 2, 2, 3), dtype=np.uint16)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (
-            hollow_words,
-            "dataset words: has shape (1048576, 2, 2, 4) of uint16, but far fewer bytes on disk than that packs into; "
-            "the file is damaged",
-        ),
-        (without_words, "dataset words: is missing or lies in another file"),
-        (other_words, "dataset words: has shape (19, 2, 2, 3) of uint16; expected (periods, 2, 2, 4) of uint16"),
-        (lambda f: f.attrs.modify("record", "Setpoints"), "holds a record 'Setpoints'; known are BitPattern"),
-        (lambda f: f.attrs.modify("schema", 99), "schema: 99 is newer than the 1 known here; update splinefeed"),
-        (lambda f: f.attrs.modify("pulses_per_unit", [1.0, 0.0]), "attribute pulses_per_unit: holds an invalid scale"),
-        (lambda f: f.attrs.create("axes", [1, 2]), "attribute axes: is not a list of names"),
-        (lambda f: f.attrs.modify("period", -1.0), "period is -1; it must be greater than 0"),
-    ],
-)
-def test_refused_files_to_read(tmp_path, change, message):
-    path = tmp_path / "words.h5"
-    damaged(path, change)
-    with pytest.raises(FormatError) as caught:
-        bit_pattern.read(path)
-    assert str(caught.value) == f"{path}: {message}"
-
-
-def test_refused_files_that_are_none(tmp_path):
-    path = tmp_path / "words.h5"
-    with pytest.raises(FormatError, match=r"no such file"):
-        bit_pattern.read(path)
-    path.write_bytes(b"no words at all")
-    with pytest.raises(FormatError, match=r"words\.h5: is not a valid HDF5 file: "):
-        bit_pattern.read(path)
-    bit_pattern.write(some_pattern(), path)
-    path.write_bytes(path.read_bytes()[:-2000])
-    with pytest.raises(FormatError, match=r"words\.h5: "):
-        bit_pattern.read(path)
-    with pytest.raises(InputError, match=r"^periods is 0; expected a whole number from 1 up$"):
-        list(bit_pattern.read_chunks(path, periods=0))
+    assert str(caught.value).startswith(message)

@@ -54,12 +54,12 @@ def test_feeds_have_the_units_of_the_file_and_null_is_rapid(tmp_path: Path) -> N
     ("more", "reason"),
     [
         ({"feed": 0}, 'curves[1]: feed: expected a number, greater than 0, or "rapid"'),
-        ({"feed": "fast"}, 'curves[1]: feed: expected a number, greater than 0, or "rapid"'),
+        ({"feed": "fast"}, 'curves[1]: feed: "fast" is not a number'),
         ({"tolerance": -1}, 'curves[1]: tolerance: expected a number, 0 or more, or "free"'),
         ({"before": {}}, "curves[1]: before: is not a list of at most 1000 markers"),
-        ({"after": [{"txt": "M2"}]}, "curves[1]: after[0]: expected an object with dwell, stop, text"),
-        ({"before": [{"text": 3}]}, "curves[1]: before[0]: text must be one line and stop true or false"),
-        ({"before": [{"dwell": "1"}]}, "curves[1]: before[0]: dwell is not a number of seconds"),
+        ({"after": [{"txt": "M2"}]}, 'curves[1]: after[0]: key "txt" is not known; known are dwell, stop, text'),
+        ({"before": [{"text": 3}]}, "curves[1]: before[0]: text: 3 is not text"),
+        ({"before": [{"dwell": "1"}]}, 'curves[1]: before[0]: dwell: "1" is not a number'),
         ({"before": [{"dwell": -1}]}, "curves[1]: before[0]: a dwell of -1.0 s; it must be 0 or more and finite"),
     ],
 )

@@ -1,4 +1,4 @@
-"""limits.toml: what is written comes back, units and degrees, and every error at once with its line."""
+"""limits.toml: what is written comes back, units and degrees, and every error at once with its key."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_what_is_no_quantity_of_a_rotary_axis(text, order):
         limits_toml.turning(text, order)
 
 
-def test_all_errors_at_once_each_with_its_line():
+def test_all_errors_at_once_each_with_its_key():
     text = """\
 feed = "60mm"
 acceleration = -5
@@ -106,14 +106,14 @@ y = 4
         limits_toml.parse(text, "machine.toml")
     problems = caught.value.problems
     starts = [
-        "line 1: feed: '60mm' is a length",
-        "line 2: acceleration: -5 must be greater than 0",
-        "line 3: jrek: unknown limit; did you mean jerk?",
-        "line 4: chord_error: must be one number",
-        "line 7: axis_jerk.x: True is not a number",
-        "line 8: axis_jerk.theta: '3mm/s^3' is a jerk; expected an angular jerk such as 90deg/s^3",
-        "line 10: travel.x: runs from 3 to 1",
-        "line 11: travel.y: 4; write least and greatest position",
+        "feed: '60mm' is a length",
+        "acceleration: -5 must be greater than 0",
+        "jrek: unknown limit; did you mean 'jerk'?",
+        "chord_error: must be one number",
+        "axis_jerk.x: True is not a number",
+        "axis_jerk.theta: '3mm/s^3' is a jerk; expected an angular jerk such as 90deg/s^3",
+        "travel.x: runs from 3 to 1",
+        "travel.y: 4; write least and greatest position",
     ]
     assert len(problems) == len(starts)
     for problem, start in zip(problems, starts, strict=True):
@@ -126,10 +126,10 @@ y = 4
     [
         ("feed = ", "limits: is not TOML: "),
         ("", "limits: neither feed nor axis_velocity is given"),
-        ("feed = 60\nstart_feed = 70", "limits: line 2: start_feed: is 70 mm/s; it must lie between"),
-        ("feed = nan", "limits: line 1: feed: nan is not finite"),
-        ("travel = 3\nfeed=1", "limits: line 1: travel: write a table"),
-        ("feed = {x = 1}", "limits: line 1: feed: must be one number"),
+        ("feed = 60\nstart_feed = 70", "limits: start_feed: is 70 mm/s; it must lie between"),
+        ("feed = nan", "limits: feed: nan is not finite"),
+        ("travel = 3\nfeed=1", "limits: travel: 3; write least and greatest position of each axis"),
+        ("feed = {x = 1}", "limits: feed: must be one number"),
     ],
 )
 def test_refused(text, message):

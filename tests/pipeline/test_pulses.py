@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,7 +11,7 @@ import splinefeed as sf
 from splinefeed.errors import InputError
 from splinefeed.formats.bit_pattern import decode, encode
 from splinefeed.machine import Machine
-from splinefeed.pipeline.pulses import Tally, encoded, per_degree, pulses_of, survey
+from splinefeed.pipeline.pulses import per_degree, pulse_words, pulses_of
 from splinefeed.records import Setpoints
 
 
@@ -34,13 +32,6 @@ def setpoints(position, axes, first=0):
     )
 
 
-def pieces(points, *cuts):
-    ends = [0, *sorted(cuts), len(points)]
-    for a, b in pairwise(ends):
-        if b > a:
-            yield setpoints(points.position[a:b], points.axes, a)
-
-
 MOVES = {
     "tiny": 1e-4,  # in pulses a tick: hours of nothing, then one pulse
     "slow": 0.3,
@@ -55,34 +46,27 @@ MOVES = {
     count=st.integers(1, 6),
     offset=st.floats(-1e4, 1e4),
     drift=st.sampled_from([-1.0, 0.0, 1.0]),
-    cuts=st.lists(st.integers(1, 2999), max_size=4),
 )
-def test_no_pulse_is_lost_or_added_over_a_long_path(seed, move, count, offset, drift, cuts):
+def test_no_pulse_is_lost_or_added_over_a_long_path(seed, move, count, offset, drift):
     """3000 ticks of 1 to 6 axes, from anywhere, to and fro or one way: counted from the bits themselves."""
     rng = np.random.default_rng(seed)
     axes = ("x", "y", "z", "a", "b", "theta")[:count]
     scale = rng.uniform(1.0, 5000.0, count)
     steps = MOVES[move] * (rng.normal(size=(3000, count)) + drift)
     position = offset + np.cumsum(steps, axis=0) / scale
-    points = setpoints(position, axes)
-    scales = dict(zip(axes, scale, strict=True))
-    asked = survey(pieces(points, *cuts), scales)
+    pattern, numbers = pulse_words(setpoints(position, axes), dict(zip(axes, scale, strict=True)))
     counts = np.rint(position * scale)
-    assert asked.fastest == np.max(np.abs(np.diff(counts, axis=0)))
-    if asked.fastest:
-        i = axes.index(asked.axis)
-        assert abs(np.diff(counts[:, i])[asked.at]) == asked.fastest
-    tally = Tally()
-    done = np.array(counts[0])
-    for pattern in encoded(pieces(points, *cuts), scales, asked.slots, tally):
-        bits = np.unpackbits(pattern.words.view(np.uint8), axis=-1).sum(axis=-1).astype(int)
-        at = done + np.cumsum(bits[:, :, 0] - bits[:, :, 1], axis=0)
-        wanted = position[pattern.first + 1 : pattern.first + 1 + len(pattern)] * scale
-        assert np.all(np.abs(at - wanted) < 1.0)
-        done = at[-1] if len(at) else done
-    assert tally.periods == 2999
-    assert tally.off <= 0.5 + 1e-6
-    assert [tally.plus[a] - tally.minus[a] for a in axes] == (counts[-1] - counts[0]).tolist()
+    fastest = numbers["fastest"]
+    assert fastest["pulses"] == np.max(np.abs(np.diff(counts, axis=0)))
+    if fastest["pulses"]:
+        assert abs(np.diff(counts[:, axes.index(fastest["axis"])])[fastest["tick"]]) == fastest["pulses"]
+    bits = np.unpackbits(pattern.words.view(np.uint8), axis=-1).sum(axis=-1).astype(int)
+    at = counts[0] + np.cumsum(bits[:, :, 0] - bits[:, :, 1], axis=0)
+    assert np.all(np.abs(at - position[1:] * scale) < 1.0)
+    assert len(pattern) == 2999
+    assert numbers["off_max_pulses"] <= 0.5 + 1e-6
+    sent = [numbers["pulses_plus"][a] - numbers["pulses_minus"][a] for a in axes]
+    assert sent == (counts[-1] - counts[0]).tolist()
 
 
 def test_a_closed_path_comes_back_to_its_start():
@@ -91,12 +75,12 @@ def test_a_closed_path_comes_back_to_its_start():
     points = sf.interpolate(path, law, period=1e-3)
     scales = pulses_of(Machine.load("xytheta"), points.axes)
     assert scales["x"] == pytest.approx(4000.0)
-    asked = survey([points], scales)
-    assert asked.rate <= 60.0 * 4000.0 * 1.001
-    found = decode(encode(points, scales, asked.slots))
+    pattern, numbers = pulse_words(points, scales)
+    assert numbers["fastest"]["rate_hz"] <= 60.0 * 4000.0 * 1.001
+    found = decode(pattern)
     np.testing.assert_array_equal(found[0], found[-1])
     with pytest.raises(InputError, match="pulses are needed before the next tick"):
-        encode(points, scales, asked.slots - 16)
+        encode(points, scales, pattern.slots_per_period - 16)
 
 
 def test_scales_of_machines():
@@ -109,4 +93,4 @@ def test_scales_of_machines():
     with pytest.raises(InputError, match="machine 'xytheta' has no axis 'z'; its axes are x, y, theta"):
         pulses_of(Machine.load("xytheta"), ("z",))
     with pytest.raises(InputError, match="there are no setpoints"):
-        survey([], {"x": 1.0})
+        pulse_words(setpoints(np.zeros((0, 1)), ("x",)), {"x": 1.0})

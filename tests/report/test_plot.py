@@ -84,11 +84,11 @@ def test_records_show_themselves(run):
         "382.86 mm": run.path,
         "degree 3, 51 control points, rational": run.path.curves[0],
         "500, 800 mm/s²": sf.Limits(feed=60, axis_acceleration=[500, 800]),
-        "x 500, b 3 (rad) mm/s²": sf.Limits(feed=60, axis_acceleration={"x": 500, "b": 3}),
-        "combination left": sf.Limits(
+        "171.887 deg/s²": sf.Limits(feed=60, axis_acceleration={"x": 500, "b": 3}),
+        "combinations.left.jerk": sf.Limits(
             feed=60, combinations={"left": sf.Combination(weights={"y": 1.0, "c": 400.0}, jerk=3e4)}
         ),
-        "c 0.2 N m (N)": sf.Limits(feed=60, torque=sf.Torque(lambda q, v, a: 0.05 * a, {"c": 0.2})),
+        "0.2 N m": sf.Limits(feed=60, torque=sf.Torque(lambda q, v, a: 0.05 * a, {"c": 0.2})),
         "time-optimal": run.law,
         f"{len(run.points)}, one every 0.001 s": run.points,
         "every limit holds": run.verdict,

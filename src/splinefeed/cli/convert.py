@@ -65,7 +65,7 @@ def command(say: Say, source: str, target: str, **given: Any) -> Page:
     from splinefeed.pipeline.convert import convert
     from splinefeed.pipeline.smooth import smooth
 
-    registry.format_to_write(target)  # before anything long begins
+    form_written = registry.format_to_write(target).title  # before anything long begins
     say(f"reading {source}")
     reading = options.reading_from({**given, "tolerance": None})
     if given["join"] is not None:
@@ -81,18 +81,18 @@ def command(say: Say, source: str, target: str, **given: Any) -> Page:
     say(f"writing {target}")
     writing = {"dialect": given["to_dialect"], "as_": given["as_"], "feed": given["feed"]}
     writing = {name: value for name, value in writing.items() if value is not None}
-    done = convert(paths, target, tolerance=given["tolerance"], writing=writing)
+    notes, curves, distance = convert(paths, target, tolerance=given["tolerance"], writing=writing)
     return {
         "ok": True,
         "source": source,
         "file": target,
         "from": paths.format,
-        "to": done.format,
+        "to": form_written,
         "units": paths.units,
         "paths": len(paths),
         "curves": sum(len(path.curves) for path in paths),
-        "curves_written": done.curves,
-        "largest_distance_mm": done.distance,
-        "notes": list(done.notes),
+        "curves_written": curves,
+        "largest_distance_mm": distance,
+        "notes": list(notes),
         "findings": list(dict.fromkeys(finding for path in paths for finding in path.findings)),
     }

@@ -74,8 +74,8 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from pathlib import Path
 
     import splinefeed
-    from splinefeed.formats import records_hdf5
     from splinefeed.formats.plain import plain
+    from splinefeed.formats.setpoints import save
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.follow import Servo
     from splinefeed.pipeline.overview import Overview, Pictured
@@ -101,9 +101,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
-            records_hdf5.save_response(
-                _responses(chain([first], chunks), servo, overview, pictured, say), stage / files.RESPONSE
-            )
+            save(_responses(chain([first], chunks), servo, overview, pictured, say), stage / files.RESPONSE)
         except FormatError:
             raise
         except InputError as error:

@@ -12,12 +12,13 @@ from splinefeed.cli import options
 from splinefeed.cli.answers import Page, answers
 from splinefeed.cli.output import number, print_table, print_text
 from splinefeed.cli.progress import Say
-from splinefeed.cli.setpoints_file import read_setpoints_chunks
+from splinefeed.cli.setpoints_file import read_setpoints
 from splinefeed.cli.summary import print_notes
 from splinefeed.errors import FormatError, InputError
 
 if TYPE_CHECKING:
     from splinefeed.formats.bit_pattern import BitPattern
+    from splinefeed.records import Array
 
 EXAMPLES = """\b
 Examples:
@@ -27,66 +28,38 @@ Examples:
 
 """
 
-#: Setpoints that are worked on at once.
-_ROWS = 65_536
-
-
-class Scales(click.ParamType):  # type: ignore[type-arg]
-    """Pulses per mm, or per degree of a rotary axis, `x=1000,theta=100`."""
-
-    name = "axis=number"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Pulses by axis."""
-        found = {}
-        for each in value.split(","):
-            axis, _, text = each.partition("=")
-            try:
-                found[axis.strip()] = float(text)
-            except ValueError:
-                raise click.BadParameter(f"{each!r} cannot be read; write for example x=1000", ctx, param) from None
-        return found
-
 
 def _print(page: Mapping[str, Any]) -> None:
+    period, clock = (
+        units.format_quantity(page[key], kind) for key, kind in (("period_s", "time"), ("pulse_clock_hz", "frequency"))
+    )
     print_text(
-        f"{page['file']}: {page['periods']} periods of {units.format_quantity(page['period_s'], 'time')}, "
-        f"{page['slots_per_period']} slots in each, a pulse clock of "
-        f"{units.format_quantity(page['pulse_clock_hz'], 'frequency')}"
+        f"{page['file']}: {page['periods']} periods of {period}, {page['slots_per_period']} slots in each, "
+        f"a pulse clock of {clock}"
     )
     print_notes(page["notes"])
-    for i, card in enumerate(page["cards"], start=1):
-        if len(page["cards"]) > 1:
-            print_text(f"card {i}    axes {', '.join(card)}")
+    for i, card in enumerate(page["cards"] if len(page["cards"]) > 1 else (), start=1):
+        print_text(f"card {i}    axes {', '.join(card)}")
     print_text()
-    if "fastest" not in page:
-        rows = [[a, f"{number(page['pulses_per_unit'][a], 8)} /{page['units'][a]}"] for a in page["axes"]]
-        print_table(["axis", "pulses"], rows)
-    else:
-        rows = [
-            [
-                axis,
-                f"{number(page['pulses_per_unit'][axis], 8)} /{page['units'][axis]}",
-                str(page["pulses_plus"][axis]),
-                str(page["pulses_minus"][axis]),
-            ]
-            for axis in page["axes"]
-        ]
-        print_table(["axis", "pulses", "sent plus", "sent minus"], rows)
-        print_text()
+    sent = [key for key in ("pulses_plus", "pulses_minus") if key in page]
+    rows = [
+        [a, f"{number(page['pulses_per_unit'][a], 8)} /{page['units'][a]}", *(str(page[key][a]) for key in sent)]
+        for a in page["axes"]
+    ]
+    print_table(["axis", "pulses", "sent plus", "sent minus"][: 2 + len(sent)], rows)
+    if sent:
         fastest = page["fastest"]
+        print_text()
         if fastest["pulses"]:
-            print_text(
-                f"fastest: {fastest['pulses']} pulses of {fastest['axis']} after tick {fastest['tick']}, "
-                f"{units.format_quantity(fastest['rate_hz'], 'frequency')}"
-            )
+            rate = units.format_quantity(fastest["rate_hz"], "frequency")
+            print_text(f"fastest: {fastest['pulses']} pulses of {fastest['axis']} after tick {fastest['tick']}, {rate}")
         print_text(f"decoded again: at most {number(page['off_max_pulses'], 3)} pulses off a setpoint")
 
 
 @click.command(epilog=EXAMPLES)
 @click.argument("file", metavar="FILE")
 @click.option("--machine", metavar="NAME|FILE", help="One pulse is a count of this machine's encoders.")
-@click.option("--pulses", "scales", type=Scales(), metavar="AXIS=N", help="Pulses per mm, of rotary axes per degree.")
+@click.option("--pulses", "scales", metavar="AXIS=N", help="Pulses per mm, of rotary axes per degree: x=1000.")
 @click.option(
     "--clock",
     type=options.Quantity("frequency"),
@@ -96,7 +69,7 @@ def _print(page: Mapping[str, Any]) -> None:
 @click.option("--columns", type=options.Names(), metavar="NAMES", help="CSV without names: its columns, as t,x,y.")
 @click.option("--period", type=options.Quantity("time"), metavar="TIME", help="CSV: the period.  [default: from t]")
 @click.option("--decode", is_flag=True, help="FILE holds pulse words; decode them into positions.")
-@click.option("-o", "--output", metavar="FILE", help="Words: .h5 or .bits (with .bits.json); positions: .csv.")
+@click.option("-o", "--output", metavar="FILE", help="Words: .bits (with .bits.json); positions: .csv.")
 @answers(_print)
 def command(say: Say, file: str, **given: Any) -> Page:
     """Turn setpoints into the 16-bit words of a motion card's bit-pattern mode, one pulse a bit, and back.
@@ -105,55 +78,60 @@ def command(say: Say, file: str, **given: Any) -> Page:
     pulse is lost or added: after every period each axis is within half a pulse of its setpoint, and the words are
     decoded again before they are written. Too many pulses in a period are an error that names tick and axis.
     """
-    return _decoded(file, given, say) if given["decode"] else _encoded(file, given, say)
+    say(f"reading {file}")
+    return _decoded(file, given) if given["decode"] else _encoded(file, given, say)
 
 
-def _encoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
+def _encoded(file: str, given: Mapping[str, Any], say: Say) -> Page:
+    from splinefeed.formats import bit_pattern
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline import pulses
 
     if (given["machine"] is None) == (given["scales"] is None):
         raise InputError("the size of a pulse is missing; give either --machine NAME or --pulses x=1000,y=1000")
-    say(f"reading {file}")
-    chunks, notes = read_setpoints_chunks(file, given, _ROWS)
-    scales, rotary = given["scales"], "deg"
-    if given["machine"] is not None:
-        first = next(chunks, None)
-        axes = () if first is None else first.axes
-        scales, rotary = pulses.pulses_of(Machine.load(given["machine"]), axes), "rad"
-        chunks, _ = read_setpoints_chunks(file, given, _ROWS)
-    found = pulses.survey(chunks, scales, rotary=rotary)
-    slots = found.slots if given["clock"] is None else _slots(given["clock"], found.period)
-    tally = pulses.Tally()
-    say("making pulse words")
-    again, _ = read_setpoints_chunks(file, given, _ROWS)
-    patterns = pulses.encoded(again, scales, slots, tally, rotary=rotary)
-    cards: tuple[tuple[str, ...], ...] = ()
-    if given["output"] is None:
-        for pattern in patterns:
-            cards = pattern.cards
+    points, notes = read_setpoints(file, given)
+    if given["machine"] is None:
+        scales, rotary = _scales(given["scales"]), "deg"
     else:
-        _write(patterns, given["output"])
-        cards = tuple(found.axes[i : i + 3] for i in range(0, len(found.axes), 3))
-    files = [] if given["output"] is None else _files(given["output"])
+        scales, rotary = pulses.pulses_of(Machine.load(given["machine"]), points.axes), "rad"
+    slots = None if given["clock"] is None else _slots(given["clock"], points.period)
+    say("making pulse words")
+    pattern, numbers = pulses.pulse_words(points, scales, slots, rotary=rotary)
+    output = given["output"]
+    if output is not None:
+        bit_pattern.write(pattern, output)
+    files = [] if output is None else [output, str(bit_pattern.page_of(output))]
+    return {**_page(file, pattern, notes, files), **numbers}
+
+
+def _page(file: str, pattern: BitPattern, notes: list[str], files: list[str]) -> Page:
+    from splinefeed.formats.metadata import axis_units
+    from splinefeed.pipeline.pulses import per_degree
+
     return {
         "ok": True,
         "file": file,
-        "axes": list(found.axes),
-        "cards": [list(card) for card in cards],
-        "period_s": found.period,
-        "periods": tally.periods,
-        "pulses_per_unit": pulses.per_degree(scales) if rotary == "rad" else dict(scales),
-        "units": {axis: _unit(axis) for axis in found.axes},
-        "slots_per_period": slots,
-        "pulse_clock_hz": slots / found.period,
-        "fastest": {"axis": found.axis, "pulses": found.fastest, "rate_hz": found.rate, "tick": found.at},
-        "pulses_plus": tally.plus,
-        "pulses_minus": tally.minus,
-        "off_max_pulses": tally.off,
+        "axes": list(pattern.axes),
+        "cards": [list(card) for card in pattern.cards],
+        "period_s": pattern.period,
+        "periods": len(pattern),
+        "pulses_per_unit": per_degree(dict(zip(pattern.axes, pattern.pulses_per_unit.tolist(), strict=True))),
+        "units": dict(zip(pattern.axes, axis_units(pattern.axes, "deg"), strict=True)),
+        "slots_per_period": pattern.slots_per_period,
+        "pulse_clock_hz": pattern.pulse_clock,
         "notes": notes,
         "files": files,
     }
+
+
+def _scales(text: str) -> dict[str, float]:
+    """Pulses by axis of `x=1000,theta=100`."""
+    from splinefeed.formats.limits_toml import by_axis
+
+    try:
+        return {axis: float(count) for axis, count in by_axis(text)}
+    except ValueError:
+        raise InputError(f"--pulses: {text!r} cannot be read; write for example x=1000,y=1000") from None
 
 
 def _slots(clock: float, period: float) -> int:
@@ -169,67 +147,33 @@ def _slots(clock: float, period: float) -> int:
     )
 
 
-def _write(patterns: Any, file: str) -> None:
-    from splinefeed.formats import bit_pattern, bit_pattern_raw
-
-    (bit_pattern_raw if file.lower().endswith(".bits") else bit_pattern).write(patterns, file)
-
-
-def _files(file: str) -> list[str]:
-    return [file, f"{file}.json"] if file.lower().endswith(".bits") else [file]
-
-
-def _unit(axis: str) -> str:
-    from splinefeed.records import ROTARY_AXES
-
-    return "deg" if axis in ROTARY_AXES else "mm"
-
-
-def _decoded(file: str, given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    from splinefeed.formats import bit_pattern, bit_pattern_raw
-    from splinefeed.pipeline import pulses
+def _decoded(file: str, given: Mapping[str, Any]) -> Page:
+    from splinefeed.formats import bit_pattern
 
     for name in ("machine", "scales", "clock", "columns", "period"):
         if given[name] is not None:
-            raise InputError(
-                f"--{'pulses' if name == 'scales' else name}: a file of pulse words has its own; leave it out"
-            )
-    say(f"reading {file}")
-    pattern = (bit_pattern_raw if file.lower().endswith(".bits") else bit_pattern).read(file)
+            option = "pulses" if name == "scales" else name
+            raise InputError(f"--{option}: a file of pulse words has its own; leave it out")
+    pattern = bit_pattern.read(file)
     if given["output"] is not None:
         _write_positions(pattern, given["output"])
-    scales = dict(zip(pattern.axes, pattern.pulses_per_unit.tolist(), strict=True))
-    return {
-        "ok": True,
-        "file": file,
-        "axes": list(pattern.axes),
-        "cards": [list(card) for card in pattern.cards],
-        "period_s": pattern.period,
-        "periods": len(pattern),
-        "pulses_per_unit": pulses.per_degree(scales),
-        "units": {axis: _unit(axis) for axis in pattern.axes},
-        "slots_per_period": pattern.slots_per_period,
-        "pulse_clock_hz": pattern.pulse_clock,
-        "notes": [],
-        "files": [] if given["output"] is None else [given["output"]],
-    }
+    return _page(file, pattern, [], [] if given["output"] is None else [given["output"]])
 
 
 def _write_positions(pattern: BitPattern, file: str) -> None:
     """Time and positions as a plain CSV: s, mm, rotary axes degrees."""
-    import math
+    import numpy as np
 
+    from splinefeed.formats import metadata
     from splinefeed.formats.atomic import atomic_write
     from splinefeed.formats.bit_pattern import decode
-    from splinefeed.records import ROTARY_AXES
 
     if not file.lower().endswith(".csv"):
         raise FormatError(f"{file}: positions are written as .csv")
-    factors = [180.0 / math.pi if axis in ROTARY_AXES else 1.0 for axis in pattern.axes]
+    position = metadata.to_degrees(decode(pattern), pattern.axes)
+    units_of = metadata.axis_units(pattern.axes, "deg")
+    names = [f"{axis} [{unit}]" for axis, unit in zip(pattern.axes, units_of, strict=True)]
+    time: Array = pattern.period * np.arange(len(position), dtype=np.float64)
     with atomic_write(file) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as stream:
-        names = [f"{axis} [{_unit(axis)}]" for axis in pattern.axes]
         stream.write(",".join(["t [s]", *names]) + "\n")
-        for k, row in enumerate(decode(pattern).tolist()):
-            time = (pattern.first + k) * pattern.period
-            values = (repr(value * factor) for value, factor in zip(row, factors, strict=True))
-            stream.write(",".join([f"{time:.9g}", *values]) + "\n")
+        metadata.write_rows(stream, [time, *position.T], ",")

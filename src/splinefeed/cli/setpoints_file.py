@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from splinefeed.cli.source import read_path
-from splinefeed.errors import FormatError, InputError
+from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from splinefeed.geometry.path import Path
@@ -25,30 +25,20 @@ def read_setpoints(file: str, given: Mapping[str, Any]) -> tuple[Setpoints, list
         foreign, notes = positions_csv.read(file, columns=given["columns"], period=given["period"])
         allows = "resolution" in given and not given["resolution"]  # the command has that option, and it is not given
         return foreign, [note for note in notes if allows or "--resolution" not in note]
-    _check_says_its_own(file, given)
-    setpoints = load(file)
-    if not isinstance(setpoints, Setpoints):
-        raise FormatError(f"{file}: holds {type(setpoints).__name__}, not setpoints")
-    return setpoints, []
-
-
-def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tuple[Iterator[Setpoints], list[str]]:
-    """The setpoints in pieces of at most `rows` ticks, and what had to be guessed to read them."""
-    from splinefeed.formats import positions_csv
-    from splinefeed.formats.setpoints import load_chunks
-
-    if positions_csv.is_foreign(file):
-        setpoints, notes = read_setpoints(file, given)
-        return (setpoints.part(start, start + rows) for start in range(0, len(setpoints), rows)), notes
-    _check_says_its_own(file, given)
-    return load_chunks(file, rows), []
-
-
-def _check_says_its_own(file: str, given: Mapping[str, Any]) -> None:
-    """InputError for options that only files of other programs take."""
     for name in ("columns", "period"):
         if given[name] is not None:
             raise InputError(f"--{name}: is for CSV files of other programs; {file} has its own")
+    return load(file, Setpoints), []
+
+
+def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tuple[Iterator[Setpoints], list[str]]:
+    """The setpoints in pieces of at most `rows` ticks, of which HDF5 holds one at a time in memory."""
+    from splinefeed.formats.setpoints import load_chunks
+
+    if file.lower().endswith((".h5", ".hdf5")) and given["columns"] is None and given["period"] is None:
+        return load_chunks(file, rows), []
+    whole, notes = read_setpoints(file, given)
+    return (whole.part(start, start + rows) for start in range(0, len(whole), rows)), notes
 
 
 def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) -> tuple[Path, str]:
@@ -66,7 +56,7 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
     if source.get("beside"):  # a run that was made in Python wrote its path beside its setpoints
         text = os.path.join(os.path.dirname(file), text)
     _check_unchanged(text, source.get("sha256"), file)
-    return read_path(text, _reading(str(settings.get("command", "")))), text
+    return read_path(text, _reading(settings)), text
 
 
 def on_its_machine(path: Path, settings: Mapping[str, Any], machine: str | None, limits: Limits) -> Path | JointPath:
@@ -79,11 +69,16 @@ def on_its_machine(path: Path, settings: Mapping[str, Any], machine: str | None,
 
 def machine_of(settings: Mapping[str, Any]) -> str | None:
     """The machine of the run that wrote the setpoints, as its command says, or None."""
+    return _words(settings).get("--machine")
+
+
+def _words(settings: Mapping[str, Any]) -> dict[str, str]:
+    """Each word of the command of a run, and the one behind it."""
     import shlex
-    from itertools import pairwise
+    from itertools import zip_longest
 
     words = shlex.split(str(settings.get("command", "")))
-    return next((after for word, after in pairwise(words) if word == "--machine"), None)
+    return dict(zip_longest(words, words[1:], fillvalue=""))
 
 
 def says_path(settings: Mapping[str, Any]) -> bool:
@@ -92,20 +87,16 @@ def says_path(settings: Mapping[str, Any]) -> bool:
     return isinstance(source, Mapping) and isinstance(source.get("text"), str)
 
 
-def _reading(command: str) -> dict[str, Any]:
+def _reading(settings: Mapping[str, Any]) -> dict[str, Any]:
     """How a run read its source, from its command line."""
-    import shlex
-    from itertools import pairwise
-
     from splinefeed.report.record import READING_FLAGS, READING_OPTIONS
 
-    words = shlex.split(command)
-    said = {word: after for word, after in pairwise(words)}
+    said = _words(settings)
     reading: dict[str, Any] = {name: said[word] for name, word in READING_OPTIONS.items() if word in said}
     for name in ("chord", "tolerance", "smooth", "corner_angle", "angle_tolerance"):
         if name in reading and reading[name] != "program":
             reading[name] = float(reading[name])
-    return reading | {name: True for name, word in READING_FLAGS.items() if word in words}
+    return reading | {name: True for name, word in READING_FLAGS.items() if word in said}
 
 
 def _check_unchanged(source: str, digest: object, file: str) -> None:
@@ -114,8 +105,9 @@ def _check_unchanged(source: str, digest: object, file: str) -> None:
 
     if digest is None:
         return
-    if not os.path.isfile(source):
-        raise InputError(f"{file}: its path was read from {source}, which no longer exists; give --path")
-    with open(source, "rb") as stream:
-        if hashlib.file_digest(stream, "sha256").hexdigest() != digest:
-            raise InputError(f"{file}: its path was read from {source}, which has changed since; give --path")
+    unchanged = False
+    if os.path.isfile(source):
+        with open(source, "rb") as stream:
+            unchanged = hashlib.file_digest(stream, "sha256").hexdigest() == digest
+    if not unchanged:
+        raise InputError(f"{file}: its path was read from {source}, which has changed since or is gone; give --path")

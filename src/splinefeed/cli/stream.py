@@ -87,7 +87,7 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     reserve for feed hold within the axis limits. Ctrl-C stops on the path within the limits; a second one ends at
     once.
     """
-    from splinefeed.formats import records_hdf5
+    from splinefeed.formats.setpoints import save
     from splinefeed.live.recording import response_of
 
     operator = _operator(given)
@@ -99,7 +99,7 @@ def command(ctx: click.Context, /, source: str, as_json: bool, **given: Any) -> 
     if given["record_file"]:
         settings = {"source": source, "underruns": state.underruns, "rows": state.row, "done": state.done}
         response = response_of(sink.samples, motion.axes, motion.period, settings)
-        records_hdf5.save_response(response, given["record_file"])
+        save(response, given["record_file"])
         files.append(given["record_file"])
     page = {
         "ok": state.done or operator.stopping,

@@ -1,27 +1,46 @@
-"""HDF5 files of records: how they are opened, marked, and read with suspicion."""
+"""Records to and from HDF5, bit for bit, long ones chunk by chunk: datasets with units, the rest as attributes.
+
+Files are written in the layout of HDF5 1.8 with texts of fixed length: so all that says what is where is covered by
+checksums of the library, and a damaged file is refused.
+"""
 
 from __future__ import annotations
 
-import mmap
+import json
 import os
-import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields
 from io import FileIO, RawIOBase
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 import splinefeed
-from splinefeed.errors import FormatError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import SCHEMA, check_schema, sound_file
-from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
+from splinefeed.errors import InputError, LimitsError
+from splinefeed.formats.metadata import COLUMNS, MAYBE, SCHEMA, axis_units, check_columns, check_schema, naming, to_json
+from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_IN_CHUNKS
 from splinefeed.formats.source import check_file
+from splinefeed.records import ORDERS, STREAM_COLUMNS, Limits, Response, Setpoints, TimeLaw, positive, unit_of
 
-T = TypeVar("T")
-
+#: Records of columns, by name.
+RECORDS: dict[str, type[Any]] = {each.__name__: each for each in (Setpoints, Response, TimeLaw)}
+#: Their columns with the dimensions and the unit of each, None: that of the axis. All else of a record is an attribute.
+DATASETS: dict[str, tuple[int, str | None]] = {
+    **{name: (1, unit) for name, unit in COLUMNS.items()},
+    **dict.fromkeys(("position", "command", "measured"), (2, None)),
+    "output": (2, "V"),
+    "saturated": (2, "1"),
+    "contour_error": (1, "mm"),
+    **dict.fromkeys(STREAM_COLUMNS, (1, "1")),
+    "breaks": (1, "s"),
+    "coefficients": (2, "mm/s^k in column k"),
+}
+#: Attributes that are written as JSON.
+_AS_JSON = ("settings", "notes")
+#: What attributes must be.
+_KINDS = {"axes": tuple, "method": str, "strategy": str, "stopped": str, "settings": dict, "notes": list}
 #: Rows of a chunk on disk and how it is packed: the best of size by speed among gzip 1, 4, 6 and lzf, with and without
 #: shuffling the bytes, on a million ticks; gzip is in every build of HDF5, MATLAB's too.
 CHUNK_ROWS = 8192
@@ -30,10 +49,6 @@ PACKING: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffl
 #: reading it would fill the memory with zeros.
 MOST_PACKED = 1100
 _NO_HARM_BYTES = 2**20
-#: How a collection of the global heap begins, and the header of an object in it: index, uses, nothing, size.
-_TEXTS, _TEXT = b"GCOL\1\0\0\0", struct.Struct("<HHIQ")
-#: How a local heap, of names, begins; behind it size, first free block, address. A free block: the next, 1 for none.
-_NAMES, _NAMES_HEAD, _LAST_FREE = b"HEAP\0\0\0\0", struct.Struct("<QQQ"), 1
 
 
 class _Output(RawIOBase):
@@ -46,16 +61,17 @@ class _Output(RawIOBase):
     def __init__(self, stream: FileIO) -> None:
         self._stream = stream
         self._error: BaseException | None = None
+        self.tell = stream.tell  # type: ignore[method-assign]
 
     def check(self) -> None:
         """Raise what went wrong since the beginning, if anything did."""
         if self._error is not None:
             raise self._error
 
-    def _attempt(self, action: Callable[..., Any], argument: Any, otherwise: Any) -> Any:
+    def _attempt(self, action: Callable[..., Any], *given: Any, otherwise: Any) -> Any:
         if self._error is None:
             try:
-                return action(argument)
+                return action(*given)
             except BaseException as error:  # Ctrl-C too: it must not pass through HDF5
                 self._error = error
         return otherwise
@@ -66,199 +82,184 @@ class _Output(RawIOBase):
             done += self._stream.write(content[done:])
         return done
 
-    # What h5py asks of a file:
-
     def write(self, content: Any) -> Any:
-        return self._attempt(self._write_all, memoryview(content).cast("B"), len(content))
+        return self._attempt(self._write_all, memoryview(content).cast("B"), otherwise=len(content))
 
     def readinto(self, content: Any) -> Any:
-        return self._attempt(self._stream.readinto, content, 0)
+        return self._attempt(self._stream.readinto, content, otherwise=0)
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> Any:
-        return self._attempt(lambda place: self._stream.seek(place, whence), offset, offset)
-
-    def tell(self) -> int:
-        return self._stream.tell()
+        return self._attempt(self._stream.seek, offset, whence, otherwise=offset)
 
     def truncate(self, size: int | None = None, /) -> int:
-        return int(self._attempt(self._stream.truncate, size, size or 0))
+        return int(self._attempt(self._stream.truncate, size, otherwise=size or 0))
 
     def flush(self) -> None:
         """Nothing is held back here."""
 
 
-@contextmanager
-def create(path: str | os.PathLike[str], record: str) -> Iterator[tuple[Any, Callable[[], None]]]:
-    """A new HDF5 file marked with the name of its `record`, which appears at `path` when all went well.
-
-    Beside it a function to call now and then: it raises what the disk refused so far.
-    """
+def write(parts: Iterable[Any], file: Path) -> None:
+    """Write a record that comes in parts, of which one is in memory at a time."""
     import h5py
 
-    with atomic_write(path) as temporary, FileIO(temporary, "r+") as stream:
+    with FileIO(file, "r+") as stream:
         output = _Output(stream)
-        with h5py.File(output, "w") as file:
-            file.attrs["record"] = record
-            file.attrs["schema"] = SCHEMA
-            file.attrs["program"] = f"splinefeed {splinefeed.__version__}"
-            yield file, output.check
+        with h5py.File(output, "w", libver=("v108", "v108")) as made:
+            datasets: dict[str, Any] = {}  # open all along: a chunk is packed when it is full
+            for part in parts:
+                if isinstance(part, Limits):
+                    _write_limits(made, part)
+                    break
+                datasets = datasets or _create(made, part)
+                for name, dataset in datasets.items():
+                    values = getattr(part, name)
+                    dataset.resize(len(dataset) + len(values), axis=0)
+                    dataset[len(dataset) - len(values) :] = values
+                output.check()
+            _say(made, part)
         output.check()
 
 
-def growing(file: Any, first: Any, units: Mapping[str, Any]) -> dict[str, Any]:
-    """Empty datasets for the columns of records such as `first`, by name, with their units; see `append`."""
+def _create(file: Any, first: Any) -> dict[str, Any]:
+    """Empty datasets for the columns of parts such as `first`, with their units."""
     datasets = {}
-    for name, unit in units.items():
-        values = getattr(first, name)
-        datasets[name] = file.create_dataset(
-            name,
+    for each in fields(first):
+        values = getattr(first, each.name)
+        if each.name not in DATASETS or values is None:
+            continue
+        dataset = file.create_dataset(
+            each.name,
             shape=(0, *values.shape[1:]),
             maxshape=(None, *values.shape[1:]),
             chunks=(CHUNK_ROWS, *values.shape[1:]),
             dtype=np.uint8 if values.dtype == np.bool_ else values.dtype,
             **PACKING,
         )
-        datasets[name].attrs["units"] = unit
+        unit = DATASETS[each.name][1]
+        dataset.attrs["units"] = _text(axis_units(first.axes, "rad") if unit is None else unit)
+        datasets[each.name] = dataset
     return datasets
 
 
-def append(datasets: Mapping[str, Any], part: Any, rows: int) -> None:
-    """Write the columns of `part` behind the `rows` that the datasets hold."""
-    for name, dataset in datasets.items():
-        dataset.resize(rows + len(part), axis=0)
-        dataset[rows:] = getattr(part, name)
+def _write_limits(file: Any, limits: Limits) -> None:
+    """Each limit as a number with its unit; LimitsError for those that only Python can say."""
+    for name, value in limits.as_dict().items():
+        if name.partition(".")[0] not in ORDERS:
+            raise LimitsError(f"{name}: a file holds no limits of combinations of axes and no torques; leave it out")
+        file.create_dataset(name, data=value).attrs["units"] = _text(unit_of(name).replace("deg", "rad"))
 
 
-def sound(path: Path) -> Any:
-    """The HDF5 file at `path`, open for reading; FormatError for one that the library would read for ever or crash on.
+def _say(file: Any, record: Any) -> None:
+    """All of a record that is no column, as attributes of the file."""
+    said = {"record": type(record).__name__, "program": f"splinefeed {splinefeed.__version__}"}
+    if not isinstance(record, Limits):
+        values = {each.name: getattr(record, each.name) for each in fields(record) if each.name not in DATASETS}
+        said |= {name: to_json(value) if name in _AS_JSON else value for name, value in values.items()}
+    file.attrs["schema"] = SCHEMA
+    for name, value in said.items():
+        if isinstance(value, float):
+            file.attrs[name] = value
+            file.attrs[f"{name}_units"] = _text("s")
+        elif value is not None:
+            file.attrs[name] = _text(value)
 
-    Texts of attributes lie in global heaps, one object behind the other. The library (seen with 2.0) steps from each to
-    the next by its size alone, also if that is 0; and it follows the free blocks of a heap of names also in a circle
-    (HDF5 File Format Specification 3.0, III.D, III.E). An attribute that is a list of variable length, as one changed
-    byte makes of a text, ends it by a segmentation fault.
-    """
+
+def _text(words: Any) -> Any:
+    """One text or several, of fixed length."""
     import h5py
 
-    with path.open("rb") as stream:
-        # an empty file cannot be mapped, and is none of HDF5's
-        if os.fstat(stream.fileno()).st_size > len(_TEXTS):
-            with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-                _check_texts(content, path)
-                _check_names(content, path)
-    file = h5py.File(path, "r")
-    try:
-        _check_attributes(file, path)
-    except BaseException:
-        file.close()
-        raise
-    return file
+    encoded = np.char.encode(np.asarray(words, dtype=str), "utf-8")
+    return encoded.astype(h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 1)))
 
 
-def _check_attributes(node: Any, path: Path) -> None:
-    """Raise FormatError for an attribute of a file or dataset that is neither text nor a number."""
-    from h5py import h5a, h5t
-
-    for index in range(h5a.get_num_attrs(node.id)):
-        attribute = h5a.open(node.id, index=index)
-        if attribute.get_type().get_class() not in (h5t.STRING, h5t.INTEGER, h5t.FLOAT, h5t.ENUM):
-            name = attribute.get_name().decode(errors="replace")[:40]
-            raise FormatError(f"{path}: attribute {name!r}: is neither text nor a number; the file is damaged")
-
-
-def _places(content: mmap.mmap, signature: bytes) -> Iterator[int]:
-    """Where the signature stands, and what is behind it begins."""
-    begin = content.find(signature)
-    while begin >= 0:
-        yield begin + len(signature)
-        begin = content.find(signature, begin + len(signature))
-
-
-def _check_texts(content: mmap.mmap, path: Path) -> None:
-    """Raise FormatError for a global heap in which an object does not end behind its beginning, within the heap."""
-    for begin in _places(content, _TEXTS):
-        at, size = begin + 8, int.from_bytes(content[begin : begin + 8], "little")
-        end = min(begin - len(_TEXTS) + size, len(content))
-        while at + _TEXT.size <= end:
-            index, _, _, size = _TEXT.unpack_from(content, at)
-            step = size if index == 0 else _TEXT.size + (size + 7) // 8 * 8
-            if not 0 < step <= end - at:
-                raise FormatError(f"{path}: the heap of texts at byte {begin - len(_TEXTS)} is damaged at byte {at}")
-            at += step
-
-
-def _check_names(content: mmap.mmap, path: Path) -> None:
-    """Raise FormatError for a local heap with more free blocks than it has room for: they go in a circle."""
-    for begin in _places(content, _NAMES):
-        if begin + _NAMES_HEAD.size > len(content):
-            return
-        size, free, address = _NAMES_HEAD.unpack_from(content, begin)
-        size = min(size, len(content) - address)
-        left = size // 16
-        while free != _LAST_FREE and free + 16 <= size:
-            if left == 0:
-                raise FormatError(f"{path}: the free blocks of the heap of names at byte {begin} go in a circle")
-            left -= 1
-            free = int.from_bytes(content[address + free : address + free + 8], "little")
+# --- back -------------------------------------------------------------------------------------------------------------
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tuple[Any, str, Path]]:
-    """The open HDF5 file at `path`, the name of its record, one of those `known`, and the checked path.
+def _opened(path: str | os.PathLike[str], known: Iterable[str]) -> Iterator[tuple[Any, str]]:
+    """The open HDF5 file at `path` and the name of its record, one of those `known`."""
+    import h5py
 
-    Raises FormatError for all that is not sound, also while the file is being read.
-    """
-    checked = check_file(path)
-    with sound_file(path, "HDF5 file"), sound(checked) as file:
-        record = text_attribute(file, "record", checked)
+    with naming(path, "HDF5 file"), h5py.File(check_file(path), "r") as file:
+        record = str(_attribute(file, "record"))
         if record not in known:
-            raise FormatError(f"{path}: holds a record {record[:40]!r}; known are {', '.join(known)}")
-        check_schema(file.attrs.get("schema"), checked)
-        yield file, record, checked
+            raise InputError(f"holds a record {record[:40]!r}; known are {', '.join(known)}")
+        check_schema(_attribute(file, "schema"))
+        yield file, record
 
 
-def read(path: str | os.PathLike[str], readers: dict[str, Callable[[Any, Path], T]]) -> T:
-    """Read the record at `path` with the reader that its name asks for; FormatError for all that is not sound."""
-    with opened(path, readers) as (file, record, checked):
-        return readers[record](file, checked)
+def load(path: str | os.PathLike[str]) -> Any:
+    """The record in the HDF5 file at `path`; FormatError for all that is not sound."""
+    with _opened(path, (*RECORDS, "Limits")) as (file, record):
+        if record == "Limits":
+            return Limits.from_dict({name: float(_dataset(file, name, 0)[()]) for name in file})
+        return _record(RECORDS[record], _datasets(file, RECORDS[record]), _said(file, RECORDS[record]))
 
 
-def text_attribute(node: Any, name: str, path: Path) -> str:
-    """The attribute `name` of a file or dataset, which must be text."""
-    value = node.attrs.get(name)
-    if not isinstance(value, str):
-        raise FormatError(f"{path}: attribute {name}: is missing or not text; was this written by splinefeed?")
-    return value
+def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
+    """The setpoints in the HDF5 file at `path`, `rows` ticks at a time, one chunk in memory."""
+    with _opened(path, ("Setpoints",)) as (file, _):
+        datasets, said = _datasets(file, Setpoints, MAX_TICKS_IN_CHUNKS), _said(file, Setpoints)
+        ticks = {name: len(dataset) for name, dataset in datasets.items()}
+        if len(set(ticks.values())) > 1:
+            raise InputError(f"the datasets have different numbers of ticks: {ticks}")
+        for start in range(0, ticks["t"], rows):
+            yield _record(Setpoints, datasets, said, slice(start, start + rows))
 
 
-def axes_of(file: Any, path: Path) -> tuple[str, ...]:
-    """The names of the axes, attribute `axes` of the file."""
-    axes = tuple(file.attrs["axes"])
-    if not axes or not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{path}: attribute axes: is not a list of names")
-    return axes
+def _record(kind: type[Any], datasets: Mapping[str, Any], said: Any, part: slice = slice(None)) -> Any:
+    record = kind(**{name: dataset[part] for name, dataset in datasets.items()}, **said)
+    check_columns(record)
+    return record
 
 
-def dataset(file: Any, name: str, path: Path, ndim: int, most: int = MAX_TICKS) -> Any:
+def _datasets(file: Any, kind: type[Any], most: int = MAX_TICKS) -> dict[str, Any]:
+    names = [each.name for each in fields(kind) if each.name in DATASETS]
+    return {name: _dataset(file, name, DATASETS[name][0], most) for name in names if name in file or name not in MAYBE}
+
+
+def _dataset(file: Any, name: str, ndim: int, most: int = MAX_TICKS) -> Any:
     """The dataset `name`, unread: in this file itself, numbers of `ndim` dimensions, of `most` ticks at most."""
     import h5py
 
     link = file.get(name, getlink=True)
-    if not isinstance(link, h5py.HardLink):  # a link could make the reader open other files of the user
-        raise FormatError(f"{path}: dataset {name}: is missing or lies in another file")
-    found = file[name]
+    found = file[name] if isinstance(link, h5py.HardLink) else None  # other links could open other files of the user
     if not isinstance(found, h5py.Dataset) or found.external or found.is_virtual:
-        raise FormatError(f"{path}: dataset {name}: is not a dataset of this file")
-    _check_attributes(found, path)
-    words = f"{path}: dataset {name}: has shape {found.shape} of {found.dtype}"
+        raise InputError(f"dataset {name}: is missing or not a dataset of this file")
+    words = f"dataset {name}: has shape {found.shape} of {found.dtype}"
     if found.ndim != ndim or found.dtype.kind not in "fiu" or found.dtype.itemsize > 8:
-        raise FormatError(f"{words}; expected numbers in {ndim} dimension(s)")
+        raise InputError(f"{words}; expected numbers in {ndim} dimension(s)")
     if found.size > most * MAX_AXES:
-        raise FormatError(f"{words}; at most {most} ticks can be read")
+        raise InputError(f"{words}; at most {most} ticks can be read")
     if found.nbytes > MOST_PACKED * found.id.get_storage_size() + _NO_HARM_BYTES:
-        raise FormatError(f"{words}, but far fewer bytes on disk than that packs into; the file is damaged")
+        raise InputError(f"{words}, but far fewer bytes on disk than that packs into; the file is damaged")
     return found
 
 
-def array(file: Any, name: str, path: Path, ndim: int) -> Any:
-    """The numbers of the dataset `name`; see `dataset`."""
-    return np.asarray(dataset(file, name, path, ndim)[()])
+def _said(file: Any, kind: type[Any]) -> dict[str, Any]:
+    """The attributes of a record; what the file does not say has its default."""
+    said: dict[str, Any] = {}
+    for name in (each.name for each in fields(kind) if each.name not in DATASETS and each.name in file.attrs):
+        value = _attribute(file, name)
+        if name in _AS_JSON:
+            value = json.loads(value)
+        if not isinstance(value, _KINDS.get(name, object)):
+            raise InputError(f"attribute {name}: is of the wrong type")
+        said[name] = positive(value, name) if name == "period" else value
+    return {**said, **({"notes": tuple(map(str, said["notes"]))} if "notes" in said else {})}
+
+
+def _attribute(file: Any, name: str) -> Any:
+    """The attribute `name` of the file, a text, several, or a number."""
+    from h5py import h5t
+
+    if name not in file.attrs:
+        raise InputError(f"attribute {name}: is missing; was this written by splinefeed?")
+    # h5py reads a list of variable length, as a changed byte makes of a text, by a segmentation fault
+    if file.attrs.get_id(name).get_type().get_class() not in (h5t.STRING, h5t.INTEGER, h5t.FLOAT):
+        raise InputError(f"attribute {name}: is neither text nor a number; the file is damaged")
+    value = file.attrs[name]
+    plain = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    if isinstance(plain, list):
+        return tuple(each.decode() if isinstance(each, bytes) else each for each in plain)
+    return plain.decode() if isinstance(plain, bytes) else plain

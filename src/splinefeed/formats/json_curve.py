@@ -2,8 +2,7 @@
 
 A curve is an object with `degree`, `knots`, `control_points` and, if rational, `weights`; `name`, `units` (mm, cm, m,
 in) and `axes` may stand in it or above the list. Rotary axes are in degrees. `source`, `notes` and `ground_truth` are
-for people and not read. What geomdl and verb write is read too; see `json_dialects`. Feeds, tolerances and markers of a
-program stand beside the curves, as `json_program` says.
+for people and not read. Feeds, tolerances and markers of a program stand beside the curves, as `json_program` says.
 """
 
 from __future__ import annotations
@@ -18,27 +17,42 @@ import numpy as np
 
 from splinefeed import units
 from splinefeed.errors import CurveError, FormatError
-from splinefeed.formats import json_dialects, json_program, json_tool
-from splinefeed.formats import json_values as values
+from splinefeed.formats import json_program, json_tool
 from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.json_values import anything, listed, names, numbers, or_none, parse, points, text, unit, whole
 from splinefeed.formats.metadata import to_degrees, to_radians
-from splinefeed.formats.sizes import MAX_COORDINATE, MAX_CURVES, MAX_POINTS
+from splinefeed.formats.sizes import MAX_COORDINATE
 from splinefeed.formats.source import head_text
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import DEFAULT_AXES, JOIN_TOLERANCE, Path
 from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.records import ROTARY_AXES
 
-_FOR_PEOPLE = {"source", "notes", "ground_truth"}
-_SHARED = {"name", "units", "axes"}
-_CURVE = {"degree", "knots", "control_points", "weights"}
+_SHARED = {
+    "name": text,
+    "units": or_none(unit),
+    "axes": names,
+    **dict.fromkeys(("source", "notes", "ground_truth"), anything),
+}
+_NEEDED = ("degree", "knots", "control_points")
+
+
+_CURVE = {
+    "degree": whole,
+    "knots": numbers,
+    "control_points": points,
+    "weights": or_none(numbers),
+    **_SHARED,
+    **json_program.KEYS,
+}
 
 
 class _Entry(NamedTuple):
     name: str
     curve: NurbsCurve
     axes: tuple[str, ...]
-    said: json_program.Said = json_program.Said()
+    said: dict[str, Any]
+    scale: float | None
 
 
 def holds(head: bytes) -> bool:
@@ -49,29 +63,18 @@ def holds(head: bytes) -> bool:
 def from_text(text: str, source: str | os.PathLike[str], *, tolerance: float | str = JOIN_TOLERANCE) -> list[Path]:
     """The paths in `text` of the file `source`; curves whose ends meet within `tolerance`, mm, make one path."""
     allowed = units.parse(tolerance, "length")
-    document = _parse(text, source)
+    document = parse(text, source)
+    if isinstance(document, list):
+        document = {"curves": document}
+    if not isinstance(document, dict):
+        raise FormatError(f'{source}: is a {type(document).__name__}; expected an object with "degree" or "curves"')
     if json_tool.holds(document):
         return json_tool.from_document(document, source, allowed)
-    findings: list[str] = []
-    translated = json_dialects.items(document, source, findings)
-    if translated is not None:
-        listed, places = translated
-        document = {}
-    elif "curves" in document:
-        values.check_keys(document, {"curves"} | _SHARED | _FOR_PEOPLE, source)
-        listed = document["curves"]
-        if not isinstance(listed, list) or not listed:
-            raise FormatError(f"{source}: curves: is not a list of curves")
-        places = [f"{source}: curves[{i}]" for i in range(len(listed))]
-    else:
-        listed, places = [document], [f"{source}"]
-    if len(listed) > MAX_CURVES:
-        raise FormatError(f"{source}: curves: has {len(listed)} entries; at most {MAX_CURVES} can be read")
-    _check_size(listed, source)
-    entries = [_entry(item, document, place, findings) for item, place in zip(listed, places, strict=True)]
-    return _joined(
-        entries, values.name(document, source) or pathlib.Path(source).stem, tuple(findings), allowed, source
-    )
+    shared, items = listed(document, f"{source}", _SHARED, _CURVE, _NEEDED)
+    entries = [_entry(item, shared, place) for place, item in items]
+    silent = any(entry.scale is None for entry in entries)
+    findings = ("no units are given; read as mm",) if silent else ()
+    return _joined(entries, shared.get("name") or pathlib.Path(source).stem, findings, allowed, source)
 
 
 def write(paths: Sequence[Path], target: str | os.PathLike[str]) -> list[str]:
@@ -103,83 +106,27 @@ def to_text(paths: Sequence[Path]) -> str:
     return json.dumps(document, allow_nan=False) + "\n"
 
 
-def _parse(text: str, source: str | os.PathLike[str]) -> dict[str, Any]:
-    """The JSON object in `text`, refusing what Python's reader lets through: NaN, infinities, and a key said twice."""
-
-    def refuse_constant(token: str) -> None:
-        raise FormatError(f"{source}: {token} is not a number that a curve can have")
-
-    def refuse_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        unique = dict(pairs)
-        if len(unique) < len(pairs):
-            keys = [key for key, _ in pairs]
-            twice = next(key for key in keys if keys.count(key) > 1)
-            raise FormatError(f"{source}: key {values.shown(twice)} appears twice in one object; leave one of them out")
-        return unique
-
-    try:
-        document = json.loads(text, parse_constant=refuse_constant, object_pairs_hook=refuse_twice)
-    except FormatError:
-        raise
-    except json.JSONDecodeError as error:
-        place = f"line {error.lineno}, column {error.colno}"
-        raise FormatError(f"{source}: {place}: {error.msg}; is the file complete, and is it JSON?") from None
-    except RecursionError:
-        raise FormatError(f"{source}: is nested too deeply to be a curve") from None
-    except ValueError as error:  # a whole number of thousands of digits
-        raise FormatError(f"{source}: {str(error).split(';')[0]}") from None
-    if isinstance(document, list):
-        document = {"curves": document}
-    if not isinstance(document, dict):
-        raise FormatError(f'{source}: is a {type(document).__name__}; expected an object with "degree" or "curves"')
-    return document
-
-
-def _check_size(listed: list[Any], source: str | os.PathLike[str]) -> None:
-    count = 0
-    for item in listed:
-        points = item.get("control_points") if isinstance(item, dict) else None
-        count += len(points) if isinstance(points, list) else 0
-    if count > MAX_POINTS:
-        raise FormatError(f"{source}: control_points: there are {count}; at most {MAX_POINTS} can be read")
-
-
-def _entry(item: object, document: dict[str, Any], place: str, findings: list[str]) -> _Entry:
-    """One curve; what it does not say itself stands in the `document` above it."""
-    if not isinstance(item, dict):
-        raise FormatError(f"{place}: is not an object with the keys of a curve")
-    values.check_keys(item, _CURVE | _SHARED | _FOR_PEOPLE | json_program.KEYS, place)
-    for key in ("degree", "knots", "control_points"):
-        if key not in item:
-            raise FormatError(f"{place}: {key} is missing; a curve needs degree, knots and control_points")
-    degree = values.degree(item, f"{place}: ")
-    points = values.points(item["control_points"], f"{place}: control_points")
-    axes = _axes(item.get("axes", document.get("axes")), points.shape[1], f"{place}: axes")
-    points = to_radians(points, axes)
-    linear = [axis not in ROTARY_AXES for axis in axes]
-    scale = values.scale(item.get("units", document.get("units")), f"{place}: units", findings)
-    points[:, linear] *= scale
-    if np.max(np.abs(points)) > MAX_COORDINATE:
-        row = int(np.argmax(np.max(np.abs(points), axis=1)))
+def _entry(said: dict[str, Any], shared: dict[str, Any], place: str) -> _Entry:
+    """One curve; what it does not say itself is `shared` by all."""
+    axes = _axes(said.get("axes", shared.get("axes")), said["control_points"].shape[1], f"{place}: axes")
+    scale = said.get("units", shared.get("units"))
+    net = to_radians(said["control_points"], axes)
+    net[:, [axis not in ROTARY_AXES for axis in axes]] *= scale or 1.0
+    if np.max(np.abs(net)) > MAX_COORDINATE:
+        row = int(np.argmax(np.max(np.abs(net), axis=1)))
         raise FormatError(f"{place}: control_points[{row}]: is beyond {MAX_COORDINATE:g} mm; check the units")
-    weights = None if item.get("weights") is None else values.numbers(item["weights"], f"{place}: weights")
-    name = values.name(item, place)
     try:
-        curve = NurbsCurve(degree, values.numbers(item["knots"], f"{place}: knots"), points, weights)
+        curve = NurbsCurve(said["degree"], said["knots"], net, said.get("weights"))
     except CurveError as error:
         raise FormatError(f"{place}: {error}") from None
-    return _Entry(name, curve, axes, json_program.read(item, place, scale))
+    return _Entry(said.get("name", ""), curve, axes, said, scale)
 
 
-def _axes(axes: object, count: int, place: str) -> tuple[str, ...]:
-    if axes is None and count <= len(DEFAULT_AXES):
-        return DEFAULT_AXES[:count]
+def _axes(axes: list[str] | None, count: int, place: str) -> tuple[str, ...]:
     if axes is None:
-        raise FormatError(f"{place}: missing; control points of {count} columns need a name for each")
-    if not isinstance(axes, list) or not all(isinstance(axis, str) for axis in axes):
-        raise FormatError(f"{place}: is not a list of names")
+        axes = list(DEFAULT_AXES[:count])
     if len(axes) != count:
-        raise FormatError(f"{place}: has {len(axes)} names for control points of {count} columns")
+        raise FormatError(f"{place}: has {len(axes)} names for control points of {count} columns; give one for each")
     return tuple(axes)
 
 
@@ -194,7 +141,7 @@ def _joined(
             groups[-1].append(entry)
         else:
             groups.append([entry])
-    names = [name] if len(groups) == 1 else [group[0].name or f"{name}#{i}" for i, group in enumerate(groups, start=1)]
+    titles = [name] if len(groups) == 1 else [group[0].name or f"{name}#{i}" for i, group in enumerate(groups, start=1)]
     return [
         Path(
             [entry.curve for entry in group],
@@ -202,9 +149,9 @@ def _joined(
             name=title,
             findings=findings,
             tolerance=tolerance,
-            **json_program.path_arguments([entry.said for entry in group], source),
+            **json_program.path_arguments([(entry.said, entry.scale or 1.0) for entry in group], source),
         )
-        for group, title in zip(groups, names, strict=True)
+        for group, title in zip(groups, titles, strict=True)
     ]
 
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from splinefeed.errors import CurveError, FormatError
 from splinefeed.formats import json_program
-from splinefeed.formats import json_values as values
+from splinefeed.formats.json_values import anything, listed, names, number, numbers, or_none, points, text, unit, whole
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
@@ -33,8 +33,21 @@ from splinefeed.records import ROTARY_AXES
 
 #: The keys of each kind of tool axis.
 KINDS = {"second_point_on_tool_axis": POINTS, "tool_axis_vectors": VECTORS, "rotary_angles": ANGLES}
-_CURVE = {"degree", "knots", "weights", "tool_tip", "axis_degree", "axis_knots", "axis_weights", *KINDS}
-_SHARED = {"name", "unit", "units", "source", "notes", "tool_axis", "limits", "rotary_axes", "tool_length"}
+_NEEDED = ("degree", "knots", "tool_tip")
+_SHARED = {
+    "name": text,
+    **dict.fromkeys(("unit", "units"), or_none(unit)),
+    **dict.fromkeys(("source", "notes", "tool_axis", "limits"), anything),
+    "rotary_axes": names,
+    "tool_length": or_none(number),
+}
+_CURVE = {
+    **dict.fromkeys(("degree", "axis_degree"), whole),
+    **dict.fromkeys(("knots", "axis_knots"), numbers),
+    **dict.fromkeys(("weights", "axis_weights"), or_none(numbers)),
+    **dict.fromkeys(("tool_tip", *KINDS), points),
+    **json_program.KEYS,
+}
 
 
 def holds(document: dict[str, Any]) -> bool:
@@ -46,79 +59,60 @@ def holds(document: dict[str, Any]) -> bool:
 
 def from_document(document: dict[str, Any], source: str | os.PathLike[str], tolerance: float) -> list[Path]:
     """The tool path in a document of the file `source`; FormatError names what is wrong and its place."""
-    listed = document.get("curves", [document])
-    several = "curves" in document
-    if several:
-        values.check_keys(document, {"curves"} | _SHARED, source)
-    findings: list[str] = []
-    unit = document.get("units", document.get("unit"))
-    scale = values.scale(unit, f"{source}: units", findings)
+    shared, items = listed(document, f"{source}", _SHARED, _CURVE, _NEEDED)
+    findings = []
+    scale = shared.get("units", shared.get("unit"))
+    if scale is None:
+        findings.append("no units are given; read as mm")
+        scale = 1.0
     if "limits" in document:
         findings.append("limits in the file are not read; give those of the machine")
-    tips, axes, kinds, programs = [], [], set(), []
-    for i, item in enumerate(listed):
-        place = f"{source}: curves[{i}]" if several else f"{source}"
-        if not isinstance(item, dict):
-            raise FormatError(f"{place}: is not an object with the keys of a tool path")
-        values.check_keys(item, _CURVE | json_program.KEYS | (set() if several else _SHARED), place)
-        tip, axis, kind = _curve(item, place, scale)
-        tips.append(tip)
-        axes.append(axis)
-        kinds.add(kind)
-        programs.append(json_program.read(item, place, scale))
+    rotary = shared.get("rotary_axes", [])
+    if any(axis not in ROTARY_AXES for axis in rotary):
+        raise FormatError(f"{source}: rotary_axes: expected a list of {', '.join(ROTARY_AXES)}")
+    made = [_curve(item, place, scale) for place, item in items]
+    kinds = {kind for _, _, kind in made}
     if len(kinds) > 1:
         raise FormatError(f"{source}: curves: not all give their tool axis alike; choose one of {', '.join(KINDS)}")
-    kind = kinds.pop()
-    rotary = document.get("rotary_axes", [])
-    if not isinstance(rotary, list) or any(each not in ROTARY_AXES for each in rotary):
-        raise FormatError(f"{source}: rotary_axes: expected a list of {', '.join(ROTARY_AXES)}")
-    length = document.get("tool_length")
+    length = shared.get("tool_length")
     said: dict[str, Any] = {
-        "name": values.name(document, source) or pathlib.Path(source).stem,
+        "name": shared.get("name") or pathlib.Path(source).stem,
         "findings": tuple(findings),
         "tolerance": tolerance,
-        **json_program.path_arguments(programs, source),
+        **json_program.path_arguments([(item, scale) for _, item in items], source),
         "rotary": rotary,
-        "tool_length": None if length is None else scale * values.numbers([length], f"{source}: tool_length")[0],
+        "tool_length": None if length is None else scale * length,
     }
-    if kind is None:
-        return [ToolPath(tips, **said)]
-    return [ToolPath(tips, [axis for axis in axes if axis is not None], kind=kind, **said)]
+    kind = kinds.pop()
+    if kind is not None:
+        said |= {"axis": [axis for _, axis, _ in made], "kind": kind}
+    return [ToolPath([tip for tip, _, _ in made], **said)]
 
 
 def _curve(item: dict[str, Any], place: str, scale: float) -> tuple[NurbsCurve, NurbsCurve | None, str | None]:
     """Tip, tool axis and its kind of one curve."""
-    for key in ("degree", "knots", "tool_tip"):
-        if key not in item:
-            raise FormatError(f"{place}: {key} is missing; a tool path needs degree, knots and tool_tip")
     given = [key for key in KINDS if key in item]
     if len(given) > 1:
         raise FormatError(f"{place}: {given[0]} and {given[1]} are both given; leave one of them out")
-    tip = _nurbs(item, "", "tool_tip", place, scale)
+    tip = _nurbs(item, "tool_tip", place, scale)
     if not given:
         return tip, None, None
     kind = KINDS[given[0]]
     factor = scale if kind == POINTS else np.pi / 180.0 if kind == ANGLES else 1.0
     own = {**item, **{key: item.get(f"axis_{key}", item.get(key)) for key in ("degree", "knots", "weights")}}
-    return tip, _nurbs(own, "axis_", given[0], place, factor), kind
+    return tip, _nurbs(own, given[0], place, factor), kind
 
 
-def _nurbs(item: dict[str, Any], prefix: str, points: str, place: str, factor: float) -> NurbsCurve:
-    degree = values.degree(item, f"{place}: {prefix}")
-    rows = factor * values.points(item[points], f"{place}: {points}")
-    weights = item.get("weights")
+def _nurbs(item: dict[str, Any], key: str, place: str, factor: float) -> NurbsCurve:
+    rows = factor * item[key]
     # a tool axis may stay where it is, which no curve may: it is checked as one that does not
-    still = points != "tool_tip" and bool(np.all(rows == rows[0]))
+    still = key != "tool_tip" and bool(np.all(rows == rows[0]))
+    moved = rows + np.arange(len(rows))[:, None] if still else rows
     try:
-        curve = NurbsCurve(
-            degree,
-            values.numbers(item["knots"], f"{place}: {prefix}knots"),
-            rows + np.arange(len(rows))[:, None] if still else rows,
-            None if weights is None else values.numbers(weights, f"{place}: {prefix}weights"),
-        )
+        curve = NurbsCurve(item["degree"], item["knots"], moved, item.get("weights"))
         return beside(curve, rows) if still else curve
     except CurveError as error:
-        raise FormatError(f"{place}: {points}: {error}") from None
+        raise FormatError(f"{place}: {key}: {error}") from None
 
 
 def to_document(path: ToolPath) -> dict[str, Any]:

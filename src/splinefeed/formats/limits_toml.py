@@ -2,52 +2,42 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import os
-import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from splinefeed import units
-from splinefeed.errors import FormatError, LimitsError, ProblemsError, UnitError
+from splinefeed.errors import FormatError, LimitsError, ProblemsError, UnitError, nearest
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.source import read_text
-from splinefeed.records import AXIS_LIMITS, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits
+from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS, Limits
+from splinefeed.records import ORDERS as LIMIT_ORDERS
 
-#: Kind of quantity of each limit, as `units` names them.
+#: Kinds of quantities by the order of the derivative that they are, along a path or a linear axis, and of a rotary one.
+_LINEAR = ("length", "feed", "acceleration", "jerk")
+_ROTARY = ("angle", "angular velocity", "angular acceleration", "angular jerk")
+#: Kind of quantity of each limit that stands by its name in a file.
 KINDS = {
-    "feed": "feed",
-    "acceleration": "acceleration",
-    "jerk": "jerk",
-    "deceleration": "acceleration",
-    "deceleration_jerk": "jerk",
-    "start_feed": "feed",
-    "end_feed": "feed",
-    "chord_error": "length",
-    "orientation_error": "angle",
-    "centripetal": "acceleration",
-    "axis_velocity": "feed",
-    "axis_acceleration": "acceleration",
-    "axis_jerk": "jerk",
-    "axis_velocity_step": "feed",
+    name: (_ROTARY if name in ANGLES else _LINEAR)[order]
+    for name, order in LIMIT_ORDERS.items()
+    if name not in TRAVEL_ENDS
 }
 #: Order of the derivative of each limit of an axis; the travel of an axis is a position.
-ORDERS = {"travel": 0, **{name: order for order, name in enumerate(AXIS_LIMITS, start=1)}, "axis_velocity_step": 1}
+ORDERS = {"travel": 0, **{name: LIMIT_ORDERS[name] for name in BY_AXIS}}
 #: Limits that may be 0.
 _MAY_BE_ZERO = ("start_feed", "end_feed")
 
 
 class LimitsFileError(ProblemsError):
-    """A limits file with errors: the first line names the file, each of `problems` its place and the mend."""
+    """A limits file with errors: the first line names the file, each of `problems` its key and the mend."""
 
 
 def read(source: str | os.PathLike[str]) -> Limits:
-    """The limits in a TOML file; LimitsFileError with everything that is wrong, each with its line and key."""
+    """The limits in a TOML file; LimitsFileError with everything that is wrong, each with its key."""
     return parse(read_text(source), str(source))
 
 
@@ -57,55 +47,35 @@ def parse(text: str, source: str = "limits") -> Limits:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise FormatError(f"{source}: is not TOML: {error}") from None
-    return from_content(content, source, _lines(text))
+    return from_content(content, source)
 
 
-def from_content(content: Mapping[str, Any], source: str, lines: Mapping[str, int] = MappingProxyType({})) -> Limits:
-    """Limits from what a file of limits holds, once it is read; lines: where each key stands in it.
-
-    Raises LimitsFileError, whose `problems` each begin with the key, behind its line where that is known.
-    """
-    problems: list[tuple[int, str]] = []
+def from_content(content: Mapping[str, Any], source: str) -> Limits:
+    """Limits from what a file of limits holds; LimitsFileError with problems that each begin with the key."""
+    problems: list[str] = []
     values: dict[str, Any] = {}
-
-    def problem(key: str, what: object) -> None:
-        line = lines.get(key) or lines.get(key.partition(".")[0])
-        problems.append((line or 0, f"line {line}: {key}: {what}" if line else f"{key}: {what}"))
-
     for key, given in content.items():
-        if key not in KINDS and key != "travel":
-            close = difflib.get_close_matches(key, [*KINDS, "travel"], n=1)
-            problem(key, f"unknown limit; {f'did you mean {close[0]}?' if close else 'known are ' + ', '.join(KINDS)}")
-        elif isinstance(given, dict) and (key in BY_AXIS or key == "travel"):
-            for axis, value in given.items():
-                try:
-                    if key == "travel":
-                        for end, position in zip(TRAVEL_ENDS, travel_of(axis, value), strict=True):
-                            values.setdefault(end, {})[axis] = position
-                    else:
-                        values.setdefault(key, {})[axis] = axis_value(key, axis, value)
-                except (UnitError, LimitsError) as error:
-                    problem(f"{key}.{axis}", error)
-        elif key == "travel":
-            problem(key, "write a table: [travel], then x = [0, 500]")
-        else:
+        axes = given if isinstance(given, dict) and key in ORDERS else {"": given}
+        for axis, value in axes.items():
             try:
-                values[key] = _number(key, given)
+                if key == "travel":
+                    for end, position in zip(TRAVEL_ENDS, travel_of(axis, value), strict=True):
+                        values.setdefault(end, {})[axis] = position
+                elif key not in KINDS:
+                    raise LimitsError(f"unknown limit; {nearest(key, [*KINDS, 'travel'])}")
+                elif axis:
+                    values.setdefault(key, {})[axis] = axis_value(key, axis, value)
+                else:
+                    values[key] = _number(key, value)
             except (UnitError, LimitsError) as error:
-                problem(key, error)
+                problems.append(f"{key}{'.' * bool(axis)}{axis}: {error}")
     if not problems:
         try:
             return Limits(**values)
         except LimitsError as error:
             first, _, rest = str(error).partition(" ")
-            problem(first, rest) if first in KINDS else problems.append((0, str(error)))
-    raise LimitsFileError(source, (text for _, text in sorted(problems, key=lambda each: each[0])))
-
-
-def unit_of(limit: str) -> str | None:
-    """The base unit of a limit, or of an end of a travel, by its name; None for what is not a limit."""
-    kind = "length" if limit in ("travel", *TRAVEL_ENDS) else KINDS.get(limit)
-    return None if kind is None else units.KINDS[kind].base
+            problems.append(f"{first}: {rest}" if first in KINDS else str(error))
+    raise LimitsFileError(source, problems)
 
 
 def axis_value(name: str, axis: str, value: Any) -> float:
@@ -113,9 +83,7 @@ def axis_value(name: str, axis: str, value: Any) -> float:
 
     Raises UnitError for what is no such quantity, LimitsError for one that is not positive.
     """
-    if axis not in ROTARY_AXES:
-        return _number(name, value)
-    return _positive(turning(value, ORDERS[name]), value)
+    return _positive(turning(value, ORDERS[name]), value) if axis in ROTARY_AXES else _number(name, value)
 
 
 def by_axis(text: str) -> list[tuple[str, str]]:
@@ -126,8 +94,7 @@ def by_axis(text: str) -> list[tuple[str, str]]:
 
 def turning(value: Any, order: int) -> float:
     """An angle (order 0) or its derivative by time of an order up to 3, rad/s^order; a bare number is in degrees."""
-    kind = ("angle", "angular velocity", "angular acceleration", "angular jerk")[order]
-    return units.parse(value, kind, units.KINDS[kind].base.replace("rad", "deg"))
+    return units.parse(value, _ROTARY[order], units.KINDS[_ROTARY[order]].base.replace("rad", "deg"))
 
 
 def _number(name: str, value: Any) -> float:
@@ -146,25 +113,12 @@ def _positive(number: float, given: Any) -> float:
 
 def travel_of(axis: str, value: Any) -> tuple[float, float]:
     """Least and greatest position of an axis from a list of two, mm or rad; LimitsError for what is none."""
-    if not isinstance(value, list) or len(value) != 2:
-        raise LimitsError(f"{value!r}; write least and greatest position, such as [0, 500]")
+    if not axis or not isinstance(value, list) or len(value) != 2:
+        raise LimitsError(f"{value!r}; write least and greatest position of each axis, such as [travel] x = [0, 500]")
     low, high = (turning(each, 0) if axis in ROTARY_AXES else units.parse(each, "length") for each in value)
     if not low < high:
         raise LimitsError(f"runs from {value[0]} to {value[1]}; the first must be the smaller one")
     return low, high
-
-
-def _lines(text: str) -> dict[str, int]:
-    """Number of the line (from 1) at which each key stands, those of a table behind its name and a dot."""
-    found: dict[str, int] = {}
-    table = ""
-    for number, line in enumerate(text.splitlines(), start=1):
-        if head := re.match(r"\s*\[\s*([\w-]+)\s*\]", line):
-            table = f"{head[1]}."
-            found.setdefault(head[1], number)
-        elif key := re.match(r"\s*[\"']?([\w.-]+)[\"']?\s*=", line):
-            found.setdefault(f"{table}{key[1]}", number)
-    return found
 
 
 def write(limits: Limits, target: str | os.PathLike[str]) -> None:

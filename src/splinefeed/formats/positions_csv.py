@@ -7,6 +7,7 @@ import os
 import re
 import warnings
 from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 
@@ -21,10 +22,8 @@ _OURS = "# splinefeed setpoints"
 #: Axes in the order in which a path has them, and what a column of times is called.
 AXES = ("x", "y", "z", "a", "b", "c", "theta")
 _TIMES = ("t", "time", "zeit")
-#: Lines at most that are no numbers, before the first that are.
-_LONGEST_HEAD = 100
-#: Data lines that are looked at for how many digits they have.
-_SAMPLED = 2000
+#: Lines that are looked at for names of columns and how many digits numbers have.
+_LOOKED_AT = 2000
 #: From this many decimals on a number has all its digits.
 _FULL = 12
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[-+]?[0-9]+)?|[-+]?(nan|inf(inity)?)", re.I)
@@ -50,69 +49,59 @@ def read(
     blanks, and NaN. Raises FormatError, which names the line.
     """
     file = check_file(path)
-    head: list[str] = []
-    sample: list[list[str]] = []
-    delimiter = None
     with file.open(encoding="utf-8-sig", errors="replace") as stream:
-        for number, line in enumerate(stream, start=1):
-            words = _split(line)
-            if len(sample) == _SAMPLED or len(head) > _LONGEST_HEAD:
-                break
-            if line.strip() and all(_NUMBER.fullmatch(word) for word in words):
-                delimiter = delimiter or next((each for each in ",;\t" if each in line), None)
-                sample.append(words)
-            elif not sample:
-                head.append(line.lstrip("# "))
-            elif line.strip():
-                raise FormatError(f"{path}: line {number}: {line.strip()[:60]!r} is not numbers")
-    if not sample:
-        raise FormatError(f"{path}: holds no numbers" + (f" in its first {number} lines" if number > len(head) else ""))
-    names = _names([line for line in head if line.strip()], columns, len(sample[0]), path)
+        lines = [line.strip() for line in islice(stream, _LOOKED_AT)]
+    words = [_split(line.lstrip("# ")) for line in lines]
+    first = next((k for k, row in enumerate(words) if lines[k] and all(map(_NUMBER.fullmatch, row))), None)
+    if first is None:
+        raise FormatError(f"{path}: holds no numbers in its first {len(lines)} lines")
+    head = [row for line, row in zip(lines[:first], words, strict=False) if line]
+    names = _names(head, columns, len(words[first]), path)
     try:
         with warnings.catch_warnings(action="ignore"):  # of blank lines, which count for nothing
             rows = np.loadtxt(
-                file, delimiter=delimiter, skiprows=len(head), ndmin=2, encoding="utf-8-sig", max_rows=MAX_TICKS
+                file,
+                delimiter=next((each for each in ",;\t" if each in lines[first]), None),
+                skiprows=first,
+                ndmin=2,
+                encoding="utf-8-sig",
+                max_rows=MAX_TICKS,
             )
     except ValueError as error:
         raise FormatError(f"{path}: is not a valid table of numbers: {str(error).split(';')[0]}") from None
+    sample = [row for line, row in zip(lines[first:], words[first:], strict=True) if line]
     return _setpoints(rows, names, sample, period, path)
 
 
 def _split(line: str) -> list[str]:
-    return [word.strip() for word in re.split(r"[,;\t]" if re.search(r"[,;\t]", line) else r"\s+", line.strip())]
+    return [word.strip() for word in re.split(r"[,;\t]" if re.search(r"[,;\t]", line) else r"\s+", line)]
 
 
-def _names(head: list[str], columns: Sequence[str] | None, count: int, path: object) -> dict[str, tuple[int, float]]:
+def _names(
+    head: list[list[str]], columns: Sequence[str] | None, count: int, path: object
+) -> dict[str, tuple[int, float]]:
     """Column and factor to mm, s or rad of t and of each axis."""
-    texts = list(columns) if columns else []
-    below: list[str] = []
-    for k in range(len(head) - 1, -1, -1) if not texts else []:
-        words = _split(head[k])
-        if len(words) == count and any(_parsed(word)[0] in _TIMES for word in words):
-            texts = words
-            below = _split(head[k + 1]) if k + 1 < len(head) else []
+    texts, below = list(columns or ()), [""] * count
+    for k in reversed(range(0 if texts else len(head))):
+        if len(head[k]) == count and any(_parsed(word)[0] in _TIMES for word in head[k]):
+            texts, below = head[k], head[k + 1] if k + 1 < len(head) and len(head[k + 1]) == count else below
             break
-    if not texts:
+    if len(texts) != count:
         raise FormatError(
             f"{path}: no line above the numbers names {count} columns, t among them; give --columns t,x,y"
         )
-    if len(texts) != count:
-        raise FormatError(f"{path}: {len(texts)} names for {count} columns: {', '.join(texts)[:80]}")
     found: dict[str, tuple[int, float]] = {}
     for k, text in enumerate(texts):
         name, unit = _parsed(text)
-        if len(below) == count and not unit:
-            unit = below[k].strip("[]() ")
         name = "t" if name in _TIMES else name
-        if name not in ("t", *AXES):
-            continue
         if name in found:
             raise FormatError(f"{path}: two columns are called {name}: {', '.join(texts)[:80]}")
         kind, usual = ("time", "s") if name == "t" else ("angle", "deg") if name in ROTARY_AXES else ("length", "mm")
-        try:
-            found[name] = k, units.parse(f"1{unit or usual}", kind)
-        except UnitError as error:
-            raise FormatError(f"{path}: column {name}: {error}") from None
+        if name in ("t", *AXES):
+            try:
+                found[name] = k, units.parse(f"1{unit or below[k].strip('[]() ') or usual}", kind)
+            except UnitError as error:
+                raise FormatError(f"{path}: column {name}: {error}") from None
     if "t" not in found or len(found) < 2:
         raise FormatError(f"{path}: needs columns t and at least one of {', '.join(AXES)}; has {', '.join(texts)[:80]}")
     return found
@@ -126,12 +115,10 @@ def _parsed(text: str) -> tuple[str, str]:
 
 def _decimals(sample: list[list[str]], column: int) -> int:
     """Digits behind the point in a column, at most _FULL; _FULL if numbers have an exponent."""
-    most = 0
-    for row in sample:
-        if "e" in row[column].lower() and "." in row[column]:
-            return _FULL
-        most = max(most, len(row[column].partition(".")[2]))
-    return min(most, _FULL)
+    texts = [row[column].lower() for row in sample]
+    if any("e" in text and "." in text for text in texts):
+        return _FULL
+    return min(_FULL, max(len(text.partition(".")[2]) for text in texts))
 
 
 def _setpoints(
@@ -178,5 +165,4 @@ def _period(t: Array, digit: float, path: object) -> float:
     middle = mean if bool(np.all(np.abs(t - even) <= digit + 1e-9 * abs(mean))) else float(np.median(steps))
     if not middle > 0.0:
         raise FormatError(f"{path}: column t: does not increase; give --period if it counts something else")
-    rounded = float(f"{middle:.9g}")
-    return rounded
+    return float(f"{middle:.9g}")

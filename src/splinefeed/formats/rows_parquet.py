@@ -15,12 +15,12 @@ KINDS = {"number": "float64", "whole": "int64", "text": "string"}
 
 def available() -> None:
     """Raise InputError with the mend unless pyarrow is installed."""
-    _pyarrow()
+    libraries()
 
 
 def write(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], path: str | os.PathLike[str]) -> None:
     """Write rows under `columns` (name -> kind), whole or not at all; equal rows give equal files."""
-    pyarrow, parquet = _pyarrow()
+    pyarrow, parquet = libraries()
     schema = pyarrow.schema([(name, KINDS[kind]) for name, kind in columns.items()])
     table = pyarrow.table({name: [row.get(name) for row in rows] for name in columns}, schema=schema)
     with atomic_write(path) as temporary:
@@ -29,7 +29,7 @@ def write(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], path: s
 
 def read(paths: Sequence[str | os.PathLike[str]]) -> dict[str, list[Any]]:
     """Columns of all files, one after the other; FormatError for a file that is cut off or no Parquet."""
-    pyarrow, parquet = _pyarrow()
+    pyarrow, parquet = libraries()
     tables = []
     for path in paths:
         try:
@@ -42,7 +42,8 @@ def read(paths: Sequence[str | os.PathLike[str]]) -> dict[str, list[Any]]:
     return whole
 
 
-def _pyarrow() -> tuple[Any, Any]:
+def libraries() -> tuple[Any, Any]:
+    """pyarrow and its part for Parquet; InputError with the mend where they are not installed."""
     try:
         import pyarrow
         from pyarrow import parquet

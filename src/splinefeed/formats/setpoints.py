@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
-import sys
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 
 from splinefeed.errors import FormatError, expect
-from splinefeed.formats import hdf5, records_hdf5
+from splinefeed.formats import hdf5
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.metadata import checked_parts, described, naming, to_degrees
+from splinefeed.formats.sizes import MAX_TICKS, MAX_TICKS_AT_ONCE, MAX_TICKS_IN_CHUNKS
+from splinefeed.formats.source import check_file
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
 
 if TYPE_CHECKING:
@@ -24,58 +26,63 @@ Kind = TypeVar("Kind", bound="Setpoints | TimeLaw | Limits | Response | BitPatte
 
 @dataclass(frozen=True)
 class SetpointFormat:
-    """A kind of file for setpoints: its suffixes, the module that writes it, and whether it can be loaded again."""
+    """A kind of file for setpoints.
+
+    module   has `write(chunks, file)`, and `read(file)` for columns and description where the format `loads`
+    rotary   unit of rotary axes in the file
+    at_once  whether `write` wants all setpoints in place of chunks
+    """
 
     suffixes: tuple[str, ...]
     module: str
+    rotary: str = "rad"
+    at_once: bool = False
     loads: bool = True
 
 
 #: Every format of setpoints by the name that `--format` takes; the first suffix is the one that files get.
 FORMATS = {
-    "hdf5": SetpointFormat((".h5", ".hdf5"), "records_hdf5"),
-    "csv": SetpointFormat((".csv",), "setpoints_csv"),
-    "mat": SetpointFormat((".mat",), "setpoints_mat"),
-    "npz": SetpointFormat((".npz",), "setpoints_npz"),
+    "hdf5": SetpointFormat((".h5", ".hdf5"), "hdf5"),
+    "csv": SetpointFormat((".csv",), "setpoints_csv", "deg"),
+    "mat": SetpointFormat((".mat",), "setpoints_mat", "deg", at_once=True),
+    "npz": SetpointFormat((".npz",), "setpoints_npz", at_once=True),
     "parquet": SetpointFormat((".parquet",), "setpoints_parquet"),
-    "halstreamer": SetpointFormat((".halstream",), "setpoints_halstreamer", loads=False),
-    "pvt": SetpointFormat((".pvt",), "setpoints_pvt", loads=False),
+    "halstreamer": SetpointFormat((".halstream",), "setpoints_halstreamer", "deg", loads=False),
+    "pvt": SetpointFormat((".pvt",), "setpoints_pvt", "deg", at_once=True, loads=False),
 }
 #: Pulse words of a motion card as its driver takes them.
 _BITS = ".bits"
 
 
-def _read_pattern(file: Any, path: Path) -> BitPattern:
-    from splinefeed.formats import bit_pattern
-
-    return bit_pattern.read(path)
-
-
-_HDF5_READERS: dict[str, Callable[[Any, Path], Record]] = {
-    "Setpoints": records_hdf5.read_setpoints,
-    "TimeLaw": records_hdf5.read_law,
-    "Limits": records_hdf5.read_limits,
-    "Response": records_hdf5.read_response,
-    "BitPattern": _read_pattern,
-}
-
-
-def save(record: Record | Iterable[Setpoints], path: str | os.PathLike[str]) -> None:
+def save(record: Record | Iterable[Setpoints] | Iterable[Response], path: str | os.PathLike[str]) -> None:
     """Save a record, whole or not at all: any as HDF5 (.h5), setpoints in every one of FORMATS, pulse words as .bits.
 
-    Setpoints may come as an iterable of chunks, of which all formats but .mat hold one at a time in memory.
-    Lengths in mm, rotary axes rad or as the format says in its heads. Raises FormatError for a name of no format, a
-    folder that cannot be written, or numbers that are not finite. Source: docs/setpoint-files.md.
+    Setpoints and responses may come as an iterable of chunks, of which HDF5, CSV, Parquet and halstreamer hold one at
+    a time in memory. Lengths in mm, rotary axes rad or as the format says in its heads. Raises FormatError for a name
+    of no format, a folder that cannot be written, or numbers that are not finite. Source: docs/setpoint-files.md.
     Example: `sf.save(setpoints, "setpoints.csv")`
     """
     expect("save(record, file)", (record, object), (path, (str, os.PathLike)))
-    if _is_pattern(record):
-        _pattern_module(path).write(record, path)
+    if _suffix(path) == _BITS:
+        import_module("splinefeed.formats.bit_pattern").write(record, path)
         return
-    name = _format_of(path)
-    if isinstance(record, TimeLaw | Limits | Response) and name != "hdf5":
+    form = _format_of(path)
+    if form.module != "hdf5" and isinstance(record, TimeLaw | Limits | Response):
         raise FormatError(f"{path}: {type(record).__name__} is saved as HDF5 only; name the file .h5")
-    _module(name).save(record, path)
+    if isinstance(record, TimeLaw | Limits):
+        parts: Iterator[Any] = iter([record])
+    else:
+        most = MAX_TICKS_IN_CHUNKS if form.module == "hdf5" else MAX_TICKS_AT_ONCE if form.at_once else MAX_TICKS
+        parts = checked_parts(record, path, most, Setpoints | Response if form.module == "hdf5" else Setpoints)
+    if form.rotary == "deg":
+        parts = (replace(part, position=to_degrees(part.position, part.axes)) for part in parts)
+    with atomic_write(path) as temporary:
+        if form.at_once:
+            points = Setpoints.joined(list(parts))
+            with naming(path):
+                _module(form).write(points, temporary)
+        else:
+            _module(form).write(parts, temporary)
 
 
 @overload
@@ -96,52 +103,42 @@ def load(path: str | os.PathLike[str], kind: type[Any] | None = None) -> Any:
     return found
 
 
-def _load(path: str | os.PathLike[str]) -> Record:
-    if Path(path).suffix.lower() == _BITS:
-        pattern: BitPattern = _pattern_module(path).read(path)
-        return pattern
-    name = _format_of(path)
-    if name == "hdf5":
-        return hdf5.read(path, _HDF5_READERS)
-    if not FORMATS[name].loads:
-        raise FormatError(f"{path}: {name} files are for controllers and cannot be loaded; keep an .h5 beside")
-    points: Setpoints = _module(name).load(path)
-    return points
+def _load(path: str | os.PathLike[str]) -> Any:
+    if _suffix(path) == _BITS:
+        return import_module("splinefeed.formats.bit_pattern").read(path)
+    form = _format_of(path)
+    if form.module == "hdf5":
+        return hdf5.load(path)
+    if not form.loads:
+        raise FormatError(f"{path}: {_suffix(path)} files are for controllers and cannot be loaded; keep an .h5 beside")
+    file = check_file(path)
+    with naming(path, f"{_suffix(path)} file of setpoints"):
+        return described(*_module(form).read(file))
 
 
 def load_chunks(path: str | os.PathLike[str], rows: int) -> Iterator[Setpoints]:
     """Setpoints that `save` wrote, in pieces of at most `rows` ticks, of which HDF5 holds one at a time in memory."""
-    if _format_of(path) == "hdf5":
-        with hdf5.opened(path, ("Setpoints",)) as (file, _, checked):
-            yield from records_hdf5.read_chunks(file, checked, rows)
+    if _format_of(path).module == "hdf5":
+        yield from hdf5.load_chunks(path, rows)
         return
-    points = load(path)
-    assert isinstance(points, Setpoints)
+    points = load(path, Setpoints)
     for start in range(0, len(points), rows):
         yield points.part(start, start + rows)
 
 
-def _is_pattern(record: object) -> bool:
-    """Whether it is pulse words; their module, which needs a compiler, is not imported to find out."""
-    module = sys.modules.get("splinefeed.formats.bit_pattern")
-    return module is not None and isinstance(record, module.BitPattern)
+def _module(form: SetpointFormat) -> Any:
+    return import_module(f"splinefeed.formats.{form.module}")
 
 
-def _pattern_module(path: str | os.PathLike[str]) -> ModuleType:
-    raw = Path(path).suffix.lower() == _BITS
-    return import_module(f"splinefeed.formats.bit_pattern{'_raw' if raw else ''}")
+def _suffix(path: str | os.PathLike[str]) -> str:
+    return Path(path).suffix.lower()
 
 
-def _module(name: str) -> ModuleType:
-    return import_module(f"splinefeed.formats.{FORMATS[name].module}")
-
-
-def _format_of(path: str | os.PathLike[str]) -> str:
-    suffix = Path(path).suffix.lower()
-    for name, each in FORMATS.items():
-        if suffix in each.suffixes:
-            return name
-    if Path(path).is_dir():
+def _format_of(path: str | os.PathLike[str]) -> SetpointFormat:
+    found = next((each for each in FORMATS.values() if _suffix(path) in each.suffixes), None)
+    if found is None and Path(path).is_dir():
         raise FormatError(f"{path}: is a folder; name a file in it, such as setpoints.h5")
-    *known, last = (suffix for each in FORMATS.values() for suffix in each.suffixes)
-    raise FormatError(f"{path}: a record's file is named {', '.join(known)} or {last}")
+    if found is None:
+        *known, last = (suffix for each in FORMATS.values() for suffix in each.suffixes)
+        raise FormatError(f"{path}: a record's file is named {', '.join(known)} or {last}")
+    return found

@@ -7,27 +7,17 @@ column its `unit`.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import FormatError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import (
-    COLUMNS,
-    axis_units,
-    check_all_finite,
-    checked_chunks,
-    column_names,
-    description,
-    read_description,
-    sound_file,
-)
+from splinefeed.errors import InputError
+from splinefeed.formats.metadata import COLUMNS, axis_units, column_names, description
+from splinefeed.formats.rows_parquet import libraries
 from splinefeed.formats.sizes import MAX_AXES, MAX_TICKS
-from splinefeed.formats.source import check_file
 from splinefeed.records import Setpoints
 
 _KEY = b"splinefeed"
@@ -35,74 +25,49 @@ _KEY = b"splinefeed"
 ROW_GROUP = 2**17
 
 
-def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) -> None:
-    """Write setpoints, whole or as an iterable of chunks of which only one is in memory at a time."""
-    pyarrow, parquet = _libraries(path)
-    with atomic_write(path) as temporary, temporary.open("wb") as stream:
+def write(chunks: Iterable[Setpoints], file: Path) -> None:
+    """Write chunks of setpoints."""
+    pyarrow, parquet = libraries()
+    with file.open("wb") as stream, ExitStack() as stack:
         writer: Any = None
-        try:
-            for chunk in checked_chunks(record, path):
-                if writer is None:
-                    schema = _schema(pyarrow, chunk)
-                    # doubles of a smooth motion share their upper bytes: split by byte they pack to about a half
-                    writer = parquet.ParquetWriter(
-                        stream,
-                        schema,
-                        compression="zstd",
-                        use_dictionary=False,
-                        column_encoding={
-                            field.name: "BYTE_STREAM_SPLIT" for field in schema if field.type == pyarrow.float64()
-                        },
-                    )
-                columns = [getattr(chunk, name) for name in COLUMNS] + list(chunk.position.T)
-                table = pyarrow.table([pyarrow.array(np.ascontiguousarray(each)) for each in columns], schema=schema)
-                writer.write_table(table, row_group_size=ROW_GROUP)
-        finally:
-            if writer is not None:
-                writer.close()
+        for chunk in chunks:
+            if writer is None:
+                schema = _schema(pyarrow, chunk)
+                # doubles of a smooth motion share their upper bytes: split by byte they pack to about a half
+                split = {each.name: "BYTE_STREAM_SPLIT" for each in schema if each.type == pyarrow.float64()}
+                writer = parquet.ParquetWriter(
+                    stream, schema, compression="zstd", use_dictionary=False, column_encoding=split
+                )
+                stack.enter_context(writer)
+            columns = [getattr(chunk, name) for name in COLUMNS] + list(chunk.position.T)
+            table = pyarrow.table([pyarrow.array(np.ascontiguousarray(each)) for each in columns], schema=schema)
+            writer.write_table(table, row_group_size=ROW_GROUP)
 
 
-def load(path: str | os.PathLike[str]) -> Setpoints:
-    """Read setpoints that `save` wrote; FormatError for a file that is cut off, changed, or something else."""
-    file = check_file(path)
-    _, parquet = _libraries(path)
-    with sound_file(path, "Parquet file"):
-        with parquet.ParquetFile(file) as source:
-            metadata = (source.schema_arrow.metadata or {}).get(_KEY)
-            if metadata is None:
-                raise FormatError(f"{path}: has no metadata of splinefeed; was this written by it?")
-            said = read_description(metadata, f"{path}: metadata")
-            axes = said["axes"]
-            names = column_names(axes, "rad")
-            if source.schema_arrow.names != names or len(axes) > MAX_AXES:
-                raise FormatError(f"{path}: expected the columns {', '.join(names)}")
-            if source.metadata.num_rows > MAX_TICKS:
-                raise FormatError(f"{path}: has {source.metadata.num_rows} rows; at most {MAX_TICKS} can be read")
-            table = source.read()
-        values = [table.column(name).to_numpy() for name in names]
-        columns = dict(zip(COLUMNS, values, strict=False))
-        points = Setpoints(**columns, position=np.column_stack(values[len(COLUMNS) :]), **said)
-        check_all_finite(points)
-    return points
+def read(file: Path) -> tuple[dict[str, Any], Any]:
+    """Columns and description of a file that `write` wrote."""
+    _, parquet = libraries()
+    with parquet.ParquetFile(file) as source:
+        metadata = (source.schema_arrow.metadata or {}).get(_KEY)
+        if metadata is None:
+            raise InputError("has no metadata of splinefeed; was this written by it?")
+        said = json.loads(metadata)
+        names = column_names(said["axes"], "rad")
+        if source.schema_arrow.names != names or len(said["axes"]) > MAX_AXES:
+            raise InputError(f"expected the columns {', '.join(names)}")
+        if source.metadata.num_rows > MAX_TICKS:
+            raise InputError(f"has {source.metadata.num_rows} rows; at most {MAX_TICKS} can be read")
+        table = source.read()
+    values = [table.column(name).to_numpy() for name in names]
+    return {**dict(zip(COLUMNS, values, strict=False)), "position": np.column_stack(values[len(COLUMNS) :])}, said
 
 
 def _schema(pyarrow: Any, first: Setpoints) -> Any:
     units = [*COLUMNS.values(), *axis_units(first.axes, "rad")]
-    kinds = [pyarrow.int64() if name == "curve" else pyarrow.float64() for name in COLUMNS]
-    kinds += [pyarrow.float64()] * len(first.axes)
     fields = [
-        pyarrow.field(name, kind, nullable=False, metadata={"unit": unit})
-        for name, kind, unit in zip(column_names(first.axes, "rad"), kinds, units, strict=True)
+        pyarrow.field(
+            name, pyarrow.int64() if name == "curve" else pyarrow.float64(), nullable=False, metadata={"unit": unit}
+        )
+        for name, unit in zip(column_names(first.axes, "rad"), units, strict=True)
     ]
     return pyarrow.schema(fields, metadata={_KEY: json.dumps(description(first, "rad"))})
-
-
-def _libraries(path: str | os.PathLike[str]) -> tuple[Any, Any]:
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise FormatError(
-            f"{Path(path)}: Parquet needs pyarrow, which is not installed; run: pip install 'splinefeed[parquet]'"
-        ) from None
-    return pyarrow, pyarrow.parquet

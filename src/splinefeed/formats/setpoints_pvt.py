@@ -12,80 +12,35 @@ T^4 q^(5) / 30 at most in the middle, and 0 where the planned feed is 0. Source 
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from pathlib import Path
 
 import numpy as np
 
-from splinefeed.errors import FormatError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.formats.metadata import checked_chunks, to_degrees, write_rows
+from splinefeed.errors import InputError
+from splinefeed.formats.metadata import write_rows
 from splinefeed.records import Array, IntArray, Setpoints
 
 #: Ticks that one velocity is taken from.
 STENCIL = 5
+#: Steps that are worked on at once.
+_STEPS = 2**16
 
 
-class _Ticks(NamedTuple):
-    """t (n,), feed (n,), position (n, axes), rotary axes in degrees."""
-
-    t: Array
-    feed: Array
-    position: Array
-
-
-def save(record: Setpoints | Iterable[Setpoints], path: str | os.PathLike[str]) -> None:
-    """Write the steps between setpoints, given whole or as an iterable of chunks of which one is in memory at a time.
-
-    Raises FormatError for fewer than two ticks, and for ticks that do not follow each other in time.
-    """
-    with atomic_write(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as stream:
-        steps = 0
-        for t, position, velocity in _with_velocity(_ticks(record, path)):
-            pairs = np.stack([np.diff(position, axis=0), velocity], axis=2).reshape(len(velocity), -1)
-            write_rows(stream, [np.diff(t), *pairs.T], ", ")
-            steps += len(t) - 1
-        if steps == 0:
-            raise FormatError(f"{path}: one tick is no step; a PVT table needs at least two ticks")
+def write(points: Setpoints, file: Path) -> None:
+    """Write the steps between setpoints; InputError for fewer than two, or ticks that do not follow each other."""
+    if len(points) < 2:
+        raise InputError("one tick is no step; a PVT table needs at least two ticks")
+    if not np.all(np.diff(points.t) > 0.0):
+        raise InputError("t does not grow from tick to tick; a PVT table needs steps longer than 0")
+    with file.open("w", encoding="ascii", newline="\n") as stream:
+        for start in range(1, len(points), _STEPS):
+            places = np.arange(start, min(start + _STEPS, len(points)))
+            way = points.position[places] - points.position[places - 1]
+            pairs = np.stack([way, _velocity(points, places)], axis=2).reshape(len(places), -1)
+            write_rows(stream, [points.t[places] - points.t[places - 1], *pairs.T], ", ")
 
 
-def _ticks(record: Setpoints | Iterable[Setpoints], path: object) -> Iterator[_Ticks]:
-    before = -np.inf
-    for chunk in checked_chunks(record, path):
-        if len(chunk) == 0:
-            continue
-        if not (chunk.t[0] > before and np.all(np.diff(chunk.t) > 0.0)):
-            raise FormatError(f"{path}: t does not grow from tick to tick; a PVT table needs steps longer than 0")
-        before = float(chunk.t[-1])
-        yield _Ticks(chunk.t, chunk.feed, to_degrees(chunk.position, chunk.axes))
-
-
-def _with_velocity(chunks: Iterable[_Ticks]) -> Iterator[tuple[Array, Array, Array]]:
-    """t (n + 1,) and position (n + 1, axes) of runs of ticks, and velocity (n, axes) at all but the first of a run.
-
-    A run begins with the last tick of the one before; two ticks on either side of it are held back for its velocity.
-    """
-    held: _Ticks | None = None
-    done = 0  # ticks of `held` that were given out already; they are there for the velocity of others
-    for chunk in chunks:
-        held = chunk if held is None else _Ticks(*map(np.concatenate, zip(held, chunk, strict=True)))
-        ready = len(held.t) - STENCIL // 2
-        if ready > max(done, 1) and len(held.t) >= STENCIL:
-            yield _run(held, max(done, 1), ready)
-            keep = max(ready - STENCIL, 0)  # so many that the last ticks, too, find four others
-            held, done = _Ticks(*(each[keep:] for each in held)), ready - keep
-    if held is not None and len(held.t) > max(done, 1):
-        yield _run(held, max(done, 1), len(held.t))
-
-
-def _run(ticks: _Ticks, first: int, end: int) -> tuple[Array, Array, Array]:
-    places = np.arange(first, end)
-    part = slice(first - 1, end)
-    return ticks.t[part], ticks.position[part], _velocity(ticks, places)
-
-
-def _velocity(ticks: _Ticks, places: IntArray) -> Array:
+def _velocity(ticks: Setpoints, places: IntArray) -> Array:
     """Velocity (n, axes) at the ticks `places` (n,): sum_j q_j L_j'(t) over the nearest STENCIL ticks."""
     count = min(STENCIL, len(ticks.t))
     left = np.clip(places - count // 2, 0, len(ticks.t) - count)

@@ -25,5 +25,5 @@ MAX_AXES = 9
 MAX_TICKS = 2**26
 #: Most ticks in an HDF5 file, which is written and can be read chunk by chunk: above eleven days at 1 ms.
 MAX_TICKS_IN_CHUNKS = 10**9
-#: Most ticks in a MATLAB file, whose layout needs them in memory all at once: an hour at 1 ms, about 900 MB.
-MAX_MATLAB_TICKS = 3_600_000
+#: Most ticks in a file whose layout needs them in memory all at once: an hour at 1 ms, about 900 MB in MATLAB's.
+MAX_TICKS_AT_ONCE = 3_600_000

@@ -4,36 +4,24 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from splinefeed.errors import FormatError, InputError, ProblemsError, UnitError, nearest
+from splinefeed.formats.atomic import atomic_write
+from splinefeed.formats.source import read_text
 from splinefeed.kinematics import Kinematics, kinds, kinematics
-from splinefeed.machine import describe, parts, quantities
+from splinefeed.machine import parts, quantities, writing
 from splinefeed.machine.control import PARTS, AxisControl, Control
 from splinefeed.records import ROTARY_AXES
 
-#: Sections of an axis and the record that each becomes.
-SECTIONS: dict[str, type[Any]] = {
-    "motor": parts.Motor,
-    "drive": parts.Drive,
-    "transmission": parts.Transmission,
-    "load": parts.Load,
-    "friction": parts.Friction,
-    "encoder": parts.Encoder,
-    "scale": parts.Scale,
-    "controller": parts.Controller,
-    "limits": parts.AxisLimits,
-}
-#: Sections that an axis may do without.
-OPTIONAL = ("friction", "encoder", "scale", "limits")
 #: Keys beside the axes at the top of a file.
 _TOP = ("title", "notes", "kinematics", "control", "axis")
 #: A machine file beyond this many bytes is none.
-_LARGEST_FILE = 1_000_000
+_LARGEST_FILE = 2**20
 
 
 class MachineError(ProblemsError):
@@ -78,17 +66,7 @@ class Machine:
         if path.suffix != ".toml" and not path.exists():
             mend = nearest(name, Machine.names(), "give a name or the path of a .toml file")
             raise FormatError(f"{name}: no machine of this name; there are {', '.join(Machine.names())}; {mend}")
-        try:
-            if path.stat().st_size > _LARGEST_FILE:
-                raise FormatError(f"{name}: {path.stat().st_size} bytes; a machine file has at most {_LARGEST_FILE}")
-            text = path.read_text(encoding="utf-8")
-        except OSError as error:
-            raise FormatError(
-                f"{name}: cannot be read ({error.strerror or error}); check the name and the folder"
-            ) from None
-        except UnicodeDecodeError:
-            raise FormatError(f"{name}: is not UTF-8 text") from None
-        return Machine.parse(text, path.stem, str(name))
+        return Machine.parse(read_text(path, "a machine file", _LARGEST_FILE), path.stem, str(name))
 
     @staticmethod
     def parse(text: str, name: str = "machine", source: str | None = None) -> Machine:
@@ -100,14 +78,12 @@ class Machine:
             raise FormatError(f"{source}: is not TOML: {error}") from None
         problems: list[str] = []
         _unknown_keys(content, _TOP, "", problems)
-        title = _text(content.get("title", ""), "title", problems)
-        notes = content.get("notes", [])
-        if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
-            problems.append("notes: must be a list of texts")
-        given = content.get("axis", {})
-        if not isinstance(given, dict) or not (given or "control" in content):
+        title, notes = content.get("title", ""), content.get("notes", [])
+        if not isinstance(notes, list) or not all(isinstance(each, str) for each in (title, *notes)):
+            problems.append("title, notes: must be text and a list of texts")
+        given = _table(content.get("axis", {}), "axis", problems)
+        if not given and "control" not in content and not problems:
             problems.append("axis: missing; a machine needs at least one [axis.NAME]")
-            given = {}
         axes = {axis: _axis(axis, section, problems) for axis, section in given.items()}
         moves = _kinematics(content["kinematics"], given, problems) if "kinematics" in content else None
         plans = _control(content["control"], problems) if "control" in content else None
@@ -133,17 +109,22 @@ class Machine:
 
     def as_dict(self) -> dict[str, Any]:
         """The machine as `machine show --json` prints it: each quantity as its value and unit."""
-        return describe.numbers(self)
+        return writing.numbers(self)
 
     def save(self, path: str | Path) -> None:
-        """Write a machine file that loads again as the same machine; see `machine.writing`."""
-        from splinefeed.machine import writing
+        """Write a machine file that loads again as the same machine, whole or not at all.
 
-        writing.save(self, path)
+        Raises FormatError for a name that does not end in .toml, and for a file that cannot be written.
+        """
+        if not str(path).endswith(".toml"):
+            raise FormatError(f"{path}: a machine file is named .toml")
+        text = writing.to_text(self)
+        with atomic_write(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
 
     def describe(self) -> str:
-        """The machine in words, a paragraph an axis."""
-        return describe.describe(self)
+        """The machine as its file says it, and what follows for each axis."""
+        return writing.describe(self)
 
 
 @cache
@@ -151,11 +132,12 @@ def _packaged(name: str) -> Machine:
     return Machine.parse(files("splinefeed").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8"), name)
 
 
-def _text(value: object, place: str, problems: list[str]) -> str:
-    if not isinstance(value, str):
-        problems.append(f"{place}: {value!r}; must be text")
-        return ""
-    return value
+def _table(content: Any, place: str, problems: list[str]) -> dict[str, Any]:
+    """`content`, or an empty table after adding to `problems` that it is none."""
+    if isinstance(content, dict):
+        return content
+    problems.append(f"{place}: must be a table")
+    return {}
 
 
 def _unknown_keys(given: Mapping[str, Any], known: Iterable[str], place: str, problems: list[str]) -> None:
@@ -168,9 +150,7 @@ def _unknown_keys(given: Mapping[str, Any], known: Iterable[str], place: str, pr
 
 def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> Kinematics | None:
     """The kinematics of the file, or None after adding what is wrong with them to `problems`."""
-    if not isinstance(content, dict):
-        problems.append("kinematics: must be a table")
-        return None
+    content = _table(content, "kinematics", problems)
     kind = content.get("type")
     if kind not in kinds():
         problems.append(f"kinematics.type: {kind!r}; must be one of {', '.join(kinds())}")
@@ -197,67 +177,41 @@ def _kinematics(content: Any, axes: Mapping[str, Any], problems: list[str]) -> K
 
 def _control(content: Any, problems: list[str]) -> Control | None:
     """The section [control], or None after adding what is wrong with it to `problems`."""
-    if not isinstance(content, dict):
-        problems.append("control: must be a table")
-        return None
-    made: dict[str, Any] = {}
-    axes = content.get("axis", {})
-    for section, part in PARTS.items():
-        if section in content:
-            made[section] = _part(content[section], part, f"control.{section}", False, problems)
-    if not isinstance(axes, dict):
-        problems.append("control.axis: must be a table")
-        axes = {}
+    content = _table(content, "control", problems)
+    made = {
+        section: _part(content[section], part, f"control.{section}", (False, True), problems)
+        for section, part in PARTS.items()
+        if section in content
+    }
+    axes = _table(content.get("axis", {}), "control.axis", problems)
     made["axes"] = {
-        name: _part(each, AxisControl, f"control.axis.{name}", name in ROTARY_AXES, problems)
+        name: _part(each, AxisControl, f"control.axis.{name}", (name in ROTARY_AXES, True), problems)
         for name, each in axes.items()
     }
     plain = {key: value for key, value in content.items() if key not in PARTS and key != "axis"}
-    values = _section(plain, Control, "control.", False, True, problems, sections=(*PARTS, "axis"))
-    return None if values is None or problems else Control(**values, **made)
-
-
-def _part(content: Any, part: type[Any], place: str, rotary: bool, problems: list[str]) -> Any:
-    """One table as its record, or None after adding what is wrong with it to `problems`."""
-    if not isinstance(content, dict):
-        problems.append(f"{place}: must be a table")
-        return None
-    values = _section(content, part, f"{place}.", rotary, True, problems)
-    return None if values is None else part(**values)
+    found: Control | None = _part(plain, Control, "control", (False, True), problems, made)
+    return found
 
 
 def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:
     """One axis of the file, or None after adding what is wrong with it to `problems`."""
-    place = f"axis.{name}."
-    if not isinstance(content, dict):
-        problems.append(f"axis.{name}: must be a table")
-        return None
+    place = f"axis.{name}"
     before = len(problems)
-    _unknown_keys(content, ("motion", *SECTIONS), place, problems)
-    usual = "rotary" if name in ROTARY_AXES else "linear"
-    motion = content.get("motion", usual)
-    if motion not in ("linear", "rotary"):
-        problems.append(f"{place}motion: {motion!r}; must be one of linear, rotary")
-    elif motion != usual:
-        why = (
-            f"{name} is {'a rotary' if usual == 'rotary' else 'not a rotary'} axis; rotary are {', '.join(ROTARY_AXES)}"
-        )
-        problems.append(f"{place}motion: {motion!r}; {why}")
-    rotary = motion == "rotary"
+    content = _table(content, place, problems)
+    if len(problems) > before:
+        return None
+    _unknown_keys(content, ("motion", *parts.SECTIONS), f"{place}.", problems)
+    motion = "rotary" if name in ROTARY_AXES else "linear"
+    if content.get("motion", motion) != motion:
+        problems.append(f"{place}.motion: {content['motion']!r}; must be {motion}: rotary are {', '.join(ROTARY_AXES)}")
     motor = content.get("motor")
-    motor_rotary = not (isinstance(motor, dict) and motor.get("motion") == "linear")
+    turns = (motion == "rotary", not (isinstance(motor, dict) and motor.get("motion") == "linear"))
     made: dict[str, Any] = {}
-    for section, part in SECTIONS.items():
-        if section not in content:
-            if section not in OPTIONAL:
-                problems.append(f"{place}{section}: missing")
-            continue
-        if not isinstance(content[section], dict):
-            problems.append(f"{place}{section}: must be a table")
-            continue
-        values = _section(content[section], part, f"{place}{section}.", rotary, motor_rotary, problems)
-        if values is not None:
-            made[section] = part(**values)
+    for section, part in parts.SECTIONS.items():
+        if section in content:
+            made[section] = _part(content[section], part, f"{place}.{section}", turns, problems)
+        elif section not in parts.OPTIONAL:
+            problems.append(f"{place}.{section}: missing")
     if len(problems) > before:
         return None
     try:
@@ -267,55 +221,31 @@ def _axis(name: str, content: Any, problems: list[str]) -> parts.Axis | None:
         return None
 
 
-def _section(
-    content: Mapping[str, Any],
-    part: type[Any],
-    place: str,
-    rotary: bool,
-    motor_rotary: bool,
-    problems: list[str],
-    sections: Iterable[str] = (),
-) -> dict[str, Any] | None:
-    """The values of one section in base units, or None after adding what is wrong to `problems`.
+def _part(
+    content: Any, part: type[Any], place: str, turns: tuple[bool, bool], problems: list[str], made: Any = None
+) -> Any:
+    """One table as its record, or None after adding what is wrong with it to `problems`.
 
-    sections  also known, for they stand within this one
+    turns  whether the axis turns and whether the motor does;  made  values that are there already
     """
     before = len(problems)
-    described = {f.name: f for f in fields(part) if f.metadata}
-    _unknown_keys(content, (*described, *sections), place, problems)
-    values: dict[str, Any] = {}
+    content = _table(content, place, problems)
+    described = {each.name: each for each in fields(part) if each.metadata}
+    _unknown_keys(content, [each.name for each in fields(part)], f"{place}.", problems)
+    values: dict[str, Any] = dict(made or {})
     for key, one in described.items():
+        kind, rotary = one.metadata.get("kind"), turns[bool(one.metadata.get("motor"))]
         if key not in content:
             if one.default is MISSING:
-                problems.append(f"{place}{key}: missing{_expected(one, motor_rotary if _motors(one) else rotary)}")
+                wanted = f"; such as {quantities.KINDS[kind][rotary].example}" if kind in quantities.KINDS else ""
+                problems.append(f"{place}.{key}: missing{wanted}")
             continue
-        value = content[key]
-        kind = one.metadata.get("kind")
-        if kind is not None and kind != "number":
-            try:
-                value = quantities.parse(value, kind, motor_rotary if _motors(one) else rotary)
-            except UnitError as error:
-                problems.append(f"{place}{key}: {error}")
-                continue
-        problem = parts.value_problem(one, value)
-        if problem is not None:
-            shown = f"{content[key]}; {problem.split('; ', 1)[-1]}" if isinstance(content[key], str) else problem
-            problems.append(f"{place}{key}: {shown if kind else problem}")
+        given = value = content[key]
+        try:
+            values[key] = value = quantities.parse(given, kind, rotary) if kind in quantities.KINDS else given
+        except UnitError as error:
+            problems.append(f"{place}.{key}: {error}")
             continue
-        values[key] = value
-    return values if len(problems) == before else None
-
-
-def _motors(described: Field[Any]) -> bool:
-    return bool(described.metadata.get("motor"))
-
-
-def _expected(described: Field[Any], rotary: bool) -> str:
-    """What a missing key should hold, for the end of a message."""
-    kind = described.metadata.get("kind")
-    if kind in quantities.KINDS:
-        wanted = quantities.KINDS[kind][rotary]
-        return f"; expected {wanted.title} such as {wanted.example}"
-    if "choices" in described.metadata:
-        return f"; must be one of {', '.join(described.metadata['choices'])}"
-    return ""
+        if (rule := parts.rule_broken(one, value)) is not None:
+            problems.append(f"{place}.{key}: {given if kind else repr(given)}; {rule}")
+    return part(**values) if len(problems) == before else None

@@ -13,72 +13,70 @@ from splinefeed.machine.quantities import show
 #: Rounding of a unit, relative.
 _ROUNDING = 1e-12
 
-#: Rules that a value must keep, by name: how a message says it, and the test.
-RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
-    "positive": ("must be greater than 0", lambda value: value > 0.0),
-    "not negative": ("must not be negative", lambda value: value >= 0.0),
-    "not zero": ("must not be 0", lambda value: value != 0.0),
-    "any": ("", lambda value: True),
-}
-
-
 #: Gains of each kind of controller, and those that both have.
 GAINS = {"pid": ("kp", "ki", "kd"), "p-pi": ("position_gain", "velocity_kp", "velocity_ki")}
 FEED_FORWARD = ("velocity_feed_forward", "acceleration_feed_forward")
+#: Section, key, and the choices of another key of that section with which alone it is used.
+_BELONGS = (
+    ("transmission", "lead", "kind", ("screw", "belt")),
+    ("transmission", "ratio", "kind", ("gear",)),
+    ("drive", "speed_per_volt", "mode", ("velocity",)),
+    ("drive", "bandwidth", "mode", ("velocity",)),
+    ("drive", "force_per_volt", "mode", ("torque",)),
+    *(("controller", gain, "kind", (kind,)) for kind, gains in GAINS.items() for gain in gains),
+)
+#: Those of them that are needed then.
+_NEEDED = ("lead", "ratio", "speed_per_volt", "bandwidth", "force_per_volt", "kp", "position_gain", "velocity_kp")
+
+
+def _kept(default: Any, rule: str, holds: Callable[[Any], bool], **more: Any) -> Any:
+    """A field whose values keep a rule; None stands for absent where it is the default."""
+    return field(default=default, metadata={"rule": rule, "holds": holds, **more})
+
+
+def _finite(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+#: Rules of numbers, by name: how a message says it, and the test.
+_RULES: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "positive": ("must be greater than 0", lambda value: _finite(value) and value > 0.0),
+    "not negative": ("must not be negative", lambda value: _finite(value) and value >= 0.0),
+    "any": ("must be a finite number", _finite),
+}
 
 
 def quantity(kind: str, rule: str = "positive", default: Any = MISSING, *, motor: bool = False) -> Any:
     """A field that holds a quantity of `kind` (see `quantities.KINDS`); motor: of the motor's motion."""
-    return field(default=default, metadata={"kind": kind, "rule": rule, "motor": motor})
+    return _kept(default, *_RULES[rule], kind=kind, motor=motor)
 
 
 def number(rule: str, default: Any) -> Any:
     """A field that holds a number without a unit."""
-    return field(default=default, metadata={"kind": "number", "rule": rule, "motor": False})
+    return _kept(default, *_RULES[rule], kind="number")
 
 
-def count(lowest: int, highest: int, default: Any = MISSING) -> Any:
+def count(low: int, high: int, default: Any = MISSING) -> Any:
     """A field that holds a whole number within bounds."""
-    return field(default=default, metadata={"lowest": lowest, "highest": highest})
+    rule = f"must be a whole number from {low} to {high}"
+    return _kept(default, rule, lambda value: _finite(value) and isinstance(value, int) and low <= value <= high)
 
 
 def choice(*names: str, default: Any = MISSING) -> Any:
     """A field that holds one of some names."""
-    return field(default=default, metadata={"choices": names})
+    return _kept(default, f"must be one of {', '.join(names)}", lambda value: value in names)
 
 
 def words(default: Any = "") -> Any:
     """A field that holds text for people."""
-    return field(default=default, metadata={"text": True})
+    return _kept(default, "must be text", lambda value: isinstance(value, str))
 
 
-def value_problem(described: Field[Any], value: Any) -> str | None:
-    """What is wrong with `value` for a field made by the functions above, in words, or None; None stands for absent."""
-    metadata = described.metadata
-    if value is None and described.default is None:
-        return None
-    if "choices" in metadata:
-        if value not in metadata["choices"]:
-            return f"{value!r}; must be one of {', '.join(metadata['choices'])}"
-    elif "text" in metadata:
-        if not isinstance(value, str):
-            return f"{value!r}; must be text"
-    elif "lowest" in metadata:
-        if isinstance(value, bool) or not isinstance(value, int):
-            return f"{value!r}; must be a whole number"
-        if value < metadata["lowest"] and metadata["lowest"] == 1:
-            return f"{value}; must be greater than 0"
-        if not metadata["lowest"] <= value <= metadata["highest"]:
-            return f"{value}; must lie between {metadata['lowest']} and {metadata['highest']}"
-    else:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            return f"{value!r}; must be a number"
-        if not math.isfinite(value):
-            return f"{value}; must be finite"
-        sentence, holds = RULES[metadata["rule"]]
-        if not holds(value):
-            return f"{value:g}; {sentence}"
-    return None
+def rule_broken(described: Field[Any], value: Any) -> str | None:
+    """The rule of a field that `value` breaks, in words, or None."""
+    absent = value is None and described.default is None
+    rule: str = described.metadata["rule"]
+    return None if absent or described.metadata["holds"](value) else rule
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,9 +84,9 @@ class _Part:
     def __post_init__(self) -> None:
         """Refuse a value that its field does not allow, naming the field."""
         for described in fields(self):
-            problem = value_problem(described, getattr(self, described.name)) if described.metadata else None
-            if problem is not None:
-                raise InputError(f"{type(self).__name__.lower()}.{described.name}: {problem}")
+            value = getattr(self, described.name)
+            if described.metadata and (rule := rule_broken(described, value)) is not None:
+                raise InputError(f"{type(self).__name__.lower()}.{described.name}: {value!r}; {rule}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,6 +231,22 @@ class AxisLimits(_Part):
     source: str = words()
 
 
+#: Sections of an axis and the record that each becomes.
+SECTIONS: dict[str, type[Any]] = {
+    "motor": Motor,
+    "drive": Drive,
+    "transmission": Transmission,
+    "load": Load,
+    "friction": Friction,
+    "encoder": Encoder,
+    "scale": Scale,
+    "limits": AxisLimits,
+    "controller": Controller,
+}
+#: Sections that an axis may do without.
+OPTIONAL = ("friction", "encoder", "scale", "limits")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Axis:
     """One axis of a machine. Raises InputError, one line for each fault, if its parts do not fit."""
@@ -292,67 +306,44 @@ class Axis:
             return 0.0
         return 2.0 * math.pi * self.travel_per_motor / (self.encoder.pulses * self.encoder.multiplication)
 
-    def said(self, part: Any) -> Iterator[tuple[Field[Any], Any, bool]]:
-        """Field, value, and whether that is of rotary motion, of all that one of its parts says."""
-        for one in fields(part):
-            value = getattr(part, one.name)
-            if value is not None and value != "":
-                yield one, value, self.motor.motion == "rotary" if one.metadata.get("motor") else self.rotary
+    def said(self) -> Iterator[tuple[str, Field[Any], Any, bool]]:
+        """Section, field, value, and whether that is of rotary motion, of all that its parts say."""
+        turns = (self.rotary, self.motor.motion == "rotary")
+        parts = {section: part for section in SECTIONS if (part := getattr(self, section)) is not None}
+        for section, part in parts.items():
+            for one in fields(part):
+                value = getattr(part, one.name)
+                if value is not None and value != "":
+                    yield section, one, value, turns[bool(one.metadata.get("motor"))]
 
     def problems(self) -> Iterator[str]:
         """What does not fit between the parts, each with its place, `section.key: what; how to fix it`."""
-        kind = self.transmission.kind
-        direct = kind == "direct"
-        if self.motor.motion == "linear" and (self.rotary or not direct):
-            yield "motor.motion: 'linear'; a linear motor needs a linear axis and transmission.kind 'direct'"
-        elif direct and not self.rotary and self.motor.motion == "rotary":
-            yield "transmission.kind: 'direct'; a rotary motor moves a linear axis by a screw or a belt"
-        if self.rotary != (kind == "gear") and not direct:
-            fitting = "gear" if self.rotary else "screw or belt"
-            yield f"transmission.kind: {kind!r}; a {self.motion} axis takes {fitting}"
-        for key, kinds in (("lead", ("screw", "belt")), ("ratio", ("gear",))):
-            given = getattr(self.transmission, key) is not None
-            if given != (kind in kinds):
+        kind, controller, friction, limits = self.transmission.kind, self.controller, self.friction, self.limits
+        if self.motor.motion == "linear" and (self.rotary or kind != "direct" or self.encoder is not None):
+            yield "motor.motion: 'linear'; it needs a linear axis, transmission.kind 'direct' and a scale"
+        elif self.motor.motion == "rotary" and kind not in (("gear", "direct") if self.rotary else ("screw", "belt")):
+            fitting = "gear or direct" if self.rotary else "screw or belt"
+            yield f"transmission.kind: {kind!r}; a rotary motor moves a {self.motion} axis by {fitting}"
+        for section, key, chooser, choices in _BELONGS:
+            part = getattr(self, section)
+            chosen, given = getattr(part, chooser), getattr(part, key) not in (None, 0.0)
+            if given != (chosen in choices) and (given or key in _NEEDED):
                 what = "not used by" if given else "missing; needed by"
-                yield f"transmission.{key}: {what} transmission.kind {kind!r}"
-        wanted = ("speed_per_volt", "bandwidth") if self.drive.mode == "velocity" else ("force_per_volt",)
-        for key in ("speed_per_volt", "bandwidth", "force_per_volt"):
-            given = getattr(self.drive, key) is not None
-            if given != (key in wanted):
-                what = "not used by" if given else "missing; needed by"
-                yield f"drive.{key}: {what} drive.mode {self.drive.mode!r}"
+                yield f"{section}.{key}: {what} {section}.{chooser} {chosen!r}"
         if self.motor.peak_force < self.motor.rated_force:
             yield f"motor.peak_force: {self.motor.peak_force:g}; must not be below rated_force"
         if self.transmission.damping > 0.0 and self.transmission.stiffness is None:
             yield "transmission.damping: needs transmission.stiffness"
-        static = self.friction.static
-        if static is not None and static < self.friction.coulomb:
-            yield f"friction.static: {static:g}; must not be below friction.coulomb"
-        if static is not None and static > self.friction.coulomb and self.friction.stribeck_speed is None:
+        if friction.static is not None and friction.static < friction.coulomb:
+            yield f"friction.static: {friction.static:g}; must not be below friction.coulomb"
+        elif friction.static not in (None, friction.coulomb) and friction.stribeck_speed is None:
             yield "friction.stribeck_speed: missing; needed when static differs from coulomb"
-        if self.encoder is not None and self.motor.motion == "linear":
-            yield "encoder: a linear motor has none; give a scale"
-        if getattr(self, self.controller.feedback) is None:
-            yield f"controller.feedback: {self.controller.feedback!r}; the axis has no {self.controller.feedback}"
-        for sort, keys in GAINS.items():
-            for key in keys:
-                if sort != self.controller.kind and getattr(self.controller, key) != 0.0:
-                    yield f"controller.{key}: not used by controller.kind {self.controller.kind!r}"
-        needed = "kp" if self.controller.kind == "pid" else "position_gain"
-        if getattr(self.controller, needed) == 0.0:
-            yield f"controller.{needed}: 0; must be greater than 0"
-        if self.controller.kind == "p-pi" and self.controller.velocity_kp == 0.0:
-            yield "controller.velocity_kp: 0; must be greater than 0"
-        yield from self._limit_problems()
-
-    def _limit_problems(self) -> Iterator[str]:
-        """What does not fit in the limits: travel with one end, or none left, and more speed than the motor has."""
-        low, high = self.limits.minimum, self.limits.maximum
-        if (low is None) != (high is None):
-            yield f"limits.{'minimum' if low is None else 'maximum'}: missing; give both ends of the travel"
-        elif low is not None and high is not None and not low < high:
-            yield "limits.minimum: must be less than limits.maximum"
+        if getattr(self, controller.feedback) is None:
+            yield f"controller.feedback: {controller.feedback!r}; the axis has no {controller.feedback}"
+        low, high = limits.minimum, limits.maximum
+        if (low is None) != (high is None) or (low is not None and high is not None and not low < high):
+            yield "limits.minimum: give both ends of the travel, limits.minimum less than limits.maximum"
         top = self.motor.rated_speed * self.travel_per_motor
-        if self.limits.velocity is not None and self.limits.velocity > top * (1.0 + _ROUNDING):
-            wanted, there = (show(value, "velocity", self.rotary) for value in (self.limits.velocity, top))
+        if limits.velocity is not None and limits.velocity > top * (1.0 + _ROUNDING):
+            wanted, there = (show(value, "velocity", self.rotary) for value in (limits.velocity, top))
             yield f"limits.velocity: {wanted}; the motor's rated speed gives {there} at most"

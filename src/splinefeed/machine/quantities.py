@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from splinefeed.units import Kind, read
 
@@ -50,71 +51,52 @@ def parse(text: object, kind: str, rotary: bool) -> float:
     return value * 2.0 * math.pi if kind in _ANGULAR and "hz" in str(text).lower() else value
 
 
-def show(value: float, kind: str, rotary: bool) -> str:
-    """`value`, in the base unit of its kind, for people; frequencies in Hz, rotary positions in degrees."""
-    if kind == "frequency":
-        return f"{value / (2.0 * math.pi):.6g} Hz"
-    if kind == "time":
-        return f"{value * 1e3:.6g} ms"
-    if rotary and kind in TURNING:
-        return f"{math.degrees(value):.6g} {unit_shown(kind, rotary)}"
-    if kind == "position":
-        return f"{value * 1e3:.6g} um" if abs(value) < 0.1 else f"{value:.6g} mm"
-    if kind == "lead":
-        return f"{value * 2.0 * math.pi:.6g} mm/rev"
-    if kind == "speed" and rotary:
-        return f"{value * 30.0 / math.pi:.6g} rpm"
-    return f"{value:.6g} {KINDS[kind][rotary].base}"
-
-
-def unit_shown(kind: str, rotary: bool) -> str:
-    """The unit in which `shown` gives a quantity of that kind: its base unit, but Hz, and degrees where it turns."""
-    base = "Hz" if kind == "frequency" else KINDS[kind][rotary].base
-    return base.replace("rad", "deg") if rotary and kind in TURNING else base
-
-
-def shown(value: float, kind: str, rotary: bool) -> float:
-    """`value`, in the base unit of its kind, in the unit that `unit_shown` names."""
-    if kind == "frequency":
-        return value / (2.0 * math.pi)
-    return math.degrees(value) if rotary and kind in TURNING else value
-
-
-def as_quantity(value: object, kind: str | None, rotary: bool) -> object:
-    """`value` for programs: a quantity as its value and unit, anything else as it is."""
-    if kind not in KINDS or not isinstance(value, int | float):
-        return value
-    return {"value": shown(value, kind, rotary), "unit": unit_shown(kind, rotary)}
-
-
-def written(value: object, kind: str | None, rotary: bool) -> object:
-    """`value` for a machine file: a quantity with its unit, anything else as it is."""
-    return write(value, kind, rotary) if kind in KINDS and isinstance(value, int | float) else value
-
-
-#: Units beside the base unit in which a person would rather read a quantity.
+#: Units beside the base unit in which a person would rather read a quantity of linear and of rotary motion.
 _READABLE = {
-    "time": (("ms",), ("ms",)),
-    "frequency": (("Hz",), ("Hz",)),
-    "lead": (("mm/rev",), ("mm/rev",)),
-    "position": (("um",), ("deg",)),
-    "speed": ((), ("rpm",)),
-    "velocity": ((), ("deg/s",)),
-    "acceleration": ((), ("deg/s^2",)),
-    "jerk": ((), ("deg/s^3",)),
+    "time": ("ms", "ms"),
+    "frequency": ("Hz", "Hz"),
+    "lead": ("mm/rev", "mm/rev"),
+    "position": ("um", "deg"),
+    "speed": ("", "rpm"),
+    "velocity": ("", "deg/s"),
+    "acceleration": ("", "deg/s^2"),
+    "jerk": ("", "deg/s^3"),
 }
 
 
-def write(value: float, kind: str, rotary: bool) -> str:
-    """The shortest text that `parse` reads as exactly `value`, in the base unit of `kind` or one that reads better."""
-    texts = [f"{_digits(value)}{KINDS[kind][rotary].base.removeprefix('1')}"]
-    for unit in _READABLE.get(kind, ((), ()))[rotary]:
-        guess = value / parse(f"1{unit}", kind, rotary)
-        texts += [text for digits in (6, 12, 17) if parse(text := f"{guess:.{digits}g}{unit}", kind, rotary) == value]
+def _readable(kind: str, rotary: bool) -> tuple[str, float]:
+    """The unit in which people read a quantity of a kind, and its size."""
+    unit = _READABLE.get(kind, ("", ""))[rotary] or KINDS[kind][rotary].base
+    return unit, 1.0 if unit == KINDS[kind][rotary].base else parse(f"1{unit}", kind, rotary)
+
+
+def show(value: float, kind: str, rotary: bool) -> str:
+    """`value`, in the base unit of its kind, for people."""
+    unit, size = _readable(kind, rotary)
+    if unit == "um" and abs(value) >= 0.1:
+        unit, size = "mm", 1.0
+    return f"{value / size:.6g} {unit}"
+
+
+def as_quantity(value: object, kind: str | None, rotary: bool) -> object:
+    """`value` for programs: a quantity as its value and unit (base units, but Hz, and degrees), else as it is."""
+    if kind not in KINDS or not isinstance(value, int | float):
+        return value
+    turns = rotary and kind in TURNING
+    unit, size = _readable(kind, rotary) if turns or kind == "frequency" else (KINDS[kind][rotary].base, 1.0)
+    return {"value": value / size, "unit": unit}
+
+
+def write(value: Any, kind: str | None, rotary: bool) -> Any:
+    """The shortest text that `parse` reads as exactly `value`, in the base unit of `kind` or one that reads better.
+
+    What is no quantity stays as it is.
+    """
+    if kind not in KINDS or not isinstance(value, int | float):
+        return value
+    texts = [f"{float(value)!r}".removesuffix(".0") + KINDS[kind][rotary].base.removeprefix("1")]
+    unit, size = _readable(kind, rotary)
+    if size != 1.0:
+        guesses = (f"{value / size:.{digits}g}{unit}" for digits in (6, 12, 17))
+        texts += [text for text in guesses if parse(text, kind, rotary) == value]
     return min(texts, key=len)
-
-
-def _digits(value: float) -> str:
-    """The shortest decimal that is exactly this float, without a trailing .0."""
-    text = repr(float(value))
-    return text.removesuffix(".0")

@@ -1,40 +1,21 @@
-"""Machine files written: every quantity with its unit, read back as exactly the same machine."""
+"""A machine written: as a file that reads back as exactly the same machine, in words, and in numbers for programs."""
 
 from __future__ import annotations
 
-import os
-from dataclasses import MISSING
+from collections.abc import Iterable
+from dataclasses import MISSING, Field
 from typing import TYPE_CHECKING, Any
 
-from splinefeed.errors import FormatError
-from splinefeed.formats.atomic import atomic_write
-from splinefeed.machine import quantities
-from splinefeed.machine.control import Control, values
+from splinefeed.machine.control import values
+from splinefeed.machine.parts import Axis
+from splinefeed.machine.quantities import as_quantity, show, write
 
 if TYPE_CHECKING:
     from splinefeed.machine.machine import Machine
-    from splinefeed.machine.parts import Axis
-
-#: Sections in the order in which the package's own files have them.
-_ORDER = ("motor", "drive", "transmission", "load", "friction", "encoder", "scale", "limits", "controller")
-#: ... and those that are not written when they are empty.
-_MAY_BE_LEFT_OUT = ("friction", "limits")
-
-
-def save(machine: Machine, path: str | os.PathLike[str]) -> None:
-    """Write a machine file, whole or not at all; comments of the file that the machine came from are not kept.
-
-    Raises FormatError for a name that does not end in .toml, and for a file that cannot be written.
-    """
-    if not str(path).endswith(".toml"):
-        raise FormatError(f"{path}: a machine file is named .toml")
-    text = to_text(machine)
-    with atomic_write(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 def to_text(machine: Machine) -> str:
-    """The text of the machine file of `machine`."""
+    """The text of the machine file of `machine`; comments of the file that it came from are not kept."""
     import tomlkit
 
     content: dict[str, Any] = {}
@@ -43,40 +24,64 @@ def to_text(machine: Machine) -> str:
     if machine.notes:
         content["notes"] = tomlkit.array().multiline(True)
         content["notes"].extend(machine.notes)
-    if machine.kinematics is not None:
-        parameters = machine.kinematics.parameters.items()
-        lengths = {name: quantities.write(value, "position", False) for name, value in parameters}
-        content["kinematics"] = {"type": machine.kinematics.kind, **lengths}
+    if (moves := machine.kinematics) is not None:
+        lengths = {name: write(value, "position", False) for name, value in moves.parameters.items()}
+        content["kinematics"] = {"type": moves.kind, **lengths}
     if machine.control is not None:
-        content["control"] = _control(machine.control)
-    if machine.axes:
-        content["axis"] = {name: _sections(axis) for name, axis in machine.axes.items()}
-    return tomlkit.dumps(content)
+        said = sorted(values(machine.control), key=lambda each: "." in each[0])
+        content["control"] = _tables(said)
+    axes = {}
+    for name, axis in machine.axes.items():
+        needed: dict[str, Any] = {"motor": {}, "drive": {}, "transmission": {}, "load": {}}
+        said_of = ((f"{section}.{one.name}", one, value, rotary) for section, one, value, rotary in axis.said())
+        axes[name] = needed | _tables(said_of)
+    return tomlkit.dumps({**content, **({"axis": axes} if axes else {})})
 
 
-def _control(control: Control) -> dict[str, Any]:
-    """The section [control]: what differs from the default, the tables last."""
+def _tables(said: Iterable[tuple[str, Field[Any], Any, bool]]) -> dict[str, Any]:
+    """Tables of what differs from the default, by names such as `spindle.start`."""
     content: dict[str, Any] = {}
-    for name, one, value, rotary in sorted(values(control), key=lambda each: "." in each[0]):
-        if one.default is not MISSING and value == one.default:
-            continue
-        table = content
-        *sections, key = name.split(".")
-        for section in sections:
-            table = table.setdefault(section, {})
-        table[key] = quantities.written(value, one.metadata.get("kind"), rotary)
+    for name, one, value, rotary in said:
+        if one.default is MISSING or value != one.default:
+            *tables, key = name.split(".")
+            table = content
+            for each in tables:
+                table = table.setdefault(each, {})
+            table[key] = write(value, one.metadata.get("kind"), rotary)
     return content
 
 
-def _sections(axis: Axis) -> dict[str, dict[str, Any]]:
-    sections = {name: _values(part, axis) for name in _ORDER if (part := getattr(axis, name)) is not None}
-    return {name: values for name, values in sections.items() if values or name not in _MAY_BE_LEFT_OUT}
+def describe(machine: Machine) -> str:
+    """What its file says, and what follows for each axis."""
+    lines = [machine.name, "", to_text(machine)]
+    return "\n".join(lines + [_of_axis(axis) for axis in machine.axes.values()])
 
 
-def _values(part: Any, axis: Axis) -> dict[str, Any]:
-    """What differs from the default, the source last."""
-    return {
-        one.name: quantities.written(value, one.metadata.get("kind"), rotary)
-        for one, value, rotary in axis.said(part)
-        if one.default is MISSING or value != one.default
-    }
+def _of_axis(axis: Axis) -> str:
+    unit, factor = ("kg*m^2", 1.0) if axis.rotary else ("kg", 1000.0)
+    peak = show(axis.motor.peak_force * axis.force_per_motor_force, "force", axis.rotary)
+    count = f", one encoder count {show(axis.encoder_resolution, 'position', axis.rotary)}" if axis.encoder else ""
+    return (
+        f"Axis {axis.name}: {factor * axis.motor_inertia:.4g} {unit} of motor and transmission beside "
+        f"{factor * axis.load_inertia:.4g} {unit} of load, peak {peak}{count}"
+    )
+
+
+def numbers(machine: Machine) -> dict[str, Any]:
+    """A machine for programs: sections as in the file, each quantity as its value and unit."""
+    page: dict[str, Any] = {"name": machine.name, "title": machine.title}
+    if (moves := machine.kinematics) is not None:
+        lengths = {key: as_quantity(value, "position", False) for key, value in moves.parameters.items()}
+        page["kinematics"] = {"type": moves.kind, "joints": list(moves.joints), **lengths}
+    if machine.control is not None:
+        said = values(machine.control)
+        page["control"] = {
+            name: as_quantity(value, one.metadata.get("kind"), turns) for name, one, value, turns in said
+        }
+    page["axes"] = {}
+    for name, axis in machine.axes.items():
+        sections: dict[str, Any] = {"motion": axis.motion}
+        for section, one, value, rotary in axis.said():
+            sections.setdefault(section, {})[one.name] = as_quantity(value, one.metadata.get("kind"), rotary)
+        page["axes"][name] = sections
+    return {**page, "notes": [*machine.notes]}

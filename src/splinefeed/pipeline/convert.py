@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,47 +22,31 @@ SAMPLES = 4001
 MOST_CURVES = 20_000
 
 
-@dataclass(frozen=True)
-class Conversion:
-    """How paths were written to a file.
-
-    format    title of the file's format
-    notes     what was approximated and what is lost, one sentence each
-    curves    in the file as it was read back; None if that is not possible
-    distance  largest distance, mm, of points on the paths from the curves in the file, over the linear axes that both
-              have; None as above
-    """
-
-    format: str
-    notes: tuple[str, ...]
-    curves: int | None
-    distance: float | None
-
-
 def convert(
     paths: Sequence[Path],
     target: str | os.PathLike[str],
     *,
     tolerance: float | str | None = None,
     writing: Mapping[str, Any] | None = None,
-) -> Conversion:
+) -> tuple[tuple[str, ...], int | None, float | None]:
     """Write `paths` to the file `target`, whose suffix says the format, read it back, and measure.
 
-    `tolerance`, mm, is for what the format cannot hold exactly; `writing` are options of the format's writer. Raises
-    FormatError for what cannot be written, InputError for an option that the format does not have.
+    `tolerance`, mm, is for what the format cannot hold exactly; `writing` are options of the format's writer. Returns
+    what was approximated and what is lost, one sentence each, the number of curves in the file as it was read back, and
+    the largest distance, mm, of points on the paths from them over the linear axes that both have; None where that is
+    not possible. Raises FormatError for what cannot be written, InputError for an option that the format does not have.
     """
     found = registry.format_to_write(target)
     options = {} if tolerance is None or "tolerance" not in found.writing_options else {"tolerance": tolerance}
     notes = registry.write(paths, target, **options, **(writing or {}))
     count = sum(len(path.curves) for path in paths)
     if found.reader is None or count > MOST_CURVES:
-        return Conversion(found.title, notes, None, None)
+        return notes, None, None
     try:
         back = registry.read_all(target)
     except SplinefeedError as error:
-        return Conversion(found.title, (*notes, f"the file could not be read back: {error}"), None, None)
-    curves = [curve for path in back for curve in path.curves]
-    return Conversion(found.title, notes, len(curves), _largest_distance(paths, back, count))
+        return (*notes, f"the file could not be read back: {error}"), None, None
+    return notes, sum(len(path.curves) for path in back), _largest_distance(paths, back, count)
 
 
 def _largest_distance(paths: Sequence[Path], back: Sequence[Path], count: int) -> float | None:

@@ -1,10 +1,10 @@
-"""Setpoints to the pulse words of a motion card; each word is decoded again before it is written."""
+"""Setpoints to the pulse words of a motion card, which are decoded again."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -15,88 +15,31 @@ from splinefeed.machine.machine import Machine
 from splinefeed.records import ROTARY_AXES, Setpoints
 
 
-@dataclass
-class Survey:
-    """The demand of setpoints on a pulse clock, gathered chunk by chunk.
+def pulse_words(
+    points: Setpoints, pulses_per_unit: Mapping[str, float], slots: int | None = None, *, rotary: str = "rad"
+) -> tuple[BitPattern, dict[str, Any]]:
+    """The words, and their numbers as `splinefeed pulses --json` has them; see `formats.bit_pattern.encode`.
 
-    ticks    setpoints; period  s
-    fastest  most pulses of one axis in one period, at tick `at` (the period after it), of axis `axis`
+    slots    of a period; None takes the fewest that are enough
+    fastest  most pulses of one axis in one period, its rate in Hz, and its tick (the period after it)
+    pulses_plus, pulses_minus  sent each way by axis;  off_max_pulses  largest distance of a setpoint from what the
+             words lead to
     """
-
-    ticks: int = 0
-    period: float = math.nan
-    axes: tuple[str, ...] = ()
-    fastest: int = 0
-    at: int = 0
-    axis: str = ""
-
-    @property
-    def slots(self) -> int:
-        """The fewest slots of a period, a multiple of 16, that hold its pulses."""
-        return max(-(-self.fastest // SLOTS), 1) * SLOTS
-
-    @property
-    def rate(self) -> float:
-        """The highest rate of pulses of one axis over a period, Hz."""
-        return self.fastest / self.period
-
-
-def survey(chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], *, rotary: str = "rad") -> Survey:
-    """How many pulses a period the setpoints need at most, and where; see `formats.bit_pattern.encode_chunks`."""
-    found = Survey()
-    last = None
-    for chunk in chunks:
-        scales = bit_pattern.scales_of(pulses_per_unit, chunk.axes, rotary)
-        counts = bit_pattern.counts_of(chunk, scales, found.ticks)
-        found.period, found.axes = chunk.period, chunk.axes
-        both = counts if last is None else np.concatenate([last, counts])
-        steps = np.abs(np.diff(both, axis=0))
-        if steps.size and int(steps.max()) > found.fastest:
-            i, axis = np.unravel_index(int(np.argmax(steps)), steps.shape)
-            found.fastest, found.axis = int(steps[i, axis]), chunk.axes[int(axis)]
-            found.at = found.ticks + int(i) - (0 if last is None else 1)
-        last = counts[-1:]
-        found.ticks += len(chunk)
-    if not found.ticks:
-        raise InputError("there are no setpoints to make pulses of")
-    return found
-
-
-@dataclass
-class Tally:
-    """The words, decoded again: periods, pulses each way by axis, and the largest distance in pulses."""
-
-    periods: int = 0
-    plus: dict[str, int] = field(default_factory=dict)
-    minus: dict[str, int] = field(default_factory=dict)
-    off: float = 0.0
-
-    def see(self, pattern: BitPattern, setpoints: Setpoints) -> None:
-        """Take in a pattern and the setpoints (n, axes) at the beginning of its first period and the end of each."""
-        self.periods += len(pattern)
-        bits = np.bitwise_count(pattern.words).sum(axis=(0, 3), dtype=np.int64)
-        for i, axis in enumerate(pattern.axes):
-            self.plus[axis] = self.plus.get(axis, 0) + int(bits[i, 0])
-            self.minus[axis] = self.minus.get(axis, 0) + int(bits[i, 1])
-        decoded = bit_pattern.decode(pattern)[-len(setpoints) :]
-        off = np.abs((decoded - setpoints.position) * pattern.pulses_per_unit)
-        self.off = max(self.off, float(np.max(off, initial=0.0)))
-
-
-def encoded(
-    chunks: Iterable[Setpoints], pulses_per_unit: Mapping[str, float], slots: int, tally: Tally, *, rotary: str = "rad"
-) -> Iterator[BitPattern]:
-    """The words chunk by chunk, each decoded again and held against its setpoints by `tally`."""
-    kept: list[Setpoints] = []
-
-    def remembered() -> Iterator[Setpoints]:
-        for chunk in chunks:
-            kept.append(chunk)
-            yield chunk
-
-    for pattern in bit_pattern.encode_chunks(remembered(), pulses_per_unit, slots, rotary=rotary):
-        tally.see(pattern, kept.pop())
-        yield pattern
+    counts, scales = bit_pattern.counts_of(points, pulses_per_unit, rotary)
+    steps = np.abs(np.diff(counts, axis=0))
+    most = int(np.max(steps, initial=0))
+    tick, axis = np.unravel_index(int(np.argmax(steps)), steps.shape) if most else (0, 0)
+    enough = max(-(-most // SLOTS), 1) * SLOTS
+    pattern = bit_pattern.encode(points, pulses_per_unit, enough if slots is None else slots, rotary=rotary)
+    sent = np.bitwise_count(pattern.words).sum(axis=(0, 3), dtype=np.int64)
+    off = np.abs((bit_pattern.decode(pattern) - points.position) * scales)
+    fastest = {"axis": points.axes[axis] if most else "", "pulses": most, "rate_hz": most / points.period}
+    return pattern, {
+        "fastest": {**fastest, "tick": int(tick)},
+        "pulses_plus": dict(zip(points.axes, sent[:, 0].tolist(), strict=True)),
+        "pulses_minus": dict(zip(points.axes, sent[:, 1].tolist(), strict=True)),
+        "off_max_pulses": float(off.max()),
+    }
 
 
 def pulses_of(machine: Machine, axes: Iterable[str]) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -14,6 +14,13 @@ from splinefeed.records.arrays import Array
 
 #: What of a combination is bounded, in the order of the derivatives.
 BOUNDED = ("velocity", "acceleration", "jerk")
+
+
+def check_axes(name: str, given: Iterable[str], axes: Sequence[str]) -> None:
+    """LimitsError for an axis of the limit `name` that is not among those of the path."""
+    for axis in given:
+        if axis not in axes:
+            raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,9 +55,7 @@ class Combination:
 
     def on(self, axes: Sequence[str]) -> Array:
         """The weights of `axes`, (axes,); LimitsError for an axis that is not among them."""
-        for axis in self.weights:
-            if axis not in axes:
-                raise LimitsError(f"combinations: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        check_axes("combinations", self.weights, axes)
         return np.array([self.weights.get(axis, 0.0) for axis in axes])
 
 
@@ -84,9 +89,7 @@ class Torque:
 
     def columns(self, axes: Sequence[str]) -> list[int]:
         """Where the joints are among `axes`; LimitsError for one that is not."""
-        for axis in self.most:
-            if axis not in axes:
-                raise LimitsError(f"torque.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        check_axes("torque", self.most, axes)
         return [list(axes).index(axis) for axis in self.most]
 
     def of(self, position: Array, velocity: Array, acceleration: Array) -> Array:

@@ -83,17 +83,8 @@ class TimeLaw:
         return f"TimeLaw({self.strategy!r}, {self.length:.6g} mm in {self.duration:.6g} s)"
 
     def _repr_html_(self) -> str:
-        t = np.linspace(0.0, self.duration, SAMPLES)
-        feed = self.feed(t)
-        rows = {
-            "time law": self.strategy,
-            "duration": f"{self.duration:.6g} s",
-            "length": f"{self.length:.6g} mm",
-            "pieces": f"{len(self.coefficients)}",
-            "top feed": f"{float(feed.max()):.4g} mm/s",
-            **({"notes": "; ".join(self.notes)} if self.notes else {}),
-        }
-        return view.table(rows, view.sparkline(feed, "feed over time"))
+        feed = self.feed(np.linspace(0.0, self.duration, SAMPLES))
+        return view.table({"time law": f"{self!r}"}, view.sparkline(feed, "feed over time"))
 
     def _derivative(self, t: ArrayLike, order: int) -> Array:
         time = np.clip(np.asarray(t, dtype=np.float64), 0.0, self.duration)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from splinefeed.errors import LimitsError
 from splinefeed.records import view
 from splinefeed.records.arrays import Array
-from splinefeed.records.drives import BOUNDED, Combination, Torque
+from splinefeed.records.drives import BOUNDED, Combination, Torque, check_axes
 
 #: Names of rotary axes: rad inside, degrees at the edges. Every other axis is linear.
 ROTARY_AXES = ("a", "b", "c", "theta")
@@ -25,21 +25,23 @@ def unit_along(axes: Iterable[str]) -> str:
     return "deg" if all(axis in ROTARY_AXES for axis in axes) else "mm"
 
 
+#: Limits of numbers by name, and which derivative by time each bounds; of order 0 are lengths, and angles.
+ORDERS = {
+    **{"feed": 1, "acceleration": 2, "jerk": 3, "deceleration": 2, "deceleration_jerk": 3},
+    **{"start_feed": 1, "end_feed": 1, "chord_error": 0, "orientation_error": 0, "centripetal": 2},
+    **{"axis_velocity": 1, "axis_acceleration": 2, "axis_jerk": 3, "axis_velocity_step": 1},
+    **{"axis_minimum": 0, "axis_maximum": 0},
+}
 #: Fields of Limits that bound the derivatives of each axis by time, of order 1, 2 and 3.
 AXIS_LIMITS = ("axis_velocity", "axis_acceleration", "axis_jerk")
 #: Fields of Limits that may differ from axis to axis: those, and the step of velocity at a corner.
 BY_AXIS = (*AXIS_LIMITS, "axis_velocity_step")
 #: Fields of Limits that say how far each axis may travel.
 TRAVEL_ENDS = ("axis_minimum", "axis_maximum")
-
 #: Limits of an angle that are those of no axis: rad inside, degrees at the edges.
 ANGLES = ("orientation_error",)
-#: Which derivative by time each kind of limit bounds; those that are not here are lengths, or angles.
-_ORDERS = {
-    **dict.fromkeys(("feed", "start_feed", "end_feed", "velocity", "velocity_step"), "/s"),
-    **dict.fromkeys(("acceleration", "deceleration", "centripetal"), "/s^2"),
-    **dict.fromkeys(("jerk", "deceleration_jerk"), "/s^3"),
-}
+#: What follows the unit of length or angle, by order.
+_PER = ("", "/s", "/s^2", "/s^3")
 
 
 def unit_of(name: str, along: str = "mm") -> str:
@@ -54,7 +56,7 @@ def unit_of(name: str, along: str = "mm") -> str:
         kind = f"axis_{name.rpartition('.')[2]}"
     turns = axis in ROTARY_AXES or kind in ANGLES
     base = "deg" if turns else "mm" if axis or kind.startswith("axis_") else along
-    return base + _ORDERS.get(kind.removeprefix("axis_"), "")
+    return base + _PER[ORDERS.get(kind, ORDERS.get(f"axis_{kind}", 0))]
 
 
 def raised(unit: str) -> str:
@@ -110,30 +112,19 @@ class Limits:
     torque: Torque | None = None
 
     def __post_init__(self) -> None:
-        for name in ("feed", "acceleration", "jerk"):
+        for name in ORDERS:
             value = getattr(self, name)
-            if not (isinstance(value, float) and value == math.inf):
-                object.__setattr__(self, name, positive(value, name))
-        for name in ("deceleration", "deceleration_jerk", "chord_error", "orientation_error", "centripetal"):
-            value = getattr(self, name)
-            if value is not None and value != math.inf:
-                object.__setattr__(self, name, positive(value, name))
+            if name in TRAVEL_ENDS or name.endswith("_feed"):
+                value = _checked(value, name, number)
+            elif not (isinstance(value, float) and value == math.inf):
+                value = _checked(value, name, positive)
+            if isinstance(value, float) and name in TRAVEL_ENDS:
+                raise LimitsError(f"{name} is {value!r}; give one position an axis, such as {{'x': 0.0}}")
+            object.__setattr__(self, name, value)
         if self.deceleration is None:
             object.__setattr__(self, "deceleration", self.acceleration)
         if self.deceleration_jerk is None:
             object.__setattr__(self, "deceleration_jerk", self.jerk)
-        for name in BY_AXIS:
-            value = getattr(self, name)
-            if (values := _in_order(value, name)) is not None:
-                kept = tuple(
-                    each if each == math.inf else positive(each, f"{name}[{k}]") for k, each in enumerate(values)
-                )
-                object.__setattr__(self, name, kept)
-            elif isinstance(value, Mapping):
-                checked = {str(axis): positive(limit, f"{name}.{axis}") for axis, limit in value.items()}
-                object.__setattr__(self, name, MappingProxyType(checked) if checked else None)
-            elif value is not None:
-                object.__setattr__(self, name, positive(value, name))
         self._check_travel()
         for name, each in (self.combinations or {}).items():
             if not isinstance(each, Combination) or "." in name:
@@ -145,41 +136,26 @@ class Limits:
         if self.feed == math.inf and self.axis_velocity is None:
             raise LimitsError("neither feed nor axis_velocity is given; one of them is needed")
         for name in ("start_feed", "end_feed"):
-            value = number(getattr(self, name), name)
+            value = getattr(self, name)
             if not 0.0 <= value <= self.feed:
                 raise LimitsError(
                     f"{name} is {value:g} mm/s; it must lie between 0 and the feed limit of {self.feed:g} mm/s"
                 )
-            object.__setattr__(self, name, value)
 
     def _check_travel(self) -> None:
-        """Make both ends of the travel numbers, and raise LimitsError where one is missing or no travel is left."""
+        """LimitsError where an end of the travel is missing, or no travel is left."""
+        ends: list[dict[Any, float]] = []
         for name in TRAVEL_ENDS:
             value = getattr(self, name)
-            if (values := _in_order(value, name)) is not None:
-                object.__setattr__(self, name, tuple(number(each, f"{name}[{k}]") for k, each in enumerate(values)))
-                continue
-            if value is not None and not isinstance(value, Mapping):
-                raise LimitsError(f"{name} is {value!r}; give one position an axis, such as {{'x': 0.0}}")
-            ends = {str(axis): number(end, f"{name}.{axis}") for axis, end in (value or {}).items()}
-            object.__setattr__(self, name, MappingProxyType(ends) if ends else None)
-        low_ends: Any = self.axis_minimum or {}
-        high_ends: Any = self.axis_maximum or {}
-        if isinstance(low_ends, tuple) or isinstance(high_ends, tuple):
-            if type(low_ends) is not type(high_ends) or len(low_ends) != len(high_ends):
-                raise LimitsError("axis_minimum and axis_maximum: give both, in the same way and of the same axes")
-            pairs = {str(k): ends for k, ends in enumerate(zip(low_ends, high_ends, strict=True))}
-        else:
-            for axis in {**low_ends, **high_ends}:
-                if axis not in low_ends or axis not in high_ends:
-                    raise LimitsError(
-                        f"axis_minimum and axis_maximum of {axis}: one is missing; give both ends of its travel"
-                    )
-            pairs = self.travel
-        for axis, (low, high) in pairs.items():
-            if not low < high:
+            ends.append(dict(enumerate(value)) if isinstance(value, tuple) else dict(value or {}))
+        low, high = ends
+        if set(low) != set(high):
+            axes = ", ".join(sorted(map(str, set(low) ^ set(high))))
+            raise LimitsError(f"axis_minimum and axis_maximum of {axes}: one is missing; give both ends of its travel")
+        for axis in low:
+            if not low[axis] < high[axis]:
                 raise LimitsError(
-                    f"axis_minimum.{axis} is {low:g} and axis_maximum.{axis} is {high:g}; no travel is left"
+                    f"axis_minimum.{axis} is {low[axis]:g} and axis_maximum.{axis} is {high[axis]:g}; no travel is left"
                 )
 
     def for_axes(self, axes: Sequence[str]) -> Limits:
@@ -193,8 +169,8 @@ class Limits:
             if isinstance(values, tuple):
                 if len(values) != len(axes):
                     raise LimitsError(
-                        f"{name} has {len(values)} value{'s' * (len(values) != 1)}; the path has {len(axes)} "
-                        f"{'axes' if len(axes) != 1 else 'axis'} ({', '.join(axes)}): give one for each, in this order"
+                        f"{name} has the shape ({len(values)},); give one value for each axis of the path, in the "
+                        f"order {', '.join(axes)}"
                     )
                 named[name] = {axis: value for axis, value in zip(axes, values, strict=True) if value != math.inf}
         return replace(self, **named) if named else self
@@ -215,9 +191,7 @@ class Limits:
     def travel_of(self, axes: Sequence[str]) -> dict[str, tuple[float, float]]:
         """`travel`; LimitsError for the travel of an axis that is not among `axes`."""
         travel = self.for_axes(axes).travel
-        for axis in travel:
-            if axis not in axes:
-                raise LimitsError(f"travel.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        check_axes("travel", travel, axes)
         return travel
 
     def of_axes(self, name: str, axes: Sequence[str]) -> Array:
@@ -230,9 +204,7 @@ class Limits:
             return np.full(len(axes), np.inf)
         if not isinstance(given, Mapping):
             return np.array([math.inf if axis in ROTARY_AXES else given for axis in axes])
-        for axis in given:
-            if axis not in axes:
-                raise LimitsError(f"{name}.{axis}: the path has no axis {axis!r}; its axes are {', '.join(axes)}")
+        check_axes(name, given, axes)
         return np.array([given.get(axis, math.inf) for axis in axes])
 
     def as_dict(self) -> dict[str, float]:
@@ -241,89 +213,75 @@ class Limits:
         A limit of one axis stands as "axis_jerk.x", one of a combination as "combinations.left.jerk".
         Raises LimitsError for values in order: see `for_axes`.
         """
-        flat: dict[str, float] = {}
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if isinstance(value, tuple):
-                self._named(f.name)
-            elif f.name == "combinations":
-                for name, each in (value or {}).items():
-                    flat |= {f"combinations.{name}.weights.{axis}": weight for axis, weight in each.weights.items()}
-                    bounds = {f"combinations.{name}.{kind}": float(getattr(each, kind)) for kind in BOUNDED}
-                    flat |= {key: bound for key, bound in bounds.items() if bound < math.inf}
-            elif f.name == "torque":
-                flat |= {} if value is None else {f"torque.{axis}": most for axis, most in value.most.items()}
-            elif isinstance(value, Mapping):
-                flat |= {f"{f.name}.{axis}": limit for axis, limit in value.items()}
+        for name in ORDERS:
+            if isinstance(getattr(self, name), tuple):
+                self._named(name)
+        return self._values()
+
+    def _values(self) -> dict[str, Any]:
+        """`as_dict`, with values in order as they are."""
+        flat: dict[str, Any] = {}
+        for name in ORDERS:
+            value = getattr(self, name)
+            if isinstance(value, Mapping):
+                flat |= {f"{name}.{axis}": limit for axis, limit in value.items()}
             elif value is not None and value != math.inf:
-                flat[f.name] = float(value)
-        return flat
+                flat[name] = value
+        for label, each in (self.combinations or {}).items():
+            place = f"combinations.{label}"
+            flat |= {f"{place}.weights.{axis}": weight for axis, weight in each.weights.items()}
+            bounds = {f"{place}.{kind}": float(getattr(each, kind)) for kind in BOUNDED}
+            flat |= {key: bound for key, bound in bounds.items() if bound < math.inf}
+        return flat | {f"torque.{axis}": most for axis, most in (self.torque.most if self.torque else {}).items()}
 
     def _repr_html_(self) -> str:
         rows: dict[str, str] = {}
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if value is None or (isinstance(value, float) and value in (math.inf, 0.0)):
-                continue
-            if f.name == "combinations":
-                rows |= {f"combination {name}": repr(each) for name, each in value.items()}
-            elif f.name == "torque":
-                rows["torque"] = ", ".join(f"{axis} {most:g}" for axis, most in value.most.items()) + " N m (N)"
-            elif isinstance(value, Mapping):
-                each = (f"{axis} {v:g}{' (rad)' * (axis in ROTARY_AXES)}" for axis, v in value.items())
-                rows[f.name] = f"{', '.join(each)} {raised(unit_of(f.name))}"
-            else:
-                numbers = value if isinstance(value, tuple) else (value,)
-                factor = 180.0 / math.pi if f.name in ANGLES else 1.0
-                rows[f.name] = f"{', '.join(f'{factor * v:g}' for v in numbers)} {raised(unit_of(f.name))}"
+        for name, value in self._values().items():
+            kind, _, axis = name.partition(".")
+            factor = 180.0 / math.pi if (axis in ROTARY_AXES and kind in ORDERS) or name in ANGLES else 1.0
+            shown = ", ".join(f"{factor * each:g}" for each in (value if isinstance(value, tuple) else (value,)))
+            rows[name] = f"{shown} {raised(unit_of(name))}"
         return view.table(rows)
 
     @classmethod
     def from_dict(cls, flat: Mapping[str, float]) -> Limits:
         """The limits that `as_dict` wrote; LimitsError for an unknown name."""
-        known = {f.name for f in fields(cls)}
         values: dict[str, Any] = {}
-        combinations: dict[str, dict[str, Any]] = {}
         for key, value in flat.items():
-            name, _, axis = key.partition(".")
-            if name == "torque":
-                raise LimitsError(
-                    f"{key}: its model is a function, which a file cannot hold; give Limits(torque=...) again"
-                )
-            if name == "combinations":
-                label, _, kind = axis.partition(".")
-                own = combinations.setdefault(label, {"weights": {}})
-                if kind.startswith("weights."):
-                    own["weights"][kind.partition(".")[2]] = value
-                elif kind in BOUNDED:
-                    own[kind] = value
-                else:
-                    raise LimitsError(f"{key!r} is not a limit of a combination; these are {', '.join(BOUNDED)}")
-                continue
-            if name not in known or (axis and name not in (*BY_AXIS, *TRAVEL_ENDS)):
-                raise LimitsError(f"{key!r} is not a limit; known are {', '.join(sorted(known))}")
-            if axis:
-                values.setdefault(name, {})[axis] = value
-            else:
-                values[name] = value
-        if combinations:
-            values["combinations"] = {label: Combination(**own) for label, own in combinations.items()}
-        return cls(**values)
+            *tables, last = key.split(".")
+            if (tables or [last])[0] not in (*ORDERS, "combinations"):  # a torque's model is a function
+                raise LimitsError(f"{key!r} is not a limit that a file can hold; known are {', '.join(ORDERS)}")
+            table = values
+            for each in tables:
+                table = table.setdefault(each, {})
+            table[last] = value
+        try:
+            combinations = {name: Combination(**own) for name, own in values.pop("combinations", {}).items()}
+            return cls(**values, combinations=combinations)
+        except TypeError as error:
+            raise LimitsError(f"combinations: {error}; they have weights, {', '.join(BOUNDED)}") from None
 
 
-def _in_order(value: object, name: str) -> tuple[float, ...] | None:
-    """Values of axes in order, (axes,), None for anything else: a number, a mapping, nothing."""
-    if value is None or isinstance(value, Mapping | str):
+def _checked(value: Any, name: str, check: Callable[[object, str], float]) -> Any:
+    """A limit whose every number passes `check`: one, by axis, or in the order of axes; None for nothing."""
+    by_axis = name in (*BY_AXIS, *TRAVEL_ENDS)
+    if value is None:
         return None
+    if by_axis and isinstance(value, Mapping):
+        named = {str(axis): check(each, f"{name}.{axis}") for axis, each in value.items()}
+        return MappingProxyType(named) if named else None
+    if not by_axis or isinstance(value, str):
+        return check(value, name)
     try:
-        if np.ndim(value) == 0:  # type: ignore[arg-type]
-            return None
         values = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise LimitsError(f"{name} is {value!r}; give numbers, one per axis") from None
+    if values.ndim == 0:
+        return check(value, name)
     if values.ndim != 1 or not values.size:
         raise LimitsError(f"{name} has shape {values.shape}; expected (axes,), one value per axis")
-    return tuple(values.tolist())
+    free = math.inf if check is positive else math.nan
+    return tuple(each if each == free else check(each, f"{name}[{k}]") for k, each in enumerate(values.tolist()))
 
 
 def refuse_orientation(limits: Limits, name: str) -> None:

@@ -10,8 +10,7 @@ import numpy as np
 
 from splinefeed.errors import InputError
 from splinefeed.records import view
-from splinefeed.records.arrays import Array, BoolArray, IntArray, read_only
-from splinefeed.records.limits import ROTARY_AXES
+from splinefeed.records.arrays import Array, BoolArray, IntArray, hold_columns
 
 #: Fields of Response that only streams have.
 STREAM_COLUMNS = ("row", "depth", "underruns")
@@ -52,25 +51,9 @@ class Response:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "axes", tuple(self.axes))
-        n = len(self.t)
-        object.__setattr__(self, "t", read_only(np.ascontiguousarray(self.t, dtype=np.float64)))
-        for name in ("command", "position", "measured", "output", "saturated"):
-            dtype = np.bool_ if name == "saturated" else np.float64
-            array = read_only(np.ascontiguousarray(getattr(self, name), dtype=dtype))
-            if array.shape != (n, len(self.axes)):
-                raise InputError(f"Response.{name} has shape {array.shape}; expected ({n}, {len(self.axes)})")
-            object.__setattr__(self, name, array)
-        if self.contour_error is not None:
-            error = read_only(np.ascontiguousarray(self.contour_error, dtype=np.float64))
-            if error.shape != (n,):
-                raise InputError(f"Response.contour_error has shape {error.shape}; expected ({n},)")
-            object.__setattr__(self, "contour_error", error)
-        for name in STREAM_COLUMNS:
-            if (given := getattr(self, name)) is not None:
-                counts = read_only(np.ascontiguousarray(given, dtype=np.int64))
-                if counts.shape != (n,):
-                    raise InputError(f"Response.{name} has shape {counts.shape}; expected ({n},)")
-                object.__setattr__(self, name, counts)
+        maybe = {"contour_error": np.float64, **dict.fromkeys(STREAM_COLUMNS, np.int64)}
+        wide = {**dict.fromkeys(("command", "position", "measured", "output"), np.float64), "saturated": np.bool_}
+        hold_columns(self, len(self.t), len(self.axes), {"t": np.float64, **maybe}, wide)
 
     @property
     def tracking_error(self) -> Array:
@@ -88,18 +71,12 @@ class Response:
         return f"Response({len(self)} ticks of {self.period:g} s, axes {' '.join(self.axes)})"
 
     def _repr_html_(self) -> str:
-        rows = {"response": f"{len(self)} ticks of {self.period:g} s"}
-        error = np.abs(self.tracking_error)
-        for k, axis in enumerate(self.axes):
-            unit, factor = ("deg", 180.0 / np.pi) if axis in ROTARY_AXES else ("mm", 1.0)
-            rows[f"following error {axis}"] = f"at most {factor * float(np.max(error[:, k], initial=0.0)):.4g} {unit}"
-        drawn = np.max(error, axis=1, initial=0.0), "largest following error over time"
-        if self.contour_error is not None:
-            rows["contour error"] = f"at most {self.contour_error_max:.4g} mm"
-            drawn = self.contour_error, "contour error over time"
-        if self.stopped is not None:
-            rows["stopped"] = self.stopped
-        return view.table(rows, view.sparkline(*drawn))
+        rows = {"response": f"{self!r}", **({"stopped": self.stopped} if self.stopped else {})}
+        if self.contour_error is None:
+            error = np.max(np.abs(self.tracking_error), axis=1, initial=0.0)
+            return view.table(rows, view.sparkline(error, "largest following error over time"))
+        rows["contour error"] = f"at most {self.contour_error_max:.4g} mm"
+        return view.table(rows, view.sparkline(self.contour_error, "contour error over time"))
 
     def __len__(self) -> int:
         return len(self.t)

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import InputError
 from splinefeed.records import view
-from splinefeed.records.arrays import Array, IntArray, read_only
+from splinefeed.records.arrays import Array, IntArray, hold_columns
+
+#: All columns of setpoints.
+COLUMNS = ("t", "curve", "u", "s", "feed", "position")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -41,21 +43,13 @@ class Setpoints:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("t", "u", "s", "feed", "position"):
-            array = np.ascontiguousarray(getattr(self, name), dtype=np.float64)
-            object.__setattr__(self, name, read_only(array))
-        object.__setattr__(self, "curve", read_only(np.ascontiguousarray(self.curve, dtype=np.int64)))
         object.__setattr__(self, "axes", tuple(self.axes))
-        n = len(self.t)
-        for name in ("t", "curve", "u", "s", "feed"):
-            if getattr(self, name).shape != (n,):
-                raise InputError(f"Setpoints.{name} has shape {getattr(self, name).shape}; expected ({n},)")
-        if self.position.shape != (n, len(self.axes)):
-            raise InputError(f"Setpoints.position has shape {self.position.shape}; expected ({n}, {len(self.axes)})")
+        flat = {**dict.fromkeys(("t", "u", "s", "feed"), np.float64), "curve": np.int64}
+        hold_columns(self, len(self.t), len(self.axes), flat, {"position": np.float64})
 
     def part(self, start: int, stop: int) -> Setpoints:
         """Setpoints start ... stop - 1, as views of these."""
-        columns = {name: getattr(self, name)[start:stop] for name in ("t", "curve", "u", "s", "feed", "position")}
+        columns = {name: getattr(self, name)[start:stop] for name in COLUMNS}
         return replace(self, **columns)
 
     @staticmethod
@@ -63,22 +57,14 @@ class Setpoints:
         """Setpoints that follow each other, at least one, in one record."""
         if len(parts) == 1:
             return parts[0]
-        names = ("t", "curve", "u", "s", "feed", "position")
-        columns: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in parts]) for name in names}
+        columns: dict[str, Any] = {name: np.concatenate([getattr(each, name) for each in parts]) for name in COLUMNS}
         return replace(parts[-1], **columns)
 
     def __repr__(self) -> str:
         return f"Setpoints({len(self)}, one every {self.period:g} s, axes {' '.join(self.axes)}, {self.method!r})"
 
     def _repr_html_(self) -> str:
-        rows = {
-            "setpoints": f"{len(self)}, one every {self.period:g} s",
-            "axes": ", ".join(self.axes),
-            "method": self.method,
-        }
-        if len(self):
-            rows["time"] = f"{self.t[0]:.6g} to {self.t[-1]:.6g} s"
-        return view.table(rows, view.sparkline(self.feed, "feed over time"))
+        return view.table({"setpoints": f"{self!r}"}, view.sparkline(self.feed, "feed over time"))
 
     def __len__(self) -> int:
         return len(self.t)

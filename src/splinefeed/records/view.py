@@ -36,7 +36,7 @@ def sparkline(values: ArrayLike, label: str) -> str:
     if not found.size:
         return ""
     parts = np.array_split(found, min(PARTS, len(found)))
-    kept = np.array([each for part in parts for each in ((part[0], part[-1]) if len(part) < 3 else _ends_of(part))])
+    kept = np.array([end for part in parts for end in (part.min(), part.max())])
     low, high = min(float(kept.min()), 0.0), max(float(kept.max()), 0.0)
     x = np.linspace(1.0, WIDTH - 1.0, len(kept))
     y = HEIGHT - 2.0 - (HEIGHT - 4.0) * (kept - low) / ((high - low) or 1.0)
@@ -52,12 +52,6 @@ def shape(place: Array, label: str) -> str:
     flat = 2.0 + scale * (place[:, :2] - low)
     width, height = (max(round(float(4.0 + scale * each)), 8) for each in span)
     return _svg(np.column_stack([flat[:, 0], height - flat[:, 1]]), width, height, label)
-
-
-def _ends_of(part: Array) -> tuple[float, float]:
-    """Least and largest value, in the order in which they come."""
-    low, high = int(np.argmin(part)), int(np.argmax(part))
-    return float(part[min(low, high)]), float(part[max(low, high)])
 
 
 def _svg(points: Array, width: int, height: int, label: str) -> str:

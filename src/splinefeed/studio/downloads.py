@@ -10,7 +10,6 @@ from typing import Any
 from splinefeed.errors import InputError
 from splinefeed.formats import registry
 from splinefeed.formats.setpoints import save
-from splinefeed.machine import writing
 from splinefeed.report import files, html
 from splinefeed.report.record import documented
 from splinefeed.studio import results
@@ -60,5 +59,5 @@ def _machine(settings: Mapping[str, Any], bench: Bench, place: File) -> File:
     if machine is None:
         raise InputError("no machine is chosen")
     file = place / "machine.toml"
-    writing.save(machine, file)
+    machine.save(file)
     return file
