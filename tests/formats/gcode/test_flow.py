@@ -73,7 +73,7 @@ REFUSED = [
     ("o1 return", 1, "o1 return is outside of a called sub"),
     ("o1 if [1]\no1 if [1]\no1 endif\no1 endif", 2, "o1 if: line 1 has the label; write another number"),
     ("o1 sub\no2 sub\no2 endsub\no1 endsub\no1 call", 2, "o2 sub is inside o1; define it outside"),
-    ("o1 sub\no1 endsub\no1 sub\no1 endsub\no1 call", 3, "o1 sub: line 1 defines it already"),
+    ("o1 sub\no1 endsub\no1 sub\no1 endsub\no1 call", 3, "o1 sub: line 1 has the label; write another number"),
     ("M98 P7 L2.5\nM2\nO7\nM99", 1, "L2.5 of M98 is not a whole number from 0"),
     ("M98\nM2", 1, "M98 needs P, the number of the subprogram"),
     ("o1 sub\nG0 X1 X2\no1 endsub\nG0 X1\no1 call", 2, "X appears twice"),

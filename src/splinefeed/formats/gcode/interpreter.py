@@ -36,6 +36,7 @@ class Interpreter(OffsetWords):
     def __init__(self, state: State, dialect: Dialect, findings: Findings, *, repair: bool = False) -> None:
         super().__init__(state, dialect, findings, repair)
         self.ended = False
+        self.jumps = dialect.jumps  # whether what calls and ends subprograms is carried out by `Flow`
         self.call: tuple[int, int] | None = None  # what M98 calls, and how often
         self.returns = False  # whether there was an M99
         self.splines = SplineWords(state, findings)
@@ -239,7 +240,7 @@ class Interpreter(OffsetWords):
         wait = self._dwell() if 40 in block.g else None
         wait_tool = 0.0
         if "T" in self._words:
-            self.state.select(self._words["T"], self.line)
+            self.state.select(self._words["T"])
         stop = "T" in self._words or ("S" in self._words and self.state.new_speed(self._words["S"]))
         said = [f"G{code // 10}" for code in (960, 970) if code in block.g]
         said += [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
@@ -272,7 +273,7 @@ class Interpreter(OffsetWords):
         if "Q" not in self._words:
             raise LineError("M61 needs Q, the number of the tool in the spindle")
         state, selected = self.state, self.state.selected
-        state.select(self._words.pop("Q"), self.line)
+        state.select(self._words.pop("Q"))
         state.loaded, state.selected = state.selected, selected
 
     def _modal_state(self, code: int) -> bool:
@@ -295,7 +296,7 @@ class Interpreter(OffsetWords):
 
     def _subprogram(self, code: int, block: Block) -> None:
         """M98: what `Flow` calls behind this line, P by number and L times; Fanuc's P may say both."""
-        if code != 98 or not self.dialect.jumps:
+        if code != 98 or not self.jumps:
             raise LineError(f"M{code}: subprograms are not supported here; write the program in one piece")
         if "P" not in self._words:
             raise LineError("M98 needs P, the number of the subprogram")
@@ -421,7 +422,7 @@ class Interpreter(OffsetWords):
         """M0, M1, M2, M30, M60 and M99, behind the motion of their line."""
         for code in block.m:
             if code == 99:
-                if not self.dialect.jumps or "P" in self._words:
+                if not self.jumps or "P" in self._words:
                     raise LineError("M99 with P, or in this dialect, is not supported; write the program in one piece")
                 self._take("L")
                 self.returns = True

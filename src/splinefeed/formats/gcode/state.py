@@ -11,7 +11,6 @@ import numpy as np
 
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
-from splinefeed.formats.gcode.lines import Lines
 from splinefeed.formats.gcode.moves import AXES, LETTERS, POLAR, RAPID, ROTARY, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import (
     G92_PARAMETERS,
@@ -26,12 +25,8 @@ from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.gcode.turned import Frame, from_polar
 from splinefeed.records import Array, IntArray
 
-#: Moves that are kept before they are handed on.
-CAPACITY = 2**16
-#: A line adds at most this many moves.
-_ROOM = 4
-#: Texts of markers that are kept, so that those alike are one.
-_TEXTS = 2**16
+#: Moves that are kept before they are handed on, and for how many there is room at first.
+CAPACITY, _ROOM = 2**16, 64
 INCH = 25.4
 #: Tolerance of what says nothing of it, and of G64 without P, which sets no bound.
 UNSAID, UNBOUNDED = -1.0, math.inf
@@ -53,23 +48,16 @@ class Modal:
 
 
 class State:
-    """Position, offsets, units and modes; `take` hands out the moves that were made since the last time.
+    """Position, offsets, units and modes; `take` hands out the moves that were made since the last time."""
 
-    lines  no program has more of them, so that a short one needs less room
-    """
-
-    def __init__(self, offsets: Offsets, start: Array, extruder: bool, lines: int, tools: Tools | None = None) -> None:
+    def __init__(self, offsets: Offsets, start: Array, tools: Tools | None = None) -> None:
         self.offsets, self.tools = offsets, tools
         self.selected, self.loaded = 0.0, 0.0  # tools, by T and by M6
         self.values = np.zeros(layout.STATE)
         self.modes = np.zeros(layout.MODES, dtype=np.int64)
-        self._capacity = min(CAPACITY, lines + 2 * _ROOM)
-        self.rows = np.zeros((self._capacity, layout.FLOATS))
-        self.marks = np.zeros((self._capacity, layout.INTEGERS), dtype=np.int64)
+        self.rows = np.zeros((_ROOM, layout.FLOATS))
+        self.marks = np.zeros((_ROOM, layout.INTEGERS), dtype=np.int64)
         self.count = 0
-        self._heard = np.zeros((self._capacity, layout.SAID), dtype=np.int64)
-        self._spoken = np.zeros((self._capacity, layout.SPOKEN))
-        self._texts: dict[tuple[int, int, float, float], str] = {}
         self._speed: float | None = None
         self.feed_per_turn = 0.0  # mm, of G95
         self.top_speed = math.inf  # of G96, turns a minute
@@ -85,7 +73,6 @@ class State:
         self.values[layout.TOLERANCE] = UNSAID
         self.modes[layout.MOTION] = -1
         self.modes[layout.PLANE] = 17
-        self.modes[layout.EXTRUDER] = extruder
         self.position[:] = start
         self._frame = Frame(0.0, np.zeros(2))
         self._chunk_start = start.copy()
@@ -111,7 +98,7 @@ class State:
     @property
     def full(self) -> bool:
         """Whether the moves should be taken before the next line."""
-        return self.count > self._capacity - _ROOM and not self.held
+        return self.count >= CAPACITY and not self.held
 
     @property
     def across(self) -> int:
@@ -241,27 +228,37 @@ class State:
                 check_size(letter, float(there[axis]))
         return there, said, 0 if relative else said
 
+    def room(self, count: int) -> tuple[Array, IntArray]:
+        """Rows and marks of that many more moves, to be written."""
+        first, self.count = self.count, self.count + count
+        if self.count > len(self.rows):
+            more = max(self.count, 2 * first) - len(self.rows)
+            self.rows = np.concatenate([self.rows, np.zeros((more, layout.FLOATS))])
+            self.marks = np.concatenate([self.marks, np.zeros((more, layout.INTEGERS), dtype=np.int64)])
+        return self.rows[first : self.count], self.marks[first : self.count]
+
+    @property
+    def flags(self) -> int:
+        """Bits that every move has as things are."""
+        stops = layout.STOPS if self.modes[layout.EXACT_STOP] else 0
+        return self.tip | stops | (layout.INCH if self.inch else 0)
+
     def add(self, kind: int, end: Array, used: int, stated: int, line: int, **more: float) -> None:
         """One move to `end` (9,); `more` is centre, radius, turns, feed, flags and spline as the layout has them."""
-        if self.count == len(self.rows):  # one line of a canned cycle stands for many
-            self.rows, self.marks = (np.concatenate([each, np.zeros_like(each)]) for each in (self.rows, self.marks))
         if kind != RAPID and self.modes[layout.FEED_MODE] >= layout.PER_TURN and not self._speed:
             raise LineError("feed a revolution (G95) needs the speed of the spindle; write S before it")
-        row, mark = self.rows[self.count], self.marks[self.count]
+        rows, marks = self.room(1)
+        row = rows[0]
         row[:] = 0.0
         row[layout.END : layout.END + AXES] = end
-        row[layout.TURNS] = more.get("turns", 1.0)
-        row[layout.RADIUS] = more.get("radius", 0.0)
-        for k, letter in enumerate("ijk"):
-            row[layout.CENTER + k] = more.get(letter, 0.0)
+        row[layout.CENTER : layout.CENTER + 3] = [more.get(letter, 0.0) for letter in "ijk"]
+        row[layout.RADIUS], row[layout.TURNS] = more.get("radius", 0.0), more.get("turns", 1.0)
         row[layout.ROW_FEED] = more.get("feed", self.values[layout.FEED])
         row[layout.ROW_TOLERANCE] = self.values[layout.TOLERANCE]
-        flags = int(more.get("flags", 0)) | (layout.STOPS if self.modes[layout.EXACT_STOP] else 0)
-        flags |= self.tip | (layout.INCH if self.inch else 0)
-        spline = int(more.get("spline", -1))
-        mark[:] = (kind, line, self.modes[layout.PLANE], flags, spline, used | stated << layout.STATED)
+        flags = int(more.get("flags", 0)) | self.flags
+        axes = used | stated << layout.STATED
+        marks[0] = kind, line, self.modes[layout.PLANE], flags, int(more.get("spline", -1)), axes
         self.position[:] = end
-        self.count += 1
 
     def add_spline(self, spline: Spline, used: int, stated: int, **more: float) -> None:
         """One spline, from where the tool is to its last control point."""
@@ -322,53 +319,29 @@ class State:
         said += [f"M{code}" for code in (self.spindle, *self.coolant) if code]
         return " ".join(said)
 
-    def select(self, tool: float, line: int) -> None:
+    def select(self, tool: float) -> None:
         """T: the tool that M6 loads; LineError where the table of tools does not have it."""
         if self.tools is not None:
-            try:
-                self.tools.tool(tool)
-            except LineError as fault:
-                fault.line = line
-                raise
+            self.tools.tool(tool)
         self.selected = tool
 
     def new_speed(self, speed: float) -> bool:
         """Take over the speed that S says; whether it is another one, for which a control waits at rest."""
-        changed = speed != self._speed
-        self._speed = speed
+        changed = bool(speed != self._speed)
+        self._speed = float(speed)
         self.set_feed(None)
         return changed
 
-    def scan(self, lines: Lines, at: int) -> tuple[int, int]:
-        """Take what is known of the lines from byte `at` on: where that stopped, and DONE, UNKNOWN or FULL."""
-        before = self.count
-        at, self.count, heard, why = lines.scan(
-            at, self.values, self.modes, self.rows, self.marks, self.count, self._heard, self._spoken
-        )
-        self.marks[before : self.count, layout.FLAGS] |= self.tip
-        if heard:
-            self._hear(heard)
-        return at, why
-
-    def _hear(self, count: int) -> None:
-        """Markers of the first `count` rows that `Lines` has written of M, S and T."""
-        texts = self._texts
-        for (before, line, codes, words), (speed, tool) in zip(
-            self._heard[:count].tolist(), self._spoken[:count].tolist(), strict=True
-        ):
-            key = (codes, words, speed, tool)
-            text = texts.get(key)
-            if text is None:
-                said = [f"S{number(speed)}"] if words & 1 else []
-                said += [f"T{number(tool)}"] if words & 2 else []
-                text = " ".join(said + [f"M{digit}" for digit in str(codes) if codes])
-                if len(texts) < _TEXTS:
-                    texts[key] = text
-            changed = bool(words & 1) and self.new_speed(speed)
-            if words & 2:
-                self.select(tool, line)
-            wait = sum(self.switch(int(digit)) for digit in str(codes)) if codes else 0.0
-            self.said.append(Mark(before, line, text, wait, changed or words != 1 or codes != 0))
+    def switched(self, line: int, move: int, speed: float, code: float) -> None:
+        """The marker before a move of S and one of M3 to M9, not a number where the line says none of it."""
+        said, stop = [], not math.isnan(code)
+        if not math.isnan(speed):
+            stop |= self.new_speed(speed)
+            said.append(f"S{number(speed)}")
+        if not math.isnan(code):
+            self.switch(int(code))
+            said.append(f"M{int(code)}")
+        self.said.append(Mark(move, line, " ".join(said), 0.0, stop))
 
     def take(self) -> Moves:
         """The moves made since the last time."""
