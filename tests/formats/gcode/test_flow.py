@@ -75,7 +75,7 @@ REFUSED = [
     ("o1 sub\no2 sub\no2 endsub\no1 endsub\no1 call", 2, "o2 sub is inside o1; define it outside"),
     ("o1 sub\no1 endsub\no1 sub\no1 endsub\no1 call", 3, "o1 sub: line 1 has the label; write another number"),
     ("M98 P7 L2.5\nM2\nO7\nM99", 1, "L2.5 of M98 is not a whole number from 0"),
-    ("M98\nM2", 1, "M98 needs P, the number of the subprogram"),
+    ("M98\nM2", 1, "M98 needs P"),
     ("o1 sub\nG0 X1 X2\no1 endsub\nG0 X1\no1 call", 2, "X appears twice"),
     ("o1 if [1]\n (abort, no tool)\no1 endif", 2, "the program ends itself: no tool"),
     ("o1 do\nG0 X1\no1 while", 3, "o1 while needs a value in brackets"),

@@ -5,6 +5,8 @@ Codes are kept as tenths: G61.1 is 611. Source: LinuxCNC, "G-Code Overview", tab
 
 from __future__ import annotations
 
+from splinefeed.formats.gcode import layout
+
 #: Groups of which a line may name one code. Motion also holds the codes that are refused.
 GROUPS: dict[str, tuple[int, ...]] = {
     "motion": (
@@ -35,9 +37,16 @@ M_GROUPS: dict[str, tuple[int, ...]] = {
 }
 M_GROUP_OF = {code: group for group, codes in M_GROUPS.items() for code in codes}
 
+#: What the codes of a plane and of distances do: the entry of the modes, and its value.
+MODES = {
+    **{code: (layout.PLANE, code // 10) for code in (170, 180, 190)},
+    900: (layout.RELATIVE, 0), 910: (layout.RELATIVE, 1), 901: (layout.CENTRES, 1), 911: (layout.CENTRES, 0),
+}  # fmt: skip
+PROBES = (310, 382, 383, 384, 385)
+
 #: What cannot be a path, or not without the machine: what it is, and what to do.
 REFUSED: dict[int, str] = {
-    **dict.fromkeys((310, 382, 383, 384, 385), "a probe move: only the machine knows where it ends; leave it out"),
+    **dict.fromkeys(PROBES, "a probe move: only the machine knows where it ends; leave it out"),
     **dict.fromkeys(
         (410, 411, 420, 421),
         "cutter compensation, which needs the tool's radius; give a tool table, or write the compensated path (G40)",

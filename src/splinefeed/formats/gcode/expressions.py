@@ -8,8 +8,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TypeVar
 
 #: Most brackets within brackets.
 MAX_DEPTH = 40
@@ -20,11 +18,7 @@ ARGUMENTS = range(1, 31)
 #: Two numbers this near each other are the same to EQ and NE, as in the standard.
 SAME = 1e-4
 
-T = TypeVar("T")
-
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
-_WITH_EXPONENT = re.compile(_NUMBER.pattern + r"(?:[eE][+-]?[0-9]{1,3})?")
-_SPACE = re.compile(r"[ \t\r]*")
 _OPERATOR = re.compile(r"\*\*|[-+*/]|MOD|AND|XOR|OR|EQ|NE|GE|GT|LE|LT", re.IGNORECASE)
 _FUNCTION = re.compile(r"ABS|ACOS|ASIN|ATAN|COS|EXISTS|EXP|FIX|FUP|LN|ROUND|SIN|SQRT|TAN", re.IGNORECASE)
 _NAME = re.compile(r"<([^<>\[\]#]*)>")
@@ -32,10 +26,9 @@ _RANK = {"**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3, "AND": 1, "OR": 1, "
 
 
 class LineError(Exception):
-    """What is wrong with a line, without its number; the reader adds that unless `line` (`file`) says another one."""
+    """What is wrong with a line, without its number; the reader adds that unless `line` says another one."""
 
     line = 0
-    file = ""
 
 
 class Parameters:
@@ -98,45 +91,48 @@ class Parameters:
 
 
 class Scanner:
-    """Reads one line from left to right; `at` is the place reached."""
+    """Reads one line without blanks from left to right; `at` is the place reached."""
 
-    def __init__(self, text: str, parameters: Parameters, exponents: bool = False) -> None:
-        self.text = text
+    def __init__(self, text: str, parameters: Parameters) -> None:
+        self.text, self.parameters = text, parameters
         self.at = 0
-        self.number = _WITH_EXPONENT if exponents else _NUMBER
-        self.parameters = parameters
-        self.depth = 0
-
-    def skip(self) -> None:
-        """Pass over blanks."""
-        match = _SPACE.match(self.text, self.at)
-        self.at = match.end() if match else self.at
+        self._depth = 0
 
     def peek(self) -> str:
-        """The next character that is not a blank, or nothing."""
-        self.skip()
+        """The next character, or nothing."""
         return self.text[self.at : self.at + 1]
+
+    def take(self, wanted: str, reason: str = "") -> None:
+        """Pass over a character; LineError with the reason, or what is missing and where, for another one."""
+        if self.peek() != wanted:
+            rest = self.text[self.at : self.at + 12]
+            where = f"before {rest!r}" if rest else "at the end of the line"
+            raise LineError(reason or f"{wanted} is missing {where}")
+        self.at += 1
 
     def value(self) -> float:
         """A real value: a number, an expression in brackets, a parameter or a function."""
-        c = self.peek()
-        match = self.number.match(self.text, self.at)
-        if match is not None:
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise LineError(f"more than {MAX_DEPTH} brackets within brackets")
+        value, c = 0.0, self.peek()
+        if (match := _NUMBER.match(self.text, self.at)) is not None:
             self.at = match.end()
-            return float(match[0])
-        if c in ("+", "-"):
+            value = float(match[0])
+        elif c and c in "+-":
             self.at += 1
-            value = self._deeper(self.value)
-            return -value if c == "-" else value
-        if c == "[":
-            return self._deeper(self._bracket)
-        if c == "#":
-            return self.parameters.get(self._deeper(self.parameter))
-        name = _FUNCTION.match(self.text, self.at)
-        if name is not None:
-            self.at = name.end()
-            return self._deeper(lambda: self._function(name[0].upper()))
-        raise LineError(f"a number is missing{_before(self.text, self.at)}")
+            value = -self.value() if c == "-" else self.value()
+        elif c == "[":
+            value = self._bracket()
+        elif c == "#":
+            value = self.parameters.get(self.parameter())
+        elif (match := _FUNCTION.match(self.text, self.at)) is not None:
+            self.at = match.end()
+            value = self._function(match[0].upper())
+        else:
+            self.take("a number")
+        self._depth -= 1
+        return value
 
     def parameter(self) -> int | str:
         """Behind #: the number or name of a parameter; # itself is at `at`."""
@@ -146,73 +142,56 @@ class Scanner:
             if match is None:
                 raise LineError("a parameter's name needs < and >")
             self.at = match.end()
-            return "".join(match[1].split()).lower()
-        value = self._deeper(self.value)
+            return match[1].lower()
+        value = self.value()
         number = round(value) if math.isfinite(value) and abs(value) < 1e6 else -1
         if number < 1 or abs(value - number) > SAME:
             raise LineError(f"#{value:g} is not a parameter; their numbers are whole and from 1")
         return number
 
-    def _deeper(self, read: Callable[[], T]) -> T:
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise LineError(f"more than {MAX_DEPTH} brackets within brackets")
-        result = read()
-        self.depth -= 1
-        return result
-
     def _bracket(self) -> float:
-        if self.peek() != "[":
-            raise LineError(f"[ is missing{_before(self.text, self.at)}")
-        self.at += 1
+        self.take("[")
         value = self._chain(0)
-        if self.peek() != "]":
-            raise LineError(f"] is missing{_before(self.text, self.at)}")
-        self.at += 1
+        self.take("]")
         return value
 
     def _chain(self, least: int) -> float:
         """Values joined by operators of at least the rank `least`, those of one rank from left to right."""
         left = self.value()
-        while True:
-            self.skip()
-            match = _OPERATOR.match(self.text, self.at)
-            if match is None:
-                return left
+        while (match := _OPERATOR.match(self.text, self.at)) is not None:
             name = match[0].upper()
             rank = _RANK.get(name, 2)
             if rank < least:
-                return left
+                break
             self.at = match.end()
-            left = _combine(name, left, self._deeper(partial(self._chain, rank + 1)))
+            right = self._chain(rank + 1)
+            left = _finite(f"{left:g} {name} {right:g}", _OPERATIONS[name], left, right)
+        return left
 
     def _function(self, name: str) -> float:
         if name == "EXISTS":
-            if self.peek() != "[":
-                raise LineError("EXISTS needs a parameter in brackets")
-            self.at += 1
+            self.take("[", "EXISTS needs a parameter in brackets")
             if self.peek() != "#":
                 raise LineError("EXISTS needs a parameter in brackets")
             key = self.parameter()
-            if self.peek() != "]":
-                raise LineError("EXISTS needs a parameter in brackets")
-            self.at += 1
+            self.take("]", "EXISTS needs a parameter in brackets")
             numbered = isinstance(key, int) and key <= LAST_NUMBER
             return float(numbered or self.parameters.find(key) is not None)
         value = self._bracket()
         if name == "ATAN":
-            if self.peek() != "/":
-                raise LineError("ATAN needs two values: ATAN[y]/[x]")
-            self.at += 1
+            self.take("/", "ATAN needs two values: ATAN[y]/[x]")
             return math.degrees(math.atan2(value, self._bracket()))
-        try:
-            return _finite(_FUNCTIONS[name](value))
-        except (ValueError, OverflowError):
-            raise LineError(f"{name}[{value:g}] has no value") from None
+        return _finite(f"{name}[{value:g}]", _FUNCTIONS[name], value)
 
 
-def _round(value: float) -> float:
-    return math.copysign(math.floor(abs(value) + 0.5), value)
+def _finite(said: str, compute: Callable[..., float], *values: float) -> float:
+    try:
+        value = compute(*values)
+    except (ZeroDivisionError, ValueError, OverflowError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise LineError(f"{said} has no value")
+    return value
 
 
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
@@ -224,7 +203,7 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "FIX": lambda x: float(math.floor(x)),
     "FUP": lambda x: float(math.ceil(x)),
     "LN": math.log,
-    "ROUND": _round,
+    "ROUND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
     "SIN": lambda x: math.sin(math.radians(x)),
     "SQRT": math.sqrt,
     "TAN": lambda x: math.tan(math.radians(x)),
@@ -247,22 +226,3 @@ _OPERATIONS: dict[str, Callable[[float, float], float]] = {
     "LT": lambda a, b: float(a < b),
     "LE": lambda a, b: float(a <= b),
 }
-
-
-def _combine(name: str, left: float, right: float) -> float:
-    try:
-        return _finite(_OPERATIONS[name](left, right))
-    except (ZeroDivisionError, ValueError, OverflowError):
-        raise LineError(f"{left:g} {name} {right:g} has no value") from None
-
-
-def _finite(value: float) -> float:
-    if not math.isfinite(value):
-        raise OverflowError
-    return value
-
-
-def _before(text: str, at: int) -> str:
-    """Where in the line, for a message."""
-    rest = text[at : at + 12].strip()
-    return f" before {rest!r}" if rest else " at the end of the line"

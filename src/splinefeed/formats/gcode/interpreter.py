@@ -9,28 +9,28 @@ as in LinuxCNC; where it has said none, and in other dialects, it is in those of
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from splinefeed.formats.gcode import codes, layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.cycles import Cycles
 from splinefeed.formats.gcode.dialects import Dialect
 from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.line_words import LineWords
 from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, POLAR, RAPID, Findings
-from splinefeed.formats.gcode.offset_words import OffsetWords
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, Modal, State, number
 from splinefeed.formats.gcode.threads import thread, tied
 from splinefeed.formats.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS
-from splinefeed.formats.gcode.words import Block, parse, without_comments, without_nested
+from splinefeed.formats.gcode.words import Block, parse, without_comments, without_exponents, without_nested
 
 _RATE = {0: RAPID, 10: LINE, 20: CLOCKWISE, 30: COUNTERCLOCKWISE}
-_SPLINES = (50, 51, 52, 53, 62, 63)
+_SPLINES, _SPLINE_WORDS = (50, 51, 52, 53, 62, 63), set("XYZABCUVWIJKPQR")
 #: Letters that belong to M codes where no G code of the line takes them.
 _M_WORDS = "PLQEDIJKRU"
 
 
-class Interpreter(OffsetWords):
+class Interpreter(LineWords):
     """Runs lines one after the other on a `State`; `ended` is set by M2, M30 and the like."""
 
     def __init__(self, state: State, dialect: Dialect, findings: Findings, *, repair: bool = False) -> None:
@@ -51,8 +51,8 @@ class Interpreter(OffsetWords):
             self._set_modal(10 * int(self.state.modes[layout.MOTION]))
         text = self._plain(text)
         if self.repair:
-            text = self._closed(text)
-        block = parse(text, self.parameters, exponents=self.repair)
+            text = without_exponents(self._closed(text))
+        block = parse(text, self.parameters)
         if block.deletable:
             self.findings.count("lines with / are executed, as with block delete off", line)
         if block.percent:
@@ -97,29 +97,23 @@ class Interpreter(OffsetWords):
     def _closed(self, text: str) -> str:
         """The line without comments in comments and comments that are not closed, each a finding."""
         try:
-            without_comments(text)
+            return without_comments(text)
         except LineError as fault:
             self.findings.count(f"{fault}; a comment ends at its last bracket, or at the end of the line", self.line)
-            text = without_nested(text)
-        return text
-
-    # --- words ------------------------------------------------------------------------------------------------------
+            return without_nested(text)
 
     def _plain(self, text: str) -> str:
         """The line without what only its dialect knows."""
-        if self.dialect.directives and text.lstrip().startswith(self.dialect.directives):
-            self.findings.count(
-                f"lines that begin with {self.dialect.directives} switch functions of the control", self.line
-            )
+        dialect, begin = self.dialect, text.lstrip().upper()
+        if dialect.directives and begin.startswith(dialect.directives):
+            what = f"lines that begin with {dialect.directives} switch functions of the control"
+            self.findings.count(what, self.line)
             return ""
-        for code in self.dialect.texts:
-            if text.lstrip().upper().startswith(f"M{code}"):
-                return ""
-        if self.dialect.extruder and "*" in text:
+        if begin.startswith(tuple(f"M{code}" for code in dialect.texts)):
+            return ""
+        if dialect.extruder and "*" in text:
             text = without_comments(text).rpartition("*")[0]  # a checksum
         return text
-
-    # --- one line ---------------------------------------------------------------------------------------------------
 
     def _do(self, block: Block) -> None:
         self._words = dict(block.words)
@@ -141,13 +135,22 @@ class Interpreter(OffsetWords):
         said = {codes.GROUP_OF[code]: code for code in sorted(known, reverse=True) if code in codes.GROUP_OF}
         if "F" in self._words and "units" in said:
             self._units_of_feed(said["units"])
-        for group, do in _ACTS.items():
-            if group is None:
-                self._feed_word(said.get("motion", self._modal))
-                self._spindle_mode(said.get("spindle mode"), known)
-                self._outputs(block)
-            elif group in said:
-                do(self, said[group])
+        if "feed mode" in said:
+            self._feed_mode(said["feed mode"])
+        self._feed_word(said.get("motion", self._modal))
+        self._spindle_mode(said.get("spindle mode"), known)
+        self._outputs(block)
+        for code in known & codes.MODES.keys():
+            entry, mode = codes.MODES[code]
+            self.state.modes[entry] = mode
+        self.state.returns = said.get("retract", 10 * self.state.returns) // 10
+        for group, do in (
+            ("units", self.state.set_units), ("cutter compensation", self._cutter),
+            ("tool length", self._tool_length), ("coordinate system", self._system),
+            ("path control", self._path_control), ("one line", self._places),
+        ):  # fmt: skip
+            if group in said:
+                do(said[group])
         if not known & {100, 760}:
             self._take("H")
         self._motion(said.get("motion"), known)
@@ -158,25 +161,23 @@ class Interpreter(OffsetWords):
             raise LineError(f"{letter}{value:g} is used by no code of the line{hint}")
 
     def _refuse(self, code: int, known: set[int]) -> None:
-        reason = codes.REFUSED.get(code)
+        reason, name = codes.REFUSED.get(code), g_name(code)
         if self._compensates(code) or code in self.cycles.known or (code == 760 and self.dialect.of_linuxcnc):
             return
         if reason is None:
             if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
-                raise LineError(f"{g_name(code)} is not known in the dialect {self.dialect.title}")
-            return
-        if self.repair and code in codes.READ_AS_THEY_STAND:
+                raise LineError(f"{name} is not known in the dialect {self.dialect.title}")
+        elif self.repair and code in codes.READ_AS_THEY_STAND:
             what = reason.partition(",")[0]
-            self.findings.count(f"{g_name(code)} ({what}) is left out; the path is as programmed", self.line)
-            return
-        if self.repair and 310 <= code <= 385 and code not in (330, 331):
-            self.findings.count(f"{g_name(code)} is left out: {reason.partition(';')[0]}", self.line)
+            self.findings.count(f"{name} ({what}) is left out; the path is as programmed", self.line)
+        elif self.repair and code in codes.PROBES:
+            self.findings.count(f"{name} is left out: {reason.partition(';')[0]}", self.line)
             self._axes()
             known.discard(code)
             self._modal = None
             self.state.modes[layout.MOTION] = -1
-            return
-        raise LineError(f"{g_name(code)} is {reason}")
+        else:
+            raise LineError(f"{name} is {reason}")
 
     def _feed_mode(self, code: int) -> None:
         state = self.state
@@ -210,16 +211,13 @@ class Interpreter(OffsetWords):
             state.modes[layout.FEED_MODE] = layout.SURFACE if state.surface else layout.PER_TURN
             state.set_feed(None)
 
-    def _units(self, code: int) -> None:
-        self.state.set_units(20 if code in (200, 700) else 21)
-
     def _units_of_feed(self, code: int) -> None:
         """F on a line that changes units: the new ones come first, unless LinuxCNC knows others from lines before."""
         before = int(self.state.modes[layout.UNITS])
         if (code in (200, 700)) == self.state.inch:
             return
         if not (self.dialect.of_linuxcnc and before):
-            self._units(code)
+            self.state.set_units(code)
         unit = "inches" if self.state.inch else "mm"
         self.findings.count(f"F on a line that changes units is taken in {unit} a minute", self.line)
 
@@ -237,44 +235,39 @@ class Interpreter(OffsetWords):
 
     def _outputs(self, block: Block) -> None:
         """S, T and M as markers before the motion of the line; dwells likewise."""
+        state = self.state
         wait = self._dwell() if 40 in block.g else None
         wait_tool = 0.0
         if "T" in self._words:
-            self.state.select(self._words["T"])
-        stop = "T" in self._words or ("S" in self._words and self.state.new_speed(self._words["S"]))
+            state.select(self._words["T"])
+        stop = "T" in self._words or ("S" in self._words and state.new_speed(self._words["S"]))
         said = [f"G{code // 10}" for code in (960, 970) if code in block.g]
         said += [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
         before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
         if self.dialect.of_linuxcnc:
             before = [code for code in before if not self._modal_state(code)]
         for code in before:
-            wait_tool += self.state.switch(code)
+            wait_tool += state.switch(code)
             if code == 6:
                 self.cutter.forget()
-            if code == 61 and self.dialect.of_linuxcnc:
-                self._tool_number()
+            if code == 61 and self.dialect.of_linuxcnc:  # the tool in the spindle has another number
+                selected = state.selected
+                state.select(self._need("Q", "M61"))
+                state.loaded, state.selected = state.selected, selected
             if code in (SWITCH_ON, SWITCH_OFF) and self.dialect.of_linuxcnc:
                 self.tool_tip.switch(code, self.line)
             if code in codes.SUBPROGRAMS:
                 self._subprogram(code, block)
         before = [code for code in before if code not in codes.SUBPROGRAMS]
-        number_said = f" Q{number(self.state.loaded)}" if self.dialect.of_linuxcnc else ""
+        number_said = f" Q{number(state.loaded)}" if self.dialect.of_linuxcnc else ""
         said += [f"M{code}{number_said if code == 61 else ''}" for code in before]
         if before and not any(code in codes.GROUP_OF for code in block.g):
             said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
         if said:
             stop |= any(code not in codes.ON_THE_MOVE for code in before)
-            self.state.say(self.line, " ".join(said), wait_tool, stop)
+            state.say(self.line, " ".join(said), wait_tool, stop)
         if wait is not None:
-            self.state.say(self.line, dwell=wait)
-
-    def _tool_number(self) -> None:
-        """M61 Q: the tool in the spindle has another number."""
-        if "Q" not in self._words:
-            raise LineError("M61 needs Q, the number of the tool in the spindle")
-        state, selected = self.state, self.state.selected
-        state.select(self._words.pop("Q"))
-        state.loaded, state.selected = state.selected, selected
+            state.say(self.line, dwell=wait)
 
     def _modal_state(self, code: int) -> bool:
         """M70 keeps how things are, M73 also for the end of the sub, M72 restores it, M71 forgets it."""
@@ -298,20 +291,12 @@ class Interpreter(OffsetWords):
         """M98: what `Flow` calls behind this line, P by number and L times; Fanuc's P may say both."""
         if code != 98 or not self.jumps:
             raise LineError(f"M{code}: subprograms are not supported here; write the program in one piece")
-        if "P" not in self._words:
-            raise LineError("M98 needs P, the number of the subprogram")
         if self.dialect.of_linuxcnc and (block.g or self._words.keys() - {"P", "L"}):
             raise LineError("M98 must be alone on its line; LinuxCNC ignores the rest of it")
         packed = self.dialect.keeps_cycles and "L" not in self._words
-        number = self._whole_m("P", 98)
+        number = self._whole("P", "M98")
         times, number = divmod(number, 10_000) if packed and number > 9_999 else (1, number)
-        self.call = number, self._whole_m("L", 98) if "L" in self._words else times
-
-    def _whole_m(self, letter: str, code: int) -> int:
-        value = self._words.pop(letter)
-        if not 0.0 <= value < 1e9 or abs(value - round(value)) > 1e-4:
-            raise LineError(f"{letter}{value:g} of M{code} is not a whole number from 0")
-        return round(value)
+        self.call = number, self._whole("L", "M98") if "L" in self._words else times
 
     def _dwell(self) -> float:
         """The seconds of G4."""
@@ -325,9 +310,6 @@ class Interpreter(OffsetWords):
             raise LineError(f"G4: a wait of {seconds:g} s is not possible")
         return seconds
 
-    def _plane(self, code: int) -> None:
-        self.state.modes[layout.PLANE] = code // 10
-
     def _path_control(self, code: int) -> None:
         state, bound = self.state, 0.0
         state.modes[layout.EXACT_STOP] = code == 611
@@ -340,17 +322,6 @@ class Interpreter(OffsetWords):
                 bound = UNBOUNDED
         state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
 
-    def _retract(self, code: int) -> None:
-        self.state.returns = code // 10
-
-    def _distance(self, code: int) -> None:
-        self.state.modes[layout.RELATIVE] = code == 910
-
-    def _arc_distance(self, code: int) -> None:
-        self.state.modes[layout.CENTRES] = code == 901
-
-    # --- motion -----------------------------------------------------------------------------------------------------
-
     def _motion(self, code: int | None, known: set[int]) -> None:
         state = self.state
         if self.splines.open and code is not None and code != 53 and not self.splines.goes_on(code, self._words):
@@ -360,7 +331,7 @@ class Interpreter(OffsetWords):
             return
         if code is not None:
             self._set_modal(code)
-        if code in _SPLINES or (self._modal in _SPLINES and self._spline_words()):
+        if code in _SPLINES or (self._modal in _SPLINES and self._words.keys() & _SPLINE_WORDS):
             inverse = self._words.get("F") if state.modes[layout.FEED_MODE] == layout.INVERSE else None
             self.splines.line(code, self._modal, self._words, self.line, inverse)
             if code == 53:
@@ -368,40 +339,38 @@ class Interpreter(OffsetWords):
                 self._set_modal(None)
             return
         axes = {letter: self._words[letter] for letter in LETTERS + POLAR if letter in self._words}
-        if self._modal == 760 and self.dialect.of_linuxcnc and 530 not in known and (axes or code is not None):
-            thread(state, self._words, self.line, self.findings)
-            return
-        if self._modal in self.cycles.known and 530 not in known and (axes or code is not None):
-            self.cycles.line(self._modal, self._words, self.line)
-            return
-        centre = {letter: self._words[letter] for letter in "IJK" if letter in self._words}
         if 530 in known:
             self._machine_move(axes)
             return
+        if axes or code is not None:
+            if self._modal == 760 and self.dialect.of_linuxcnc:
+                thread(state, self._words, self.line, self.findings)
+                return
+            if self._modal in self.cycles.known:
+                self.cycles.line(self._modal, self._words, self.line)
+                return
         tool_axis = self.tool_tip.taken(self._words, self._modal)
-        if not axes and not tool_axis and not (self._modal in (20, 30) and centre):
+        if not axes and not tool_axis and not (self._modal in (20, 30) and self._words.keys() & set("IJK")):
             return
-        if self._modal in (330, 331):
-            there, said, stated = state.target(axes)
-            for letter in axes:
-                self._take(letter)
-            lead = self._take(self.dialect.lead)
-            tied(state, self._modal, (there, said, stated), lead, self.line, self.findings)
-            return
-        if self._modal not in _RATE:
+        kind = _RATE.get(-1 if self._modal is None else self._modal, -1)
+        if kind < 0 and self._modal not in (330, 331):
             raise LineError("axis words without G0, G1, G2 or G3 before them")
-        kind = _RATE[self._modal]
         there, said, stated = state.target(axes)
-        for letter in axes:
-            self._take(letter)
+        self._words = {letter: value for letter, value in self._words.items() if letter not in axes}
+        if kind < 0:
+            lead = self._take(self.dialect.lead)
+            tied(state, self._modal or 0, (there, said, stated), lead, self.line, self.findings)
+            return
         more = self._feed(kind, there)
+        flags = int(more.get("flags", 0))
         if tool_axis:
-            said, stated = said | TOOL_AXIS, stated | TOOL_AXIS
-            more = {**more, **tool_axis, "flags": int(more.get("flags", 0)) | int(tool_axis["flags"])}
+            said, stated, flags = said | TOOL_AXIS, stated | TOOL_AXIS, flags | layout.VECTOR
         if kind in (CLOCKWISE, COUNTERCLOCKWISE):
             said |= 7 & ~(1 << state.across)
             arc = self._arc()
-            more = {**more, **arc, "flags": int(more.get("flags", 0)) | int(arc["flags"])}
+            flags |= int(arc["flags"])
+            more |= arc
+        more |= tool_axis | {"flags": flags}
         before = state.position.copy()
         self.cutter.check_exit(kind)
         state.add(kind, there, said, stated, self.line, **more)
@@ -414,9 +383,6 @@ class Interpreter(OffsetWords):
         if code not in self.cycles.known:
             self.cycles.forget()
         self.state.modes[layout.MOTION] = -1 if code not in _RATE else code // 10
-
-    def _spline_words(self) -> bool:
-        return any(letter in self._words for letter in "XYZABCUVWIJKPQR")
 
     def _stops(self, block: Block) -> None:
         """M0, M1, M2, M30, M60 and M99, behind the motion of their line."""
@@ -433,20 +399,3 @@ class Interpreter(OffsetWords):
         if self.ended:
             self._words.clear()
             self.splines.end()
-
-
-#: What carries out the code of each group, in LinuxCNC's order; None: feed, speed, tool, spindle, coolant and dwell.
-_ACTS: dict[str | None, Callable[[Interpreter, int], None]] = {
-    "feed mode": Interpreter._feed_mode,
-    None: lambda *_: None,
-    "plane": Interpreter._plane,
-    "units": Interpreter._units,
-    "cutter compensation": Interpreter._cutter,
-    "tool length": Interpreter._tool_length,
-    "coordinate system": Interpreter._system,
-    "path control": Interpreter._path_control,
-    "retract": Interpreter._retract,
-    "distance": Interpreter._distance,
-    "arc distance": Interpreter._arc_distance,
-    "one line": Interpreter._places,
-}

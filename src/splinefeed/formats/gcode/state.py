@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,17 +33,9 @@ UNSAID, UNBOUNDED = -1.0, math.inf
 
 #: Entries of the modes that M70 keeps, and what else a State keeps with them.
 _KEPT_MODES = [layout.RELATIVE, layout.PLANE, layout.FEED_MODE, layout.EXACT_STOP, layout.CENTRES, layout.UNITS]
+_KEPT_VALUES = [layout.FEED, layout.TOLERANCE]
 _KEPT = ("_speed", "feed_per_turn", "top_speed", "surface", "spindle", "coolant", "returns", "length_code")
-
-
-@dataclass(frozen=True)
-class Modal:
-    """How things are but for places and the motion: what M70 keeps (LinuxCNC, "M70 Saved State")."""
-
-    modes: IntArray
-    values: Array
-    system: int
-    own: Mapping[str, Any]
+Modal = tuple[IntArray, Array, int, Mapping[str, Any]]
 
 
 class State:
@@ -111,8 +102,8 @@ class State:
         return bool(self.modes[layout.UNITS] == 20)
 
     def set_units(self, code: int) -> None:
-        """G20 and G21, or 0 for mm unsaid: mm of one unit; degrees stay degrees."""
-        self.modes[layout.UNITS] = code
+        """G20 and G21, G70 and G71, as tenths, or 0 for mm unsaid: mm of one unit; degrees stay degrees."""
+        self.modes[layout.UNITS] = {0: 0, 200: 20, 700: 20}.get(code, 21)
         scale = self.values[layout.SCALE : layout.SCALE + AXES]
         scale[:] = INCH if self.inch else 1.0
         scale[list(ROTARY)] = math.pi / 180.0
@@ -174,20 +165,18 @@ class State:
         """Value of a parameter that the interpreter knows by its number or name, in the units in force."""
         if isinstance(number, str):
             return self._named(number)
+        offsets, scale = self.offsets, self.values[layout.SCALE : layout.SCALE + AXES]
         if number in (SYSTEM_PARAMETER, TOOL_PARAMETER):
-            return float(self.offsets.active) if number == SYSTEM_PARAMETER else self.loaded
-        axis = number - POSITION_PARAMETERS
-        if 0 <= axis < AXES:
-            place = self.position[axis] - self.values[layout.OFFSET + axis]
-            return float(place / self.values[layout.SCALE + axis])
-        axis = number - G92_PARAMETERS
-        if 0 <= axis < AXES:
-            return float(self.offsets.g92[axis] / self.values[layout.SCALE + axis])
+            return float(offsets.active) if number == SYSTEM_PARAMETER else self.loaded
+        place = self.position - self.values[layout.OFFSET : layout.OFFSET + AXES]
+        for first, values in ((POSITION_PARAMETERS, place), (G92_PARAMETERS, offsets.g92)):
+            if 0 <= number - first < AXES:
+                return float(values[number - first] / scale[number - first])
         system, axis = divmod(number - SYSTEM_PARAMETERS, SYSTEM_STEP)
         if 0 <= system < 9 and axis < AXES:
-            return float(self.offsets.systems[system + 1][axis] / self.values[layout.SCALE + axis])
+            return float(offsets.systems[system + 1][axis] / scale[axis])
         if 0 <= system < 9 and axis == AXES:
-            return math.degrees(self.offsets.angles.get(system + 1, 0.0))
+            return math.degrees(offsets.angles.get(system + 1, 0.0))
         return None
 
     def _named(self, name: str) -> float | None:
@@ -290,23 +279,20 @@ class State:
         return 0.0 if self.tools is None else self.tools.change
 
     def modal(self) -> Modal:
-        """What M70 keeps."""
+        """How things are but for places and the motion: what M70 keeps (LinuxCNC, "M70 Saved State")."""
         own = {name: getattr(self, name) for name in _KEPT}
-        values = self.values[[layout.FEED, layout.TOLERANCE]]
-        return Modal(self.modes[_KEPT_MODES], values, self.offsets.active, own)
+        return self.modes[_KEPT_MODES], self.values[_KEPT_VALUES], self.offsets.active, own
 
     def restore(self, kept: Modal, line: int) -> None:
         """M72: how things were; what that switches becomes a marker."""
-        said = [f"S{number(kept.own['_speed'] or 0.0)}"] if kept.own["_speed"] != self._speed else []
-        said += [f"M{kept.own['spindle'] or 5}"] if kept.own["spindle"] != self.spindle else []
-        if kept.own["coolant"] != self.coolant:
-            said += ["M9", *[f"M{code}" for code in kept.own["coolant"]]]
-        self.modes[_KEPT_MODES] = kept.modes
-        self.values[[layout.FEED, layout.TOLERANCE]] = kept.values
-        for name, value in kept.own.items():
+        self.modes[_KEPT_MODES], self.values[_KEPT_VALUES], system, own = kept
+        said = [f"S{number(own['_speed'] or 0.0)}"] if own["_speed"] != self._speed else []
+        said += [f"M{own['spindle'] or 5}"] if own["spindle"] != self.spindle else []
+        said += ["M9", *[f"M{code}" for code in own["coolant"]]] if own["coolant"] != self.coolant else []
+        for name, value in own.items():
             setattr(self, name, value)
-        self.set_units(int(self.modes[layout.UNITS]))
-        self.offsets.select(kept.system)
+        self.set_units(10 * int(self.modes[layout.UNITS]))
+        self.offsets.select(system)
         self.set_offsets()
         if said:
             self.say(line, " ".join(said))

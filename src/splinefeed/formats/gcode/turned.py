@@ -14,8 +14,6 @@ from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import AXES, CLOCKWISE, COUNTERCLOCKWISE, POLAR, SPLINE, Moves, Spline
 from splinefeed.records import Array, IntArray
 
-_XY = 0b11
-
 
 @dataclass(frozen=True)
 class Frame:
@@ -26,18 +24,20 @@ class Frame:
 
     def to_machine(self, places: Array) -> Array:
         """Places (..., 9) of the turned system as those of the axes."""
-        return self._turned(places, self.angle)
+        turned = places.copy()
+        if self.angle:
+            turned[..., :2] = self.centre + (places[..., :2] - self.centre) @ self._matrix
+        return turned
 
     def from_machine(self, places: Array) -> Array:
         """Places (..., 9) of the axes as those of the turned system."""
-        return self._turned(places, -self.angle)
+        return Frame(-self.angle, self.centre).to_machine(places)
 
-    def _turned(self, places: Array, angle: float) -> Array:
-        if not angle:
-            return places.copy()
-        turned = places.copy()
-        turned[..., :2] = self.centre + (places[..., :2] - self.centre) @ _matrix(angle)
-        return turned
+    @property
+    def _matrix(self) -> Array:
+        """What places (n, 2) are multiplied by from the right."""
+        cosine, sine = math.cos(self.angle), math.sin(self.angle)
+        return np.array([[cosine, sine], [-sine, cosine]])
 
     def turn_rows(self, start: Array, rows: Array, marks: IntArray, splines: list[Spline]) -> None:
         """Turn moves that begin at `start` (9,) in the turned system: rows (n, 16) and marks (n, 6), in place.
@@ -46,27 +46,25 @@ class Frame:
         """
         if not self.angle or not len(rows):
             return
-        for i in np.flatnonzero((marks[:, layout.ROW_PLANE] != 17) & _arcs(marks)).tolist():
+        across = (marks[:, layout.ROW_PLANE] != 17) & np.isin(marks[:, layout.KIND], (CLOCKWISE, COUNTERCLOCKWISE))
+        for i in np.flatnonzero(across).tolist():
             begin = rows[i - 1, :AXES] if i else start
             made = find_arcs(Moves(begin, rows[i : i + 1], marks[i : i + 1]))
             curve = arc_curve(begin, rows[i, :AXES], made, 0, np.arange(AXES))
             weights = np.ones(len(curve.control_points)) if curve.weights is None else curve.weights
-            splines.append(
-                Spline(curve.degree, curve.knots, curve.control_points, weights, int(marks[i, layout.ROW_LINE]))
-            )
+            line = int(marks[i, layout.ROW_LINE])
+            splines.append(Spline(curve.degree, curve.knots, curve.control_points, weights, line))
             marks[i, layout.KIND], marks[i, layout.SPLINE] = SPLINE, len(splines) - 1
         for k in marks[marks[:, layout.KIND] == SPLINE, layout.SPLINE].tolist():
             splines[k] = replace(splines[k], points=self.to_machine(splines[k].points))
         rows[:, :AXES] = self.to_machine(rows[:, :AXES])
         centre, absolute = rows[:, layout.CENTER : layout.CENTER + 2], marks[:, layout.FLAGS] & layout.ABSOLUTE != 0
         base = np.where(absolute[:, None], self.centre, 0.0)
-        centre[:] = base + (centre - base) @ _matrix(self.angle)
-        axes = marks[:, layout.AXES]
-        for shift in (0, layout.STATED):  # one word moves both axes, and states none of them
-            said = axes >> shift & _XY
-            both = said == _XY if shift else said != 0
-            axes = axes & ~(_XY << shift) | np.where(both, _XY << shift, 0)
-        marks[:, layout.AXES] = axes
+        centre[:] = base + (centre - base) @ self._matrix
+        axes = marks[:, layout.AXES]  # one word moves X and Y, and states none of them
+        xy, stated = 0b11, 0b11 << layout.STATED
+        moved, both = np.where(axes & xy, xy, 0), np.where(axes & stated == stated, stated, 0)
+        marks[:, layout.AXES] = axes & ~(xy | stated) | moved | both
 
 
 def from_polar(words: Mapping[str, float], x: float, y: float, relative: bool) -> dict[str, float]:
@@ -86,15 +84,3 @@ def from_polar(words: Mapping[str, float], x: float, y: float, relative: bool) -
     there = distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle))
     rest = {letter: value for letter, value in words.items() if letter not in POLAR}
     return rest | {"X": there[0] - x * relative, "Y": there[1] - y * relative}
-
-
-def _arcs(marks: IntArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    found: np.ndarray[tuple[int], np.dtype[np.bool_]] = (marks[:, layout.KIND] == CLOCKWISE) | (
-        marks[:, layout.KIND] == COUNTERCLOCKWISE
-    )
-    return found
-
-
-def _matrix(angle: float) -> Array:
-    """What places (n, 2) are multiplied by from the right."""
-    return np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from splinefeed.formats.gcode.codes import GROUP_OF, M_GROUP_OF, g_name
@@ -16,7 +17,8 @@ _CODE_SLACK = 1e-4
 
 #: What stands in brackets, and from a semicolon on.
 _COMMENT = re.compile(r"\([^)]*\)|;.*", re.DOTALL)
-_BLANKS, _BLANKS_BUT_E = re.compile(r"\s+"), re.compile(r"\s+(?![eE])")
+_BLANKS = re.compile(r"\s+")
+_EXPONENT = re.compile(r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][+-]?[0-9]{1,3}(?![0-9])")
 _MACRO = re.compile(r"(?:N[0-9]+)?(IF|WHILE|GOTO|END|THEN|DO|SETVN|POPEN|DPRNT)[\[0-9#]", re.IGNORECASE)
 
 
@@ -37,25 +39,22 @@ class Block:
         return not (self.words or self.g or self.m or self.settings)
 
 
-def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Block:
+def parse(text: str, parameters: Parameters) -> Block:
     """The words of the line `text`; LineError for what is none, for words twice and for codes that exclude each other.
 
-    exponents   whether a number may end in E-05
+    As in RS274 blanks mean nothing, not even within a number.
     """
     block = Block()
-    # as in RS274 blanks mean nothing, not even within a number; but 1 E5 is no 1e5
-    scanner = Scanner((_BLANKS_BUT_E if exponents else _BLANKS).sub("", without_comments(text)), parameters, exponents)
+    scanner = Scanner(_BLANKS.sub("", without_comments(text)), parameters)
     if scanner.peek() == "/":
         block.deletable = True
-        scanner.at += 1
-        if scanner.peek().isdigit():
-            scanner.at += 1  # /2: the number of a switch
+        scanner.at += 2 if scanner.text[1:2].isdigit() else 1  # /2: the number of a switch
     if scanner.peek() == "%":
-        if scanner.text[scanner.at + 1 :].strip():
+        if scanner.text[scanner.at + 1 :]:
             raise LineError("% must be alone on its line")
         block.percent = True
         return block
-    macro = _MACRO.match("".join(scanner.text.split()))
+    macro = _MACRO.match(scanner.text)
     if macro is not None:
         raise LineError(
             f"{macro[1].upper()}: jumps and loops are not supported here; let the CAM system write plain lines"
@@ -66,26 +65,46 @@ def parse(text: str, parameters: Parameters, *, exponents: bool = False) -> Bloc
         if count > MAX_WORDS:
             raise LineError(f"more than {MAX_WORDS} words")
         if c == "#":
-            _setting(scanner, block)
+            key = scanner.parameter()
+            scanner.take("=", "= is missing behind the parameter that the line sets")
+            block.settings.append((key, scanner.value()))
             continue
         if not ("A" <= c <= "Z" or c in ":@^"):
-            raise LineError(f"expected a letter, got {_shown(scanner.text[scanner.at :])}")
+            raise LineError(f"expected a letter, got {scanner.text[scanner.at :][:20]!r}")
         scanner.at += 1
         if c in "O:":
-            _program_number(scanner, text)
-            return block
-        if c == "N":
-            _line_number(scanner)
-            continue
+            # the number of a program alone is only its name
+            if re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
+                return block
+            raise LineError(
+                f"{text.strip()[:20]}: subprograms, loops and jumps are not supported here; write the program in one "
+                "piece"
+            )
+        if c == "N" and not re.match(r"[0-9.]", scanner.peek()):
+            raise LineError("N: a number is missing")
         try:
             value = scanner.value()
         except LineError as fault:
             raise LineError(f"{c}: {fault}") from None
         if not math.isfinite(value):
             raise LineError(f"{c}{value}: is too large for a number")
-        _add(block, c, value)
-    _check_groups(block)
+        if c in "GM":
+            code = round(value * (10 if c == "G" else 1)) if abs(value) <= MAX_CODE else -1
+            if code < 0 or abs(value * (10 if c == "G" else 1) - code) > _CODE_SLACK:
+                raise LineError(f"{c}{value:g} is not known")
+            (block.g if c == "G" else block.m).append(code)
+        elif c in block.words:
+            raise LineError(f"{c} appears twice")
+        elif c != "N":
+            block.words[c] = value
+    _check_groups(block.g, GROUP_OF, g_name)
+    _check_groups(block.m, M_GROUP_OF, "M{}".format)
     return block
+
+
+def without_exponents(text: str) -> str:
+    """The line with numbers such as 1.5E-05 written out."""
+    return _EXPONENT.sub(lambda number: f"{float(number[0]):.20f}", text)
 
 
 def without_comments(text: str) -> str:
@@ -109,71 +128,15 @@ def without_nested(text: str) -> str:
     return "".join(kept)
 
 
-def _setting(scanner: Scanner, block: Block) -> None:
-    key = scanner.parameter()
-    if scanner.peek() != "=":
-        raise LineError("= is missing behind the parameter that the line sets")
-    scanner.at += 1
-    value = scanner.value()
-    block.settings.append((key, value))
-
-
-def _program_number(scanner: Scanner, text: str) -> None:
-    """Behind O, : or :O: the number of a program alone is only its name; everything else is a subprogram."""
-    if not re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
-        raise LineError(
-            f"{_shown(text)[1:-1]}: subprograms, loops and jumps are not supported here; write the program in one piece"
-        )
-    scanner.at = len(scanner.text)
-
-
-def _line_number(scanner: Scanner) -> None:
-    """Behind N: digits, which mean nothing."""
-    if not re.match(r"[0-9.]", scanner.peek()):
-        raise LineError("N: a number is missing")
-    scanner.value()
-
-
-def _add(block: Block, letter: str, value: float) -> None:
-    if letter == "G":
-        code = round(10.0 * value) if abs(value) <= MAX_CODE else -1
-        if code < 0 or abs(10.0 * value - code) > _CODE_SLACK:
-            raise LineError(f"G{value:g} is not known")
-        block.g.append(code)
-    elif letter == "M":
-        code = round(value) if abs(value) <= MAX_CODE else -1
-        if code < 0 or abs(value - code) > _CODE_SLACK:
-            raise LineError(f"M{value:g} is not known")
-        block.m.append(code)
-    else:
-        if letter in block.words:
-            raise LineError(f"{letter} appears twice")
-        block.words[letter] = value
-
-
-def _check_groups(block: Block) -> None:
+def _check_groups(codes: Sequence[int], groups: Mapping[int, str], name: Callable[[int], str]) -> None:
     """LineError for two codes of one group."""
     seen: dict[str, int] = {}
-    for code in block.g:
-        group = GROUP_OF.get(code)
-        if group is None:
-            continue
+    for code in codes:
+        group = groups.get(code, "")
         if group in seen and 800 in (code, seen[group]):  # G80 beside a move only ends the cycle before it
             seen[group] = min(code, seen[group])
-            continue
-        if group in seen:
-            before, after = g_name(seen[group]), g_name(code)
+        elif group in seen:
+            before, after = name(seen[group]), name(code)
             raise LineError(f"{before} and {after} exclude each other (both: {group}); write one of them")
-        seen[group] = code
-    m_seen: dict[str, int] = {}
-    for code in block.m:
-        group = M_GROUP_OF.get(code)
-        if group is not None and group in m_seen:
-            raise LineError(f"M{m_seen[group]} and M{code} exclude each other (both: {group}); write one of them")
-        if group is not None:
-            m_seen[group] = code
-
-
-def _shown(text: str) -> str:
-    text = text.strip()
-    return repr(text if len(text) <= 20 else f"{text[:17]}...")
+        elif group:
+            seen[group] = code
