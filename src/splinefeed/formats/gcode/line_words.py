@@ -198,13 +198,11 @@ class LineWords:
         offsets, position = self.state.offsets, self.state.position
         if code == 100:
             self._set_system()
-        elif code == 520:
-            offsets.set_local(self._axes())
-        elif code == 920:
+        elif code in (520, 920):
             axes = self._axes()
-            if not axes and self._bare_g92:
+            if code == 920 and not axes and self._bare_g92:
                 raise LineError("G92 needs the axes whose places it gives")
-            offsets.set_g92(axes, position)
+            offsets.shift(axes, position if code == 920 else None)
         elif code in (921, 922, 923):
             offsets.clear(code)
         elif code in (281, 301):

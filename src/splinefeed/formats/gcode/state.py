@@ -12,16 +12,14 @@ from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import AXES, LETTERS, POLAR, RAPID, ROTARY, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import (
-    G92_PARAMETERS,
+    FIRST_PARAMETER,
     POSITION_PARAMETERS,
-    SYSTEM_PARAMETER,
-    SYSTEM_PARAMETERS,
-    SYSTEM_STEP,
     TOOL_PARAMETER,
+    Frame,
     Offsets,
+    from_polar,
 )
 from splinefeed.formats.gcode.tools import Tools
-from splinefeed.formats.gcode.turned import Frame, from_polar
 from splinefeed.records import Array, IntArray
 
 #: Moves that are kept before they are handed on, and for how many there is room at first.
@@ -165,19 +163,10 @@ class State:
         """Value of a parameter that the interpreter knows by its number or name, in the units in force."""
         if isinstance(number, str):
             return self._named(number)
-        offsets, scale = self.offsets, self.values[layout.SCALE : layout.SCALE + AXES]
-        if number in (SYSTEM_PARAMETER, TOOL_PARAMETER):
-            return float(offsets.active) if number == SYSTEM_PARAMETER else self.loaded
-        place = self.position - self.values[layout.OFFSET : layout.OFFSET + AXES]
-        for first, values in ((POSITION_PARAMETERS, place), (G92_PARAMETERS, offsets.g92)):
-            if 0 <= number - first < AXES:
-                return float(values[number - first] / scale[number - first])
-        system, axis = divmod(number - SYSTEM_PARAMETERS, SYSTEM_STEP)
-        if 0 <= system < 9 and axis < AXES:
-            return float(offsets.systems[system + 1][axis] / scale[axis])
-        if 0 <= system < 9 and axis == AXES:
-            return math.degrees(offsets.angles.get(system + 1, 0.0))
-        return None
+        if number == TOOL_PARAMETER or number < FIRST_PARAMETER:
+            return self.loaded if number == TOOL_PARAMETER else None
+        place = self.position - self.values[layout.OFFSET : layout.SCALE]
+        return self.offsets.parameters(place, self.values[layout.SCALE : layout.SCALE + AXES]).get(number)
 
     def _named(self, name: str) -> float | None:
         """Value of a predefined named parameter; LinuxCNC, "Predefined Named Parameters"."""
