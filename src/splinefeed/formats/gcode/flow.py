@@ -6,12 +6,14 @@ named parameters of its own, and one that `o call` calls #1 to #30 too. Names th
 
 from __future__ import annotations
 
+import io
 import os
 import pathlib
 import re
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import BinaryIO
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.gcode.expressions import LineError, Scanner
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.words import without_comments
-from splinefeed.formats.source import check_file, check_size
+from splinefeed.formats.source import check_file, check_size, read_bytes
 from splinefeed.records import IntArray
 
 #: Most lines that are carried out; so many plain ones, or more in a row, are read by arrays and count a part of each.
@@ -91,18 +93,19 @@ def _jump_of(text: str, at: int) -> Jump | None:
 
 
 class Text:
-    """A file of whole lines, and where those that jump lead."""
+    """A file of whole lines, and where those that jump lead; without `jumps` none does."""
 
-    def __init__(self, text: bytes, file: str | os.PathLike[str]) -> None:
-        self.text, self.file = text, file
-        ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+    def __init__(self, content: bytes, file: str | os.PathLike[str], jumps: bool) -> None:
+        content = content if b"\n" in content else content.replace(b"\r", b"\n")
+        self.text, self.file = content if content.endswith(b"\n") else content + b"\n", file
+        ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n"))
         self.begins: IntArray = np.concatenate([[0], ends + 1])
         self.count = len(ends)
         self.jumps: dict[int, Jump] = {}
-        likely = np.flatnonzero(np.frombuffer(text.translate(_LIKELY), dtype=bool))
+        likely = np.flatnonzero(np.frombuffer(self.text.translate(_LIKELY), dtype=bool)) if jumps else ends[:0]
         for at in np.unique(np.searchsorted(ends, likely)).tolist():
-            line = text[self.begins[at] : self.begins[at + 1] - 1]
-            if _MORE.search(line) and (jump := _jump_of(line.decode("utf-8", errors="replace"), at)):
+            line = self.between(at, at + 1)
+            if _MORE.search(line) and (jump := _jump_of(line.decode("utf-8-sig", errors="replace"), at)):
                 self.jumps[at] = jump
         self._order = list(self.jumps)
         self.subs: dict[tuple[str, str], Jump] = {}
@@ -152,13 +155,9 @@ class Text:
         k = bisect_left(self._order, at)
         return self._order[k] if k < len(self._order) else self.count
 
-    def blocks(self, low: int, high: int, size: int) -> Iterator[bytes]:
-        """Whole lines, `size` bytes or so at a time."""
-        while low < high:
-            upto = int(np.searchsorted(self.begins, self.begins[low] + size))
-            upto = min(max(upto, low + 1), high)
-            yield self.text[self.begins[low] : self.begins[upto]]
-            low = upto
+    def between(self, low: int, high: int) -> bytes:
+        """Some lines in a row."""
+        return self.text[self.begins[low] : self.begins[high]]
 
 
 @dataclass
@@ -168,7 +167,7 @@ class _Call:
     jump: Jump
     text: Text
     back: tuple[Text, int]
-    shown: int
+    shown: int = 0
     repeats: int = 1
     left: dict[str, int] = field(default_factory=dict)
 
@@ -181,8 +180,7 @@ class Flow:
         self.at = 0
         self._run, self._parameters, self._folder, self._arrives = run, run.parameters, folder, arrives
         self._steps = 0
-        self._calls: list[_Call] = []
-        self._left: dict[str, int] = {}
+        self._calls = [_Call(Jump(-1, "", "", "", ""), text, (text, 0))]  # the first one is the program itself
         self._files: dict[str, Text] = {}
 
     @property
@@ -197,7 +195,7 @@ class Flow:
             high = text.next_jump(low)
             plain = text is self.main and high - low >= PLAIN
             self._count((high - low) // PLAIN if plain else high - low)
-            for block in text.blocks(low, high, size):
+            for block in blocks_of(io.BytesIO(text.between(low, high)), size):
                 yield block, low
                 low += block.count(b"\n")
             self.at = high
@@ -206,7 +204,7 @@ class Flow:
             self._arrives(high + 1)
             self._count(1)
             self._jump(text.jumps[high])
-        if self._calls and not self._run.ended:
+        if len(self._calls) > 1 and not self._run.ended:
             call = self._calls[-1].jump
             self._arrives(self.text.count)
             raise LineError(f"the file ends within o{call.name}, which has no {'endsub' if call.word else 'M99'}")
@@ -220,7 +218,7 @@ class Flow:
         """Carry out the line, which is a jump."""
         if jump.fault:
             raise LineError(jump.fault)
-        begin, left, go_on = jump.first, self._calls[-1].left if self._calls else self._left, self.at + 1
+        begin, left, go_on = jump.first, self._calls[-1].left, self.at + 1
         self.at = go_on
         match jump.word:
             case "M":
@@ -294,24 +292,24 @@ class Flow:
         texts = [self.text, self.main]
         here = any((kind, name) in text.subs for text in texts)
         if not here and re.fullmatch("[a-z0-9_-]+", base) and file.is_file():
-            if base not in self._files and len(self._files) >= MAX_FILES:
-                raise LineError(f"o{name}: subprograms in more than {MAX_FILES} files")
-            texts.append(self._files.setdefault(base, _load(file)))
+            if base not in self._files:
+                if len(self._files) >= MAX_FILES:
+                    raise LineError(f"o{name}: subprograms in more than {MAX_FILES} files")
+                self._files[base] = _load(file)
+            texts.append(self._files[base])
         text = next((text for text in texts if (kind, name) in text.subs), None)
         if text is None:
             raise LineError(f"o{name} is called, and is neither in the program nor in {base}.ngc beside it; {mend}")
         jump = text.subs[kind, name]
         if jump.fault:
             raise LineError(jump.fault)
-        if len(self._calls) >= MAX_CALLS:
+        if len(self._calls) > MAX_CALLS:
             raise LineError(f"o{name}: more than {MAX_CALLS} calls within calls; does a sub call itself?")
-        shown = self.shown or self.at
-        self._calls.append(_Call(jump, text, (self.text, self.at), shown, repeats))
+        self._calls.append(_Call(jump, text, (self.text, self.at), self.shown or self.at, repeats))
         self.text, self.at = text, jump.at + 1
 
     def _return(self, jump: Jump) -> None:
-        call = self._calls[-1].jump if self._calls else None
-        if call is None or not call.word:
+        if not self._calls[-1].jump.word:
             raise LineError(f"{jump.said} is outside of a called sub")
         value = self._values(jump, 1)
         self._run.leave()
@@ -321,51 +319,42 @@ class Flow:
 
     def _m_code(self, jump: Jump) -> None:
         """A line with M98 or M99, after what else it says."""
-        run = self._run
+        run, call = self._run, self._calls[-1]
         run.call, run.returns = None, False
         run.run(jump.text, self.shown or self.at)
-        if run.returns:
-            self._m99()
-        elif run.call is not None and run.call[1] > 0:
+        if run.call is not None and run.call[1] > 0:
             number, repeats = run.call
             self._enter("", str(number), f"begin it with O{number}", repeats)
             run.enter()
-
-    def _m99(self) -> None:
-        if not self._calls:
-            self._run.findings.say(f"line {self.at}: M99 begins the program again without end; one pass is read")
-            self._run.ended = True
+        if not run.returns:
             return
-        call = self._calls[-1]
         if call.jump.word:
             raise LineError(f"M99 is inside o{call.jump.name} sub; write endsub or return")
+        if len(self._calls) == 1:
+            run.findings.say(f"line {self.at}: M99 begins the program again without end; one pass is read")
+            run.ended = True
+            return
         call.repeats -= 1
-        self._run.leave()
+        run.leave()
         if call.repeats > 0:
             self.text, self.at = call.text, call.jump.at + 1
-            self._run.enter()
+            run.enter()
         else:
             self.text, self.at = self._calls.pop().back
 
 
-def blocks_of(file: str | os.PathLike[str], size: int) -> Iterator[bytes]:
-    """Whole lines of the file, `size` bytes or so at a time; lines that end as on old Macs included."""
+def blocks_of(stream: BinaryIO, size: int) -> Iterator[bytes]:
+    """Whole lines, `size` bytes or so at a time; lines that end as on old Macs included."""
     rest = b""
-    try:
-        with pathlib.Path(file).open("rb") as stream:
-            stream.seek(3 if stream.read(3) == b"\xef\xbb\xbf" else 0)
-            while part := stream.read(size):
-                block = rest + part
-                if b"\r" in block and b"\n" not in block:
-                    block = block.replace(b"\r", b"\n")
-                cut = block.rfind(b"\n") + 1
-                rest = block[cut:]
-                if cut:
-                    yield block[:cut]
-                if len(rest) > LONGEST:
-                    break  # a line that long is refused where lines are counted
-    except OSError as error:
-        raise FormatError(f"{file}: cannot be read: {error.strerror or error}") from None
+    while part := stream.read(size):
+        block = rest + part
+        block = block if b"\n" in block else block.replace(b"\r", b"\n")
+        cut = block.rfind(b"\n") + 1
+        rest = block[cut:]
+        if cut:
+            yield block[:cut]
+        if len(rest) > LONGEST:
+            break  # a line that long is refused where lines are counted
     if rest:
         yield rest + b"\n"
 
@@ -374,6 +363,6 @@ def _load(file: pathlib.Path) -> Text:
     """A file of subprograms."""
     try:
         check_size(check_file(file), MAX_BYTES)
-        return Text(b"".join(blocks_of(file, MAX_BYTES)), file)
+        return Text(read_bytes(file), file, jumps=True)
     except FormatError as error:
         raise LineError(f"{file.name} is called and cannot be read: {error}") from None

@@ -23,7 +23,7 @@ from splinefeed.formats.gcode.offsets import Offsets
 from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tools import Tools
-from splinefeed.formats.source import check_file, check_size, read_head
+from splinefeed.formats.source import check_file, check_size, read_bytes, read_head
 from splinefeed.records import Array, IntArray
 
 #: Dialects whose lines are not those of RS274.
@@ -88,20 +88,22 @@ class Reading:
         state = State(Offsets(self.offsets), self.start, self.tools)
         interpreter = _INTERPRETERS.get(dialect.name, Interpreter)
         run = interpreter(state, dialect, self.findings, repair=self.repair)
-        run.jumps = dialect.jumps and file.stat().st_size <= LARGEST_THAT_JUMPS
+        whole = file.stat().st_size <= LARGEST_THAT_JUMPS
+        run.jumps = whole and dialect.jumps
         self.fast &= interpreter is Interpreter
         try:
-            if run.jumps:
-                text = Text(b"".join(blocks_of(file, BLOCK)), file)
+            if whole:
+                text = Text(read_bytes(file), file, dialect.jumps)
                 self._flow = Flow(text, run, file.parent, lambda line: self._arrive(line, run))
                 for block, before in self._flow.blocks(BLOCK):
                     self._line = before
                     yield from self._lines(block, run, self._flow.shown)
             else:
-                for block in blocks_of(file, BLOCK):
-                    yield from self._lines(block, run)
-                    if run.ended:
-                        break
+                with file.open("rb") as stream:
+                    for block in blocks_of(stream, BLOCK):
+                        yield from self._lines(block, run)
+                        if run.ended:
+                            break
             run.end()
         except LineError as error:
             fault = error
@@ -162,7 +164,7 @@ class Reading:
             self._arrive(self._line + 1, run)
             if len(texts[at]) > layout.MAX_LINE:
                 raise LineError(f"has {len(texts[at])} characters; at most {layout.MAX_LINE} can be read")
-            run.run(texts[at].decode("utf-8", errors="replace"), shown or self._line)
+            run.run(texts[at].decode("utf-8-sig", errors="replace"), shown or self._line)
             at += 1
             if state.full:
                 yield state.take()
