@@ -47,17 +47,17 @@ class Interpreter(LineWords):
     def run(self, text: str, line: int) -> None:
         """Do what the line `text` says; LineError, without the line's number, for what cannot be done."""
         self.line = line
-        if self.state.modes[layout.MOTION] >= 0:  # the kernel has seen G0 to G3 meanwhile
+        if self.state.modes[layout.MOTION] >= 0:  # `Lines` has seen G0 to G3 meanwhile
             self._set_modal(10 * int(self.state.modes[layout.MOTION]))
-        text = self._plain(text)
-        if self.repair:
-            text = without_exponents(self._closed(text))
-        block = parse(text, self.parameters)
+        block = parse(self._plain(text), self.parameters)
         if block.deletable:
             self.findings.count("lines with / are executed, as with block delete off", line)
-        if block.percent:
-            self._percent()
-        if not block.empty:
+        if block.percent:  # the first one, in front of the program, begins it; any other ends it
+            if self._percents or self.state.busy:
+                self.splines.end()
+                self.ended = True
+            self._percents = True
+        if block.words or block.g or block.m:
             self._do(block)
         for key, value in block.settings:
             self.parameters.set(key, value)
@@ -87,33 +87,25 @@ class Interpreter(LineWords):
         """The file is at its end; LineError if a spline is still open."""
         self.splines.end()
 
-    def _percent(self) -> None:
-        """A % in front of the program, its first one, begins it; any other ends it."""
-        if self._percents or self.state.busy:
-            self.splines.end()
-            self.ended = True
-        self._percents = True
-
-    def _closed(self, text: str) -> str:
-        """The line without comments in comments and comments that are not closed, each a finding."""
-        try:
-            return without_comments(text)
-        except LineError as fault:
-            self.findings.count(f"{fault}; a comment ends at its last bracket, or at the end of the line", self.line)
-            return without_nested(text)
-
     def _plain(self, text: str) -> str:
-        """The line without what only its dialect knows."""
+        """The line without what only its dialect knows, and mended if that is asked for."""
         dialect, begin = self.dialect, text.lstrip().upper()
         if dialect.directives and begin.startswith(dialect.directives):
-            what = f"lines that begin with {dialect.directives} switch functions of the control"
-            self.findings.count(what, self.line)
+            self.findings.count(
+                f"lines that begin with {dialect.directives} switch functions of the control", self.line
+            )
             return ""
         if begin.startswith(tuple(f"M{code}" for code in dialect.texts)):
             return ""
         if dialect.extruder and "*" in text:
             text = without_comments(text).rpartition("*")[0]  # a checksum
-        return text
+        if not self.repair:
+            return text
+        try:
+            return without_exponents(without_comments(text))
+        except LineError as fault:
+            self.findings.count(f"{fault}; a comment ends at its last bracket, or at the end of the line", self.line)
+            return without_exponents(without_nested(text))
 
     def _do(self, block: Block) -> None:
         self._words = dict(block.words)
@@ -121,15 +113,15 @@ class Interpreter(LineWords):
         known = {code for code in block.g if code not in self.dialect.modes}
         for code in sorted(set(block.g) - known):
             for letter in "PQRE":
-                self._take(letter)
+                self._words.pop(letter, None)
             self.findings.count(f"{g_name(code)} switches a function of the control and moves nothing", self.line)
         if self.dialect.extruder and "E" in self._words:
-            self._take("E")
+            self._words.pop("E", None)
             self.state.modes[layout.EXTRUDED] = 1
         for code in sorted(known):
             self._refuse(code, known)
         if not known & {100, 730, 830, 410, 411, 420, 421, 960}:
-            self._take("D")
+            self._words.pop("D", None)
         if self.cutter.on:
             self._beside_contour(block, known)
         said = {codes.GROUP_OF[code]: code for code in sorted(known, reverse=True) if code in codes.GROUP_OF}
@@ -152,7 +144,7 @@ class Interpreter(LineWords):
             if group in said:
                 do(said[group])
         if not known & {100, 760}:
-            self._take("H")
+            self._words.pop("H", None)
         self._motion(said.get("motion"), known)
         self._stops(block)
         if self._words:
@@ -195,14 +187,14 @@ class Interpreter(LineWords):
         """G96, S at the surface with D as the highest speed, and G97; G92 S and G50 S of lathes are that speed too."""
         state = self.state
         if self.dialect.lead == "F" and known & {920, 500} and not self._words.keys() & set(LETTERS):
-            state.top_speed = self._take("S", state.top_speed) or math.inf
+            state.top_speed = self._words.pop("S", state.top_speed) or math.inf
         if code is None:
             return
         if code == 960 and "S" not in self._words:
             raise LineError("G96 needs S, the speed at the surface")
         state.surface = code == 960
         if state.surface:
-            state.top_speed = self._take("D", state.top_speed) or math.inf
+            state.top_speed = self._words.pop("D", state.top_speed) or math.inf
             self.findings.say(
                 f"line {self.line}: G96: with G95 a move has the feed at its mean distance from X0; speeds of the "
                 "spindle are taken as reached at once"
@@ -213,59 +205,55 @@ class Interpreter(LineWords):
 
     def _units_of_feed(self, code: int) -> None:
         """F on a line that changes units: the new ones come first, unless LinuxCNC knows others from lines before."""
-        before = int(self.state.modes[layout.UNITS])
-        if (code in (200, 700)) == self.state.inch:
-            return
-        if not (self.dialect.of_linuxcnc and before):
-            self.state.set_units(code)
-        unit = "inches" if self.state.inch else "mm"
-        self.findings.count(f"F on a line that changes units is taken in {unit} a minute", self.line)
+        if (code in (200, 700)) != self.state.inch:
+            if not (self.dialect.of_linuxcnc and self.state.modes[layout.UNITS]):
+                self.state.set_units(code)
+            unit = "inches" if self.state.inch else "mm"
+            self.findings.count(f"F on a line that changes units is taken in {unit} a minute", self.line)
 
     def _feed_word(self, motion: int | None) -> None:
         feed, state = self._words.get("F"), self.state
-        if motion in (330, 331) and feed is not None:
-            if self.dialect.lead != "F":
-                raise LineError(f"F is not allowed with {g_name(motion)}, whose feed is K times the spindle's speed")
+        if feed is None or (motion in (330, 331) and self.dialect.lead == "F"):
             return
-        if feed is not None and not 0.0 <= feed <= layout.LARGEST:
+        if motion in (330, 331):
+            raise LineError(f"F is not allowed with {g_name(motion)}, whose feed is K times the spindle's speed")
+        if not 0.0 <= feed <= layout.LARGEST:
             raise LineError(f"F{feed:g} is not a feed")
-        if feed is not None and state.modes[layout.FEED_MODE] != layout.INVERSE:
-            state.set_feed(feed)
-            self._take("F")
+        if state.modes[layout.FEED_MODE] != layout.INVERSE:
+            state.set_feed(self._words.pop("F"))
 
     def _outputs(self, block: Block) -> None:
         """S, T and M as markers before the motion of the line; dwells likewise."""
-        state = self.state
-        wait = self._dwell() if 40 in block.g else None
-        wait_tool = 0.0
-        if "T" in self._words:
-            state.select(self._words["T"])
-        stop = "T" in self._words or ("S" in self._words and state.new_speed(self._words["S"]))
+        state, words, linuxcnc = self.state, self._words, self.dialect.of_linuxcnc
+        wait, change = self._dwell() if 40 in block.g else None, 0.0
+        if "T" in words:
+            state.select(words["T"])
+        stop = "T" in words or ("S" in words and state.new_speed(words["S"]))
         said = [f"G{code // 10}" for code in (960, 970) if code in block.g]
-        said += [f"{letter}{number(self._words.pop(letter))}" for letter in "ST" if letter in self._words]
-        before = [m for m in block.m if m not in codes.M_GROUPS["stop"]]
-        if self.dialect.of_linuxcnc:
-            before = [code for code in before if not self._modal_state(code)]
-        for code in before:
-            wait_tool += state.switch(code)
+        said += [f"{letter}{number(words.pop(letter))}" for letter in "ST" if letter in words]
+        any_m = False
+        for code in block.m:
+            if code in codes.M_GROUPS["stop"] or (linuxcnc and self._modal_state(code)):
+                continue
+            change += state.switch(code)
             if code == 6:
                 self.cutter.forget()
-            if code == 61 and self.dialect.of_linuxcnc:  # the tool in the spindle has another number
-                selected = state.selected
-                state.select(self._need("Q", "M61"))
-                state.loaded, state.selected = state.selected, selected
-            if code in (SWITCH_ON, SWITCH_OFF) and self.dialect.of_linuxcnc:
+            if linuxcnc and code in (SWITCH_ON, SWITCH_OFF):
                 self.tool_tip.switch(code, self.line)
             if code in codes.SUBPROGRAMS:
                 self._subprogram(code, block)
-        before = [code for code in before if code not in codes.SUBPROGRAMS]
-        number_said = f" Q{number(state.loaded)}" if self.dialect.of_linuxcnc else ""
-        said += [f"M{code}{number_said if code == 61 else ''}" for code in before]
-        if before and not any(code in codes.GROUP_OF for code in block.g):
-            said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
+                continue
+            any_m, stop = True, stop or code not in codes.ON_THE_MOVE
+            said.append(f"M{code}")
+            if code == 61 and linuxcnc:  # the tool in the spindle has another number
+                selected = state.selected
+                state.select(self._need("Q", "M61"))
+                state.loaded, state.selected = state.selected, selected
+                said.append(f"Q{number(state.loaded)}")
+        if any_m and not any(code in codes.GROUP_OF for code in block.g):
+            said += [f"{each}{number(words.pop(each))}" for each in _M_WORDS if each in words]
         if said:
-            stop |= any(code not in codes.ON_THE_MOVE for code in before)
-            state.say(self.line, " ".join(said), wait_tool, stop)
+            state.say(self.line, " ".join(said), change, stop)
         if wait is not None:
             state.say(self.line, dwell=wait)
 
@@ -300,11 +288,10 @@ class Interpreter(LineWords):
 
     def _dwell(self) -> float:
         """The seconds of G4."""
-        seconds = self._take("P")
-        seconds = None if seconds is None else seconds * self.dialect.dwell
+        seconds = self._words.pop("P", math.nan) * self.dialect.dwell
         for letter in self.dialect.dwell_words:
-            seconds = self._take(letter, seconds)
-        if seconds is None:
+            seconds = self._words.pop(letter, seconds)
+        if math.isnan(seconds):
             raise LineError("G4 needs P, the time to wait")
         if not 0.0 <= seconds <= layout.LARGEST:
             raise LineError(f"G4: a wait of {seconds:g} s is not possible")
@@ -315,7 +302,7 @@ class Interpreter(LineWords):
         state.modes[layout.EXACT_STOP] = code == 611
         if code == 640:
             bound = self._words.pop("P", UNBOUNDED)
-            self._take("Q")
+            self._words.pop("Q", None)
             if not bound >= 0.0:
                 raise LineError("G64: P, the tolerance, must be 0 or more")
             if bound == 0.0 and self.dialect.of_linuxcnc:  # LinuxCNC's interpreter makes no difference
@@ -358,7 +345,7 @@ class Interpreter(LineWords):
         there, said, stated = state.target(axes)
         self._words = {letter: value for letter, value in self._words.items() if letter not in axes}
         if kind < 0:
-            lead = self._take(self.dialect.lead)
+            lead = self._words.pop(self.dialect.lead, None)
             tied(state, self._modal or 0, (there, said, stated), lead, self.line, self.findings)
             return
         more = self._feed(kind, there)
@@ -390,7 +377,7 @@ class Interpreter(LineWords):
             if code == 99:
                 if not self.jumps or "P" in self._words:
                     raise LineError("M99 with P, or in this dialect, is not supported; write the program in one piece")
-                self._take("L")
+                self._words.pop("L", None)
                 self.returns = True
             elif code in codes.M_GROUPS["stop"]:
                 self.state.say(self.line, f"M{code}")

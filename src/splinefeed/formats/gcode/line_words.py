@@ -37,10 +37,6 @@ class LineWords:
         self._bare_g92 = True
         self._machine_known = bool(state.offsets.known or state.offsets.references)
 
-    def _take(self, letter: str, otherwise: float | None = None) -> float | None:
-        """The value of a word, which is then done with."""
-        return self._words.pop(letter, otherwise)
-
     def _need(self, letter: str, name: str) -> float:
         if letter not in self._words:
             raise LineError(f"{name} needs {letter}")
@@ -65,7 +61,7 @@ class LineWords:
             return {"feed": state.feed_per_turn * state.turns(float(middle))}
         if state.modes[layout.FEED_MODE] != layout.INVERSE:
             return {}
-        feed = self._take("F")
+        feed = self._words.pop("F", None)
         if kind == RAPID:
             return {}
         if feed is None:
@@ -76,14 +72,14 @@ class LineWords:
         state = self.state
         across = "IJK"[state.across]
         if self._words.get(across) == 0.0:  # as FreeCAD writes it beside I and J
-            self._take(across)
+            self._words.pop(across, None)
         if across in self._words:
             plane = state.modes[layout.PLANE]
             raise LineError(f"{across} lies across the plane G{plane}; choose another plane or leave it out")
-        turns = self._take("P", 1.0) or 0.0
+        turns = self._words.pop("P", 1.0)
         if not 1.0 <= turns <= MAX_TURNS or turns != math.floor(turns):
             raise LineError(f"P{turns:g}: the turns of an arc must be whole, 1 to {MAX_TURNS}")
-        radius = self._take("R")
+        radius = self._words.pop("R", None)
         words = {k: self._words.pop(letter) for k, letter in enumerate("IJK") if letter in self._words}
         if (radius is None) == (not words):
             both = "both are given" if words else "none is given"
@@ -108,7 +104,7 @@ class LineWords:
         """G43 and its kin: the programmed point is the tool tip: the axes move by the tool offset."""
         state = self.state
         axes = self._axes() if code in (431, 432) else {}
-        number = self._take("H", state.loaded if code == 430 else None)
+        number = self._words.pop("H", state.loaded if code == 430 else None)
         if code in TOOL_TIP:
             self.tool_tip.begin(TOOL_TIP[code], self.line, number, vectors=code == 435)
             return
@@ -150,19 +146,19 @@ class LineWords:
             self.cutter.end()
             return
         if not self._compensates(code):
-            self._take("D")
+            self._words.pop("D", None)
             return
         if self.cutter.on or state.tip:
             what = "cutter compensation is on; write G40" if self.cutter.on else "X, Y, Z are the tool's tip; end that"
             raise LineError(f"{name}: {what} before it")
         if state.modes[layout.PLANE] == 19:
             raise LineError(f"{name}: there is no cutter compensation in G19; choose G17 or G18")
-        if code % 10 and self._take("L", 0.0):
+        if code % 10 and self._words.pop("L", 0.0):
             raise LineError(f"{name} L: tools of a lathe are not supported")
         if code % 10 or state.tools is None:
             diameter = state.scaled(0, self._need("D", name))
         else:
-            diameter = state.tools.tool(self._take("D", state.loaded) or 0.0).diameter
+            diameter = state.tools.tool(self._words.pop("D", state.loaded)).diameter
         if abs(diameter) > layout.LARGEST:
             raise LineError(f"{name}: a tool of diameter {diameter:.6g} mm does not compensate")
         if diameter == 0.0:
@@ -214,7 +210,7 @@ class LineWords:
     def _set_system(self) -> None:
         kind, state = self._whole("L", "G10"), self.state
         if kind in (1, 10, 11) and state.tools is not None:
-            number, radius, axes = self._whole("P", "G10"), self._take("R"), self._axes()
+            number, radius, axes = self._whole("P", "G10"), self._words.pop("R", None), self._axes()
             tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
             offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
             for axis, value in (axes if kind == 1 else state.offsets.tool_by(axes, state.place, kind == 11)).items():
@@ -230,7 +226,7 @@ class LineWords:
         if not 0 <= system <= 9:
             raise LineError(f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
         if kind == 2:
-            angle = self._take("R")
+            angle = self._words.pop("R", None)
             state.offsets.set_system(system, self._axes(), None if angle is None else math.radians(angle))
         else:
             state.offsets.set_here(system, self._axes(), state.place)
@@ -238,7 +234,7 @@ class LineWords:
 
     def _go_to_reference(self, code: int) -> None:
         state, numbers = self.state, self.parameters.numbers
-        there, said, stated = state.target({x: v for x in LETTERS if (v := self._take(x)) is not None})
+        there, said, stated = state.target({x: self._words.pop(x) for x in LETTERS if x in self._words})
         point, first = state.offsets.references.get(code), REFERENCE_PARAMETERS[code]
         if point is None and numbers.keys() & set(range(first, first + AXES)):
             point = np.array([state.scaled(axis, numbers.get(first + axis, 0.0)) for axis in range(AXES)])
@@ -249,7 +245,7 @@ class LineWords:
         if point is None:
             return
         chosen = said >> np.arange(AXES) & 1 != 0
-        end = np.where(chosen | (not said), state.turned_back(point), state.position)
+        end = np.where(chosen | (not said), state.frame.from_machine(point), state.position)
         moved = int((chosen | (end != state.position)) @ (1 << np.arange(AXES)))
         state.add(RAPID, end, moved, moved, self.line)
 
@@ -269,5 +265,5 @@ class LineWords:
         end[list(places)] = [self._checked(place) for place in places.values()]
         said = sum(1 << axis for axis in places)
         kind = LINE if self._modal else RAPID
-        end = self.state.turned_back(end)
+        end = self.state.frame.from_machine(end)
         self.state.add(kind, end, said, said, self.line, **self._feed(kind, end))

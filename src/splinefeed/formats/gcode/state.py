@@ -27,8 +27,6 @@ CAPACITY, _ROOM = 2**16, 64
 INCH = 25.4
 #: Tolerance of what says nothing of it, and of G64 without P, which sets no bound.
 UNSAID, UNBOUNDED = -1.0, math.inf
-
-
 #: Entries of the modes that M70 keeps, and what else a State keeps with them.
 _KEPT_MODES = [layout.RELATIVE, layout.PLANE, layout.FEED_MODE, layout.EXACT_STOP, layout.CENTRES, layout.UNITS]
 _KEPT_VALUES = [layout.FEED, layout.TOLERANCE]
@@ -44,9 +42,11 @@ class State:
         self.selected, self.loaded = 0.0, 0.0  # tools, by T and by M6
         self.values = np.zeros(layout.STATE)
         self.modes = np.zeros(layout.MODES, dtype=np.int64)
+        self.modes[[layout.MOTION, layout.PLANE]] = -1, 17
+        self.values[layout.TOLERANCE] = UNSAID
+        self.count = 0  # of the rows and marks that are moves
         self.rows = np.zeros((_ROOM, layout.FLOATS))
         self.marks = np.zeros((_ROOM, layout.INTEGERS), dtype=np.int64)
-        self.count = 0
         self._speed: float | None = None
         self.feed_per_turn = 0.0  # mm, of G95
         self.top_speed = math.inf  # of G96, turns a minute
@@ -59,11 +59,8 @@ class State:
         self.coolant: dict[int, None] = {}  # 7 and 8, as M codes say
         self.returns = 98  # or 99: where canned cycles end
         self.length_code = 490  # or 430, G43, to which G43.1 and G43.2 belong
-        self.values[layout.TOLERANCE] = UNSAID
-        self.modes[layout.MOTION] = -1
-        self.modes[layout.PLANE] = 17
         self.position[:] = start
-        self._frame = Frame(0.0, np.zeros(2))
+        self.frame = Frame(0.0, np.zeros(2))  # how the rows behind `_turned` are turned
         self._chunk_start = start.copy()
         self._turned, self._turned_at = 0, start.copy()  # rows that are turned already, and where they end, unturned
         self._taken = False
@@ -109,24 +106,20 @@ class State:
     @property
     def place(self) -> Array:
         """Where the tool is, (9,), in machine coordinates."""
-        return self._frame.to_machine(self.position)
-
-    def turned_back(self, place: Array) -> Array:
-        """A place (9,) of the machine as `position` has it."""
-        return self._frame.from_machine(place)
+        return self.frame.to_machine(self.position)
 
     def set_offsets(self) -> None:
         """Take over what `offsets` says."""
         place = self.place
         self._turn_rows()
-        self._frame = self.offsets.frame
+        self.frame = self.offsets.frame
         self.values[layout.OFFSET : layout.OFFSET + AXES] = self.offsets.total
-        self.position[:] = self._turned_at = self.turned_back(place)
+        self.position[:] = self._turned_at = self.frame.from_machine(place)
 
     def _turn_rows(self) -> None:
         """Turn what was added since the last time to the axes of the machine."""
         rows, marks = self.rows[self._turned : self.count], self.marks[self._turned : self.count]
-        self._frame.turn_rows(self._turned_at, rows, marks, self.splines)
+        self.frame.turn_rows(self._turned_at, rows, marks, self.splines)
         self._turned, self._turned_at = self.count, self.position.copy()
 
     def turns(self, x: float) -> float:
@@ -136,9 +129,7 @@ class State:
             return speed
         around = 2.0 * math.pi * abs(x)
         along = speed * (12.0 * INCH if self.inch else 1000.0)
-        turns = along / around if around else math.inf
-        if turns > self.top_speed or not math.isfinite(turns):
-            turns = self.top_speed
+        turns = min(along / around if around else math.inf, self.top_speed)
         if not math.isfinite(turns):
             raise LineError("G96 at X0 turns without bound; write D, the highest speed of the spindle, with G96")
         return turns
@@ -146,11 +137,10 @@ class State:
     def set_feed(self, feed: float | None) -> None:
         """Take over F of G94 and G95, if there is one, and what the speed of the spindle makes of it."""
         mode = self.modes[layout.FEED_MODE]
-        if feed is not None and mode == layout.PER_MINUTE:
-            self.values[layout.FEED] = feed * self.values[layout.SCALE]
+        if mode == layout.PER_MINUTE:
+            self.values[layout.FEED] = self.values[layout.FEED] if feed is None else self.scaled(0, feed)
         if mode >= layout.PER_TURN:
-            if feed is not None:
-                self.feed_per_turn = float(feed * self.values[layout.SCALE])
+            self.feed_per_turn = self.feed_per_turn if feed is None else self.scaled(0, feed)
             x = self.position[0] - self.values[layout.OFFSET]
             at_axis = mode == layout.SURFACE and not (x or math.isfinite(self.top_speed))
             self.values[layout.FEED] = 0.0 if at_axis else self.feed_per_turn * self.turns(float(x))

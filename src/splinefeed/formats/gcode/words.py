@@ -33,11 +33,6 @@ class Block:
     deletable: bool = False
     percent: bool = False
 
-    @property
-    def empty(self) -> bool:
-        """Whether there is nothing in it but comments and its number."""
-        return not (self.words or self.g or self.m or self.settings)
-
 
 def parse(text: str, parameters: Parameters) -> Block:
     """The words of the line `text`; LineError for what is none, for words twice and for codes that exclude each other.
@@ -54,16 +49,11 @@ def parse(text: str, parameters: Parameters) -> Block:
             raise LineError("% must be alone on its line")
         block.percent = True
         return block
-    macro = _MACRO.match(scanner.text)
-    if macro is not None:
-        raise LineError(
-            f"{macro[1].upper()}: jumps and loops are not supported here; let the CAM system write plain lines"
-        )
-    count = 0
-    while c := scanner.peek().upper():
-        count += 1
-        if count > MAX_WORDS:
-            raise LineError(f"more than {MAX_WORDS} words")
+    if macro := _MACRO.match(scanner.text):
+        raise LineError(f"{macro[1].upper()}: jumps and loops of macros are not supported here; write plain lines")
+    for _ in range(MAX_WORDS + 1):
+        if not (c := scanner.peek().upper()):
+            break
         if c == "#":
             key = scanner.parameter()
             scanner.take("=", "= is missing behind the parameter that the line sets")
@@ -76,10 +66,7 @@ def parse(text: str, parameters: Parameters) -> Block:
             # the number of a program alone is only its name
             if re.fullmatch(r"(O|:O?)[0-9]+|O<[^<>]*>", scanner.text[scanner.at - 1 :], re.IGNORECASE):
                 return block
-            raise LineError(
-                f"{text.strip()[:20]}: subprograms, loops and jumps are not supported here; write the program in one "
-                "piece"
-            )
+            raise LineError(f"{text.strip()[:20]}: subprograms, loops and jumps are not read here; write plain lines")
         if c == "N" and not re.match(r"[0-9.]", scanner.peek()):
             raise LineError("N: a number is missing")
         try:
@@ -97,6 +84,8 @@ def parse(text: str, parameters: Parameters) -> Block:
             raise LineError(f"{c} appears twice")
         elif c != "N":
             block.words[c] = value
+    else:
+        raise LineError(f"more than {MAX_WORDS} words")
     _check_groups(block.g, GROUP_OF, g_name)
     _check_groups(block.m, M_GROUP_OF, "M{}".format)
     return block
@@ -117,15 +106,9 @@ def without_comments(text: str) -> str:
 
 def without_nested(text: str) -> str:
     """The line without comments, where they may stand in each other, end with the line, or close twice."""
-    kept: list[str] = []
-    depth = 0
-    for c in text:
-        if c == ";" and depth == 0:
-            break
-        depth += (c == "(") - (c == ")" and depth > 0)
-        if depth == 0 and c != ")":
-            kept.append(c)
-    return "".join(kept)
+    while (plain := re.sub(r"\([^()]*\)", "", text)) != text:
+        text = plain
+    return re.sub(r"[(;].*|\)", "", text)
 
 
 def _check_groups(codes: Sequence[int], groups: Mapping[int, str], name: Callable[[int], str]) -> None:
