@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
+from typing import Any
 
 #: Most brackets within brackets.
 MAX_DEPTH = 40
@@ -18,11 +19,42 @@ ARGUMENTS = range(1, 31)
 #: Two numbers this near each other are the same to EQ and NE, as in the standard.
 SAME = 1e-4
 
+#: What operators make of two values, and how tightly they bind; those of one rank count from left to right.
+_OPERATIONS: dict[str, tuple[int, Callable[[float, float], float]]] = {
+    "**": (5, math.pow),
+    "*": (4, lambda a, b: a * b),
+    "/": (4, lambda a, b: a / b),
+    "MOD": (4, lambda a, b: a - b * math.floor(a / b)),
+    "+": (3, lambda a, b: a + b),
+    "-": (3, lambda a, b: a - b),
+    "EQ": (2, lambda a, b: float(abs(a - b) < SAME)),
+    "NE": (2, lambda a, b: float(abs(a - b) >= SAME)),
+    "GT": (2, lambda a, b: float(a > b)),
+    "GE": (2, lambda a, b: float(a >= b)),
+    "LT": (2, lambda a, b: float(a < b)),
+    "LE": (2, lambda a, b: float(a <= b)),
+    "AND": (1, lambda a, b: float(a != 0.0 and b != 0.0)),
+    "OR": (1, lambda a, b: float(a != 0.0 or b != 0.0)),
+    "XOR": (1, lambda a, b: float((a != 0.0) != (b != 0.0))),
+}
+_FUNCTIONS: dict[str, Callable[[float], float]] = {
+    "ABS": abs,
+    "ACOS": lambda x: math.degrees(math.acos(x)),
+    "ASIN": lambda x: math.degrees(math.asin(x)),
+    "COS": lambda x: math.cos(math.radians(x)),
+    "EXP": math.exp,
+    "FIX": lambda x: float(math.floor(x)),
+    "FUP": lambda x: float(math.ceil(x)),
+    "LN": math.log,
+    "ROUND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
+    "SIN": lambda x: math.sin(math.radians(x)),
+    "SQRT": math.sqrt,
+    "TAN": lambda x: math.tan(math.radians(x)),
+}
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
-_OPERATOR = re.compile(r"\*\*|[-+*/]|MOD|AND|XOR|OR|EQ|NE|GE|GT|LE|LT", re.IGNORECASE)
-_FUNCTION = re.compile(r"ABS|ACOS|ASIN|ATAN|COS|EXISTS|EXP|FIX|FUP|LN|ROUND|SIN|SQRT|TAN", re.IGNORECASE)
+_OPERATOR = re.compile("|".join(map(re.escape, _OPERATIONS)), re.IGNORECASE)
+_FUNCTION = re.compile("|".join(["ATAN", "EXISTS", *_FUNCTIONS]), re.IGNORECASE)
 _NAME = re.compile(r"<([^<>\[\]#]*)>")
-_RANK = {"**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3, "AND": 1, "OR": 1, "XOR": 1}
 
 
 class LineError(Exception):
@@ -37,24 +69,29 @@ class Parameters:
     Names that begin with _ are those of the whole program, all others those of the sub that is being carried out.
     """
 
-    def __init__(self, known: Callable[[int | str], float | None] | None = None) -> None:
-        self.numbers: dict[int, float] = {}
-        self.names: dict[str, float] = {}
-        self.globals: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
+    def __init__(self, known: Callable[[int | str], float | None]) -> None:
         self.known = known
+        self.numbers: dict[int, float] = {}
+        self._own: dict[str, float] = {}
+        self._everyones: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
         self._callers: list[tuple[dict[str, float], dict[int, float] | None]] = []
+
+    def _store(self, key: int | str) -> dict[Any, float]:
+        if isinstance(key, int):
+            return self.numbers
+        return self._everyones if key.startswith("_") else self._own
 
     def enter(self, arguments: Sequence[float] | None = None) -> None:
         """A sub begins, with names of its own; with `arguments` it has its own #1 to #30 too."""
         kept = None if arguments is None else {k: self.numbers[k] for k in ARGUMENTS if k in self.numbers}
-        self._callers.append((self.names, kept))
-        self.names = {}
+        self._callers.append((self._own, kept))
+        self._own = {}
         if arguments is not None:
             self.numbers |= dict.fromkeys(ARGUMENTS, 0.0) | dict(enumerate(arguments, 1))
 
     def leave(self) -> None:
         """The sub ends: its caller's names, and its #1 to #30 if they were kept, are in force again."""
-        self.names, kept = self._callers.pop()
+        self._own, kept = self._callers.pop()
         if kept is not None:
             for k in ARGUMENTS:
                 self.numbers.pop(k, None)
@@ -64,30 +101,20 @@ class Parameters:
         """Value of a parameter; LineError if it has none."""
         value = self.find(key)
         if value is None:
-            name = f"#{key}" if isinstance(key, int) else f"#<{key}>"
-            raise LineError(f"{name} has no value; set it in the program before it is used")
+            name = key if isinstance(key, int) else f"<{key}>"
+            raise LineError(f"#{name} has no value; set it in the program before it is used")
         return value
 
     def find(self, key: int | str) -> float | None:
         """Value of a parameter, or None."""
-        computed = self.known(key) if self.known is not None else None
-        if computed is not None:
-            return computed
-        if isinstance(key, str):
-            return self._names(key).get(key)
-        return self.numbers.get(key)
+        computed = self.known(key)
+        return self._store(key).get(key) if computed is None else computed
 
     def set(self, key: int | str, value: float) -> None:
         """Give a parameter a value."""
-        if isinstance(key, str):
-            if self.known is not None and self.known(key) is not None:
-                raise LineError(f"#<{key}> is set by the machine and cannot be assigned")
-            self._names(key)[key] = value
-        else:
-            self.numbers[key] = value
-
-    def _names(self, key: str) -> dict[str, float]:
-        return self.globals if key.startswith("_") else self.names
+        if isinstance(key, str) and self.known(key) is not None:
+            raise LineError(f"#<{key}> is set by the machine and cannot be assigned")
+        self._store(key)[key] = value
 
 
 class Scanner:
@@ -134,9 +161,9 @@ class Scanner:
         self._depth -= 1
         return value
 
-    def parameter(self) -> int | str:
-        """Behind #: the number or name of a parameter; # itself is at `at`."""
-        self.at += 1
+    def parameter(self, missing: str = "") -> int | str:
+        """The number or name of a parameter, with the # before it."""
+        self.take("#", missing)
         if self.peek() == "<":
             match = _NAME.match(self.text, self.at)
             if match is None:
@@ -160,21 +187,20 @@ class Scanner:
         left = self.value()
         while (match := _OPERATOR.match(self.text, self.at)) is not None:
             name = match[0].upper()
-            rank = _RANK.get(name, 2)
+            rank, compute = _OPERATIONS[name]
             if rank < least:
                 break
             self.at = match.end()
             right = self._chain(rank + 1)
-            left = _finite(f"{left:g} {name} {right:g}", _OPERATIONS[name], left, right)
+            left = _finite(f"{left:g} {name} {right:g}", compute, left, right)
         return left
 
     def _function(self, name: str) -> float:
         if name == "EXISTS":
-            self.take("[", "EXISTS needs a parameter in brackets")
-            if self.peek() != "#":
-                raise LineError("EXISTS needs a parameter in brackets")
-            key = self.parameter()
-            self.take("]", "EXISTS needs a parameter in brackets")
+            wanted = "EXISTS needs a parameter in brackets"
+            self.take("[", wanted)
+            key = self.parameter(wanted)
+            self.take("]", wanted)
             numbered = isinstance(key, int) and key <= LAST_NUMBER
             return float(numbered or self.parameters.find(key) is not None)
         value = self._bracket()
@@ -192,37 +218,3 @@ def _finite(said: str, compute: Callable[..., float], *values: float) -> float:
     if not math.isfinite(value):
         raise LineError(f"{said} has no value")
     return value
-
-
-_FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "ABS": abs,
-    "ACOS": lambda x: math.degrees(math.acos(x)),
-    "ASIN": lambda x: math.degrees(math.asin(x)),
-    "COS": lambda x: math.cos(math.radians(x)),
-    "EXP": math.exp,
-    "FIX": lambda x: float(math.floor(x)),
-    "FUP": lambda x: float(math.ceil(x)),
-    "LN": math.log,
-    "ROUND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
-    "SIN": lambda x: math.sin(math.radians(x)),
-    "SQRT": math.sqrt,
-    "TAN": lambda x: math.tan(math.radians(x)),
-}
-
-_OPERATIONS: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "**": math.pow,
-    "MOD": lambda a, b: a - b * math.floor(a / b),
-    "AND": lambda a, b: float(a != 0.0 and b != 0.0),
-    "OR": lambda a, b: float(a != 0.0 or b != 0.0),
-    "XOR": lambda a, b: float((a != 0.0) != (b != 0.0)),
-    "EQ": lambda a, b: float(abs(a - b) < SAME),
-    "NE": lambda a, b: float(abs(a - b) >= SAME),
-    "GT": lambda a, b: float(a > b),
-    "GE": lambda a, b: float(a >= b),
-    "LT": lambda a, b: float(a < b),
-    "LE": lambda a, b: float(a <= b),
-}

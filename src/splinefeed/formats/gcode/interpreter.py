@@ -41,7 +41,7 @@ class Interpreter(LineWords):
         self.returns = False  # whether there was an M99
         self.splines = SplineWords(state, findings)
         self.cycles = Cycles(state, dialect, findings)
-        self._percents = False
+        self._begun = False  # whether there was a line of the program, or the % in front of it
         self._kept: list[tuple[Modal, int] | None] = [None]  # what M70 or M73 has kept, by level of calls
 
     def run(self, text: str, line: int) -> None:
@@ -53,10 +53,8 @@ class Interpreter(LineWords):
         if block.deletable:
             self.findings.count("lines with / are executed, as with block delete off", line)
         if block.percent:  # the first one, in front of the program, begins it; any other ends it
-            if self._percents or self.state.busy:
-                self.splines.end()
-                self.ended = True
-            self._percents = True
+            self.ended = self._begun
+            self._begun = True
         if block.words or block.g or block.m:
             self._do(block)
         for key, value in block.settings:
@@ -108,7 +106,7 @@ class Interpreter(LineWords):
             return without_exponents(without_nested(text))
 
     def _do(self, block: Block) -> None:
-        self._words = dict(block.words)
+        self._words, self._begun = dict(block.words), True
         self._bare_g92 = not self._words.keys() & {"S", "E"}  # G92 S limits a spindle, G92 E is about filament
         known = {code for code in block.g if code not in self.dialect.modes}
         for code in sorted(set(block.g) - known):

@@ -102,36 +102,28 @@ class LineWords:
 
     def _tool_length(self, code: int) -> None:
         """G43 and its kin: the programmed point is the tool tip: the axes move by the tool offset."""
-        state = self.state
+        state, name = self.state, g_name(code)
         axes = self._axes() if code in (431, 432) else {}
         number = self._words.pop("H", state.loaded if code == 430 else None)
         if code in TOOL_TIP:
             self.tool_tip.begin(TOOL_TIP[code], self.line, number, vectors=code == 435)
             return
-        if state.tools is None:
-            if state.tip:
-                self.tool_tip.length(code, self.line)
-            elif code != 490:
-                self.findings.say(
-                    f"line {self.line}: {g_name(code)}: the path is that of the tool tip, as programmed (option tools)"
-                )
-            return
-        offset = state.offsets.tool
-        state.length_code = 490 if code == 490 else 430
-        if code == 432 and (number is None) == (not axes):
-            raise LineError("G43.2 needs H, or axes, and not both")
-        if code in (430, 490):
-            offset[:] = 0.0
-        if number is not None:
-            offset += state.tools.tool(number or state.loaded).offset
-        for axis, value in axes.items():
-            offset[axis] = value + (offset[axis] if code == 432 else 0.0)
+        said, offset = "the path is that of the tool tip, as programmed (option tools)", state.offsets.tool
+        if state.tools is not None:
+            said = "from here on places are those of the axes, not the tip"
+            state.length_code = 490 if code == 490 else 430
+            if code == 432 and (number is None) == (not axes):
+                raise LineError("G43.2 needs H, or axes, and not both")
+            if code in (430, 490):
+                offset[:] = 0.0
+            if number is not None:
+                offset += state.tools.tool(number or state.loaded).offset
+            for axis, value in axes.items():
+                offset[axis] = value + (offset[axis] if code == 432 else 0.0)
         if state.tip:
             self.tool_tip.length(code, self.line)
-        elif offset.any():
-            self.findings.say(
-                f"line {self.line}: {g_name(code)}: from here on places are those of the axes, not the tip"
-            )
+        elif code != 490:
+            self.findings.say(f"line {self.line}: {name}: {said}")
         state.set_offsets()
 
     def _compensates(self, code: int) -> bool:

@@ -100,19 +100,15 @@ class Summary:
     def program(self) -> dict[str, Any]:
         """What only a program has."""
         low, high = self.feeds
+        same = ("dialect", "lines", "without_length", "left_out", "markers", "ends")
         return {
-            "dialect": self.dialect,
-            "lines": self.lines,
+            **{name: getattr(self, name) for name in same},
             "motion_blocks": {kind: count for kind, count in self.moves.items() if count},
             "lengths_mm": {kind: length for kind, length in self.lengths.items() if self.moves[kind]},
-            "without_length": self.without_length,
-            "left_out": self.left_out,
             "feed_min_mm_s": low if high else None,
             "feed_max_mm_s": high or None,
             "feed_time_s": self.feed_time,
             "dwell_s": self.dwell_time,
-            "markers": self.markers,
-            "ends": self.ends,
         }
 
     @property

@@ -63,7 +63,6 @@ class State:
         self.frame = Frame(0.0, np.zeros(2))  # how the rows behind `_turned` are turned
         self._chunk_start = start.copy()
         self._turned, self._turned_at = 0, start.copy()  # rows that are turned already, and where they end, unturned
-        self._taken = False
         self.set_units(0)
         self.set_offsets()
 
@@ -75,11 +74,6 @@ class State:
         """
         view: Array = self.values[layout.POSITION : layout.POSITION + AXES]
         return view
-
-    @property
-    def busy(self) -> bool:
-        """Whether there was a move or a marker yet."""
-        return self._taken or self.count > 0 or bool(self.said)
 
     @property
     def full(self) -> bool:
@@ -311,17 +305,9 @@ class State:
     def take(self) -> Moves:
         """The moves made since the last time."""
         self._turn_rows()
-        made = Moves(
-            self._chunk_start,
-            self.rows[: self.count].copy(),
-            self.marks[: self.count].copy(),
-            tuple(self.splines),
-            tuple(self.said),
-        )
-        self._taken = self.busy
-        self.count = 0
-        self.splines, self.said = [], []
-        self._turned = 0
+        rows, marks = self.rows[: self.count].copy(), self.marks[: self.count].copy()
+        made = Moves(self._chunk_start, rows, marks, tuple(self.splines), tuple(self.said))
+        self.count, self._turned, self.splines, self.said = 0, 0, [], []
         if len(made):
             self._chunk_start = made.ends[-1].copy()
         return made
