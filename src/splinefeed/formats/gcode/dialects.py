@@ -16,8 +16,7 @@ class Dialect:
     extruder      E words are filament and no motion
     dwell         s of one unit of G4's P; dwell_words: letters of G4 that are in s
     modes         codes that switch functions of the control on and off and move nothing
-    texts         M codes behind which a text stands
-    directives    how lines begin that are for the control alone
+    silent        how lines begin that are for the control alone: directives, texts
     returns       98 or 99: where canned cycles end unless the program says it
     repeats       letters of a canned cycle's repeats
     jumps         whether O-words, M98 and M99 are read
@@ -32,8 +31,7 @@ class Dialect:
     dwell: float = 1.0
     dwell_words: str = ""
     modes: frozenset[int] = frozenset()
-    texts: frozenset[int] = frozenset()
-    directives: str = ""
+    silent: tuple[str, ...] = ()
     returns: int = 98
     repeats: str = "L"
     keeps_cycles: bool = False
@@ -55,7 +53,7 @@ DIALECTS = {
             # G13.1 does too, but G13 is a round pocket to a Haas, whose G103 and G187 say how far to look ahead and
             # how smooth to be
             modes=frozenset((50, 51, 80, 501, 620, 630, 690, 150, 131, 1030, 1870)),
-            directives="//",
+            silent=("//",),
             repeats="KL",
             keeps_cycles=True,
             jumps=True,
@@ -69,7 +67,7 @@ DIALECTS = {
             dwell=1e-3,
             dwell_words="S",
             modes=frozenset((100, 110, 290, 800)),
-            texts=frozenset((117, 118)),
+            silent=("M117", "M118"),
         ),
         Dialect("siemens", "Siemens Sinumerik"),
         Dialect("heidenhain", "Heidenhain"),

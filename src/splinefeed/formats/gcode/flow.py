@@ -45,7 +45,7 @@ _STATEMENTS = {
     "if": ("elseif", "else", "endif"), "while": ("endwhile",), "do": ("while",), "repeat": ("endrepeat",),
     "sub": ("endsub",),
 }  # fmt: skip
-_LEAVE = {"break": ("while", "do"), "continue": ("while", "do")}
+_LEAVE = dict.fromkeys(("break", "continue"), ("while", "do"))
 
 
 @dataclass
@@ -124,11 +124,11 @@ class Text:
             if jump.fault or jump.word in ("M", "call", "return"):
                 continue
             if jump.word in words or (jump.word in _LEAVE and owner in _LEAVE[jump.word]):
-                jump.first, opened[-1].after = opened[0].at, jump.at
+                opened[-1].after = jump.at
                 opened.append(jump)
                 if jump.word in words[-1:]:
                     for each in opened:
-                        each.last = jump.at
+                        each.first, each.last = opened[0].at, jump.at
                 if jump.word == "endsub":
                     scope, sub = outer, None
             elif jump.word == "":
@@ -218,8 +218,8 @@ class Flow:
         """Carry out the line, which is a jump."""
         if jump.fault:
             raise LineError(jump.fault)
-        begin, left, go_on = jump.first, self._calls[-1].left, self.at + 1
-        self.at = go_on
+        left = self._calls[-1].left
+        self.at += 1
         match jump.word:
             case "M":
                 self._m_code(jump)
@@ -232,27 +232,19 @@ class Flow:
                     jump = self.text.jumps[jump.after]
                     self._arrives(jump.at + 1)
                 self.at = jump.at + 1
-            case "else" | "elseif" | "sub":
+            case "else" | "elseif" | "sub" | "break":
                 self.at = jump.last + 1
-            case "while" if begin < 0:
-                self.at = go_on if self._holds(jump) else jump.last + 1
             case "while":
-                self.at = begin + 1 if self._holds(jump) else go_on
+                self.at = 1 + (jump.first if self._holds(jump) else jump.last)
             case "endwhile":
-                self.at = begin
-            case "repeat":
-                times = self._values(jump, 1, 1)[0]
-                left[jump.name] = int(min(np.floor(times + 0.5), MAX_STEPS + 1.0))
-                self.at = go_on if left[jump.name] > 0 else jump.last + 1
-            case "endrepeat":
-                left[jump.name] = left.get(jump.name, 0) - 1
-                self.at = begin + 1 if left[jump.name] > 0 else go_on
-            case "break":
-                self.at = jump.last + 1
+                self.at = jump.first
             case "continue":
-                self.at = begin if self.text.jumps[begin].word == "while" else jump.last
-
-    # --- values -----------------------------------------------------------------------------------------------------
+                self.at = jump.first if self.text.jumps[jump.first].word == "while" else jump.last
+            case "repeat" | "endrepeat":
+                if jump.word == "repeat":
+                    left[jump.name] = int(min(np.floor(self._values(jump, 1, 1)[0] + 0.5), MAX_STEPS)) + 1
+                left[jump.name] = left.get(jump.name, 0) - 1
+                self.at = 1 + (jump.first if left[jump.name] > 0 else jump.last)
 
     def _values(self, jump: Jump, most: int, least: int = 0) -> list[float]:
         """Expressions in brackets behind the word."""
@@ -268,8 +260,6 @@ class Flow:
 
     def _holds(self, jump: Jump) -> bool:
         return self._values(jump, 1, 1)[0] != 0.0
-
-    # --- subs -------------------------------------------------------------------------------------------------------
 
     def _call(self, jump: Jump) -> None:
         name = jump.name

@@ -87,13 +87,9 @@ class Interpreter(LineWords):
 
     def _plain(self, text: str) -> str:
         """The line without what only its dialect knows, and mended if that is asked for."""
-        dialect, begin = self.dialect, text.lstrip().upper()
-        if dialect.directives and begin.startswith(dialect.directives):
-            self.findings.count(
-                f"lines that begin with {dialect.directives} switch functions of the control", self.line
-            )
-            return ""
-        if begin.startswith(tuple(f"M{code}" for code in dialect.texts)):
+        dialect = self.dialect
+        if text.lstrip().upper().startswith(dialect.silent):
+            self.findings.count(f"lines that begin with {' or '.join(dialect.silent)} move nothing", self.line)
             return ""
         if dialect.extruder and "*" in text:
             text = without_comments(text).rpartition("*")[0]  # a checksum
@@ -170,15 +166,13 @@ class Interpreter(LineWords):
             raise LineError(f"{name} is {reason}")
 
     def _feed_mode(self, code: int) -> None:
-        state = self.state
-        before, mode = state.modes[layout.FEED_MODE], {930: layout.INVERSE, 950: layout.PER_TURN}.get(code, 0)
+        state, mode = self.state, {930: layout.INVERSE, 950: layout.PER_TURN}.get(code, layout.PER_MINUTE)
         if mode == layout.PER_TURN:
-            mode = layout.SURFACE if state.surface else layout.PER_TURN
             self.findings.say(
                 f"line {self.line}: G95: feeds are F times the speed S of the spindle, which is taken as constant"
             )
-        if before != mode and max(before, mode) >= layout.PER_TURN:  # as in LinuxCNC F is said anew
-            state.values[layout.FEED] = state.feed_per_turn = 0.0
+        if state.modes[layout.FEED_MODE] != mode and layout.PER_TURN in (state.modes[layout.FEED_MODE], mode):
+            state.values[layout.FEED] = state.feed_per_turn = 0.0  # as in LinuxCNC F is said anew
         state.modes[layout.FEED_MODE] = mode
 
     def _spindle_mode(self, code: int | None, known: set[int]) -> None:
@@ -197,9 +191,7 @@ class Interpreter(LineWords):
                 f"line {self.line}: G96: with G95 a move has the feed at its mean distance from X0; speeds of the "
                 "spindle are taken as reached at once"
             )
-        if state.modes[layout.FEED_MODE] >= layout.PER_TURN:
-            state.modes[layout.FEED_MODE] = layout.SURFACE if state.surface else layout.PER_TURN
-            state.set_feed(None)
+        state.set_feed(None)
 
     def _units_of_feed(self, code: int) -> None:
         """F on a line that changes units: the new ones come first, unless LinuxCNC knows others from lines before."""

@@ -56,17 +56,15 @@ class LineWords:
     def _feed(self, kind: int, there: Array) -> dict[str, float]:
         """The feed of a move to `there` (9,) by inverse time, on its own line, or by G96 at its mean X."""
         state = self.state
-        if state.modes[layout.FEED_MODE] == layout.SURFACE and kind != RAPID:
+        if kind != RAPID and state.surface and state.modes[layout.FEED_MODE] == layout.PER_TURN:
             middle = 0.5 * (there[0] + state.position[0]) - state.values[layout.OFFSET]
             return {"feed": state.feed_per_turn * state.turns(float(middle))}
         if state.modes[layout.FEED_MODE] != layout.INVERSE:
             return {}
         feed = self._words.pop("F", None)
-        if kind == RAPID:
-            return {}
-        if feed is None:
+        if kind != RAPID and feed is None:
             raise LineError("F is missing; in inverse time (G93) every move needs its own")
-        return {"feed": feed, "flags": layout.INVERSE_FEED}
+        return {} if kind == RAPID or feed is None else {"feed": feed, "flags": layout.INVERSE_FEED}
 
     def _arc(self) -> dict[str, float]:
         state = self.state
@@ -140,11 +138,9 @@ class LineWords:
         if not self._compensates(code):
             self._words.pop("D", None)
             return
-        if self.cutter.on or state.tip:
-            what = "cutter compensation is on; write G40" if self.cutter.on else "X, Y, Z are the tool's tip; end that"
-            raise LineError(f"{name}: {what} before it")
-        if state.modes[layout.PLANE] == 19:
-            raise LineError(f"{name}: there is no cutter compensation in G19; choose G17 or G18")
+        if self.cutter.on or state.tip or state.modes[layout.PLANE] == 19:
+            what = "G40" if self.cutter.on else "the end of tool centre point control" if state.tip else "G17 or G18"
+            raise LineError(f"{name} needs {what} before it")
         if code % 10 and self._words.pop("L", 0.0):
             raise LineError(f"{name} L: tools of a lathe are not supported")
         if code % 10 or state.tools is None:
@@ -156,9 +152,8 @@ class LineWords:
         if diameter == 0.0:
             self.findings.count(f"{name} with a tool of diameter 0 moves nothing to the side", self.line)
             return
-        self.findings.count(
-            "cutter compensation is on; not every gouge is found: look at the path before you cut", self.line
-        )
+        said = "cutter compensation is on; not every gouge is found: look at the path before you cut"
+        self.findings.count(said, self.line)
         self.cutter.begin(0.5 * diameter * (1.0 if code < 420 else -1.0), self.line)
 
     def _beside_contour(self, block: Block, known: set[int]) -> None:
@@ -176,9 +171,8 @@ class LineWords:
 
     def _system(self, code: int) -> None:
         if not self.state.offsets.select(SYSTEMS[code]):
-            self.findings.say(
-                f"line {self.line}: the offset of {g_name(code)} is not known: taken as 0 (option offsets)"
-            )
+            what = f"the offset of {g_name(code)} is not known: taken as 0 (option offsets)"
+            self.findings.say(f"line {self.line}: {what}")
         self.state.set_offsets()
 
     def _places(self, code: int) -> None:

@@ -90,7 +90,7 @@ class Lines:
         get = {letter: self._columns.get(letter, self._none)[low:high] for letter in _WORDS}
         modes, values = state.modes, state.values
         inverse = modes[layout.FEED_MODE] == layout.INVERSE
-        if modes[layout.CENTRES] or modes[layout.FEED_MODE] >= layout.PER_TURN:
+        if modes[layout.CENTRES] or modes[layout.FEED_MODE] == layout.PER_TURN:
             return 0  # centres are absolute; or feeds go with the spindle
         if modes[layout.MOTION] < 0 and np.isnan(get["G"][0]):
             return 0

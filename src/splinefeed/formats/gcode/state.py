@@ -133,10 +133,10 @@ class State:
         mode = self.modes[layout.FEED_MODE]
         if mode == layout.PER_MINUTE:
             self.values[layout.FEED] = self.values[layout.FEED] if feed is None else self.scaled(0, feed)
-        if mode >= layout.PER_TURN:
+        if mode == layout.PER_TURN:
             self.feed_per_turn = self.feed_per_turn if feed is None else self.scaled(0, feed)
             x = self.position[0] - self.values[layout.OFFSET]
-            at_axis = mode == layout.SURFACE and not (x or math.isfinite(self.top_speed))
+            at_axis = self.surface and not (x or math.isfinite(self.top_speed))
             self.values[layout.FEED] = 0.0 if at_axis else self.feed_per_turn * self.turns(float(x))
 
     def scaled(self, axis: int, value: float) -> float:
@@ -162,7 +162,7 @@ class State:
             "_absolute": not modes[layout.RELATIVE], "_incremental": modes[layout.RELATIVE],
             "_inverse_time": modes[layout.FEED_MODE] == layout.INVERSE,
             "_units_per_minute": modes[layout.FEED_MODE] == layout.PER_MINUTE,
-            "_units_per_rev": modes[layout.FEED_MODE] >= layout.PER_TURN,
+            "_units_per_rev": modes[layout.FEED_MODE] == layout.PER_TURN,
             "_plane": 10 * modes[layout.PLANE],
             "_feed": self.values[layout.FEED] / self.values[layout.SCALE], "_rpm": self._speed or 0.0,
             "_spindle_on": self.spindle != 0, "_spindle_cw": self.spindle == 3,
@@ -207,7 +207,7 @@ class State:
 
     def add(self, kind: int, end: Array, used: int, stated: int, line: int, **more: float) -> None:
         """One move to `end` (9,); `more` is centre, radius, turns, feed, flags and spline as the layout has them."""
-        if kind != RAPID and self.modes[layout.FEED_MODE] >= layout.PER_TURN and not self._speed:
+        if kind != RAPID and self.modes[layout.FEED_MODE] == layout.PER_TURN and not self._speed:
             raise LineError("feed a revolution (G95) needs the speed of the spindle; write S before it")
         rows, marks = self.room(1)
         row = rows[0]
