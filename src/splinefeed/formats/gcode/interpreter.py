@@ -24,7 +24,7 @@ from splinefeed.formats.gcode.threads import thread, tied
 from splinefeed.formats.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS
 from splinefeed.formats.gcode.words import Block, parse, without_comments, without_exponents, without_nested
 
-_RATE = {0: RAPID, 10: LINE, 20: CLOCKWISE, 30: COUNTERCLOCKWISE}
+_RATE = {0: RAPID, 10: LINE, 20: CLOCKWISE, 30: COUNTERCLOCKWISE, 330: LINE, 331: LINE}
 _SPLINES, _SPLINE_WORDS = (50, 51, 52, 53, 62, 63), set("XYZABCUVWIJKPQR")
 #: Letters that belong to M codes where no G code of the line takes them.
 _M_WORDS = "PLQEDIJKRU"
@@ -47,13 +47,13 @@ class Interpreter(LineWords):
     def run(self, text: str, line: int) -> None:
         """Do what the line `text` says; LineError, without the line's number, for what cannot be done."""
         self.line = line
-        if self.state.modes[layout.MOTION] >= 0:  # `Lines` has seen G0 to G3 meanwhile
-            self._set_modal(10 * int(self.state.modes[layout.MOTION]))
+        if self._modal not in self.cycles.known:
+            self.cycles.forget()
         block = parse(self._plain(text), self.parameters)
         if block.deletable:
             self.findings.count("lines with / are executed, as with block delete off", line)
         if block.percent:  # the first one, in front of the program, begins it; any other ends it
-            self.ended = self._begun
+            self.ended = self._begun or self._modal >= 0
             self._begun = True
         if block.words or block.g or block.m:
             self._do(block)
@@ -67,7 +67,7 @@ class Interpreter(LineWords):
             return self.cutter.first_line, "cutter compensation (G41, G42)"
         if self.splines.open:
             return self.splines.first_line, "a spline"
-        return self.cycles.first_line, "a row of canned cycles (G80)"
+        return self.cycles.first_line if self._modal in self.cycles.known else 0, "a row of canned cycles (G80)"
 
     def enter(self, arguments: Sequence[float] | None = None) -> None:
         """A sub begins; with `arguments` it has its own #1 to #30."""
@@ -160,7 +160,6 @@ class Interpreter(LineWords):
             self.findings.count(f"{name} is left out: {reason.partition(';')[0]}", self.line)
             self._axes()
             known.discard(code)
-            self._modal = None
             self.state.modes[layout.MOTION] = -1
         else:
             raise LineError(f"{name} is {reason}")
@@ -303,17 +302,15 @@ class Interpreter(LineWords):
         state = self.state
         if self.splines.open and code is not None and code != 53 and not self.splines.goes_on(code, self._words):
             self.splines.end()
-        if code == 800:
-            self._set_modal(None)
-            return
         if code is not None:
-            self._set_modal(code)
+            state.modes[layout.MOTION] = -1 if code in (53, 800) else code
+        if code == 800:
+            return
         if code in _SPLINES or (self._modal in _SPLINES and self._words.keys() & _SPLINE_WORDS):
             inverse = self._words.get("F") if state.modes[layout.FEED_MODE] == layout.INVERSE else None
             self.splines.line(code, self._modal, self._words, self.line, inverse)
             if code == 53:
                 self.splines.end()
-                self._set_modal(None)
             return
         axes = {letter: self._words[letter] for letter in LETTERS + POLAR if letter in self._words}
         if 530 in known:
@@ -329,15 +326,15 @@ class Interpreter(LineWords):
         tool_axis = self.tool_tip.taken(self._words, self._modal)
         if not axes and not tool_axis and not (self._modal in (20, 30) and self._words.keys() & set("IJK")):
             return
-        kind = _RATE.get(-1 if self._modal is None else self._modal, -1)
-        if kind < 0 and self._modal not in (330, 331):
+        if self._modal not in _RATE:
             raise LineError("axis words without G0, G1, G2 or G3 before them")
         there, said, stated = state.target(axes)
         self._words = {letter: value for letter, value in self._words.items() if letter not in axes}
-        if kind < 0:
+        if self._modal in (330, 331):
             lead = self._words.pop(self.dialect.lead, None)
-            tied(state, self._modal or 0, (there, said, stated), lead, self.line, self.findings)
+            tied(state, self._modal, (there, said, stated), lead, self.line, self.findings)
             return
+        kind = _RATE[self._modal]
         more = self._feed(kind, there)
         flags = int(more.get("flags", 0))
         if tool_axis:
@@ -354,12 +351,6 @@ class Interpreter(LineWords):
         if self.cutter.on:
             self.cutter.moved(before)
             state.position[:] = there
-
-    def _set_modal(self, code: int | None) -> None:
-        self._modal = None if code == 53 else code
-        if code not in self.cycles.known:
-            self.cycles.forget()
-        self.state.modes[layout.MOTION] = -1 if code not in _RATE else code // 10
 
     def _stops(self, block: Block) -> None:
         """M0, M1, M2, M30, M60 and M99, behind the motion of their line."""

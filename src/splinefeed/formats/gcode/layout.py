@@ -6,7 +6,7 @@ from __future__ import annotations
 POSITION, OFFSET, SCALE, FEED, TOLERANCE, STATE = 0, 9, 18, 27, 28, 29
 # entries of the state of integers
 MOTION, RELATIVE, PLANE, FEED_MODE, EXACT_STOP, EXTRUDED, CENTRES, UNITS, MODES = range(9)
-# values of FEED_MODE: G94, G93 and G95; UNITS is 20 or 21, as G codes say, 0 (mm) while none has
+# MOTION is a G code as tenths, -1 for none; UNITS is 20 or 21, 0 (mm) while none was said; FEED_MODE: G94, G93, G95
 PER_MINUTE, INVERSE, PER_TURN = 0, 1, 2
 # columns of the rows of floats: end of 9 axes, centre, radius, turns, feed, tolerance
 END, CENTER, RADIUS, TURNS, ROW_FEED, ROW_TOLERANCE, FLOATS = 0, 9, 12, 13, 14, 15, 16

@@ -33,9 +33,13 @@ class LineWords:
         self.cutter, self.tool_tip = Cutter(state), ToolTip(state, findings)
         self.parameters = Parameters(state.parameter)
         self._words: dict[str, float] = {}
-        self._modal: int | None = None
         self._bare_g92 = True
         self._machine_known = bool(state.offsets.known or state.offsets.references)
+
+    @property
+    def _modal(self) -> int:
+        """The motion in force, as tenths of its G code; -1 for none."""
+        return int(self.state.modes[layout.MOTION])
 
     def _need(self, letter: str, name: str) -> float:
         if letter not in self._words:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.moves import LETTERS
@@ -92,10 +93,10 @@ class Lines:
         inverse = modes[layout.FEED_MODE] == layout.INVERSE
         if modes[layout.CENTRES] or modes[layout.FEED_MODE] == layout.PER_TURN:
             return 0  # centres are absolute; or feeds go with the spindle
-        if modes[layout.MOTION] < 0 and np.isnan(get["G"][0]):
+        if modes[layout.MOTION] not in (0, 10, 20, 30) and np.isnan(get["G"][0]):
             return 0
         with np.errstate(all="ignore"):  # behind a line that is not known anything may come
-            mode = _last(get["G"][:, None], modes[layout.MOTION : layout.MOTION + 1])[:, 0].astype(np.int64)
+            mode = _last(10.0 * get["G"], modes[layout.MOTION]).astype(np.int64) // 10
             axes = [axis for axis, letter in enumerate(LETTERS) if letter in self._columns] or [0]
             scale = values[layout.SCALE : layout.SCALE + len(LETTERS)]
             words = np.stack([get[LETTERS[axis]] for axis in axes], axis=1) * scale[axes]
@@ -125,9 +126,7 @@ class Lines:
         if not done:
             return 0
         at = np.flatnonzero(moves[:done])
-        feed = np.full(len(mode), values[layout.FEED])
-        if not inverse and fed.any():
-            feed = _last((rate * scale[0])[:, None], values[layout.FEED : layout.FEED + 1])[:, 0]
+        feed = _last(np.full(len(mode), np.nan) if inverse else rate * scale[0], values[layout.FEED])
         speaks = np.flatnonzero(~(np.isnan(get["M"]) & np.isnan(get["S"]))[:done])
         before = np.searchsorted(at, speaks) + state.count
         rows, marks = state.room(len(at))
@@ -149,13 +148,15 @@ class Lines:
         marks[:, layout.AXES] = (bits | stated)[at]
         for i, move in zip(speaks.tolist(), before.tolist(), strict=True):
             state.switched(number + i, move, get["S"][i], get["M"][i])
-        modes[layout.MOTION], values[layout.FEED], state.position[axes] = mode[done - 1], feed[done - 1], ends[done - 1]
+        modes[layout.MOTION], values[layout.FEED] = 10 * mode[done - 1], feed[done - 1]
+        state.position[axes] = ends[done - 1]
         modes[layout.EXTRUDED] |= self.extruded[low : low + done].any()
         return done
 
 
-def _last(values: Array, before: Array | IntArray) -> Array:
-    """In each column the last of the values (n, m) that is a number at or before each row, `before` (m,) if none is."""
-    rows = np.where(np.isnan(values), 0, np.arange(1, len(values) + 1)[:, None])
-    all_rows: Array = np.concatenate([before[None], values])
-    return np.take_along_axis(all_rows, np.maximum.accumulate(rows, axis=0), axis=0)
+def _last(values: Array, before: ArrayLike) -> Array:
+    """Along the first axis the last of the values that is a number at or before each place, `before` if none is."""
+    index = np.arange(1, len(values) + 1).reshape(-1, *(1,) * (values.ndim - 1))
+    rows = np.maximum.accumulate(np.where(np.isnan(values), 0, index), axis=0)
+    first = np.broadcast_to(before, values.shape[1:])[None]
+    return np.take_along_axis(np.concatenate([first, values]), rows, axis=0)
