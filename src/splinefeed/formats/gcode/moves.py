@@ -105,7 +105,7 @@ class Moves:
         """Where each one leads, (n, 9)."""
         return self.values[:, :AXES]
 
-    @property
+    @cached_property
     def starts(self) -> Array:
         """Where each one begins, (n, 9)."""
         return np.concatenate([self.start[None, :], self.ends[:-1]]) if len(self) else self.ends

@@ -10,6 +10,7 @@ import math
 import os
 import pathlib
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,7 @@ class Summary:
     last: Array = field(default_factory=lambda: np.zeros(AXES))
     findings: list[str] = field(default_factory=list)
     curves: list[dict[str, Any]] = field(default_factory=list)
-    _arrives: Array = field(default_factory=lambda: np.zeros((0, 2, len(LINEAR))))  # tangent and bend so far, (1, 2, 6)
+    _behind: tuple[Array, Array] = (np.zeros((0, len(LINEAR))),) * 2  # tangent and bend (k, 6) at the end so far
     _rests: bool = False
 
     def page(self, file: str | os.PathLike[str]) -> dict[str, Any]:
@@ -187,15 +188,16 @@ class Summary:
         self._rests = bool(rest[-1])
         if not len(moving):
             return
-        leave, arrive = (np.stack([ends.tangents[k][moving], ends.bends[k][moving]], axis=1) for k in (0, 1))
-        joined = len(self._arrives)  # 0 for the first part
-        before, after = np.concatenate([self._arrives, arrive[:-1]]), leave[1 - joined :]
-        turn, sum_of_both = (np.linalg.norm(each[:, 0], axis=1) for each in (after - before, after + before))
-        angle = 2.0 * np.arctan2(turn, sum_of_both)
-        jump, was, now = (np.linalg.norm(each[:, 1], axis=1) for each in (after - before, before, after))
-        self.corners += int(np.sum((angle > CORNER_ANGLE) | (jump > CURVATURE_JUMP * (1.0 / self._size + was + now))))
+        (leave, bend), (arrive, bent) = ((ends.tangents[k][moving], ends.bends[k][moving]) for k in (0, 1))
+        joined = len(self._behind[0])  # 0 for the first part
+        before, was = (np.concatenate([self._behind[k], each[:-1]]) for k, each in enumerate((arrive, bent)))
+        after, now = leave[1 - joined :], bend[1 - joined :]
+        norm = partial(np.linalg.norm, axis=1)
+        angle = 2.0 * np.arctan2(norm(after - before), norm(after + before))
+        floor = CURVATURE_JUMP * (1.0 / self._size + norm(was) + norm(now))
+        self.corners += int(np.sum((angle > CORNER_ANGLE) | (norm(now - was) > floor)))
         self.stops += int(np.sum((angle > STOP_ANGLE) | rest[1 - joined : -1]))
-        self._arrives = arrive[-1:]
+        self._behind = arrive[-1:], bent[-1:]
 
 
 def summary(
