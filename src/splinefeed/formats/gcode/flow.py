@@ -107,7 +107,7 @@ class Text:
             line = self.between(at, at + 1)
             if _MORE.search(line) and (jump := _jump_of(line.decode("utf-8-sig", errors="replace"), at)):
                 self.jumps[at] = jump
-        self._order = list(self.jumps)
+        self.order = [*self.jumps, self.count]
         self.subs: dict[tuple[str, str], Jump] = {}
         self._link()
 
@@ -150,11 +150,6 @@ class Text:
             if first.last < 0:
                 first.fault = f"{first.said} has no o{first.name} {_STATEMENTS[first.word][-1]} after it"
 
-    def next_jump(self, at: int) -> int:
-        """The first line from a line on that jumps, or behind the last line."""
-        k = bisect_left(self._order, at)
-        return self._order[k] if k < len(self._order) else self.count
-
     def between(self, low: int, high: int) -> bytes:
         """Some lines in a row."""
         return self.text[self.begins[low] : self.begins[high]]
@@ -192,7 +187,7 @@ class Flow:
         """Lines in the order in which they are carried out, without those that jump, and the number before each."""
         while not self._run.ended:
             text, low = self.text, self.at
-            high = text.next_jump(low)
+            high = text.order[bisect_left(text.order, low)]
             plain = text is self.main and high - low >= PLAIN
             self._count((high - low) // PLAIN if plain else high - low)
             for block in blocks_of(io.BytesIO(text.between(low, high)), size):
@@ -228,14 +223,14 @@ class Flow:
             case "return" | "endsub":
                 self._return(jump)
             case "if":
-                while jump.word in ("if", "elseif") and not self._holds(jump):
+                while jump.word in ("if", "elseif") and not self._values(jump, 1, 1)[0]:
                     jump = self.text.jumps[jump.after]
                     self._arrives(jump.at + 1)
                 self.at = jump.at + 1
             case "else" | "elseif" | "sub" | "break":
                 self.at = jump.last + 1
             case "while":
-                self.at = 1 + (jump.first if self._holds(jump) else jump.last)
+                self.at = 1 + (jump.first if self._values(jump, 1, 1)[0] else jump.last)
             case "endwhile":
                 self.at = jump.first
             case "continue":
@@ -258,21 +253,16 @@ class Flow:
             raise LineError(f"{jump.said} needs a value in brackets")
         return found
 
-    def _holds(self, jump: Jump) -> bool:
-        return self._values(jump, 1, 1)[0] != 0.0
-
     def _call(self, jump: Jump) -> None:
-        name = jump.name
-        if not name:
+        if not jump.name:
             scanner = Scanner(jump.rest, self._parameters)
             value = scanner.value()
             rest = scanner.text[scanner.at :]
             if not (abs(value) < 1e6 and abs(value - round(value)) < 1e-4) or rest[:4].lower() != "call":
                 raise LineError(f"o{value:g}: only a call may have a computed number, which is whole")
-            name = str(round(value))
-            jump = Jump(jump.at, "call", name, rest[4:], jump.text)
+            jump = Jump(jump.at, "call", str(round(value)), rest[4:], jump.text)
         arguments = self._values(jump, MAX_ARGUMENTS)
-        self._enter("sub", name, "define it with sub and endsub")
+        self._enter("sub", jump.name, "define it with sub and endsub")
         self._run.enter(arguments)
 
     def _enter(self, kind: str, name: str, mend: str, repeats: int = 1) -> None:

@@ -74,7 +74,7 @@ class LineWords:
         state = self.state
         across = "IJK"[state.across]
         if self._words.get(across) == 0.0:  # as FreeCAD writes it beside I and J
-            self._words.pop(across, None)
+            del self._words[across]
         if across in self._words:
             plane = state.modes[layout.PLANE]
             raise LineError(f"{across} lies across the plane G{plane}; choose another plane or leave it out")
@@ -254,6 +254,5 @@ class LineWords:
         end, places = self.state.place, self._axes()
         end[list(places)] = [self._checked(place) for place in places.values()]
         said = sum(1 << axis for axis in places)
-        kind = LINE if self._modal else RAPID
-        end = self.state.frame.from_machine(end)
+        kind, end = LINE if self._modal else RAPID, self.state.frame.from_machine(end)
         self.state.add(kind, end, said, said, self.line, **self._feed(kind, end))

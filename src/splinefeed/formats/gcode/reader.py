@@ -24,7 +24,7 @@ from splinefeed.formats.gcode.siemens import Siemens
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tools import Tools
 from splinefeed.formats.source import check_file, check_size, read_bytes, read_head
-from splinefeed.records import Array, IntArray
+from splinefeed.records import Array
 
 #: Dialects whose lines are not those of RS274.
 _INTERPRETERS: dict[str, type[Interpreter]] = {"siemens": Siemens, "heidenhain": Heidenhain}
@@ -60,7 +60,7 @@ class Reading:
     ended: bool = False
     inch: bool = False
     stated: int = 0
-    _resumed: bool = False
+    _resumed: bool = False  # or there is nothing to resume
     _line: int = 0  # of the file, that is carried out
     _flow: Flow | None = None
 
@@ -68,12 +68,13 @@ class Reading:
         """The moves of a program, in the order of the file; FormatError that names file and line."""
         check_size(check_file(file), MAX_BYTES)
         self.dialect = self.dialect or detect(read_head(file, _HEAD))
+        self._resumed = not self.from_line
         for moves in self._run(pathlib.Path(file), self.dialect):
-            if not self.from_line or self._resumed:
+            if self._resumed:
                 yield moves
             else:
                 self._leave_out(moves)
-        if self.from_line and not self._resumed:
+        if not self._resumed:
             raise FormatError(
                 f"{file}: line {self.from_line}: is never executed: the program ends before it or jumps over it; "
                 "resume at another line (from_line)"
@@ -174,25 +175,19 @@ class Reading:
 
 def joined(parts: list[Moves]) -> Moves:
     """Moves one after the other as one record."""
-    if not parts:
-        return Moves(np.zeros(AXES), np.zeros((0, layout.FLOATS)), np.zeros((0, layout.INTEGERS), dtype=np.int64))
     if len(parts) == 1:
         return parts[0]
     marks: list[Mark] = []
     splines: list[Spline] = []
-    numbered: list[IntArray] = []
+    values, codes = [np.zeros((0, layout.FLOATS))], [np.zeros((0, layout.INTEGERS), dtype=np.int64)]
     moves = 0
     for part in parts:
-        numbered.append(part.codes.copy())
-        column = numbered[-1][:, layout.SPLINE]
+        values.append(part.values)
+        codes.append(part.codes.copy())
+        column = codes[-1][:, layout.SPLINE]
         column[column >= 0] += len(splines)
         marks += [replace(mark, move=mark.move + moves) for mark in part.marks]
         splines += part.splines
         moves += len(part)
-    return Moves(
-        parts[0].start,
-        np.concatenate([part.values for part in parts]),
-        np.concatenate(numbered),
-        tuple(splines),
-        tuple(marks),
-    )
+    start = parts[0].start if parts else np.zeros(AXES)
+    return Moves(start, np.concatenate(values), np.concatenate(codes), tuple(splines), tuple(marks))
