@@ -165,3 +165,15 @@ def test_more_moves_than_one_part_holds(file: Path, monkeypatch: pytest.MonkeyPa
 
 def test_old_line_ends_and_a_mark_of_the_byte_order(file: Path) -> None:
     assert len(agree(file, "\ufeffG1 X1 F1\rX2\rX3")) == 3
+
+
+def test_a_program_too_large_to_jump_is_read_block_by_block(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "O0001\nG21\n" + "".join(f"G1 X{i}.5 F{1 + i % 3}\n" for i in range(300)) + "M3 S5 T1\nX1\nM30\nX2\n"
+    whole = agree(file, text)
+    monkeypatch.setattr("splinefeed.formats.gcode.reader.LARGEST_THAT_JUMPS", 10)
+    monkeypatch.setattr("splinefeed.formats.gcode.reader.BLOCK", 100)
+    parts = agree(file, text)
+    assert np.array_equal(parts.values, whole.values) and parts.marks == whole.marks
+    file.write_text("G1 X1 F1\nM98 P5\n")
+    with pytest.raises(FormatError, match="line 2: M98: subprograms are not supported here"):
+        list(Reading().moves(file))

@@ -18,9 +18,8 @@ from typing import BinaryIO
 import numpy as np
 
 from splinefeed.errors import FormatError
-from splinefeed.formats.gcode.expressions import LineError, Scanner
+from splinefeed.formats.gcode.expressions import LineError, Scanner, without_comments
 from splinefeed.formats.gcode.interpreter import Interpreter
-from splinefeed.formats.gcode.words import without_comments
 from splinefeed.formats.source import check_file, check_size, read_bytes
 from splinefeed.records import IntArray
 

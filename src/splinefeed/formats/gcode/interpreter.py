@@ -15,14 +15,20 @@ from splinefeed.formats.gcode import codes, layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.cycles import Cycles
 from splinefeed.formats.gcode.dialects import Dialect
-from splinefeed.formats.gcode.expressions import LineError
+from splinefeed.formats.gcode.expressions import (
+    Block,
+    LineError,
+    parse,
+    without_comments,
+    without_exponents,
+    without_nested,
+)
 from splinefeed.formats.gcode.line_words import LineWords
 from splinefeed.formats.gcode.moves import CLOCKWISE, COUNTERCLOCKWISE, LETTERS, LINE, POLAR, RAPID, Findings
 from splinefeed.formats.gcode.spline_words import SplineWords
 from splinefeed.formats.gcode.state import UNBOUNDED, Modal, State, number
 from splinefeed.formats.gcode.threads import thread, tied
 from splinefeed.formats.gcode.tool_tip import SWITCH_OFF, SWITCH_ON, TOOL_AXIS
-from splinefeed.formats.gcode.words import Block, parse, without_comments, without_exponents, without_nested
 
 _RATE = {0: RAPID, 10: LINE, 20: CLOCKWISE, 30: COUNTERCLOCKWISE, 330: LINE, 331: LINE}
 _SPLINES, _SPLINE_WORDS = (50, 51, 52, 53, 62, 63), set("XYZABCUVWIJKPQR")

@@ -11,13 +11,12 @@ from splinefeed.formats.gcode import codes, layout
 from splinefeed.formats.gcode.codes import g_name
 from splinefeed.formats.gcode.cutter import Cutter
 from splinefeed.formats.gcode.dialects import Dialect
-from splinefeed.formats.gcode.expressions import LineError, Parameters
+from splinefeed.formats.gcode.expressions import Block, LineError, Parameters
 from splinefeed.formats.gcode.moves import AXES, LETTERS, LINE, POLAR, RAPID, Findings
 from splinefeed.formats.gcode.offsets import REFERENCE_PARAMETERS, SYSTEMS
 from splinefeed.formats.gcode.state import State
 from splinefeed.formats.gcode.tool_tip import TOOL_TIP, ToolTip
 from splinefeed.formats.gcode.tools import Tool
-from splinefeed.formats.gcode.words import Block
 from splinefeed.records import Array
 
 #: Most turns of one arc.
