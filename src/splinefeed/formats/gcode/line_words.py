@@ -197,29 +197,27 @@ class LineWords:
             self._go_to_reference(code)
 
     def _set_system(self) -> None:
-        kind, state = self._whole("L", "G10"), self.state
+        kind, state, offsets = self._whole("L", "G10"), self.state, self.state.offsets
         if kind in (1, 10, 11) and state.tools is not None:
-            number, radius, axes = self._whole("P", "G10"), self._words.pop("R", None), self._axes()
+            number, radius, values = self._whole("P", "G10"), self._words.pop("R", None), self._axes()
+            if kind > 1:
+                values = offsets.zero(values, state.place, SYSTEMS[593] if kind == 11 else 0, tool=True)
             tool = state.tools.by_number.get(number, Tool(np.zeros(AXES)))
             offset, diameter = tool.offset.copy(), tool.diameter if radius is None else 2.0 * state.scaled(0, radius)
-            for axis, value in (axes if kind == 1 else state.offsets.tool_by(axes, state.place, kind == 11)).items():
-                offset[axis] = value
+            offset[list(values)] = list(values.values())
             by_number = {**state.tools.by_number, number: Tool(offset, diameter)}
             state.tools = replace(state.tools, by_number=by_number)
-            return
-        if kind not in (2, 20):
+        elif kind not in (2, 20):
             self.findings.count(f"G10 L{kind} changes the tool table, which is not supported", self.line)
             self._words = {each: value for each, value in self._words.items() if each in "FST"}
-            return
-        system = self._whole("P", "G10")
-        if not 0 <= system <= 9:
-            raise LineError(f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
-        if kind == 2:
-            angle = self._words.pop("R", None)
-            state.offsets.set_system(system, self._axes(), None if angle is None else math.radians(angle))
         else:
-            state.offsets.set_here(system, self._axes(), state.place)
-        self._machine_known = True
+            system, values = self._whole("P", "G10"), self._axes()
+            if system > 9:
+                raise LineError(f"G10 P{system}: coordinate systems are 1 to 9, or 0 for the one in force")
+            angle = self._words.pop("R", None) if kind == 2 else None
+            values = values if kind == 2 else offsets.zero(values, state.place, system)
+            offsets.set_system(system, values, None if angle is None else math.radians(angle))
+            self._machine_known = True
 
     def _go_to_reference(self, code: int) -> None:
         state, numbers = self.state, self.parameters.numbers

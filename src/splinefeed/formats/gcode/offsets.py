@@ -85,26 +85,18 @@ class Offsets:
         self.systems[number][list(values)] = list(values.values())
         self.known.add(number)
 
-    def set_here(self, number: int, values: Mapping[int, float], place: Array) -> None:
-        """G10 L20: the system in which `place` (9,) of the machine has the given values."""
-        zero = self._zero(number or self.active, values, place, self.g92)
-        self.set_system(number, {axis: value - self.length[axis] for axis, value in zero.items()})
+    def zero(self, values: Mapping[int, float], place: Array, number: int = 0, tool: bool = False) -> dict[int, float]:
+        """What a system must be, by axis, for `place` (9,) of the machine to have the values, and the others as before.
 
-    def tool_by(self, values: Mapping[int, float], place: Array, fixture: bool) -> dict[int, float]:
-        """G10 L10: the tool's offset by axis with which `place` (9,) has the values; L11: in G59.3 without G92."""
-        number, shift = (SYSTEMS[593], np.zeros(AXES)) if fixture else (self.active, self.g92)
-        zero = self._zero(number, values, place, shift)
-        return {axis: value - self.systems[number][axis] for axis, value in zero.items()}
-
-    def _zero(self, number: int, values: Mapping[int, float], place: Array, shift: Array) -> dict[int, float]:
-        """What a system and the tool must add, by axis, for `place` (9,) to have the values, and the others as before.
-
-        A system that is turned moves X and Y together.
+        With `tool` what the tool must add; beside a `number` without G92 (G10 L11). A turned system moves X and Y.
         """
-        turned = Frame(self.angles.get(number, 0.0), np.zeros(2))
-        said = turned.from_machine(place - self.systems[number] - self.length) - shift
+        shift = np.zeros(AXES) if tool and number else self.g92
+        number = number or self.active
+        system, turned = self.systems[number], Frame(self.angles.get(number, 0.0), np.zeros(2))
+        said = turned.from_machine(place - system - self.length) - shift
         said[list(values)] = list(values.values())
-        zero = place - turned.to_machine(said + shift)
+        both = place - turned.to_machine(said + shift)
+        zero = both - (system if tool else self.length)
         moved = values.keys() | ({0, 1} if turned.angle and values.keys() & {0, 1} else set())
         return {axis: float(zero[axis]) for axis in moved}
 
