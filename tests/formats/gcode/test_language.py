@@ -76,7 +76,7 @@ def test_offsets_of_coordinate_systems(tmp_path: Path) -> None:
     path = sf.read(file, start=(0,), offsets="G56=50")
     assert ends(path) == [[1], [51]] and path.findings == ()
     assert sf.read(file, start=(0,)).findings == (
-        "line 3: the offset of G56 is not known: taken as 0 (option offsets)",
+        "the offset of G56 is not known: taken as 0 (option offsets): line 3",
         "1 move(s) without length are left out: line 3",
     )
 

@@ -173,9 +173,7 @@ class Interpreter(LineWords):
     def _feed_mode(self, code: int) -> None:
         state, mode = self.state, {930: layout.INVERSE, 950: layout.PER_TURN}.get(code, layout.PER_MINUTE)
         if mode == layout.PER_TURN:
-            self.findings.say(
-                f"line {self.line}: G95: feeds are F times the speed S of the spindle, which is taken as constant"
-            )
+            self.findings.count("feeds by G95 are F times the speed S of the spindle, taken as constant", self.line)
         if state.modes[layout.FEED_MODE] != mode and layout.PER_TURN in (state.modes[layout.FEED_MODE], mode):
             state.values[layout.FEED] = state.feed_per_turn = 0.0  # as in LinuxCNC F is said anew
         state.modes[layout.FEED_MODE] = mode
@@ -192,10 +190,8 @@ class Interpreter(LineWords):
         state.surface = code == 960
         if state.surface:
             state.top_speed = self._words.pop("D", state.top_speed) or math.inf
-            self.findings.say(
-                f"line {self.line}: G96: with G95 a move has the feed at its mean distance from X0; speeds of the "
-                "spindle are taken as reached at once"
-            )
+            said = "with G96 and G95 a move has the feed at its mean distance from X0, the spindle its speed at once"
+            self.findings.count(said, self.line)
         state.set_feed(None)
 
     def _units_of_feed(self, code: int) -> None:

@@ -174,8 +174,7 @@ class LineWords:
 
     def _system(self, code: int) -> None:
         if not self.state.offsets.select(SYSTEMS[code]):
-            what = f"the offset of {g_name(code)} is not known: taken as 0 (option offsets)"
-            self.findings.say(f"line {self.line}: {what}")
+            self.findings.count(f"the offset of {g_name(code)} is not known: taken as 0 (option offsets)", self.line)
         self.state.set_offsets()
 
     def _places(self, code: int) -> None:
