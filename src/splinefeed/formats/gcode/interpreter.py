@@ -159,14 +159,12 @@ class Interpreter(LineWords):
         if reason is None:
             if code not in codes.GROUP_OF and code not in codes.WITHOUT_EFFECT:
                 raise LineError(f"{name} is not known in the dialect {self.dialect.title}")
-        elif self.repair and code in codes.READ_AS_THEY_STAND:
-            what = reason.partition(",")[0]
-            self.findings.count(f"{name} ({what}) is left out; the path is as programmed", self.line)
-        elif self.repair and code in codes.PROBES:
-            self.findings.count(f"{name} is left out: {reason.partition(';')[0]}", self.line)
-            self._axes()
-            known.discard(code)
-            self.state.modes[layout.MOTION] = -1
+        elif self.repair and code in (*codes.PROBES, *codes.COMPENSATION):
+            self.findings.count(f"{name} is left out, the path is as programmed: {reason.partition(';')[0]}", self.line)
+            if code in codes.PROBES:
+                self._axes()
+                known.discard(code)
+                self.state.modes[layout.MOTION] = -1
         else:
             raise LineError(f"{name} is {reason}")
 
@@ -298,7 +296,7 @@ class Interpreter(LineWords):
                 raise LineError("G64: P, the tolerance, must be 0 or more")
             if bound == 0.0 and self.dialect.of_linuxcnc:  # LinuxCNC's interpreter makes no difference
                 bound = UNBOUNDED
-        state.values[layout.TOLERANCE] = bound * state.values[layout.SCALE]
+        state.values[layout.TOLERANCE] = bound * state.scale[0]
 
     def _motion(self, code: int | None, known: set[int]) -> None:
         state = self.state

@@ -60,7 +60,7 @@ class LineWords:
         """The feed of a move to `there` (9,) by inverse time, on its own line, or by G96 at its mean X."""
         state = self.state
         if kind != RAPID and state.surface and state.modes[layout.FEED_MODE] == layout.PER_TURN:
-            middle = 0.5 * (there[0] + state.position[0]) - state.values[layout.OFFSET]
+            middle = 0.5 * (there[0] + state.position[0]) - state.offset[0]
             return {"feed": state.feed_per_turn * state.turns(float(middle))}
         if state.modes[layout.FEED_MODE] != layout.INVERSE:
             return {}
@@ -90,7 +90,7 @@ class LineWords:
         absolute = bool(state.modes[layout.CENTRES])
         if absolute and len(words) < 2:
             raise LineError("with G90.1 an arc needs both words of its centre")
-        base = state.values[layout.OFFSET :] if absolute else np.zeros(3)
+        base = state.offset if absolute else np.zeros(3)
         centre = {"ijk"[k]: self._checked(base[k] + state.scaled(k, value)) for k, value in words.items()}
         flags = sum(1 << k for k in words) | (layout.ABSOLUTE if absolute else 0)
         return {**centre, "turns": turns, "flags": flags}

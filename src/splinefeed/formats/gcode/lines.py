@@ -98,10 +98,9 @@ class Lines:
         with np.errstate(all="ignore"):  # behind a line that is not known anything may come
             mode = _last(10.0 * get["G"], modes[layout.MOTION]).astype(np.int64) // 10
             axes = [axis for axis, letter in enumerate(LETTERS) if letter in self._columns] or [0]
-            scale = values[layout.SCALE : layout.SCALE + len(LETTERS)]
-            words = np.stack([get[LETTERS[axis]] for axis in axes], axis=1) * scale[axes]
-            centre = np.stack([get[letter] for letter in "IJK"], axis=1) * scale[:3]
-            radius, rate = get["R"] * scale[0], get["F"]
+            words = np.stack([get[LETTERS[axis]] for axis in axes], axis=1) * state.scale[axes]
+            centre = np.stack([get[letter] for letter in "IJK"], axis=1) * state.scale[:3]
+            radius, rate = get["R"] * state.scale[0], get["F"]
             said, fed, turning = ~np.isnan(words), ~np.isnan(rate), mode >= 2
             arc = ~np.isnan(centre).all(axis=1) | ~np.isnan(radius)
             moves = said.any(axis=1) | (turning & ~np.isnan(centre).all(axis=1))
@@ -119,14 +118,14 @@ class Lines:
                 steps = np.concatenate([state.position[None, axes], np.where(said, words, 0.0)])
                 ends = np.cumsum(steps, axis=0)[1:]
             else:
-                ends = _last(words + values[layout.OFFSET : layout.SCALE][axes], state.position[axes])
+                ends = _last(words + state.offset[axes], state.position[axes])
             sizes = np.nan_to_num(np.abs(np.column_stack([np.where(said, ends, 0.0), centre, radius])), nan=0.0)
             known &= (sizes <= layout.LARGEST).all(axis=1)
             done = len(known) if known.all() else int(np.argmin(known))
         if not done:
             return 0
         at = np.flatnonzero(moves[:done])
-        feed = _last(np.full(len(mode), np.nan) if inverse else rate * scale[0], values[layout.FEED])
+        feed = _last(np.full(len(mode), np.nan) if inverse else rate * state.scale[0], values[layout.FEED])
         speaks = np.flatnonzero(~(np.isnan(get["M"]) & np.isnan(get["S"]))[:done])
         before = np.searchsorted(at, speaks) + state.count
         rows, marks = state.room(len(at))

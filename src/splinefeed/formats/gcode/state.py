@@ -41,6 +41,10 @@ class State:
         self.offsets, self.tools = offsets, tools
         self.selected, self.loaded = 0.0, 0.0  # tools, by T and by M6
         self.values = np.zeros(layout.STATE)
+        # views of it (9,), mm and rad: where the tool is, in machine coordinates or, in a system that is turned (G10 L2
+        # R), in those turned back about its zero; what is added to a programmed place; what one unit is
+        self.position = self.values[layout.POSITION : layout.OFFSET]
+        self.offset, self.scale = self.values[layout.OFFSET : layout.SCALE], self.values[layout.SCALE : layout.FEED]
         self.modes = np.zeros(layout.MODES, dtype=np.int64)
         self.modes[[layout.MOTION, layout.PLANE]] = -1, 17
         self.values[layout.TOLERANCE] = UNSAID
@@ -67,15 +71,6 @@ class State:
         self.set_offsets()
 
     @property
-    def position(self) -> Array:
-        """Where the tool is, (9,), mm and rad, a view that may be written to.
-
-        In machine coordinates; in those turned back about the zero of a system that is turned (G10 L2 R).
-        """
-        view: Array = self.values[layout.POSITION : layout.POSITION + AXES]
-        return view
-
-    @property
     def full(self) -> bool:
         """Whether the moves should be taken before the next line."""
         return self.count >= CAPACITY and not self.held
@@ -93,9 +88,8 @@ class State:
     def set_units(self, code: int) -> None:
         """G20 and G21, G70 and G71, as tenths, or 0 for mm unsaid: mm of one unit; degrees stay degrees."""
         self.modes[layout.UNITS] = {0: 0, 200: 20, 700: 20}.get(code, 21)
-        scale = self.values[layout.SCALE : layout.SCALE + AXES]
-        scale[:] = INCH if self.inch else 1.0
-        scale[list(ROTARY)] = math.pi / 180.0
+        self.scale[:] = INCH if self.inch else 1.0
+        self.scale[list(ROTARY)] = math.pi / 180.0
 
     @property
     def place(self) -> Array:
@@ -107,7 +101,7 @@ class State:
         place = self.place
         self._turn_rows()
         self.frame = self.offsets.frame
-        self.values[layout.OFFSET : layout.OFFSET + AXES] = self.offsets.total
+        self.offset[:] = self.offsets.total
         self.position[:] = self._turned_at = self.frame.from_machine(place)
 
     def _turn_rows(self) -> None:
@@ -135,13 +129,13 @@ class State:
             self.values[layout.FEED] = self.values[layout.FEED] if feed is None else self.scaled(0, feed)
         if mode == layout.PER_TURN:
             self.feed_per_turn = self.feed_per_turn if feed is None else self.scaled(0, feed)
-            x = self.position[0] - self.values[layout.OFFSET]
+            x = self.position[0] - self.offset[0]
             at_axis = self.surface and not (x or math.isfinite(self.top_speed))
             self.values[layout.FEED] = 0.0 if at_axis else self.feed_per_turn * self.turns(float(x))
 
     def scaled(self, axis: int, value: float) -> float:
         """A word of an axis in mm or rad."""
-        return float(value * self.values[layout.SCALE + axis])
+        return float(value * self.scale[axis])
 
     def parameter(self, number: int | str) -> float | None:
         """Value of a parameter that the interpreter knows by its number or name, in the units in force."""
@@ -149,8 +143,7 @@ class State:
             return self._named(number)
         if number == TOOL_PARAMETER or number < FIRST_PARAMETER:
             return self.loaded if number == TOOL_PARAMETER else None
-        place = self.position - self.values[layout.OFFSET : layout.SCALE]
-        return self.offsets.parameters(place, self.values[layout.SCALE : layout.SCALE + AXES]).get(number)
+        return self.offsets.parameters(self.position - self.offset, self.scale).get(number)
 
     def _named(self, name: str) -> float | None:
         """Value of a predefined named parameter; LinuxCNC, "Predefined Named Parameters"."""
@@ -164,7 +157,7 @@ class State:
             "_units_per_minute": modes[layout.FEED_MODE] == layout.PER_MINUTE,
             "_units_per_rev": modes[layout.FEED_MODE] == layout.PER_TURN,
             "_plane": 10 * modes[layout.PLANE],
-            "_feed": self.values[layout.FEED] / self.values[layout.SCALE], "_rpm": self._speed or 0.0,
+            "_feed": self.values[layout.FEED] / self.scale[0], "_rpm": self._speed or 0.0,
             "_spindle_on": self.spindle != 0, "_spindle_cw": self.spindle == 3,
             "_current_tool": self.loaded, "_selected_tool": self.selected, "_task": 0.0,
         }  # fmt: skip
@@ -179,12 +172,11 @@ class State:
         said = 0
         relative = bool(self.modes[layout.RELATIVE])
         if words.keys() & set(POLAR):
-            scale = float(self.values[layout.SCALE])
-            x, y = ((there[:2] - self.values[layout.OFFSET : layout.OFFSET + 2]) / scale).tolist()
+            x, y = ((there - self.offset) / self.scale)[:2].tolist()
             words = from_polar(words, x, y, relative)
         for axis, letter in enumerate(LETTERS):
             if letter in words:
-                base = there[axis] if relative else self.values[layout.OFFSET + axis]
+                base = there[axis] if relative else self.offset[axis]
                 there[axis] = base + self.scaled(axis, words[letter])
                 said |= 1 << axis
                 check_size(letter, float(there[axis]))
