@@ -34,7 +34,7 @@ for _kind, _next in (
     (_BLANK, (_LETTER, _N, _BLANK, _END)), (_END, (_LETTER, _N, _BLANK, _END)),
 ):  # fmt: skip
     _FOLLOWS[_kind, list(_next)] = True
-_NUMBERS = b"+-.0123456789 \t\r"
+_NUMBERS, _UPPER = b"+-.0123456789 \t\r", bytes(range(256)).upper()
 _NO_NUMBERS = bytes(each if each in _NUMBERS else 32 for each in range(256))
 #: M codes that a line may have here.
 _M = (3, 4, 5, 7, 8, 9)
@@ -60,7 +60,7 @@ class Lines:
             data = np.where(np.repeat(odd, lengths), np.uint8(32), np.frombuffer(block, dtype=np.uint8))
             data[ends] = ord("\n")
             block = data.tobytes()
-        marks = np.frombuffer(block.upper().translate(None, _NUMBERS), dtype=np.uint8)
+        marks = np.frombuffer(block.translate(_UPPER, _NUMBERS), dtype=np.uint8)
         try:
             values = np.fromiter(map(float, block.translate(_NO_NUMBERS).split()), dtype=float)
         except ValueError:  # two points, or nothing but one: the interpreter says where
