@@ -8,7 +8,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import arc, chunks, columns, derivatives, place_on
 from splinefeed.kernels.layout import HIGH, MIDDLE, SCALE, START
 from splinefeed.kinematics import JointPath
-from splinefeed.records import Array, IntArray, TimeLaw
+from splinefeed.records import Array, IntArray, Setpoints, TimeLaw
 
 #: A law that ends nearer to the end of the path than this share of its length ends there: the rounding of its pieces.
 AT_END = 64.0 * 2.0**-52
@@ -65,3 +65,33 @@ def motion(law: TimeLaw, time: Array) -> tuple[Array, Array]:
         s *= tau
         s += c[k]
     return s, np.maximum(feed, 0.0, out=feed)
+
+
+class Instants:
+    """Points of one motion at instants of its law, block by block."""
+
+    def __init__(self, path: Path | JointPath, law: TimeLaw, period: float) -> None:
+        self.path, self.law, self.period = path, law, period
+        self.tick = 0
+
+    def block(self, tau: Array, rate: Array) -> Setpoints:
+        """Setpoints at plan times tau (n,), s, one period apart; rate (n,) of plan time to time, for the feed."""
+        count, path = len(tau), self.path
+        curve, u, s, feed = np.empty(count, dtype=np.int64), np.empty(count), np.empty(count), np.empty(count)
+        position = np.empty((count, len(path.axes)))
+        fill(path, self.law, tau, curve, u, s, feed, position)
+        t = np.arange(self.tick, self.tick + count, dtype=np.float64) * self.period
+        self.tick += count
+        settings = {**self.law.settings, "path": path.name, "period": self.period, "method": "arc-length"}
+        return Setpoints(
+            t=t,
+            curve=curve,
+            u=u,
+            s=s,
+            feed=feed * rate,
+            position=position,
+            axes=path.axes,
+            period=self.period,
+            method="arc-length",
+            settings=settings,
+        )

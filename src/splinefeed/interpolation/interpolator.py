@@ -88,22 +88,9 @@ class Interpolator:
         self._compiled = compiled
         self._integers = np.zeros(STATE_INTEGERS, dtype=np.int64)
         self._floats = np.zeros(STATE_FLOATS)
-        self._given = (
-            law.breaks,
-            law.coefficients,
-            self.curves.table,
-            self.curves.curve_rows,
-            self.curves.shape,
-            path.length,
-            self.period,
-        )
-        self._requested = (
-            self._method.history,
-            self._method.half,
-            self._method.anchor,
-            int(corrections),
-            float(tolerance),
-        )
+        self._given = (law.breaks, law.coefficients, self.curves.table, self.curves.curve_rows, self.curves.shape)
+        one = self._method
+        self._requested = (one.history, one.half, one.anchor, int(corrections), float(tolerance))
         self._one = self._room(1)
         self._ahead, self._ahead_of = self._one[4][:0], 0
 
@@ -123,14 +110,8 @@ class Interpolator:
         return float(self._floats[OVERRUN])
 
     def _room(self, count: int) -> tuple[Any, ...]:
-        axes = len(self.path.axes)
-        return (
-            np.empty(count, dtype=np.int64),
-            np.empty(count),
-            np.empty(count),
-            np.empty(count),
-            np.empty((count, axes)),
-        )
+        u, s, feed = np.empty((3, count))
+        return np.empty(count, dtype=np.int64), u, s, feed, np.empty((count, len(self.path.axes)))
 
     def step(self) -> Array:
         """Position at the next tick, (axes,), mm, rotary axes rad; StopIteration after the last one.
@@ -156,7 +137,8 @@ class Interpolator:
     def _run(self, first: int, room: tuple[Any, ...]) -> None:
         """Fill curve, u, s, feed and position of the ticks from `first` on."""
         if self._method.fill is None:
-            self._loop(*self._given, first, self._integers, self._floats, *self._requested, *room)
+            motion = (*self._given, self.path.length, self.period)
+            self._loop(*motion, first, self._integers, self._floats, *self._requested, *room)
             return
         time = np.minimum(np.arange(first, first + len(room[0])) * self.period, self.law.duration)
         self._method.fill(self.path, self.law, time, *room)
