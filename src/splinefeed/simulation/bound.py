@@ -11,12 +11,11 @@ from splinefeed.errors import InputError
 from splinefeed.machine.parts import Axis
 from splinefeed.records import Array
 from splinefeed.simulation.linear import (
-    GRID,
-    LOWEST_SHARE,
-    ComplexArray,
     Margins,
     controller_response,
     discrete_plant,
+    frequencies,
+    read_loop,
     spectral_radius,
 )
 
@@ -41,15 +40,13 @@ class Bound:
     sensitivity: float = 2.0
 
     def __post_init__(self) -> None:
-        for name, value, least in (
-            ("gain_margin", self.gain_margin, 1.0),
-            ("phase_margin", self.phase_margin, 0.0),
-            ("sensitivity", self.sensitivity, 1.0),
+        for name, least, most in (
+            ("gain_margin", 1.0, math.inf),
+            ("phase_margin", 0.0, 90.0),
+            ("sensitivity", 1.0, math.inf),
         ):
-            if not (math.isfinite(value) and value > least):
-                raise InputError(f"{name} is {value}; it must be greater than {least:g} and finite")
-        if self.phase_margin >= 90.0:
-            raise InputError(f"phase_margin is {self.phase_margin:g} deg; it must be less than 90")
+            if not least < getattr(self, name) < most:
+                raise InputError(f"{name} is {getattr(self, name)}; it must lie between {least:g} and {most:g}")
 
     def slack(self, margins: Margins) -> float:
         """How far margins are within the bound: 0 or more if they are, in natural logarithms of the ratios."""
@@ -86,30 +83,12 @@ class BoundTest:
     def __init__(self, axis: Axis, period: float, bound: Bound) -> None:
         self.period = period
         self.bound = bound
-        top = math.pi / period
-        self._grid = np.geomspace(LOWEST_SHARE * top, top * (1.0 - 1e-9), GRID)
+        self._grid = frequencies(period)
         self._plant = discrete_plant(axis, period).response(self._grid)
 
     def slacks(self, axis: Axis) -> Array:
         """The slacks, (5,), of this axis with any gains; see `Bound.slacks`."""
         loop = controller_response(axis.controller, self.period, self._grid)[1] * self._plant
-        return self.bound.slacks(*grid_margins(loop), spectral_radius(axis, self.period))
-
-
-def grid_margins(loop: ComplexArray) -> tuple[float, float, float, float]:
-    """Gain margin, gain reduction, phase margin in deg, and sensitivity of a loop over a fine grid of frequencies."""
-    imaginary = loop.imag
-    at = np.flatnonzero((imaginary[:-1] < 0.0) != (imaginary[1:] < 0.0))  # also where one of them is 0
-    share = imaginary[at] / (imaginary[at] - imaginary[at + 1])
-    real = loop.real[at] + share * (loop.real[at + 1] - loop.real[at])
-    factors = -1.0 / np.append(real[real < 0.0], min(loop.real[-1], -1e-300))
-    excess = np.abs(loop) - 1.0
-    at = np.flatnonzero((excess[:-1] < 0.0) != (excess[1:] < 0.0))
-    share = excess[at] / (excess[at] - excess[at + 1])
-    phases = np.degrees(np.abs(np.angle(-(loop[at] + share * (loop[at + 1] - loop[at])))))
-    return (
-        float(np.min(factors[factors > 1.0], initial=np.inf)),
-        float(np.max(factors[factors < 1.0], initial=0.0)),
-        float(np.min(phases, initial=np.inf)),
-        float(1.0 / np.min(np.abs(1.0 + loop))),
-    )
+        found, radius = read_loop(self._grid, loop), spectral_radius(axis, self.period)
+        phase = abs(found.phase_margin[0])
+        return self.bound.slacks(found.gain_margin[0], found.gain_reduction, phase, found.sensitivity, radius)

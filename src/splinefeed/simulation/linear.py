@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
 
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics
 from splinefeed.machine.parts import Axis, Controller
-from splinefeed.records import Array
+from splinefeed.records import Array, IntArray
 from splinefeed.simulation.plant import plant, zero_order_hold
 
 ComplexArray = NDArray[np.complex128]
 
-#: Points of the grid on which crossings are searched, from LOWEST_SHARE of the Nyquist frequency up to it.
+#: Points of the grid on which crossings are searched, from LOWEST_SHARE of the Nyquist frequency up to it; passes in
+#: which what lies around a crossing is cut into PARTS. Straight lines between the last points are exact to rounding.
 GRID = 4000
 LOWEST_SHARE = 1e-6
+PASSES, PARTS = 3, 32
+#: Gain at which a closed loop is 3 dB down.
+HALF_POWER = math.sqrt(0.5)
 #: Gain margins below this, or phase margins below this many degrees, are called close to unstable.
 SMALL_GAIN_MARGIN = 2.0
 SMALL_PHASE_MARGIN = 30.0
@@ -105,22 +107,19 @@ class Margins:
                 return f"{text}; stable only above {self.stable_above:.3g} times these gains"
             return f"{text}; no common factor on the gains makes it stable"
         numbers = f"gain margin {self.gain_margin:.3g}, phase margin {self.phase_margin:.3g} deg"
-        if not self.close:
-            return f"stable: {numbers}"
-        if self.gain_margin < SMALL_GAIN_MARGIN or self.phase_margin < SMALL_PHASE_MARGIN:
-            return f"stable, but close to unstable: {numbers}"
-        return f"stable, but close to unstable: the gain may fall to {self.gain_reduction:.3g} only; {numbers}"
+        if self.gain_reduction > 1.0 / SMALL_GAIN_MARGIN:
+            numbers += f", the gain may fall to {self.gain_reduction:.3g} only"
+        return f"stable{', but close to unstable' if self.close else ''}: {numbers}"
 
     @property
     def sentence(self) -> str:
         """The verdict, with the frequencies of the margins, the delay margin and the bandwidth of a stable loop."""
         if not self.stable:
             return self.verdict
-        passing = (
-            f"; gain margin at {self.gain_frequency:.4g} Hz, phase margin at {self.phase_frequency:.4g} Hz, "
-            f"delay margin {self.delay_margin * 1e3:.3g} ms, bandwidth {self.bandwidth:.4g} Hz"
+        return (
+            f"{self.verdict}; gain margin at {self.gain_frequency:.4g} Hz, phase margin at {self.phase_frequency:.4g} "
+            f"Hz, delay margin {self.delay_margin * 1e3:.3g} ms, bandwidth {self.bandwidth:.4g} Hz"
         )
-        return self.verdict + passing
 
     def as_dict(self) -> dict[str, float | bool | str | None]:
         """Names and values, as `tune --json` prints them; what is infinite or is not there becomes null there."""
@@ -220,6 +219,62 @@ def spectral_radius(axis: Axis, period: float) -> float:
     return float(np.max(np.abs(np.linalg.eigvals(F))))
 
 
+class Reading(NamedTuple):
+    """What a loop over a grid of frequencies tells: where it passes -1, above or below, and how near it comes.
+
+    gains   factor on the gain that puts a crossing of the negative real axis on -1, and its frequency, rad/s
+    phases  what is left to -180 deg, -180 to 180, where the gain passes 1, and its frequency, rad/s
+    sensitivity  largest |1 / (1 + L)|
+    """
+
+    gains: list[tuple[float, float]]
+    phases: list[tuple[float, float]]
+    sensitivity: float
+
+    @property
+    def gain_margin(self) -> tuple[float, float]:
+        """The least factor above 1 and its frequency; infinite if there is none."""
+        return min((pair for pair in self.gains if pair[0] > 1.0), default=(math.inf, math.nan))
+
+    @property
+    def gain_reduction(self) -> float:
+        """The largest factor below 1; 0 if there is none."""
+        return max((factor for factor, _ in self.gains if factor < 1.0), default=0.0)
+
+    @property
+    def phase_margin(self) -> tuple[float, float]:
+        """The phase nearest to -180 deg and its frequency; infinite if the gain never passes 1."""
+        return min(self.phases, key=lambda pair: abs(pair[0]), default=(math.inf, math.nan))
+
+
+def frequencies(period: float) -> Array:
+    """The grid up to the Nyquist frequency of a period, s, (GRID,), rad/s."""
+    top = math.pi / period
+    out: Array = np.geomspace(LOWEST_SHARE * top, top * (1.0 - 1e-9), GRID)
+    return out
+
+
+def read_loop(grid: Array, loop: ComplexArray) -> Reading:
+    """Margins of a loop over a grid that ends at the Nyquist frequency, straight between its points."""
+    at, share = _crossings(loop.imag)
+    real, omega = (each[at] + share * (each[at + 1] - each[at]) for each in (loop.real, grid))
+    gains = [(-1.0 / x, w) for x, w in zip(real.tolist(), omega.tolist(), strict=True) if x < 0.0]
+    if loop.real[-1] < 0.0:  # L is real at the Nyquist frequency: it counts when negative
+        gains.append((-1.0 / float(loop.real[-1]), float(grid[-1])))
+    at, share = _crossings(np.abs(loop) - 1.0)
+    value = loop[at] + share * (loop[at + 1] - loop[at])
+    omega = grid[at] + share * (grid[at + 1] - grid[at])
+    phases = list(zip(np.degrees(np.angle(-value)).tolist(), omega.tolist(), strict=True))
+    return Reading(gains, phases, float(1.0 / np.min(np.abs(1.0 + loop))))
+
+
+def _crossings(values: Array) -> tuple[IntArray, Array]:
+    """Where values (n,) change sign, the place before and how far on, 0 to 1; also where one of them is 0."""
+    at = np.flatnonzero((values[:-1] < 0.0) != (values[1:] < 0.0))
+    share: Array = values[at] / (values[at] - values[at + 1])
+    return at, share
+
+
 def margins(axis: Axis, period: float) -> Margins:
     """Gain and phase margin, bandwidth and poles of the loop of an axis at a servo period, s.
 
@@ -228,43 +283,45 @@ def margins(axis: Axis, period: float) -> Margins:
     if not (math.isfinite(period) and period > 0.0):
         raise InputError(f"period is {period} s; it must be greater than 0 and finite")
     part = discrete_plant(axis, period)
-    control = axis.controller
 
-    def loop(w: float) -> complex:
-        at = np.array([w])
-        return complex((controller_response(control, period, at)[1] * part.response(at))[0])
+    def measured(omega: Array) -> ComplexArray:
+        """L, and the closed loop, (2, n)."""
+        forward, back = controller_response(axis.controller, period, omega)
+        response = part.response(omega)
+        return np.array([back * response, forward * response / (1.0 + back * response)])
 
-    top = math.pi / period
-    grid = np.geomspace(LOWEST_SHARE * top, top * (1.0 - 1e-9), GRID)
-    reference, feedback = controller_response(control, period, grid)
-    plant_values = part.response(grid)
-    values = feedback * plant_values
-    crossings = [w for w in _roots(lambda w: loop(w).imag, grid, values.imag) if loop(w).real < 0.0]
-    gains = [(1.0 / abs(loop(w)), w) for w in crossings]
-    at_nyquist = loop(top).real  # L is real at the Nyquist frequency: it counts when negative
-    if at_nyquist < 0.0:
-        gains.append((-1.0 / at_nyquist, top))
-    upper = min((pair for pair in gains if pair[0] > 1.0), default=(math.inf, math.nan))
-    lower = max((pair for pair in gains if pair[0] < 1.0), default=(0.0, math.nan))
-    passing = _roots(lambda w: abs(loop(w)) - 1.0, grid, np.abs(values) - 1.0)
-    phases = [(math.degrees(math.atan2(loop(w).imag, loop(w).real)) + 180.0, w) for w in passing]
-    delays = [math.radians(phase % 360.0) / w for phase, w in phases]
-    phases = [(phase if phase <= 180.0 else phase - 360.0, w) for phase, w in phases]
-    phase = min(phases, key=lambda pair: abs(pair[0]), default=(math.inf, math.nan))
+    grid = frequencies(period)
+    both = measured(grid)
+    for _ in range(PASSES):
+        loop, closed = both
+        nearest = int(np.argmin(np.abs(1.0 + loop)))
+        signs = (loop.imag, np.abs(loop) - 1.0, np.abs(closed) - HALF_POWER)
+        beside = [max(nearest - 1, 0), min(nearest, len(grid) - 2)]
+        near = np.unique(np.concatenate([beside, *(_crossings(values)[0] for values in signs)]))
+        between = np.linspace(grid[near], grid[near + 1], PARTS + 1)[1:-1].ravel()
+        order = np.argsort(np.append(grid, between))
+        grid = np.append(grid, between)[order]
+        both = np.append(both, measured(between), axis=1)[:, order]
+    loop, closed = both
+    found = read_loop(grid, loop)
+    (gain, gain_at), (phase, phase_at) = found.gain_margin, found.phase_margin
+    fallen = np.flatnonzero(np.abs(closed) < HALF_POWER)
+    bandwidth = float(grid[fallen[0]]) / (2.0 * math.pi) if len(fallen) and fallen[0] else math.inf
     radius = spectral_radius(axis, period)
     below = above = None
     if radius >= 1.0:
-        below = next((g for g, _ in sorted(gains, reverse=True) if g < 1.0 and _is_stable(axis, period, g, -1)), None)
-        above = next((g for g, _ in sorted(gains) if g > 1.0 and _is_stable(axis, period, g, 1)), None)
+        factors = sorted(factor for factor, _ in found.gains)
+        below = next((g for g in reversed(factors) if g < 1.0 and _is_stable(axis, period, g, -1)), None)
+        above = next((g for g in factors if g > 1.0 and _is_stable(axis, period, g, 1)), None)
     return Margins(
-        gain_margin=upper[0],
-        gain_frequency=upper[1] / (2.0 * math.pi),
-        gain_reduction=lower[0],
-        phase_margin=phase[0],
-        phase_frequency=phase[1] / (2.0 * math.pi),
-        delay_margin=min(delays, default=math.inf),
-        sensitivity=_sensitivity(loop, grid, values),
-        bandwidth=_bandwidth(grid, np.abs(reference * plant_values / (1.0 + values))),
+        gain_margin=gain,
+        gain_frequency=gain_at / (2.0 * math.pi),
+        gain_reduction=found.gain_reduction,
+        phase_margin=phase,
+        phase_frequency=phase_at / (2.0 * math.pi),
+        delay_margin=min((math.radians(each % 360.0) / w for each, w in found.phases), default=math.inf),
+        sensitivity=found.sensitivity,
+        bandwidth=bandwidth,
         spectral_radius=radius,
         stable_below=below,
         stable_above=above,
@@ -281,33 +338,3 @@ def scaled(axis: Axis, factor: float) -> Axis:
     names = ("kp", "ki", "kd") if axis.controller.kind == "pid" else ("velocity_kp", "velocity_ki")
     gains: dict[str, Any] = {name: factor * getattr(axis.controller, name) for name in names}
     return replace(axis, controller=replace(axis.controller, **gains))
-
-
-def _sensitivity(loop: Callable[[float], complex], grid: Array, values: ComplexArray) -> float:
-    """Largest |1 / (1 + L)| of the loop with `values` over the grid, rad/s, refined between its neighbours."""
-    at = int(np.argmin(np.abs(1.0 + values)))
-    ends = (float(grid[max(at - 1, 0)]), float(grid[min(at + 1, len(grid) - 1)]))
-    least = minimize_scalar(
-        lambda w: abs(1.0 + loop(w)), bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]}
-    )
-    return float(1.0 / min(least.fun, abs(1.0 + values[at])))
-
-
-def _bandwidth(grid: Array, closed: Array) -> float:
-    """Where |closed loop| over the grid, rad/s, first falls below 3 dB, Hz; infinite if it never does."""
-    level = math.sqrt(0.5)
-    below = np.flatnonzero(closed < level)
-    if not below.size or below[0] == 0:
-        return math.inf
-    i = int(below[0])
-    share = (level - closed[i - 1]) / (closed[i] - closed[i - 1])
-    return float(grid[i - 1] + share * (grid[i] - grid[i - 1])) / (2.0 * math.pi)
-
-
-def _roots(function: object, grid: Array, values: Array) -> list[float]:
-    """Roots of a function of frequency between grid points where its values change sign, or at one of them."""
-    roots = []
-    for i in np.flatnonzero((values[:-1] < 0.0) != (values[1:] < 0.0)):
-        known = grid[i : i + 2][values[i : i + 2] == 0.0]
-        roots.append(float(known[0] if len(known) else brentq(function, grid[i], grid[i + 1], rtol=1e-13)))
-    return roots

@@ -11,8 +11,8 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.machine.parts import Axis, Controller
 from splinefeed.records import Array
-from splinefeed.simulation.experiments import FrequencyResponse, UltimatePoint, gentle, relay, swept_sine
-from splinefeed.simulation.linear import GRID, LOWEST_SHARE, Margins, discrete_plant, margins
+from splinefeed.simulation.experiments import FrequencyResponse, UltimatePoint, gentle, relay, swept_sine, ultimate_of
+from splinefeed.simulation.linear import Margins, discrete_plant, frequencies, margins
 
 #: K_p / K_u, T_i / P_u and T_d / P_u of each rule and sort of controller.
 #: Ziegler and Nichols, Trans. ASME 64 (1942) 759-768; Tyreus and Luyben, Ind. Eng. Chem. Res. 31 (1992) 2625-2628,
@@ -85,8 +85,7 @@ def rules() -> tuple[str, ...]:
 def model_response(axis: Axis, period: float, frequency: Array | None = None) -> FrequencyResponse:
     """The frequency response of the linear plant, converter and delay included, at `frequency`, Hz, or over a grid."""
     if frequency is None:
-        nyquist = 0.5 / period
-        frequency = np.geomspace(LOWEST_SHARE * nyquist, nyquist * (1.0 - 1e-9), GRID)
+        frequency = frequencies(period) / (2.0 * np.pi)
     return FrequencyResponse(frequency, discrete_plant(axis, period).response(2.0 * np.pi * frequency), "linear model")
 
 
@@ -112,24 +111,6 @@ def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
             f"rules that start from it need a drive in velocity mode; rule 'path' does not"
         )
     return UltimatePoint(kp * found.gain_margin, 1.0 / found.gain_frequency, "linear model")
-
-
-def ultimate_of(found: FrequencyResponse, name: str = "x") -> UltimatePoint:
-    """The ultimate point of a measured frequency response: where it first lags 180 degrees, between its points.
-
-    Straight in phase and logarithm of gain over the logarithm of frequency. Raises InputError where it never does.
-    """
-    phase = np.unwrap(np.angle(found.value))
-    phase -= 2.0 * np.pi * np.round((phase[0] + 0.5 * np.pi) / (2.0 * np.pi))  # an axis begins near -90 degrees
-    beyond = np.flatnonzero((phase[:-1] > -np.pi) & (phase[1:] <= -np.pi))
-    if not beyond.size:
-        raise InputError(f"axis {name}: the response by {found.source} never lags 180 degrees; it has no ultimate gain")
-    i = int(beyond[0])
-    share = float((phase[i] + np.pi) / (phase[i] - phase[i + 1]))
-    frequency, gain = (
-        np.log(each[i]) + share * np.log(each[i + 1] / each[i]) for each in (found.frequency, np.abs(found.value))
-    )
-    return UltimatePoint(math.exp(-float(gain)), math.exp(-float(frequency)), found.source)
 
 
 def tune(
