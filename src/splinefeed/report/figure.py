@@ -46,7 +46,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Single points x, y (n,) with a word beside each, or none; hollow: rings."""
+    """Single points x, y (n,) with a word beside each, or none."""
 
     x: Array
     y: Array
@@ -54,7 +54,6 @@ class Dots:
     words: tuple[str, ...] = ()
     colour: str = theme.VERMILION
     size: float = 6.0
-    hollow: bool = False
     named: bool | str = False
 
 
@@ -103,6 +102,12 @@ class Heat:
     share: Array
     label: str
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the first column begins and the last one ends."""
+        half = 0.5 * float(self.x[1] - self.x[0]) if len(self.x) > 1 else 0.5
+        return float(self.x[0]) - half, float(self.x[-1]) + half
+
 
 def legend_of(mark: Line | Dots) -> str:
     """What stands in the legend for a curve, or nothing."""
@@ -128,15 +133,15 @@ class Panel:
     z: str = ""
 
     @property
-    def reach(self) -> float:
-        """The largest |y| that is finite."""
-        found = [mark.y for mark in self.marks if isinstance(mark, Line | Dots)]
-        values = np.concatenate(found) if found else np.zeros(1)
-        return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+    def heat(self) -> Heat | None:
+        """The strips of colour that the panel shows, if any."""
+        return next((mark for mark in self.marks if isinstance(mark, Heat)), None)
 
     def levels(self, *, drawn: bool = True) -> list[Level]:
         """The levels that are drawn, near the data; or upper limits that are too far out for that."""
-        near = FARTHEST_LIMIT * self.reach
+        near = FARTHEST_LIMIT * max(
+            (peak(mark.y)[1] for mark in self.marks if isinstance(mark, Line | Dots)), default=0
+        )
         found = [mark for mark in self.marks if isinstance(mark, Level) and np.isfinite(mark.value)]
         if drawn:
             return [each for each in found if each.always or abs(each.value) <= near]

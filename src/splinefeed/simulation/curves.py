@@ -110,7 +110,7 @@ def step_responses(old: Axis, new: Axis, period: float) -> tuple[StepResponse, S
     kept = [peak for peak, each in zip(peaks, loops, strict=True) if each.stable] or peaks
     unit = math.radians(1.0) if old.rotary else 1.0
     largest = min(OUTPUT_SHARE * old.controller.output_limit / max(*kept, 1e-300), 0.5 * old.controller.error_limit)
-    size = unit * _rounded(largest / unit)
+    size = unit * rounded_down(largest / unit)
     return _response(old, period, ticks, size), _response(new, period, ticks, size)
 
 
@@ -171,7 +171,7 @@ def _stepped(axis: Axis, period: float, ticks: int, size: float, *, linear: bool
     return response.position[:, 0], response.output[:, 0], response.stopped
 
 
-def _rounded(value: float) -> float:
+def rounded_down(value: float) -> float:
     """The largest of 1, 2 and 5 times a power of ten that is not above `value`."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12))
+    power = 10.0 ** math.floor(math.log10(value) + 1e-12)
+    return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-9))
