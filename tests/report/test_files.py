@@ -94,10 +94,10 @@ def test_the_same_run_gives_the_same_figures(finished, folder, tmp_path):
 def test_no_figures_and_no_other_methods(finished, tmp_path):
     run, _ = finished
     assert files.write(run, tmp_path, figure_formats=()) == ["setpoints.h5", "law.h5", "run.json"]
-    names = [name for name, _ in files.figures(run, [], files.of_run(run))]
+    names = [name for name, _ in files.to_files(files.of_run(run))]
     assert names == ["path", "motion", "limits", "binding"]
     along = sf.run(run.path, LIMITS)
-    assert [name for name, _ in files.figures(along, [], files.of_run(along))] == ["path", "motion"]
+    assert [name for name, _ in files.to_files(files.of_run(along))] == ["path", "motion"]
 
 
 def test_by_default_a_figure_is_one_file_and_none_is_drawn_twice(finished, tmp_path, monkeypatch):
