@@ -15,7 +15,7 @@ from splinefeed.simulation import curves
 from splinefeed.simulation.bound import MOST_SLACK, Bound, BoundTest
 from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses, tuned_axis
 from splinefeed.simulation.experiments import FrequencyResponse
-from splinefeed.simulation.linear import margins, read_loop
+from splinefeed.simulation.linear import Margins, margins, read_margins
 
 
 @pytest.fixture(autouse=True)
@@ -36,22 +36,26 @@ def test_a_loop_1_over_s_times_1_plus_s_squared_has_the_margins_of_the_book():
     """
     omega = np.geomspace(1e-3, 1e3, 400_001)
     loop = 1.0 / (1j * omega * (1 + 1j * omega) ** 2)
-    found = read_loop(omega, loop)
-    assert found.gain_margin == pytest.approx((2.0, 1.0), rel=1e-4)
+    found, _ = read_margins(omega, loop, loop / (1.0 + loop), 0.0)
+    assert (found.gain_margin, 2.0 * math.pi * found.gain_frequency) == pytest.approx((2.0, 1.0), rel=1e-4)
     assert found.gain_reduction == 0.0
     crossing = 0.6823278  # x (1 + x^2) = 1
-    assert found.phase_margin[0] == pytest.approx(90 - 2 * math.degrees(math.atan(crossing)), rel=1e-4)
+    assert found.phase_margin == pytest.approx(90 - 2 * math.degrees(math.atan(crossing)), rel=1e-4)
     assert found.sensitivity == pytest.approx(1 / np.min(np.abs(1 + loop)), rel=1e-12)
 
 
 def test_slack_is_the_logarithm_of_what_is_left():
     bound = Bound(gain_margin=2.0, phase_margin=40.0, sensitivity=2.0)
-    assert bound.slacks(4.0, 0.25, 60.0, 1.0, 0.99) == pytest.approx([math.log(2), math.log(2), 0.5, math.log(2), 1.0])
-    assert bound.slacks(math.inf, 0.0, math.inf, 1.0, 0.0) == pytest.approx(
-        [MOST_SLACK] * 3 + [math.log(2), MOST_SLACK]
-    )
-    assert bound.slacks(2.0, 0.5, 40.0, 2.0, 1.0)[:4] == pytest.approx([0.0] * 4)
-    assert bound.slacks(2.0, 0.5, 40.0, 2.0, 1.0)[4] < 0.0
+
+    def slacks(*numbers: float):
+        names = ("gain_margin", "gain_reduction", "phase_margin", "sensitivity", "spectral_radius")
+        others = dict.fromkeys(("gain_frequency", "phase_frequency", "delay_margin", "bandwidth"), 1.0)
+        return bound.slacks(Margins(**dict(zip(names, numbers, strict=True)), **others))
+
+    assert slacks(4.0, 0.25, 60.0, 1.0, 0.99) == pytest.approx([math.log(2), math.log(2), 0.5, math.log(2), 1.0])
+    assert slacks(math.inf, 0.0, math.inf, 1.0, 0.0) == pytest.approx([MOST_SLACK] * 3 + [math.log(2), MOST_SLACK])
+    assert slacks(2.0, 0.5, 40.0, 2.0, 1.0)[:4] == pytest.approx([0.0] * 4)
+    assert slacks(2.0, 0.5, 40.0, 2.0, 1.0)[4] < 0.0
     assert bound.words == "gain margin at least 6.02 dB, phase margin at least 40 deg, sensitivity at most 2"
 
 

@@ -15,7 +15,7 @@ from splinefeed.simulation.linear import (
     controller_response,
     discrete_plant,
     frequencies,
-    read_loop,
+    read_margins,
     spectral_radius,
 )
 
@@ -50,19 +50,19 @@ class Bound:
 
     def slack(self, margins: Margins) -> float:
         """How far margins are within the bound: 0 or more if they are, in natural logarithms of the ratios."""
-        found = (margins.gain_margin, margins.gain_reduction, margins.phase_margin, margins.sensitivity)
-        return float(np.min(self.slacks(*found, margins.spectral_radius)))
+        return float(np.min(self.slacks(margins)))
 
-    def slacks(self, gain: float, reduction: float, phase: float, sensitivity: float, radius: float) -> Array:
+    def slacks(self, found: Margins) -> Array:
         """The five slacks, (5,): gain margin, gain reduction, phase margin, sensitivity, poles."""
-        found = (
-            math.log(gain / self.gain_margin) if math.isfinite(gain) else MOST_SLACK,
-            -math.log(reduction * self.gain_margin) if reduction > 0.0 else MOST_SLACK,
-            phase / self.phase_margin - 1.0 if math.isfinite(phase) else MOST_SLACK,
-            math.log(self.sensitivity / sensitivity),
-            (1.0 - radius) / RADIUS_SCALE if radius < 1.0 else (1.0 - radius) / RADIUS_SCALE - RADIUS_SCALE,
+        over = (1.0 - found.spectral_radius) / RADIUS_SCALE
+        slacks = (
+            math.log(found.gain_margin / self.gain_margin),
+            -math.log(found.gain_reduction * self.gain_margin) if found.gain_reduction > 0.0 else MOST_SLACK,
+            abs(found.phase_margin) / self.phase_margin - 1.0,
+            math.log(self.sensitivity / found.sensitivity),
+            over if found.stable else over - RADIUS_SCALE,
         )
-        out: Array = np.clip(np.array(found), -MOST_SLACK, MOST_SLACK)
+        out: Array = np.clip(np.array(slacks), -MOST_SLACK, MOST_SLACK)
         return out
 
     @property
@@ -88,7 +88,7 @@ class BoundTest:
 
     def slacks(self, axis: Axis) -> Array:
         """The slacks, (5,), of this axis with any gains; see `Bound.slacks`."""
-        loop = controller_response(axis.controller, self.period, self._grid)[1] * self._plant
-        found, radius = read_loop(self._grid, loop), spectral_radius(axis, self.period)
-        phase = abs(found.phase_margin[0])
-        return self.bound.slacks(found.gain_margin[0], found.gain_reduction, phase, found.sensitivity, radius)
+        forward, back = controller_response(axis.controller, self.period, self._grid)
+        loop, radius = back * self._plant, spectral_radius(axis, self.period)
+        closed = forward * self._plant / (1.0 + loop)
+        return self.bound.slacks(read_margins(self._grid, loop, closed, radius)[0])

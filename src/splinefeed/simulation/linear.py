@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -219,34 +219,6 @@ def spectral_radius(axis: Axis, period: float) -> float:
     return float(np.max(np.abs(np.linalg.eigvals(F))))
 
 
-class Reading(NamedTuple):
-    """What a loop over a grid of frequencies tells: where it passes -1, above or below, and how near it comes.
-
-    gains   factor on the gain that puts a crossing of the negative real axis on -1, and its frequency, rad/s
-    phases  what is left to -180 deg, -180 to 180, where the gain passes 1, and its frequency, rad/s
-    sensitivity  largest |1 / (1 + L)|
-    """
-
-    gains: list[tuple[float, float]]
-    phases: list[tuple[float, float]]
-    sensitivity: float
-
-    @property
-    def gain_margin(self) -> tuple[float, float]:
-        """The least factor above 1 and its frequency; infinite if there is none."""
-        return min((pair for pair in self.gains if pair[0] > 1.0), default=(math.inf, math.nan))
-
-    @property
-    def gain_reduction(self) -> float:
-        """The largest factor below 1; 0 if there is none."""
-        return max((factor for factor, _ in self.gains if factor < 1.0), default=0.0)
-
-    @property
-    def phase_margin(self) -> tuple[float, float]:
-        """The phase nearest to -180 deg and its frequency; infinite if the gain never passes 1."""
-        return min(self.phases, key=lambda pair: abs(pair[0]), default=(math.inf, math.nan))
-
-
 def frequencies(period: float) -> Array:
     """The grid up to the Nyquist frequency of a period, s, (GRID,), rad/s."""
     top = math.pi / period
@@ -254,18 +226,34 @@ def frequencies(period: float) -> Array:
     return out
 
 
-def read_loop(grid: Array, loop: ComplexArray) -> Reading:
-    """Margins of a loop over a grid that ends at the Nyquist frequency, straight between its points."""
+def read_margins(grid: Array, loop: ComplexArray, closed: ComplexArray, radius: float) -> tuple[Margins, list[float]]:
+    """Margins of a loop L and its closed loop over a grid that ends at the Nyquist frequency, rad/s, (n,) each.
+
+    Straight between the points; radius is that of the poles. Also all factors on the gain that put L on -1 somewhere.
+    """
     at, share = _crossings(loop.imag)
     real, omega = (each[at] + share * (each[at + 1] - each[at]) for each in (loop.real, grid))
     gains = [(-1.0 / x, w) for x, w in zip(real.tolist(), omega.tolist(), strict=True) if x < 0.0]
     if loop.real[-1] < 0.0:  # L is real at the Nyquist frequency: it counts when negative
         gains.append((-1.0 / float(loop.real[-1]), float(grid[-1])))
+    gain, gain_at = min((pair for pair in gains if pair[0] > 1.0), default=(math.inf, math.nan))
     at, share = _crossings(np.abs(loop) - 1.0)
-    value = loop[at] + share * (loop[at + 1] - loop[at])
-    omega = grid[at] + share * (grid[at + 1] - grid[at])
-    phases = list(zip(np.degrees(np.angle(-value)).tolist(), omega.tolist(), strict=True))
-    return Reading(gains, phases, float(1.0 / np.min(np.abs(1.0 + loop))))
+    angles = np.degrees(np.angle(-(loop[at] + share * (loop[at + 1] - loop[at])))).tolist()
+    phases = list(zip(angles, (grid[at] + share * (grid[at + 1] - grid[at])).tolist(), strict=True))
+    phase, phase_at = min(phases, key=lambda pair: abs(pair[0]), default=(math.inf, math.nan))
+    fallen = np.flatnonzero(np.abs(closed) < HALF_POWER)
+    found = Margins(
+        gain_margin=gain,
+        gain_frequency=gain_at / (2.0 * math.pi),
+        gain_reduction=max((factor for factor, _ in gains if factor < 1.0), default=0.0),
+        phase_margin=phase,
+        phase_frequency=phase_at / (2.0 * math.pi),
+        delay_margin=min((math.radians(each % 360.0) / w for each, w in phases), default=math.inf),
+        sensitivity=float(1.0 / np.min(np.abs(1.0 + loop))),
+        bandwidth=float(grid[fallen[0]]) / (2.0 * math.pi) if len(fallen) and fallen[0] else math.inf,
+        spectral_radius=radius,
+    )
+    return found, sorted(factor for factor, _ in gains)
 
 
 def _crossings(values: Array) -> tuple[IntArray, Array]:
@@ -302,30 +290,12 @@ def margins(axis: Axis, period: float) -> Margins:
         order = np.argsort(np.append(grid, between))
         grid = np.append(grid, between)[order]
         both = np.append(both, measured(between), axis=1)[:, order]
-    loop, closed = both
-    found = read_loop(grid, loop)
-    (gain, gain_at), (phase, phase_at) = found.gain_margin, found.phase_margin
-    fallen = np.flatnonzero(np.abs(closed) < HALF_POWER)
-    bandwidth = float(grid[fallen[0]]) / (2.0 * math.pi) if len(fallen) and fallen[0] else math.inf
-    radius = spectral_radius(axis, period)
-    below = above = None
-    if radius >= 1.0:
-        factors = sorted(factor for factor, _ in found.gains)
-        below = next((g for g in reversed(factors) if g < 1.0 and _is_stable(axis, period, g, -1)), None)
-        above = next((g for g in factors if g > 1.0 and _is_stable(axis, period, g, 1)), None)
-    return Margins(
-        gain_margin=gain,
-        gain_frequency=gain_at / (2.0 * math.pi),
-        gain_reduction=found.gain_reduction,
-        phase_margin=phase,
-        phase_frequency=phase_at / (2.0 * math.pi),
-        delay_margin=min((math.radians(each % 360.0) / w for each, w in found.phases), default=math.inf),
-        sensitivity=found.sensitivity,
-        bandwidth=bandwidth,
-        spectral_radius=radius,
-        stable_below=below,
-        stable_above=above,
-    )
+    found, factors = read_margins(grid, both[0], both[1], spectral_radius(axis, period))
+    if found.stable:
+        return found
+    below = next((g for g in reversed(factors) if g < 1.0 and _is_stable(axis, period, g, -1)), None)
+    above = next((g for g in factors if g > 1.0 and _is_stable(axis, period, g, 1)), None)
+    return replace(found, stable_below=below, stable_above=above)
 
 
 def _is_stable(axis: Axis, period: float, factor: float, side: int) -> bool:
