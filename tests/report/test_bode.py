@@ -61,7 +61,7 @@ def test_a_step_is_small_and_rounded_and_ends_at_its_size():
     old, new = step_responses(axis, scaled(axis, 0.5), 1e-3)
     assert old.size == new.size == 0.02
     for step in (old, new):
-        assert step.stopped is None
+        assert not step.stopped
         assert np.all(step.position[step.t <= 0.0] == 0.0)
         assert step.position[-1] == pytest.approx(0.02, abs=2e-3)
     turning = Machine.load("xytheta").axes["theta"]

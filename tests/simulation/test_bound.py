@@ -96,7 +96,7 @@ def test_a_step_settles_at_its_size_within_half_the_output():
     old, new = velocity_axis(), with_gain(velocity_axis(), 0.7)
     steps = step_responses(old, new, PERIOD)
     for step in steps:
-        assert step.stopped is None
+        assert not step.stopped
         assert step.t[curves.BEFORE] == 0.0
         assert step.position[-1] == pytest.approx(step.size, rel=0.1)
     mantissa = steps[0].size / 10 ** math.floor(math.log10(steps[0].size) + 1e-9)

@@ -84,7 +84,7 @@ def test_the_bare_swing_of_a_relay_would_not_do() -> None:
     """Why `relay` measures by sines: the swing on X of xytheta takes 12 ticks, and 4 d / (pi a) is 38 % too high."""
     axis = Machine.load("xytheta").axes["x"]
     table_of_steps, numbers = step_table(plant(axis), PERIOD), parameters(axis, PERIOD)
-    measured, output = driven(servo.RELAY, np.full(4000, 8.0), table_of_steps, numbers)
+    _, measured, output, _ = driven(servo.RELAY, np.full(4000, 8.0), table_of_steps, numbers)
     assert np.all(output[-48:-12] == output[-36:])
     harmonic = 2.0 * abs(np.mean(measured[-12:] * np.exp(-2j * np.pi * np.arange(12) / 12)))
     point = ultimate_point(axis, PERIOD)

@@ -27,8 +27,8 @@ MEASURED_SWINGS = 20
 ROUNDS = ((15, 3.0), (5, 1.15), (3, 1.02))
 #: Sines go up to this share of half the servo rate.
 HIGHEST_SHARE = 0.95
-#: Longest relay experiment, ticks.
-LONGEST = 200_000
+#: Lengths of a relay experiment, ticks, the next where one is too short.
+TICKS = (2000, 20_000, 200_000)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ def swept_sine(
         k = np.arange(-settle, ticks)
         angle = 2.0 * np.pi * swings / ticks * k
         volts = bias + amplitude * np.sin(angle)
-        measured, _ = driven(servo.OPEN, volts, table, numbers)
+        _, measured, *_ = driven(servo.OPEN, volts, table, numbers)
         columns = np.column_stack([np.sin(angle), np.cos(angle), np.ones(len(k)), k / ticks])[settle:]
         sine, cosine = np.linalg.lstsq(columns, measured[settle:], rcond=None)[0][:2]
         values[i] = (sine + 1j * cosine) / amplitude
@@ -159,29 +159,24 @@ def gentle(axis: Axis, amplitude: float) -> tuple[float, float]:
     return min(amplitude, 0.5 * top), min(amplitude, 0.5 * top)
 
 
-def driven(kind: int, volts: Array, table: Array, numbers: Array) -> tuple[Array, Array]:
-    """What is measured, and put out, V, (n,) each, over ticks from rest: kind OPEN or RELAY of `kernels.servo`.
+def driven(kind: int, command: Array, table: Array, numbers: Array) -> Array:
+    """What `servo.run_axis` does from rest: position, measured position, output and whether at its limit, (4, m).
 
-    table and numbers as `step_table` and `parameters` give them.
+    table and numbers as `step_table` and `parameters` give them; m ticks are done, fewer if the axis runs away.
     """
-    memory, scratch = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH)
-    position, measured, output, saturated = (np.empty(len(volts)) for _ in range(4))
-    run = servo.run_axis.for_work(len(volts))
-    run(kind, volts, table, numbers, memory, scratch, position, measured, output, saturated)
-    return measured, output
+    memory, scratch, found = np.zeros(mechanics.MEMORY), np.zeros(mechanics.SCRATCH), np.empty((4, len(command)))
+    run = servo.run_axis.for_work(len(command))
+    return found[:, : run(kind, command, table, numbers, memory, scratch, *found)]
 
 
 def _swing(axis: Axis, period: float, volts: float) -> float:
     """Period of the oscillation under a relay, s."""
-    table = step_table(plant(axis), period)
-    numbers = parameters(axis, period)
-    ticks = 2000
-    while ticks <= LONGEST:
-        measured, output = driven(servo.RELAY, np.full(ticks, volts), table, numbers)
+    table, numbers = step_table(plant(axis), period), parameters(axis, period)
+    for ticks in TICKS:
+        _, measured, output, _ = driven(servo.RELAY, np.full(ticks, volts), table, numbers)
         rises = np.flatnonzero((output[1:] > 0.0) & (output[:-1] < 0.0)) + 1
         if len(rises) > SWINGS and np.ptp(measured) > 0.0:
             return float(rises[-1] - rises[-1 - MEASURED_SWINGS]) * period / MEASURED_SWINGS
-        ticks *= 10
     raise InputError(
         f"axis {axis.name}: a relay of {volts:g} V makes no steady oscillation; friction may hold the axis: "
         "raise the voltage"

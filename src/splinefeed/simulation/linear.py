@@ -274,9 +274,8 @@ def margins(axis: Axis, period: float) -> Margins:
 
     def measured(omega: Array) -> ComplexArray:
         """L, and the closed loop, (2, n)."""
-        forward, back = controller_response(axis.controller, period, omega)
-        response = part.response(omega)
-        return np.array([back * response, forward * response / (1.0 + back * response)])
+        forward, back = part.response(omega) * controller_response(axis.controller, period, omega)
+        return np.array([back, forward / (1.0 + back)])
 
     grid = frequencies(period)
     both = measured(grid)
