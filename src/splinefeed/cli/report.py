@@ -81,7 +81,6 @@ def command(say: Say, folder: str, output: str | None, machine: str | None) -> P
 
 
 def _record(file: Path) -> dict[str, Any]:
-    """The page of numbers of the run."""
     import json
 
     try:

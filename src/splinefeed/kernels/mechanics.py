@@ -123,7 +123,6 @@ def clamp(value: float, bound: float) -> float:
 
 @hot_kernel
 def _input(channel: int, y: float, parameters: Array, sliding: float) -> float:
-    """The nonlinear input n of one channel at its argument y."""
     if channel == FRICTION:
         return -sliding * friction(y, parameters) if sliding != 0.0 else 0.0
     if channel == LIMIT:

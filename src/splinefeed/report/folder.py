@@ -102,7 +102,6 @@ def _listed(file: Path) -> list[str] | None:
 
 
 def _publish(stage: Path, target: Path, record: str, earlier: tuple[str, ...]) -> None:
-    """Move all files of `stage` to `target`, the page of numbers first: with it the folder counts as ours."""
     names = sorted((file.name for file in stage.iterdir()), key=lambda name: (name != record, name))
     for name in names:
         os.replace(stage / name, target / name)

@@ -133,7 +133,6 @@ def _length(value: float, along: str = "mm") -> str:
 
 
 def _limits(run: Run) -> str:
-    """The table of limits, with a bar for each share."""
     bound, along = run.use.time_bound_by(), unit_along(run.path.axes)
     rows = []
     for name, each in run.verdict.as_dict()["limits"].items():
@@ -174,7 +173,6 @@ def listed(sentences: Sequence[str], kind: str) -> str:
 
 
 def _settings(record: Mapping[str, Any]) -> str:
-    """Settings, versions and the hash of the input, folded away."""
     shown = {key: record[key] for key in ("source", "settings", "program", "versions") if key in record}
     text = json.dumps(shown, indent=2, ensure_ascii=False)
     return f"<details><summary>settings, versions, input hash</summary><pre>{html.escape(text)}</pre></details>"

@@ -129,7 +129,6 @@ def _axis(axis: Axis) -> Plain:
 
 
 def _heading(panel: Panel, legend: bool) -> str:
-    """The words above a panel: its label, and the names of its curves with a square in their colour."""
     words = [] if panel.heat else [html.escape(panel.y.label)]
     for mark in panel.marks:
         if isinstance(mark, Line | Dots) and mark.named and not legend:
@@ -177,7 +176,6 @@ def _heat(heat: Heat) -> Plain:
 
 
 def _path(panel: Panel) -> Plain:
-    """A path as points with what they say; in the plane over the thin line where it runs."""
     mark = next(mark for mark in panel.marks if isinstance(mark, Coloured))
     labels = [each for each in (panel.x.label, panel.y.label, panel.z) if each]
     space, letters = len(labels) == 3, "xyz"[: len(labels)]

@@ -109,8 +109,6 @@ class Sheet:
 
 @dataclass(frozen=True)
 class _Scale:
-    """From values to pixels along one axis."""
-
     low: float
     high: float
     start: float
@@ -256,7 +254,6 @@ def _shaded(sheet: Sheet, mark: Coloured, points: Array, thread: Array) -> Shade
 
 
 def _arrow(sheet: Sheet, points: Array) -> None:
-    """The direction of travel at the start."""
     size = float(np.max(np.ptp(points, axis=0)))
     away = np.linalg.norm(points - points[0], axis=1)
     ahead = points[np.argmax(away > 0.05 * size)] - points[0]
@@ -312,7 +309,6 @@ def _heat(sheet: Sheet, heat: Heat, box: Box, x: _Scale) -> None:
 
 
 def _bar(sheet: Sheet, box: Box, low: float, high: float, label: str) -> None:
-    """A scale of colours on the right, its label above it."""
     left, top, width, height = box
     x = left + width + 14.0
     sheet.ramp((x, top, 13.0, height), np.linspace(1.0, 0.0, 256)[:, None])
@@ -434,7 +430,6 @@ def _side(share: float) -> int:
 
 
 def _round_up(step: float) -> float:
-    """The next 1, 2, 2.5 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(step)) if step > 0.0 and math.isfinite(step) else 1.0
     return next((k * power for k in (1.0, 2.0, 2.5, 5.0) if k * power >= step * (1.0 - 1e-9)), 10.0 * power)
 

@@ -77,7 +77,6 @@ def still_figure(path: Path) -> Figure:
 
 
 def _picture(path: Path, title: str, mark: Coloured, labels: list[str]) -> Figure:
-    """A path with its ends and stops, or in space."""
     space, many = mark.place.shape[1] == 3, path.linear > 1
     marks: list[Mark] = [mark]
     if not space:
@@ -106,7 +105,6 @@ def _place(run: Run) -> tuple[Array, list[str]]:
 
 
 def _flat(place: Array) -> Array:
-    """Points without a third axis that does not move."""
     return place[:, :2] if place.shape[1] == 3 and np.ptp(place[:, 2]) <= 0.0 else place
 
 
@@ -146,7 +144,6 @@ def _kept(place: Array, values: list[Array]) -> IntArray:
 
 
 def _ends(place: Array) -> list[Dots]:
-    """Start and end with a word each, or with one word if they are one place."""
     closed = np.linalg.norm(place[-1] - place[0]) <= SAME_PLACE * np.max(np.ptp(place, axis=0))
     words = ("start and end",) if closed else ("start", "end")
     at = place[[0, -1][: len(words)]]
@@ -169,7 +166,6 @@ def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:
 
 
 def _shares(use: LimitUse) -> Heat:
-    """The greatest share of each limit in each column of pixels, over time."""
     count = len(use.t)
     size = -(-count // min(count, STRIP))
     peaks = np.pad(use.share, ((0, -count % size), (0, 0)), mode="edge").reshape(-1, size, len(use.names)).max(axis=1)

@@ -55,7 +55,6 @@ def _errors(
     unit: str,
     at_limit: BoolArray | None = None,
 ) -> Panel:
-    """One error of all methods over time."""
     marks: list[Mark] = [
         thin(responses[method].t, each, theme.words(method, 30), theme.colour(k), named=len(values) > 1)
         for k, (method, each) in enumerate(values.items())

@@ -54,7 +54,6 @@ def page(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], sums: Mapp
 
 
 def _parallel(about: Mapping[str, Any], rows: Mapping[str, Sequence[Any]], kept: Any) -> dict[str, Any]:
-    """One line a run that has results, over the settings that vary and these results."""
     dimensions: list[dict[str, Any]] = []
     for name in ["source", *settings_columns(about), *RESULTS]:
         label = RESULTS.get(name, name.removeprefix("limits.").removeprefix("machine."))

@@ -170,7 +170,6 @@ def driven(kind: int, command: Array, table: Array, numbers: Array) -> Array:
 
 
 def _swing(axis: Axis, period: float, volts: float) -> float:
-    """Period of the oscillation under a relay, s."""
     table, numbers = step_table(plant(axis), period), parameters(axis, period)
     for ticks in TICKS:
         _, measured, output, _ = driven(servo.RELAY, np.full(ticks, volts), table, numbers)

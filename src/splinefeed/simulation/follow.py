@@ -25,8 +25,6 @@ Progress = Callable[[int, int], None]
 
 @dataclass(eq=False)
 class _AxisState:
-    """One axis in simulation: step matrices, parameters and memory of the kernel."""
-
     axis: Axis
     table: Array
     parameters: Array
@@ -120,7 +118,6 @@ class Follower:
 
 
 def _why(axis: Axis, time: float, error: float) -> str:
-    """Report which axis ran away, when and by how much."""
     unit, factor = ("deg", 180.0 / np.pi) if axis.rotary else ("mm", 1.0)
     return (
         f"axis {axis.name} ran away at {time:.6g} s: an error of {error * factor:.4g} {unit} is beyond its limit of "
