@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from splinefeed.errors import InputError
 from splinefeed.kernels import mechanics
-from splinefeed.machine.parts import Axis, Controller
+from splinefeed.machine.parts import GAINS, Axis, Controller
 from splinefeed.records import Array, IntArray
 from splinefeed.simulation.plant import plant, zero_order_hold
 
@@ -174,37 +174,30 @@ def closed_loop(axis: Axis, period: float) -> tuple[Array, Array, Array]:
     States: plant, integral, last input and filtered slope of the controller, and the output that waits if delayed.
     Controller: with e = r - y, s its input (e, or y for P-PI), f+ = a f + (1 - a) (s - s_last) / T.
     """
-    part = discrete_plant(axis, period)
-    control = axis.controller
+    part, control = discrete_plant(axis, period), axis.controller
     n = len(part.gamma)
-    integral, last, slope, pending = n, n + 1, n + 2, n + 3
+    integral, last, slope, pending = range(n, n + 4)
     size = n + 3 + part.delay
-    cascade = control.kind == "p-pi"
-    seen = np.zeros(size + 1)  # as a row over (x, r)
+    x_and_r = np.eye(size + 1)  # a row over (x, r) for each of them
+    seen = np.zeros(size + 1)
     seen[:n] = part.output
-    error = -seen
-    error[size] = 1.0
+    error = x_and_r[size] - seen
+    cascade = control.kind == "p-pi"
     source = seen if cascade else error
     keep = control.filter / (control.filter + period)
-    slope_row = (1.0 - keep) / period * source
-    slope_row[slope] += keep
-    slope_row[last] -= (1.0 - keep) / period
+    slope_row = keep * x_and_r[slope] + (1.0 - keep) / period * (source - x_and_r[last])
     if cascade:
         wanted = control.position_gain * error - slope_row
         proportional, gain = control.velocity_kp * wanted, control.velocity_ki * period * wanted
     else:
         proportional, gain = control.kp * error + control.kd * slope_row, control.ki * period * error
-    integral_row = gain.copy()
-    integral_row[integral] += 1.0
+    integral_row = x_and_r[integral] + gain
     volts = proportional + integral_row
     rows = np.zeros((size, size + 1))
-    rows[:n, :n] = part.phi
     rows[integral], rows[last], rows[slope] = integral_row, source, slope_row
     if part.delay:
-        rows[:n, pending] += part.gamma
         rows[pending] = volts
-    else:
-        rows[:n] += np.outer(part.gamma, volts)
+    rows[:n] = part.phi @ x_and_r[:n] + np.outer(part.gamma, x_and_r[pending] if part.delay else volts)
     return rows[:, :size], rows[:, size], seen[:size]
 
 
@@ -212,10 +205,9 @@ def spectral_radius(axis: Axis, period: float) -> float:
     """Largest modulus of the closed loop's poles; integrators that nothing drives (gain 0) are left out."""
     F, _, _ = closed_loop(axis, period)
     control = axis.controller
-    idle = (control.velocity_ki if control.kind == "p-pi" else control.ki) == 0.0
-    if idle:  # an integral that never moves is not a mode of the loop
-        place = len(discrete_plant(axis, period).gamma)
-        F = np.delete(np.delete(F, place, axis=0), place, axis=1)
+    if (control.velocity_ki if control.kind == "p-pi" else control.ki) == 0.0:  # the integral is no mode of the loop
+        kept = np.arange(len(F)) != len(F) - 3 - control.delay
+        F = F[np.ix_(kept, kept)]
     return float(np.max(np.abs(np.linalg.eigvals(F))))
 
 
@@ -304,6 +296,6 @@ def _is_stable(axis: Axis, period: float, factor: float, side: int) -> bool:
 
 def scaled(axis: Axis, factor: float) -> Axis:
     """The axis with the gain of its loop times `factor`: all gains of a PID, those of the speed loop of a P-PI."""
-    names = ("kp", "ki", "kd") if axis.controller.kind == "pid" else ("velocity_kp", "velocity_ki")
+    names = GAINS["pid"] if axis.controller.kind == "pid" else ("velocity_kp", "velocity_ki")
     gains: dict[str, Any] = {name: factor * getattr(axis.controller, name) for name in names}
     return replace(axis, controller=replace(axis.controller, **gains))

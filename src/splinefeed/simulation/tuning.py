@@ -91,13 +91,7 @@ def model_response(axis: Axis, period: float, frequency: Array | None = None) ->
 
 def ultimate_point(axis: Axis, period: float) -> UltimatePoint:
     """Ultimate gain, V/mm or V/rad, and period, s, of the linear plant: where proportional control is at its limit."""
-    gains: dict[str, Any] = {
-        "ki": 0.0,
-        "kd": 0.0,
-        "position_gain": 0.0,
-        "velocity_kp": 0.0,
-        "velocity_ki": 0.0,
-    }
+    gains: dict[str, Any] = dict.fromkeys(("ki", "kd", "position_gain", "velocity_kp", "velocity_ki"), 0.0)
     kp = 1.0
     for _ in range(2):
         plain = replace(axis.controller, kind="pid", filter=0.0, **gains | {"kp": kp})
