@@ -9,7 +9,6 @@ import pytest
 
 from splinefeed.machine import Friction, Machine
 from splinefeed.report.figure import Dots, Line
-from splinefeed.report.saving import save_figure
 from splinefeed.report.servo_figures import bode_figure, step_figure
 from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses, tuned_axis
 from splinefeed.simulation.linear import loop_response, margins, scaled
@@ -37,7 +36,7 @@ def test_margins_are_drawn_where_they_are(name, tmp_path):
     assert named == ["old gains", "new gains", "measured by sines"]
     assert closed.x.label.startswith("frequency (Hz)")
     for suffix in ("svg", "png"):
-        save_figure(figure, tmp_path / f"bode.{suffix}")
+        figure.save(tmp_path / f"bode.{suffix}")
     measured = tuned.identified
     low = measured.frequency < 100.0
     expected = loop_response(found.axis, 1e-3, 2.0 * np.pi * measured.frequency[low])
@@ -52,7 +51,7 @@ def test_an_unstable_loop_is_named_and_has_no_closed_response(tmp_path):
     gain, _, closed = figure.panels
     assert gain.marks[0].name == "old gains: unstable"
     assert [mark.name for mark in closed.marks if isinstance(mark, Line)] == ["new gains"]
-    save_figure(step_figure([tuned, tuned], "wild"), tmp_path / "step.png")
+    step_figure([tuned, tuned], "wild").save(tmp_path / "step.png")
     assert bode_figure(tuned_axis(axis, wild, "none", 1e-3), "wild").title.endswith(margins(wild, 1e-3).verdict)
 
 

@@ -105,17 +105,6 @@ MOST_STEPS = 4000
 
 
 @hot_kernel
-def friction(speed: float, parameters: Array) -> float:
-    """Coulomb and Stribeck friction without its sign, N: F_c + (F_s - F_c) / (1 + (v / v_s)^2).
-
-    Viscous friction is in A. The Lorentzian form of the Stribeck curve is one of those that B. Armstrong-Helouvry,
-    P. Dupont and C. Canudas de Wit, Automatica 30 (1994) 1083-1138, doi:10.1016/0005-1098(94)90209-7, collect.
-    """
-    ratio = speed * parameters[INVERSE_STRIBECK]
-    return parameters[COULOMB] + parameters[STICTION] / (1.0 + ratio * ratio)
-
-
-@hot_kernel
 def clamp(value: float, bound: float) -> float:
     """`value`, but not beyond -bound and bound."""
     return min(max(value, -bound), bound)
@@ -123,8 +112,14 @@ def clamp(value: float, bound: float) -> float:
 
 @hot_kernel
 def _input(channel: int, y: float, parameters: Array, sliding: float) -> float:
+    """The nonlinear input n of one channel at its argument y, of friction F_c + (F_s - F_c) / (1 + (v / v_s)^2).
+
+    Viscous friction is in A. The Lorentzian form of the Stribeck curve is one of those that B. Armstrong-Helouvry,
+    P. Dupont and C. Canudas de Wit, Automatica 30 (1994) 1083-1138, doi:10.1016/0005-1098(94)90209-7, collect.
+    """
     if channel == FRICTION:
-        return -sliding * friction(y, parameters) if sliding != 0.0 else 0.0
+        ratio = y * parameters[INVERSE_STRIBECK]
+        return -sliding * (parameters[COULOMB] + parameters[STICTION] / (1.0 + ratio * ratio))
     if channel == LIMIT:
         return clamp(y, parameters[FORCE_LIMIT]) - y
     return parameters[STIFFNESS] * clamp(y, parameters[HALF_PLAY])

@@ -5,12 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path as File
 
 import numpy as np
 
+from splinefeed.errors import InputError
+from splinefeed.formats.atomic import atomic_write
 from splinefeed.records import Array
 from splinefeed.report import theme
 
+#: Formats of figures, the usual one first; all but that need Matplotlib.
+FORMATS = ("svg", "png", "pdf")
+#: What brings the libraries that draw.
+EXTRA = 'pip install "splinefeed[plots]"'
 #: A limit farther out than this many times the data is not drawn: it would press the data flat.
 FARTHEST_LIMIT = 3.0
 #: Ends of a path closer than this share of its picture get one word.
@@ -153,7 +161,8 @@ class Figure:
     """Panels below each other, or in columns; those with the same x label share that axis and its cursor.
 
     legend  curves of one name in all panels are one, and the page has a legend to choose from
-    width in px. `save` raises FormatError for an ending that is not known. Source: docs/start.md shows the report.
+    width in px. `save` raises InputError for another ending, and for PNG or PDF where Matplotlib is not installed.
+    Source: docs/start.md shows the report.
     Example: `sf.plot.path(run).save("path.svg")`
     """
 
@@ -164,16 +173,30 @@ class Figure:
     width: int = 730
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the figure as what the file's name ends in: .svg, .png or .pdf."""
-        from splinefeed.report.saving import save_figure
+        """Write the figure as what the file's name ends in: .svg, .png or .pdf, whole or not at all."""
+        form = File(file).suffix[1:].lower()
+        if form not in FORMATS:
+            raise InputError(f"{file}: figures are written as {', '.join(FORMATS)}")
+        if not possible(form):
+            raise InputError(f"{file}: {form} needs Matplotlib: {EXTRA}")
+        with atomic_write(file) as temporary:
+            if form == "svg":
+                temporary.write_text(self._repr_svg_(), encoding="utf-8")
+            else:
+                from splinefeed.report import raster
 
-        save_figure(self, file)
+                raster.write(self, temporary, form)
 
     def _repr_svg_(self) -> str:
         """The figure in a notebook."""
         from splinefeed.report.svg import to_text
 
         return to_text(self)
+
+
+def possible(form: str) -> bool:
+    """Whether figures can be written in that format here."""
+    return form == FORMATS[0] or find_spec("matplotlib") is not None
 
 
 def unit_of(length: str, order: int) -> str:

@@ -19,11 +19,10 @@ from splinefeed.pipeline.deviation import Deviation, deviation
 from splinefeed.pipeline.experiment import Served
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Response, Setpoints
-from splinefeed.report.saving import FORMATS as FIGURE_FORMATS
-from splinefeed.report.saving import save_figures
+from splinefeed.report.figure import EXTRA, Figure, possible
+from splinefeed.report.figure import FORMATS as FIGURE_FORMATS
 
 if TYPE_CHECKING:
-    from splinefeed.report.figure import Figure
     from splinefeed.simulation.curves import TunedAxis
     from splinefeed.sweeps.spec import Task
 
@@ -165,13 +164,24 @@ def write_setpoints(setpoints: Setpoints | Iterator[Setpoints], place: File, for
     return [SETPOINTS[form] for form in wanted]
 
 
-def missing(figure_formats: Iterable[str]) -> list[str]:
-    """A sentence for each page and picture that is wanted and cannot be drawn here: which extra brings it."""
-    from splinefeed.report import library, saving
+def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File, formats: Iterable[str]) -> list[str]:
+    """Write each figure in every format that is possible here, and give the names of the files."""
+    wanted = [form for form in dict.fromkeys(formats) if possible(form)]
+    names = []
+    for name, figure in drawn:
+        for form in wanted:
+            names.append(f"{name}.{form}")
+            figure.save(folder / names[-1])
+    return names
 
-    wanted = tuple(figure_formats)
-    page = [f"no {REPORT}: it needs Plotly, {saving.EXTRA}"] if wanted and not library.available() else []
-    return page + saving.missing(wanted)
+
+def missing(formats: Iterable[str], page: bool = True) -> list[str]:
+    """A sentence for each picture, and for the page, that is wanted and cannot be drawn here: which extra brings it."""
+    from splinefeed.report import library
+
+    wanted = tuple(dict.fromkeys(formats))
+    lacking = [f"no {REPORT}: it needs Plotly, {EXTRA}"] if page and wanted and not library.available() else []
+    return lacking + [f"no figures as {form}: they need Matplotlib, {EXTRA}" for form in wanted if not possible(form)]
 
 
 def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: Task, run: Run) -> None:
