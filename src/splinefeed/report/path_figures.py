@@ -158,9 +158,9 @@ def limits_figure(use: LimitUse, setpoints: Setpoints, name: str) -> Figure:
         thin(setpoints.t, setpoints.feed, "feed", named=True),
     )
     feed = Panel(TIME, Axis(f"feed ({unit_along(setpoints.axes)}/s)", low=0.0), lines, height=190)
-    told = ", ".join(f"{kind} {part:.0%}" for kind, part in _parts(use) if part >= 0.005)
+    parts = ", ".join(f"{kind} {part:.0%}" for kind, part in _parts(use) if part >= 0.005)
     return Figure(
-        f"{theme.words(name)}: which limit binds\nof the time: {told}",
+        f"{theme.words(name)}: which limit binds\nof the time: {parts}",
         (feed, Panel(TIME, Axis("limit"), (_shares(use),), height=26 * max(len(use.names), 1))),
     )
 
