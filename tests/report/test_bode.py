@@ -11,8 +11,13 @@ from splinefeed.machine import Friction, Machine
 from splinefeed.report.figure import Dots, Line
 from splinefeed.report.servo_figures import bode_figure, step_figure
 from splinefeed.simulation.curves import hunts, loop_curves, rest_swing, step_responses, tuned_axis
-from splinefeed.simulation.linear import loop_response, margins, scaled
+from splinefeed.simulation.linear import controller_response, discrete_plant, margins, scaled
 from splinefeed.simulation.tuning import tune
+
+
+def loop_response(axis, period, omega):
+    """L = H G, the loop opened at the controller's output."""
+    return controller_response(axis.controller, period, omega)[1] * discrete_plant(axis, period).response(omega)
 
 
 @pytest.mark.parametrize("name", ["x", "theta"])

@@ -17,7 +17,7 @@ from splinefeed.pipeline.follow import follow
 from splinefeed.simulation.experiments import driven, relay, swept_sine
 from splinefeed.simulation.linear import margins, spectral_radius
 from splinefeed.simulation.plant import parameters, plant, step_table
-from splinefeed.simulation.tuning import model_response, rules, sines, tune, ultimate_point
+from splinefeed.simulation.tuning import RULES, model_response, sines, tune, ultimate_point
 
 FREQUENCIES = np.array([3.0, 20.0, 70.0, 150.0, 400.0])
 
@@ -115,7 +115,7 @@ def test_a_swept_sine_of_the_full_table_is_the_model_within_two_percent(name: st
 
 def test_the_rules_are_those_of_their_tables() -> None:
     axis = velocity_axis()
-    assert rules() == ("ziegler-nichols", "tyreus-luyben")
+    assert tuple(RULES) == ("ziegler-nichols", "tyreus-luyben")
     found = tune(axis, "ziegler-nichols")
     ku, pu = found.ultimate.gain, found.ultimate.period
     assert found.controller.kp == pytest.approx(0.6 * ku)

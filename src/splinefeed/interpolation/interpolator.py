@@ -105,10 +105,6 @@ class Interpolator:
         """How far the method's steps would have gone beyond the end of the path so far, mm: it is held at the end."""
         return float(self._floats[OVERRUN])
 
-    def _room(self, count: int) -> tuple[Any, ...]:
-        u, s, feed = np.empty((3, count))
-        return np.empty(count, dtype=np.int64), u, s, feed, np.empty((count, len(self.path.axes)))
-
     def step(self) -> Array:
         """Position at the next tick, (axes,), mm, rotary axes rad; StopIteration after the last one.
 
@@ -127,15 +123,14 @@ class Interpolator:
 
     def _filled(self, count: int) -> tuple[Any, Array, Array, Array, Array]:
         """Curve, u, s, feed and position of the next `count` ticks."""
+        law, curves, method = self.law, self.curves, self._method
+        if method.fill is not None:
+            return method.fill(self.path, law, self._times(count))
         u, s, feed = np.empty((3, count))
         room = np.empty(count, dtype=np.int64), u, s, feed, np.empty((count, len(self.path.axes)))
-        law, curves, method = self.law, self.curves, self._method
-        if method.fill is None:
-            motion = (law.breaks, law.coefficients, curves.table, curves.curve_rows, curves.shape, self.path.length)
-            wanted = (method.history, method.half, method.anchor, *self._corrections)
-            self._loop(*motion, self.period, self.tick, self._integers, self._floats, *wanted, *room)
-        else:
-            method.fill(self.path, law, self._times(count), *room)
+        motion = (law.breaks, law.coefficients, curves.table, curves.curve_rows, curves.shape, self.path.length)
+        wanted = (method.history, method.half, method.anchor, *self._corrections)
+        self._loop(*motion, self.period, self.tick, self._integers, self._floats, *wanted, *room)
         return room
 
     def _times(self, count: int) -> Array:

@@ -12,6 +12,7 @@ from splinefeed.interpolation import arc_length, feed_correction, stepping
 from splinefeed.interpolation.loop import FIXED_SHAPE, STARTING_STEPS, UNROLLED_SHAPES, loop_for
 from splinefeed.kernels.jit import Kernel, Leaf
 from splinefeed.kernels.pieces import Shape
+from splinefeed.records import Array, IntArray
 
 #: What every step takes, in this order; see `interpolation.stepping` for what each of them is.
 STEP_PARAMETERS = ("u", "rate", "law", "period", "table", "cursor", "shape", "corrections", "tolerance", "memory")
@@ -38,7 +39,7 @@ class Method:
     history: int = 0
     half: bool = False
     anchor: bool = False
-    fill: Callable[..., None] | None = field(default=None, repr=False)
+    fill: Callable[..., tuple[IntArray, Array, Array, Array, Array]] | None = field(default=None, repr=False)
 
     def loop(self, shape: Shape) -> Leaf[Callable[..., None]]:
         """The shared loop around this step for paths of `shape`."""

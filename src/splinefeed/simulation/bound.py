@@ -48,12 +48,11 @@ class Bound:
             if not least < getattr(self, name) < most:
                 raise InputError(f"{name} is {getattr(self, name)}; it must lie between {least:g} and {most:g}")
 
-    def slack(self, margins: Margins) -> float:
-        """How far margins are within the bound: 0 or more if they are, in natural logarithms of the ratios."""
-        return float(np.min(self.slacks(margins)))
-
     def slacks(self, found: Margins) -> Array:
-        """The five slacks, (5,): gain margin, gain reduction, phase margin, sensitivity, poles."""
+        """How far margins are within the bound, (5,): 0 or more, in natural logarithms of the ratios.
+
+        Of gain margin, gain reduction, phase margin, sensitivity and poles.
+        """
         over = (1.0 - found.spectral_radius) / RADIUS_SCALE
         slacks = (
             math.log(found.gain_margin / self.gain_margin),
@@ -77,7 +76,7 @@ class Bound:
 class BoundTest:
     """The slacks of an axis with other gains, from one frequency response of its plant: half a millisecond each.
 
-    Crossings are straight between the points of the grid, some 1e-4 off; `Bound.slack` of `margins` is exact.
+    Crossings are straight between the points of the grid, some 1e-4 off; `Bound.slacks` of `margins` is exact.
     """
 
     def __init__(self, axis: Axis, period: float, bound: Bound) -> None:

@@ -160,14 +160,6 @@ def controller_response(controller: Controller, period: float, omega: Array) -> 
     return inner * controller.position_gain, inner * (controller.position_gain + slope)
 
 
-def loop_response(axis: Axis, period: float, omega: Array) -> ComplexArray:
-    """The loop opened at the controller's output, L = H G, at w (n,), rad/s, complex (n,)."""
-    out: ComplexArray = controller_response(axis.controller, period, omega)[1] * discrete_plant(axis, period).response(
-        omega
-    )
-    return out
-
-
 def closed_loop(axis: Axis, period: float) -> tuple[Array, Array, Array]:
     """State equations x+ = F x + g r, y = h x of the closed loop without feed-forward: F (n, n), g (n,), h (n,).
 

@@ -77,11 +77,6 @@ class Tuning:
         )
 
 
-def rules() -> tuple[str, ...]:
-    """Names of the tuning rules."""
-    return tuple(RULES)
-
-
 def model_response(axis: Axis, period: float, frequency: Array | None = None) -> FrequencyResponse:
     """The frequency response of the linear plant, converter and delay included, at `frequency`, Hz, or over a grid."""
     if frequency is None:
@@ -118,7 +113,7 @@ def tune(
 ) -> Tuning:
     """Gains of an axis by a rule, from its linear model or from an experiment on the full, simulated axis.
 
-    rule        one of `rules()`; kind "p", "pi" or "pid"; period  servo period, s
+    rule        one of RULES; kind "p", "pi" or "pid"; period  servo period, s
     experiment  "model": the ultimate point of the linear plant; "sine": of its response to SINES sines of `volts`;
                 "relay": of sines around the oscillation that a relay of +-`volts` makes, see `experiments.relay`
     K_p = c K_u,  K_i = K_p / T_i,  K_d = K_p T_d with c, T_i and T_d of the rule. Filter and feed-forward stay, but
