@@ -17,7 +17,6 @@ from splinefeed.cli.progress import Say
 
 #: A reference in running text: from an initial to the DOI at the end.
 _REFERENCE = re.compile(r": ([A-Z]\. [^:]+, doi \S+)$")
-_ELSEWHERE = re.compile(r"`stepping\.(\w+)`")
 #: Settings of the surroundings that change what splinefeed does, or where it keeps things.
 SETTINGS = ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "NUMBA_NUM_THREADS", "MPLCONFIGDIR", "SOURCE_DATE_EPOCH")
 MACHINE = """\b
@@ -80,14 +79,13 @@ def _order(page: Page) -> str:
 @answers(_print_methods)
 def methods(say: Say) -> Page:
     """List the interpolation methods with their observed order of convergence and source."""
-    from splinefeed.interpolation import registry, stepping
+    from splinefeed.interpolation import registry
 
     def source(step: Any) -> str:
-        """What stands behind "Source:" in the docstring of a step, or of the shared step that it names there."""
+        """What stands behind "Source:" in the docstring of a step."""
         words = " ".join((inspect.getdoc(getattr(step, "py_func", step)) or "").split())
         reference = _REFERENCE.search(words)
-        text = words.partition("Source: ")[2] or (reference[1] if reference else "")
-        return _ELSEWHERE.sub(lambda shared: source(getattr(stepping, shared[1])).rstrip("."), text)
+        return words.partition("Source: ")[2] or (reference[1] if reference else "")
 
     known = [registry.method(name) for name in registry.methods()]
     listed = [

@@ -76,8 +76,8 @@ def command(say: Say, spec: str, folder: str | None, **given: Any) -> Page:
       splinefeed sweep show results
     """
     from splinefeed.report import library, sweep_page
+    from splinefeed.report.figure import EXTRA
     from splinefeed.report.files import write_report
-    from splinefeed.report.saving import EXTRA
     from splinefeed.sweeps.store import load, summary
 
     if (spec == "show") != (folder is not None):

@@ -94,7 +94,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
     from splinefeed.pipeline.run import PAPER_PERIOD
     from splinefeed.pipeline.tuned import by_rule
     from splinefeed.pipeline.tuning import PATH_RULE
-    from splinefeed.report import files, saving
+    from splinefeed.report import files
     from splinefeed.report.folder import staged
 
     drawing = options.figure_formats(given)
@@ -123,7 +123,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
             "machine_file": machine,
             "rule": rule,
             **found.page,
-            "notes": [] if given["output"] is None else saving.missing(drawing),
+            "notes": [] if given["output"] is None else files.missing(drawing, page=False),
         }
     )
     written = [given["machine_file"]] if given["machine_file"] else []
@@ -133,7 +133,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
         return {**page, "files": written}
     say("drawing")
     with staged(given["output"], files.TUNE_RECORD, files.tune_names(model.axes)) as stage:
-        drawn = saving.save_figures(files.tune_figures(found.curves(), model.name), stage, drawing)
+        drawn = files.save_figures(files.tune_figures(found.curves(), model.name), stage, drawing)
         page = recorded(page, drawn, given["output"], stage, files.TUNE_RECORD)
     return {**page, "files": [*written, *page["files"]]}
 

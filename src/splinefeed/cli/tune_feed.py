@@ -69,7 +69,7 @@ def command(say: Say, source: str, **given: Any) -> Page:
     from splinefeed.formats import limits_toml
     from splinefeed.interpolation import registry
     from splinefeed.pipeline.contour_feed import tune_feed
-    from splinefeed.report import files, saving
+    from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
     from splinefeed.report.record import command as command_line
     from splinefeed.report.record import source_of
@@ -97,10 +97,10 @@ def command(say: Say, source: str, **given: Any) -> Page:
             sf.save(dataclasses.replace(points, settings=settings), stage / files.SETPOINTS["hdf5"])
             sf.save(served.response, stage / files.RESPONSE)
             names += [files.LIMITS, files.SETPOINTS["hdf5"], files.RESPONSE]
-        names += saving.save_figures(
+        names += files.save_figures(
             [("feed-curve", feed_curve_figure(tuning, path.name, machine.name))], stage, drawing
         )
-        notes = [*path.findings, *(served.notes if served else ()), *tuning.notes, *saving.missing(drawing)]
+        notes = [*path.findings, *(served.notes if served else ()), *tuning.notes, *files.missing(drawing, page=False)]
         page = {
             "name": path.name,
             "source": source_of(source),

@@ -51,7 +51,7 @@ class Heidenhain(Interpreter):
         upper = block.upper()
         if not block or upper.startswith(_SILENT):
             if upper.startswith("BEGIN PGM") and upper.endswith("INCH"):
-                self.state.set_units(20)
+                self.state.set_units(200)
             return
         if upper.startswith("END PGM"):
             self.ended = True

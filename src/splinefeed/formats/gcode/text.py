@@ -39,11 +39,6 @@ class Text:
         text = "0" if text in ("-0", "-0.", "0.") else text
         return text if "." in text or self.dialect != "fanuc" else f"{text}."
 
-    def word(self, letter: str, value: float) -> str:
-        """X1.5, or X=1.5 where the control wants it so."""
-        several = len(letter) > 1
-        return f"{letter}={self.number(value)}" if several else f"{letter}{self.number(value)}"
-
     def places(self, letters: Sequence[str], point: Array, *, every: bool = False) -> list[str]:
         """Words of the axes that change, or of all of them."""
         words = []
