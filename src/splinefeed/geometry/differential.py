@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.kernels import layout as pieces
 from splinefeed.kernels.layout import DEGREES
 from splinefeed.records import Array
+
+if TYPE_CHECKING:
+    from splinefeed.geometry.curve import NurbsCurve
 
 #: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
 VANISHING = 1e-12

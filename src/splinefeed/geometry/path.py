@@ -21,9 +21,9 @@ from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
 from splinefeed.geometry.markers import Marker as Marker
 from splinefeed.geometry.path_checks import check_joints, check_still, checked_axes, of_curves
-from splinefeed.geometry.pieces import Pieces
+from splinefeed.geometry.pieces import Pieces, clipped
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
-from splinefeed.geometry.tables import arc_rows, read_only, span_rows
+from splinefeed.geometry.tables import arc_pieces, read_only, span_pieces
 from splinefeed.records import Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
 
 #: Up to so many curves, a loop is faster than arrays.
@@ -238,47 +238,33 @@ class Path:
         return degree, len(self.axes), -self.linear if mixed else self.linear, rational
 
     @cached_property
-    def spans(self) -> tuple[Array, IntArray]:
-        """Knot spans, some in parts, as polynomial pieces (pieces, width), and first and last row of each curve."""
+    def span_pieces(self) -> Pieces:
+        """Knot spans, some in parts, as polynomial pieces, to be evaluated."""
         if self.shape[0] == 1 and not self.shape[3]:
-            return self.table, self.curve_rows  # a line is its own arc-length piece
-        if len(self.flat) == 1:
-            table = self._joined[0].table[0]
-            return table, read_only(np.array([[0, len(table) - 1]]))
-        return span_rows(self.flat, self.shape)
-
-    @cached_property
-    def _tables(self) -> tuple[Array, IntArray, Array]:
-        """All arc-length pieces (pieces, width), first and last row of each curve, and where each curve starts, mm."""
-        if len(self.flat) == 1 and self.linear == len(self.axes):
-            arc = self._joined[0].arc
-            return arc.table, read_only(np.array([[0, len(arc.table) - 1]])), read_only(np.array([0.0, arc.length]))
-        return arc_rows(self.flat, self.shape, self._joined, "curve {} of the path: ")
+            return self.arc_pieces  # a line is its own arc-length piece
+        return span_pieces(self.flat, self.shape)
 
     @cached_property
     def arc_pieces(self) -> Pieces:
         """`table`, to be searched by arc length and parameter."""
-        return Pieces(self.table, self.shape, self.curve_rows)
-
-    @cached_property
-    def span_pieces(self) -> Pieces:
-        """`spans`, to be evaluated."""
-        return Pieces(self.spans[0], self.shape, self.spans[1])
+        if len(self.flat) == 1 and self.linear == len(self.axes):
+            return self._joined[0].arc
+        return arc_pieces(self.flat, self.shape, self._joined, "curve {} of the path: ")
 
     @property
     def table(self) -> Array:
         """All arc-length pieces of the path, (pieces, width), in the shape of the path; see `kernels.layout`."""
-        return self._tables[0]
+        return self.arc_pieces.table
 
     @property
     def curve_rows(self) -> IntArray:
         """First and last row of each curve in `table`, (curves, 2)."""
-        return self._tables[1]
+        return self.arc_pieces.rows
 
     @property
     def curve_starts(self) -> Array:
         """Arc length at which each curve starts, and the path's length at last, (curves + 1,), mm."""
-        return self._tables[2]
+        return self.arc_pieces.curve_starts
 
     @cached_property
     def length(self) -> float:
@@ -301,12 +287,8 @@ class Path:
 
     def locate(self, s: ArrayLike) -> tuple[IntArray, Array]:
         """Curve index and parameter (...) at arc lengths s (...), mm; InputError outside [0, length]."""
-        values = np.asarray(s, dtype=np.float64)
-        slack = 1e-12 * self.length
-        outside = ~((values >= -slack) & (values <= self.length + slack))
-        if np.any(outside):
-            raise InputError(f"arc length {values[outside].flat[0]:g} mm is outside the path's [0, {self.length:g}] mm")
-        flat = np.clip(values, 0.0, self.length).ravel()
+        values = clipped(s, 0.0, self.length, 1e-12 * self.length, "arc length", "the path's", " mm")
+        flat = values.ravel()
         out = self.arc_pieces.parameters(flat)
         out[flat == self.length] = self.flat.domains[-1, 1]  # no rounding may keep a path from its end
         curve = np.clip(np.searchsorted(self.curve_starts, flat, side="right") - 1, 0, len(self.curves) - 1)
@@ -323,8 +305,6 @@ class Path:
         At a knot the piece on its right is taken, or with side="left" the one on its left.
         """
         index, values = self._places(curve, u)
-        if len(self.curves) == 1:
-            return self._joined[0].derivatives(values, order, side=side)
         if order not in (0, 1, 2, 3):
             raise InputError(f"order is {order!r}; expected 0 to 3")
         out = self.span_pieces.evaluate(index.ravel(), values.ravel(), order, _is_left(side))
@@ -352,12 +332,7 @@ class Path:
             )
         start, end = np.moveaxis(self.flat.domains[index], -1, 0)
         slack = 4.0 * np.finfo(float).eps * np.maximum(np.abs(start), np.abs(end))
-        outside = ~((values >= start - slack) & (values <= end + slack))
-        if np.any(outside):
-            k = int(np.flatnonzero(outside)[0])
-            low, high = self.flat.domains[int(index.flat[k])]
-            raise InputError(f"parameter {values.flat[k]:g} is outside the curve's domain [{low:g}, {high:g}]")
-        return index, np.clip(values, start, end)
+        return index, clipped(values, start, end, slack, "parameter", "the curve's domain")
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Least and greatest coordinates (axes,), mm, rotary axes rad."""

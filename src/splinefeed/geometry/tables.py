@@ -11,8 +11,8 @@ import numpy as np
 
 from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.curves import Flat
-from splinefeed.geometry.pieces import arc, chunks, coefficients, speed
+from splinefeed.geometry.curves import Flat as Flat
+from splinefeed.geometry.pieces import Pieces, arc, chunks, coefficients, speed
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -333,15 +333,15 @@ def _table(groups: list[Spans], shape: Shape, holds: Callable[[Spans, Array], Bo
     return table, read_only(np.column_stack([np.concatenate([[0], ends[:-1]]), ends - 1]))
 
 
-def span_rows(flat: Flat, shape: Shape) -> tuple[Array, IntArray]:
-    """Knot spans of all curves, some in parts, (pieces, width), in `shape`; first and last row of each curve (n, 2)."""
+def span_pieces(flat: Flat, shape: Shape) -> Pieces:
+    """Knot spans of all curves, some in parts, as pieces of `shape`."""
 
     def holds(part: Spans, c: Array) -> BoolArray:
         a, _ = part.own(c, shape)
         return keeps_digits(a[-1] if part.rational else None, part.degree, part.share)
 
     table, rows = _table(Spans.of(flat), shape, holds)
-    return read_only(table), rows
+    return Pieces(read_only(table), shape, rows)
 
 
 def rough_lengths(groups: list[Spans], shape: Shape) -> Array:
@@ -356,8 +356,8 @@ def rough_lengths(groups: list[Spans], shape: Shape) -> Array:
     return total
 
 
-def arc_rows(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str = "") -> tuple[Array, IntArray, Array]:
-    """Arc-length pieces of all curves (pieces, width), first and last row (n, 2), and where each starts (n + 1,), mm.
+def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str = "") -> Pieces:
+    """Arc-length pieces of all curves.
 
     curves  the same as `flat`. Raises CurveError for a curve without length, or one that would need too many pieces,
     which begins with `where`, filled in with the number of the curve.
@@ -395,36 +395,32 @@ def arc_rows(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: str 
         raise refused(error.curve, f"would need more than {MAX_ROWS} arc-length pieces") from None
     lengths = table[:, START].copy()
     check(np.arange(len(flat)), np.add.reduceat(lengths, rows[:, 0]))
-    return _started(table, rows, lengths)
+    return _started(table, shape, rows, lengths)
 
 
-def _started(table: Array, rows: IntArray, lengths: Array) -> tuple[Array, IntArray, Array]:
-    """A table with the arc length at which each piece starts, which takes so many mm (pieces,); see `arc_rows`."""
+def _started(table: Array, shape: Shape, rows: IntArray, lengths: Array) -> Pieces:
+    """Arc-length pieces so long, (pieces,), mm, one behind the other."""
     starts = compensated_sums(lengths)
     table[:, START] = starts[:-1]
     starts[-1] = starts[-2] + lengths[-1]  # the length is S at the end, to the bit
-    return read_only(table), rows, read_only(starts[np.append(rows[:, 0], len(table))])
+    return Pieces(read_only(table), shape, rows, read_only(starts[np.append(rows[:, 0], len(table))]))
 
 
-def in_a_row(tables: Sequence[tuple[Array, IntArray]]) -> tuple[Array, IntArray]:
-    """Tables of one shape, (pieces, width) each, with first and last row of their curves (n, 2), one behind the other.
+def in_a_row(parts: Sequence[Pieces], *, measured: bool) -> Pieces:
+    """Pieces of one shape one behind the other, with the bits of a table of all their curves.
 
-    The same bits as a table of all these curves.
+    measured  whether they are arc-length pieces, to be measured from the first one on
     """
-    begins = np.cumsum([0, *(len(table) for table, _ in tables)]).tolist()
-    rows = np.concatenate([rows + begin for (_, rows), begin in zip(tables, begins, strict=False)])
-    return read_only(np.concatenate([table for table, _ in tables])), read_only(rows)
-
-
-def measured_in_a_row(tables: Sequence[tuple[Array, IntArray]]) -> tuple[Array, IntArray, Array]:
-    """The same of arc-length pieces, measured from the first one on, and where each curve starts (n + 1,), mm."""
-    table, rows = in_a_row(tables)
-    table.setflags(write=True)
+    table, shape = np.concatenate([each.table for each in parts]), parts[0].shape
+    begins = np.cumsum([0, *(len(each.table) for each in parts)]).tolist()
+    rows: IntArray = read_only(np.concatenate([each.rows + begin for each, begin in zip(parts, begins, strict=False)]))
+    if not measured:
+        return Pieces(read_only(table), shape, rows)
     lengths = np.empty(len(table))
     for few in chunks(len(table), BLOCK):
         c = np.ascontiguousarray(table[few, : ARC + ARC_TERMS].T)
         lengths[few] = arc(c, (c[HIGH] - c[MIDDLE]) * c[SCALE])
-    return _started(table, rows, lengths)
+    return _started(table, shape, rows, lengths)
 
 
 class TooManyPiecesError(CurveError):

@@ -140,9 +140,9 @@ def _bezier_weights(base: NurbsCurve) -> Array:
     if base.weights is None:
         return np.ones((spans, q + 1))
     missing = np.repeat(base.breaks[1:-1], q - _multiplicity(base, base.breaks[1:-1]))
-    weights = (base.with_knots(*missing) if len(missing) else base).kernel_weights
+    weights = (base.with_knots(*missing) if len(missing) else base).weights
     # weights that are equal are dropped by the curve: any of them will do
-    weights = weights if len(weights) else np.ones(spans * q + 1)
+    weights = np.ones(spans * q + 1) if weights is None else weights
     return np.asarray(weights[np.arange(spans)[:, None] * q + np.arange(q + 1)])
 
 

@@ -14,7 +14,7 @@ from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.pieces import Pieces
-from splinefeed.geometry.tables import read_only, span_rows
+from splinefeed.geometry.tables import read_only, span_pieces
 from splinefeed.records import Array, IntArray
 
 #: What the second curve of a tool path can be.
@@ -156,9 +156,7 @@ class ToolPath(Path):
         """All curves of the tool axis, to be evaluated together."""
         assert self.tool_axis is not None
         flat = Flat.of(self.tool_axis)
-        shape = int(flat.degrees.max()), self.columns, self.columns, int(flat.rational.max())
-        table, rows = span_rows(flat, shape)
-        return Pieces(table, shape, rows)
+        return span_pieces(flat, (int(flat.degrees.max()), self.columns, self.columns, int(flat.rational.max())))
 
     @cached_property
     def samples(self) -> tuple[IntArray, Array]:
