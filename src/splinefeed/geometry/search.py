@@ -45,12 +45,10 @@ CELL_SAMPLES = 4
 ROUNDING = 1e-15
 #: Bisections of a cell before minima are searched without proof that there is one at most.
 MAX_BISECTIONS = 4
-#: Newton steps where one minimum is sure, and inside a bracket; the step in t behind which the next is rounding.
-SURE_STEPS, MAX_STEPS, SMALL_STEP = 8, 60, 1e-9
+#: Newton steps inside a bracket, and the step in t behind which the next is rounding.
+MAX_STEPS, SMALL_STEP = 60, 1e-9
 #: So many cells of a window are searched without the tree, and pairs of a position and a node at a time.
 FEW_CELLS, MOST_PAIRS = 8, 1 << 20
-#: Neighbouring positions that share a search of the whole path, if it finds them no more cells than this.
-GROUP, MOST_OF_GROUP = 16, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,71 +303,22 @@ class Search:
         own, t = nearest // CELL_SAMPLES, samples[nearest]
         row = cells.row[own]
         gathered = self._gathered(row, q)
-        square, slope, bend, _ = self._squared(*gathered, t)
-        found = Found(row, t, square)
+        known = self._squared(*gathered, t)
+        found = Found(row, t, known[0])
         # where the distance is convex over the whole cell its minimum is found at once, and is near the path's
         h = np.maximum(cells.high[own] - t, t - cells.low[own]) * cells.speed[own]
         with np.errstate(invalid="ignore"):
-            sure = np.flatnonzero((np.sqrt(square) + h) * cells.bend[own] < 1.0)
+            sure = np.flatnonzero((np.sqrt(found.square) + h) * cells.bend[own] < 1.0)
         ends = cells.low[own], cells.high[own]
-        at, lowest, settled = self._newton(*taken(sure, *gathered, t, square, slope, bend, *ends))
-        sure = sure[settled]
-        found.put(sure, Found(row[sure], at[settled], lowest[settled]))
+        found.put(sure, self._descend(*taken(sure, row, *gathered, *ends, t), taken(sure, *known)))
         done = np.full(len(row), -1)
         done[sure] = own[sure]
-        owner, cell = self._groups(q, found.square)
+        lowest, highest = np.zeros(len(row), dtype=np.int64), np.full(len(row), len(cells.row) - 1)
+        owner, cell = self._candidates(q, lowest, highest, found.square)
         other = done[owner] != cell
         owner, cell = owner[other], cell[other]
         self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
         return found
-
-    def _newton(
-        self, terms: Array, away: Array, t: Array, square: Array, slope: Array, bend: Array, low: Array, high: Array
-    ) -> tuple[Array, Array, BoolArray]:
-        """t (n,) in [low, high] of the least |C - Q|^2, mm^2, where this is convex, that, and whether it was found.
-
-        What has converged is not changed again, so that its bits do not depend on its neighbours.
-        """
-        settled, lowest = np.zeros(len(t), dtype=bool), square
-        for _ in range(SURE_STEPS):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                newton = np.minimum(np.maximum(t - slope / bend, low), high)
-                least = np.maximum(square - slope * slope / bend, 0.0)
-            # convex by arc length is not convex by t
-            after = np.where(bend > 0.0, newton, np.where(slope > 0.0, low, np.where(slope < 0.0, high, t)))
-            inner = (bend > 0.0) & (after > low) & (after < high)
-            lowest = np.where(settled, lowest, np.where(inner, np.minimum(least, square), square))
-            ends = np.where(inner, np.abs(after - t) < SMALL_STEP, after == t)
-            t = np.where(settled, t, after)
-            settled |= ends
-            if settled.all():
-                break
-            square, slope, bend, _ = self._squared(terms, away, t)
-        return t, lowest, settled
-
-    def _groups(self, q: Array, best: Array) -> tuple[IntArray, IntArray]:
-        """Pairs of a position and a cell that can be nearer than `best` (n,), mm^2, GROUP neighbours at a time.
-
-        All of a group are within r of its first position. A cell that is nearer to one of them than `best` is no
-        further from the first than that and r.
-        """
-        cells, count = self.cells, q.shape[1]
-        first = np.arange(0, count, GROUP)
-        of = np.arange(count) // GROUP
-        away = q - q[:, first][:, of]
-        reach = np.zeros(count)
-        for a in range(self.dims):
-            reach += away[a] * away[a]
-        reach = np.maximum.reduceat(np.sqrt(best) + np.sqrt(reach), first)
-        lowest, highest = np.zeros(len(first), dtype=np.int64), np.full(len(first), len(cells.row) - 1)
-        group, cell = self._candidates(q[:, first], lowest, highest, reach * reach * (1.0 + ROUNDING))
-        if len(group) > MOST_OF_GROUP * len(first):  # not neighbours at all
-            return self._candidates(q, np.zeros(count, dtype=np.int64), np.full(count, len(cells.row) - 1), best)
-        begin, end = np.searchsorted(group, of, side="left"), np.searchsorted(group, of, side="right")
-        owner = np.repeat(np.arange(count), end - begin)
-        cell = cell[np.arange(len(owner)) - np.repeat(np.cumsum(end - begin) - end, end - begin)]
-        near = self._cell_bound(q[:, owner], cell) <= best[owner]
-        return owner[near], cell[near]
 
     def _candidates(self, q: Array, first: IntArray, last: IntArray, best: Array) -> tuple[IntArray, IntArray]:
         """Pairs of a position and a cell in [first, last] (n,) that can be nearer than `best` (n,), mm^2."""
@@ -462,47 +411,59 @@ class Search:
             row = cells.row[cell]
             gathered = self._gathered(row, q[:, owner])
             for end, inwards in ((low, -1.0), (high, 1.0)):
-                square, slope, bend, _ = self._squared(*gathered, end)
+                square, slope, _, _ = self._squared(*gathered, end)
                 found.better(owner, Found(row, end, square))
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    start = np.where(bend > 0.0, np.clip(end - slope / bend, low, high), 0.5 * (low + high))
-                falls = slope * inwards > 0.0
-                todo.append(taken(falls, owner, row, low, high, start))
+                todo.append(taken(slope * inwards > 0.0, owner, row, low, high, end))
         if todo:
             owner, row, low, high, start = (np.concatenate(each) for each in zip(*todo, strict=True))
-            found.better(owner, self._descend(q[:, owner], row, low, high, start), slack=4.0 * ROUNDING)
+            least = self._descend(row, *self._gathered(row, q[:, owner]), low, high, start)
+            found.better(owner, least, slack=4.0 * ROUNDING)
 
-    def _descend(self, q: Array, row: IntArray, low: Array, high: Array, t: Array) -> Found:
+    def _descend(
+        self,
+        row: IntArray,
+        terms: Array,
+        away: Array,
+        low: Array,
+        high: Array,
+        t: Array,
+        known: tuple[Array, ...] | None = None,
+    ) -> Found:
         """A minimum of |C - Q|^2 over t in [low, high] (n,): Newton's method on its slope, from t, in a bracket.
 
-        The last step is so small that the parabola tells the minimum to rounding.
+        known  `_squared` at t. The last step is so small that the parabola tells the minimum to rounding. What has
+        converged is not changed again, so that its bits do not depend on its neighbours.
         """
-        found = Found(row, t.copy(), np.full(len(t), np.inf))
-        terms, away = self._gathered(row, q)
+        found = Found(row, t, np.full(len(t), np.inf))
         index, left, right, longest = np.arange(len(t)), low, high, high - low
         left_seen, right_seen = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
         for _ in range(MAX_STEPS):
             if not len(index):
                 break
-            square, slope, bend, _ = self._squared(terms, away, t)
-            found.better(index, Found(row[index], t, square))
-            at_end = ((slope > 0.0) & (t <= left)) | ((slope < 0.0) & (t >= right)) | (slope == 0.0)
-            right, left = np.where(slope > 0.0, t, right), np.where(slope < 0.0, t, left)
-            right_seen, left_seen = right_seen | (slope > 0.0), left_seen | (slope < 0.0)
+            square, slope, bend, _ = self._squared(terms, away, t) if known is None else known
+            known = None
+            rises, falls = slope > 0.0, slope < 0.0
+            at_end = (rises & (t <= left)) | (falls & (t >= right)) | (slope == 0.0)
+            right, left = np.where(rises, t, right), np.where(falls, t, left)
+            right_seen, left_seen = right_seen | rises, left_seen | falls
             with np.errstate(divide="ignore", invalid="ignore"):
-                after = np.where(bend > 0.0, t - slope / bend, np.where(slope > 0.0, low - 1.0, high + 1.0))
+                newton = np.where(bend > 0.0, t - slope / bend, np.where(rises, -np.inf, np.inf))
                 lowest = np.maximum(square - slope * slope / bend, 0.0)
-            last = ~at_end & (np.abs(after - t) < SMALL_STEP) & (low <= after) & (after <= high)
-            if last.any():
-                ends = Found(row[index[last]], after[last], lowest[last])
-                found.better(index[last], ends, slack=4.0 * ROUNDING)
+            after = np.minimum(np.maximum(newton, low), high)
+            last = ~at_end & (after == newton) & (np.abs(after - t) < SMALL_STEP)
+            at, least = np.where(last, after, t), np.where(last, np.minimum(lowest, square), square)
+            if len(index) == len(row):
+                found.t, found.square = at, least
+            else:
+                found.t[index], found.square[index] = at, least
             wide = ((after <= left) & left_seen) | ((after >= right) & right_seen) | (np.abs(after - t) > longest)
-            after = np.clip(np.where(wide, 0.5 * (left + right), after), left, right)
+            after = np.where(wide, 0.5 * (left + right), after)
             going = ~at_end & ~last & (after != t)
-            longest = 0.5 * np.abs(after - t)
-            index, left, right, low, high, longest, left_seen, right_seen, t, terms, away = taken(
-                going, index, left, right, low, high, longest, left_seen, right_seen, after, terms, away
-            )
+            longest, t = 0.5 * np.abs(after - t), after
+            if not going.all():
+                index, left, right, low, high, longest, left_seen, right_seen, t, terms, away = taken(
+                    going, index, left, right, low, high, longest, left_seen, right_seen, t, terms, away
+                )
         return found
 
     # --- near a place ------------------------------------------------------------------------------------------------
@@ -526,7 +487,8 @@ class Search:
         row = rows.at(hint)
         t = rows.parameter(row, np.clip(hint - rows.start[row], 0.0, rows.end[row] - rows.start[row]))
         terms, away = self._gathered(row, q)
-        square, slope, bend, _ = self._squared(terms, away, t)
+        known = self._squared(terms, away, t)
+        square = known[0]
         found = Found(row, t, square)
         half = np.maximum(max(window, LEAST_WINDOW * self.length), REACH * np.sqrt(square))
         first = np.searchsorted(cells.s, hint - half, side="right") - 1
@@ -540,12 +502,14 @@ class Search:
         index = np.flatnonzero(sure & (square > 0.0))
         if len(index):
             ends = np.full(len(t), 1.0)
-            every: tuple[Any, ...] = (terms, away, t, square, slope, bend, -ends, ends)
-            at, lowest, settled = self._newton(*(every if len(index) == len(t) else taken(index, *every)))
+            every: tuple[Any, ...] = (row, terms, away, -ends, ends, t, *known)
+            every = every if len(index) == len(t) else taken(index, *every)
+            least = self._descend(*every[:6], every[6:])
             with np.errstate(invalid="ignore"):
-                settled &= np.abs(rows.arc_length(row[index], at) - hint[index]) < half[index] * (1.0 - ON_EDGE)
-            at, lowest, index = at[settled], lowest[settled], index[settled]
-            found.put(index, Found(row[index], at, lowest))
+                off = np.abs(rows.arc_length(least.row, least.t) - hint[index])
+                settled = np.flatnonzero(off < half[index] * (1.0 - ON_EDGE))
+            index = index[settled]
+            found.put(index, least.take(settled))
         rest = found.square > 0.0
         rest[index] = False
         if rest.any():
