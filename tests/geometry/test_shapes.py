@@ -296,14 +296,13 @@ KNOWN = "known are naca, butterfly, circle, ellipse, figure-eight, helix, line"
 REFUSED_TEXTS = {
     "": "shape is ''; expected a text such as 'naca:0025?perimeter=33'",
     "x" * 501: "a shape's text has 501 characters; at most 500 are read",
-    "cirlce": f"cirlce: there is no shape 'cirlce'; did you mean 'circle'? {KNOWN}",
-    "spline": f"spline: there is no shape 'spline'; did you mean 'line'? {KNOWN}",
+    "cirlce": f"cirlce: there is no shape 'cirlce'; {KNOWN}",
+    "spline": f"spline: there is no shape 'spline'; {KNOWN}",
     "qqq?a=1": f"qqq?a=1: there is no shape 'qqq'; {KNOWN}",
     "naca": "naca: naca needs its code after a colon, as in 'naca:0025?perimeter=33'",
     "naca:?chord=1": "naca:?chord=1: naca needs its code after a colon, as in 'naca:0025?perimeter=33'",
-    "circle:3": "circle:3: circle takes nothing after a colon; write options as in 'circle?radius=10'",
-    "circle?radis=3": "circle?radis=3: circle has no option 'radis'; did you mean 'radius'? "
-    "known are radius, center, tangential",
+    "circle:3": "circle:3: circle takes nothing after a colon, as in 'circle?radius=10'",
+    "circle?radis=3": "circle?radis=3: circle has no option 'radis'; known are radius, center, tangential",
     "circle?": "circle?: circle has no option ''; known are radius, center, tangential",
     "circle?radius": "circle?radius: radius has no value; write radius=...",
     "circle?radius=": "circle?radius=: radius has no value; write radius=...",

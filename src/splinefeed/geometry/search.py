@@ -310,7 +310,7 @@ class Search:
         with np.errstate(invalid="ignore"):
             sure = np.flatnonzero((np.sqrt(found.square) + h) * cells.bend[own] < 1.0)
         ends = cells.low[own], cells.high[own]
-        found.put(sure, self._descend(*taken(sure, row, *gathered, *ends, t), taken(sure, *known)))
+        found.put(sure, self._descend(*taken(sure, row, *gathered, *ends, t), known=taken(sure, *known)))
         done = np.full(len(row), -1)
         done[sure] = own[sure]
         lowest, highest = np.zeros(len(row), dtype=np.int64), np.full(len(row), len(cells.row) - 1)
@@ -427,6 +427,7 @@ class Search:
         low: Array,
         high: Array,
         t: Array,
+        *,
         known: tuple[Array, ...] | None = None,
     ) -> Found:
         """A minimum of |C - Q|^2 over t in [low, high] (n,): Newton's method on its slope, from t, in a bracket.
@@ -504,7 +505,7 @@ class Search:
             ends = np.full(len(t), 1.0)
             every: tuple[Any, ...] = (row, terms, away, -ends, ends, t, *known)
             every = every if len(index) == len(t) else taken(index, *every)
-            least = self._descend(*every[:6], every[6:])
+            least = self._descend(*every[:6], known=every[6:])
             with np.errstate(invalid="ignore"):
                 off = np.abs(rows.arc_length(least.row, least.t) - hint[index])
                 settled = np.flatnonzero(off < half[index] * (1.0 - ON_EDGE))

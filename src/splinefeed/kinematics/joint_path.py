@@ -368,10 +368,10 @@ class JointPath:
             for by in (2.0 * math.pi * whole for whole in possible):
                 joints[-1] = turns + by
                 further = np.maximum(ends[:, :1] - joints, joints - ends[:, 1:])
-                k, worst = np.unravel_index(int(np.argmax(further)), further.shape)
+                joint, worst = divmod(int(np.argmax(further)), further.shape[1])
                 cost = float(abs(tilts[0] - self._start[0]) + abs(turns[0] + by - self._start[1]))
-                reach = float(np.min(joints[k])), float(np.max(joints[k])), float(self._s[worst])
-                found.append((max(float(further[k, worst]), LEFT), cost, half + by, int(k), *reach))
+                reach = float(np.min(joints[joint])), float(np.max(joints[joint])), float(self._s[worst])
+                found.append((max(float(further[joint, worst]), LEFT), cost, half + by, joint, *reach))
         beyond, _, by, joint, least, most, place = min(found)
         if beyond > LEFT:
             _refuse_travel(self.axes[joint], (ends[joint, 0], ends[joint, 1]), least, most, self.tool.place(place))
