@@ -179,7 +179,7 @@ def test_circle_from_a_dozen_points_is_round():
     points = 10.0 * np.column_stack([np.cos(angle), np.sin(angle)])
     path = fit(points, 1e-3, closed=True).path()
     assert path.closed
-    assert path.corners == ()
+    assert not len(path.corners)
     np.testing.assert_allclose(np.linalg.norm(path(np.linspace(0.0, path.length, 500)), axis=1), 10.0, atol=5e-3)
     np.testing.assert_allclose(signed_curvature(path), 0.1, rtol=0.05)
 

@@ -39,7 +39,7 @@ def assert_same(one: Path, other: Path) -> None:
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
     for name in ("shape", "length", "size", "closed", "stops", "dwells", "gaps", "axes", "name", "findings", "markers"):
         assert getattr(one, name) == getattr(other, name), name
-    assert one.corners == other.corners
+    assert list(one.corners) == list(other.corners)
     assert one.minimum_radius() == other.minimum_radius()
     for a, b in zip(one.bounding_box(), other.bounding_box(), strict=True):
         assert np.array_equal(a, b)

@@ -26,8 +26,8 @@ from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, reso
 from splinefeed.geometry.tables import arc_pieces, read_only, span_pieces
 from splinefeed.records import Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
 
-#: Up to so many curves, a loop is faster than arrays.
-_FEW = 8
+#: What is said of each curve.
+_OF_EACH = ("feeds", "tolerances")
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
 #: Ends of neighbouring curves further apart than this, mm, are a gap by default.
 JOIN_TOLERANCE = RESOLUTION
@@ -104,7 +104,7 @@ class Path:
             if not 0 <= marker.before <= count:
                 raise InputError(f"marker {marker.text!r} is before curve {marker.before} of {count}")
         if count > 1:
-            check_joints(self._ends, self.tolerance)
+            check_joints(self.ends, self.tolerance)
             if not self._tied:
                 self._leave_out_points()
             self._close_gaps()
@@ -113,10 +113,10 @@ class Path:
 
     def _close_gaps(self) -> None:
         """Let each curve of the motion begin where the last one ends; `curves` stay as they were given."""
-        if isinstance(self.curves, Lines) or not np.any(open_joints(self._ends)):
+        if isinstance(self.curves, Lines) or not np.any(open_joints(self.ends)):
             return
         self.findings += tuple(each for each in said_of(self.gaps, JOIN_TOLERANCE) if each not in self.findings)
-        self._move_along(closed(self.curves, self._ends, self.linear))
+        self._move_along(closed(self.curves, self.ends, self.linear))
 
     def _leave_out_points(self) -> None:
         """Leave out the curves that are shorter than the resolution, with their feeds and tolerances."""
@@ -128,16 +128,14 @@ class Path:
         self.findings += (f"{count} curve(s) shorter than {1e6 * RESOLUTION:g} nm left out, the first curve {first}",)
         self.curves = chosen(self.curves, kept)
         self._move_along(self.curves)
-        self.feeds = None if self.feeds is None else read_only(self.feeds[kept])
-        self.tolerances = None if self.tolerances is None else read_only(self.tolerances[kept])
-        before = np.searchsorted(kept, [marker.before for marker in self.markers]).tolist()
-        self.markers = tuple(dataclasses.replace(m, before=k) for m, k in zip(self.markers, before, strict=True))
+        for name, value in _kept(self._said(), kept).items():
+            setattr(self, name, value)
 
     def _move_along(self, curves: Sequence[NurbsCurve]) -> None:
         """Set other curves for the motion."""
         if curves is not self._joined:
             self._joined = curves
-            for name in ("flat", "_ends"):
+            for name in ("flat", "ends"):
                 self.__dict__.pop(name, None)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -159,43 +157,22 @@ class Path:
         }
 
     @classmethod
-    def polyline(
-        cls,
-        points: Points,
-        axes: Sequence[str] | None = None,
-        *,
-        name: str = "path",
-        findings: Sequence[str] = (),
-        feeds: ArrayLike | None = None,
-        tolerances: ArrayLike | None = None,
-        markers: Iterable[Marker] = (),
-        repair: bool = False,
-    ) -> Path:
+    def polyline(cls, points: Points, axes: Sequence[str] | None = None, *, repair: bool = False, **said: Any) -> Path:
         """The straight lines between neighbouring points (n + 1, axes), mm, rotary axes rad; a million in a second.
 
-        The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only on access. With
-        `repair`, lines without length are left out with a finding, their feeds and tolerances with them, and markers
-        stay between the same neighbours. Otherwise they raise CurveError, as values that are not finite do; and all
-        that `Path` raises.
+        The same path, to the bit, as one of as many NurbsCurve of degree 1, but these are made only on access; name,
+        feeds, markers, ... as for `Path`. With `repair`, lines without length are left out with a finding, their feeds
+        and tolerances with them, and markers stay between the same neighbours. Otherwise they raise CurveError, as
+        values that are not finite do; and all that `Path` raises.
         """
-        said = {"name": name, "findings": findings, "feeds": feeds, "tolerances": tolerances, "markers": markers}
-        if not repair:
-            return cls(Lines(points), axes, **said)  # type: ignore[arg-type]
-        given = frozen_array(points, "points", 2)
+        given = frozen_array(points, "points", 2) if repair else np.zeros((0, 1))
         kept = lines_with_length(given)
         if len(kept) in (0, len(given) - 1):
-            return cls(Lines(given), axes, **said)  # type: ignore[arg-type]
+            return cls(Lines(points), axes, **said)  # type: ignore[arg-type]
         first = int(np.setdiff1d(np.arange(len(given) - 1), kept)[0])
         dropped = f"{len(given) - 1 - len(kept)} line(s) without length left out, the first between points"
-        return cls(
-            Lines(given[np.append(kept, kept[-1] + 1)]),
-            axes,
-            name=name,
-            findings=(*findings, f"{dropped} {first} and {first + 1}"),
-            feeds=None if feeds is None else np.asarray(feeds)[kept],
-            tolerances=None if tolerances is None else np.asarray(tolerances)[kept],
-            markers=[dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in markers],
-        )
+        said["findings"] = (*said.get("findings", ()), f"{dropped} {first} and {first + 1}")
+        return cls(Lines(given[np.append(kept, kept[-1] + 1)]), axes, **_kept(said, kept))
 
     @cached_property
     def flat(self) -> Flat:
@@ -208,22 +185,14 @@ class Path:
         return self._joined
 
     @cached_property
-    def _ends(self) -> Array:
-        """First and last point of each curve, (curves, 2, axes)."""
-        few = not isinstance(self._joined, Packed) and len(self._joined) <= _FEW
-        ends = np.array([curve.ends for curve in self._joined]) if few else self.flat.ends(self._joined)
-        ends.setflags(write=False)
-        return ends
-
-    @property
     def ends(self) -> Array:
         """First and last point of each curve, (curves, 2, axes), mm, rotary axes rad."""
-        return self._ends
+        return read_only(self.flat.ends(self._joined))
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:
         """How far the end of each curve was given from the start of the next one, mm (rotary axes rad)."""
-        return tuple(np.linalg.norm(self._ends[1:, 0] - self._ends[:-1, 1], axis=1).tolist())
+        return tuple(np.linalg.norm(self.ends[1:, 0] - self.ends[:-1, 1], axis=1).tolist())
 
     # --- its length -------------------------------------------------------------------------------------------------
 
@@ -280,7 +249,7 @@ class Path:
     def closed(self) -> bool:
         """Whether it ends where it begins, within its tolerance, over the linear axes, or over all if it has none."""
         columns = slice(self.linear or None)
-        gap = self._ends[-1, 1, columns] - self._ends[0, 0, columns]
+        gap = self.ends[-1, 1, columns] - self.ends[0, 0, columns]
         return bool(np.linalg.norm(gap) <= max(self.tolerance, 1e-9 * self.size))
 
     # --- where it is ------------------------------------------------------------------------------------------------
@@ -337,7 +306,7 @@ class Path:
     def bounding_box(self) -> tuple[Array, Array]:
         """Least and greatest coordinates (axes,), mm, rotary axes rad."""
         flat = self.flat
-        low, high = self._ends.min(axis=(0, 1)), self._ends.max(axis=(0, 1))
+        low, high = self.ends.min(axis=(0, 1)), self.ends.max(axis=(0, 1))
         lows = np.minimum.reduceat(flat.points, flat.point_starts[:-1])
         highs = np.maximum.reduceat(flat.points, flat.point_starts[:-1])
         # the furthest reaching ones first: then most of the others lie within the box that is there already
@@ -400,15 +369,12 @@ class Path:
     def reversed(self) -> Path:
         """The same path traversed from its end to its start, feeds and markers turned with it."""
         count = len(self.curves)
-        turned = {
-            "feeds": None if self.feeds is None else self.feeds[::-1],
-            "tolerances": None if self.tolerances is None else self.tolerances[::-1],
-            "markers": [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)],
-        }
+        said = _kept(self._said(), np.arange(count)[::-1])
+        said["markers"] = [dataclasses.replace(m, before=count - m.before) for m in reversed(self.markers)]
         curves: Iterable[NurbsCurve] = [c.reversed() for c in reversed(self.curves)]
         if isinstance(self.curves, Lines):
             curves = Lines(self.curves.points[::-1])
-        return Path(curves, self.axes, **{**self._said(), **turned}, tolerance=self.tolerance)
+        return Path(curves, self.axes, **said, tolerance=self.tolerance)
 
     def beginning_at(self, point: ArrayLike) -> Path:
         """The same path with its start moved to a point (axes,) next to it, as gaps are; see `geometry.joints`."""
@@ -438,6 +404,13 @@ class Path:
 
     def __repr__(self) -> str:
         return f"Path({self.name!r}, {len(self.curves)} curve(s), axes {' '.join(self.axes)}, {self.length:.6g} mm)"
+
+
+def _kept(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
+    """What is said of a path when only its curves of these numbers (m,) are kept."""
+    each = {name: None if said.get(name) is None else read_only(np.array(said[name])[kept]) for name in _OF_EACH}
+    markers = [dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in said.get("markers", ())]
+    return {**said, **each, "markers": tuple(markers)}
 
 
 def _is_left(side: str) -> bool:
