@@ -15,7 +15,7 @@ from splinefeed.geometry import shapes
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.fitting import distances, fit, fit_function
 from splinefeed.geometry.fitting import points as fitting_points
-from splinefeed.geometry.fitting.corners import corner_indices
+from splinefeed.geometry.fitting.points import corner_indices
 
 
 def brute_force(curves, points, samples=20_000):
