@@ -35,10 +35,6 @@ ON_EDGE = 1e-9
 CELL_TURN = 0.6
 #: A cell is cut by no more bisections than this, and none shorter than this, relative to the path.
 MAX_HALVINGS, NO_LENGTH = 50, 1e-14
-#: Places in a cell at which speed and bend are sampled, and what is allowed for between them.
-SAMPLES, MARGIN = 17, 1.2
-#: Newton steps to where a curve is slowest.
-SLOW_STEPS = 8
 #: Places of a cell from which the search of the whole path begins.
 CELL_SAMPLES = 4
 #: Rounding of a length or a coordinate, relative, as bounds allow for it.
@@ -184,69 +180,34 @@ class Search:
         return reach if turns is None else np.where(turns[row], 0.0, reach)
 
     def _bends(self, row: IntArray, low: Array, high: Array) -> tuple[Array, Array, Array]:
-        """Greatest |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,), with MARGIN.
+        """Bounds of |dC/dt|, mm, curvature, 1/mm, and |d2C/dt2|, mm, from low to high (n,) of rows (n,).
 
-        At SAMPLES places, and where the curve is slowest between two of them: there the curvature peaks.
+        About the middle, C - C_0 = B / w with B_0 = 0 in x = (t - middle) / half, |x| <= 1, where sum |B_k| bounds |B|
+        and |B'| >= 2 |B_1| - sum k |B_k|. With r the bound of |C - C_0|, from C' = (B' - w' (C - C_0)) / w and its
+        derivative; infinite where they say nothing. The curvature is |C''| / |C'|^2 at most.
         """
-        if self.rows.degree == 1 and not self.rows.rational:
-            square = np.zeros(len(row))
-            for a in range(self.dims):
-                square += self._terms[a, 1, row] ** 2
-            return np.sqrt(square), np.zeros(len(row)), np.zeros(len(row))
-        out = np.zeros((3, len(row)))
+        out, orders = np.zeros((3, len(row))), np.arange(self.rows.degree + 1.0)[:, None]
         for start in range(0, len(row), MOST):
             part = slice(start, start + MOST)
-            terms, have = self._terms[:, :, row[part]], out[:, part]
-            before, falls = low[part], np.zeros(len(row[part]), dtype=bool)
-            for k in range(SAMPLES):
-                t = low[part] + (high[part] - low[part]) * (k / (SAMPLES - 1))
-                slope = self._bend_at(terms, t, have)
-                slow = np.flatnonzero(falls & (slope > 0.0))
-                if len(slow):
-                    found = have[:, slow]
-                    self._bend_at(terms[:, :, slow], self._slowest(terms[:, :, slow], before[slow], t[slow]), found)
-                    have[:, slow] = found
-                before, falls = t, slope < 0.0
+            half = 0.5 * (high[part] - low[part])
+            a = np.array(taylor(self._terms[:, :, row[part]], 0, low[part] + half, self.rows.degree))
+            a *= half ** orders[:, None]
+            w = a[:, self.dims] if self.rows.rational else np.where(orders == 0.0, 1.0, 0.0 * half)
+            b = np.linalg.norm(a[:, : self.dims] - a[0, : self.dims] / w[0] * w[:, None], axis=1)
+            (b1, b2), (w1, w2) = (
+                ((orders * each).sum(axis=0), (orders * (orders - 1.0) * each).sum(axis=0)) for each in (b, np.abs(w))
+            )
+            least, most = 2.0 * w[0] - np.abs(w).sum(axis=0), np.abs(w).sum(axis=0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                r = b.sum(axis=0) / least
+                fast, slow = (b1 + w1 * r) / least, (2.0 * b[1] - b1 - w1 * r) / most
+                second = (b2 + 2.0 * w1 * fast + w2 * r) / least
+                bend = np.where(slow > 0.0, second / slow**2, np.where(second > 0.0, np.inf, 0.0))
+                out[:, part] = np.where(least > 0.0, (fast / half, bend, second / half**2), np.inf)
         turns = None if self._turned else self.rows.turns
         if turns is not None:
             out[:, turns[row]] = 0.0
-        return MARGIN * out[0], MARGIN * out[1], MARGIN * out[2]
-
-    def _bend_at(self, terms: Array, t: Array, have: Array) -> Array:
-        """C'.C'' (n,) at t (n,); have (3, n), the greatest speed, curvature and |d2C/dt2| so far, is brought up."""
-        _, c1, c2 = self._taylor(terms, t, 2)
-        square, product, bend, across = (np.zeros(len(t)) for _ in range(4))
-        for a in range(self.dims):
-            square += c1[a] * c1[a]
-            product += c1[a] * c2[a]
-            bend += c2[a] * c2[a]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            along = product / square
-            for a in range(self.dims):
-                across += (c2[a] - along * c1[a]) ** 2
-            curvature = 2.0 * np.sqrt(across) / square
-        curvature = np.where(square > 0.0, curvature, np.where(bend > 0.0, np.inf, 0.0))
-        for known, seen in zip(have, (np.sqrt(square), curvature, 2.0 * np.sqrt(bend)), strict=True):
-            np.maximum(known, seen, out=known)
-        return 2.0 * product
-
-    def _slowest(self, terms: Array, low: Array, high: Array) -> Array:
-        """t (n,) between low, where the speed falls, and high, where it rises, at which it is least: Newton's method.
-
-        On the slope C'.C'' of |C'|^2 / 2, with a bisection where a step leaves what is known of the root.
-        """
-        t = 0.5 * (low + high)
-        for _ in range(SLOW_STEPS):
-            _, c1, c2, c3 = self._taylor(terms, t, 3)
-            slope, bend = np.zeros(len(t)), np.zeros(len(t))
-            for a in range(self.dims):
-                slope += 2.0 * c1[a] * c2[a]
-                bend += 4.0 * c2[a] * c2[a] + 6.0 * c1[a] * c3[a]
-            low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                after = t - slope / bend
-            t = np.where((after >= low) & (after <= high), after, 0.5 * (low + high))
-        return t
+        return out[0], out[1], out[2]
 
     @cached_property
     def _boxes(self) -> tuple[Array, Array]:
