@@ -423,8 +423,9 @@ class Search:
             going = ~at_end & ~last & (after != t)
             longest, t = 0.5 * np.abs(after - t), after
             if not going.all():
+                some = np.flatnonzero(going)
                 index, left, right, low, high, longest, left_seen, right_seen, t, terms, away = taken(
-                    going, index, left, right, low, high, longest, left_seen, right_seen, t, terms, away
+                    some, index, left, right, low, high, longest, left_seen, right_seen, t, terms, away
                 )
         return found
 
