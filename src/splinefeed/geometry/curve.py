@@ -266,7 +266,6 @@ class NurbsCurve:
 
     @cached_property
     def _pieces(self) -> Pieces:
-        """`table`, to be evaluated."""
         from splinefeed.geometry.tables import Flat, span_pieces
 
         return span_pieces(Flat.of([self]), (self.degree, self.axes, self.axes, int(self.rational)))
@@ -324,5 +323,4 @@ class NurbsCurve:
 
 
 def _first(wrong: BoolArray) -> int | None:
-    """The first place that is wrong."""
     return int(np.argmax(wrong)) if wrong.any() else None

@@ -157,7 +157,6 @@ def _starts(counts: IntArray) -> IntArray:
 
 
 def _gathered(starts: IntArray, index: IntArray) -> tuple[IntArray, IntArray]:
-    """Places of all that belongs to the curves `index` in arrays cut at `starts`, and how many each of them has."""
     counts = np.diff(starts)[index]
     out = _starts(counts)
     return np.arange(out[-1]) + np.repeat(starts[index] - out[:-1], counts), counts

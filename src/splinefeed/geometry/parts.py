@@ -64,5 +64,4 @@ def joined(parts: Sequence[Path]) -> Path:
 
 
 def _same(path: Path, count: int, others: Sequence[Path]) -> bool:
-    """Whether a path has as many curves as it was given, and tables of the same shape as the others."""
     return len(path.joined) == count and all(path.shape == other.shape for other in others)

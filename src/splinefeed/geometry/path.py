@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property, partial
 from typing import Any
 
@@ -15,17 +16,18 @@ from splinefeed.geometry.bends import sharp_bends
 from splinefeed.geometry.corners import CORNER_ANGLE as CORNER_ANGLE
 from splinefeed.geometry.corners import Corner as Corner
 from splinefeed.geometry.corners import Corners, find_corners
-from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.curve import MAX_AXES, NurbsCurve
 from splinefeed.geometry.curves import Flat, Lines, Packed, lines_with_length
 from splinefeed.geometry.editing import moved_points
 from splinefeed.geometry.joints import begun_at, closed, open_joints, said_of
 from splinefeed.geometry.markers import Marker as Marker
-from splinefeed.geometry.path_checks import check_joints, check_still, checked_axes, of_curves
 from splinefeed.geometry.pieces import Pieces, clipped
 from splinefeed.geometry.resolution import RESOLUTION, chosen, long_curves, resolved
 from splinefeed.geometry.tables import arc_pieces, read_only, span_pieces
-from splinefeed.records import Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
+from splinefeed.records import ROTARY_AXES, Array, BoolArray, IntArray, Points, frozen_array, unit_along, view
 
+#: Linear axes that move by no more roundings than this, on a curve that turns rotary ones, do not move.
+STILL_ROUNDINGS = 8.0
 #: What is said of each curve.
 _OF_EACH = ("feeds", "tolerances")
 DEFAULT_AXES = ("x", "y", "z", "a", "b", "c")
@@ -93,18 +95,18 @@ class Path:
             if curve.axes != self.curves[0].axes:
                 raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
         self.axes = tuple(DEFAULT_AXES[: self.curves[0].axes] if axes is None else axes)
-        self.linear = checked_axes(self.axes, self.curves[0].axes)
+        self.linear = _checked_axes(self.axes, self.curves[0].axes)
         if 0 < self.linear < len(self.axes):
-            check_still(self.flat, self.linear)
+            _check_still(self.flat, self.linear)
         count = len(self.curves)
-        self.feeds = of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
-        self.tolerances = of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
+        self.feeds = _of_curves(feeds, count, "feeds", "greater than 0", lambda values: values > 0.0)
+        self.tolerances = _of_curves(tolerances, count, "tolerances", "0 or more", lambda values: values >= 0.0)
         self.markers = tuple(sorted(markers, key=lambda marker: marker.before))
         for marker in self.markers:
             if not 0 <= marker.before <= count:
                 raise InputError(f"marker {marker.text!r} is before curve {marker.before} of {count}")
         if count > 1:
-            check_joints(self.ends, self.tolerance)
+            _check_joints(self.ends, self.tolerance)
             if not self._tied:
                 self._leave_out_points()
             self._close_gaps()
@@ -132,7 +134,6 @@ class Path:
             setattr(self, name, value)
 
     def _move_along(self, curves: Sequence[NurbsCurve]) -> None:
-        """Set other curves for the motion."""
         if curves is not self._joined:
             self._joined = curves
             for name in ("flat", "ends"):
@@ -147,7 +148,6 @@ class Path:
         return partial(Path, **self._said(), tolerance=self.tolerance), (self.curves, self.axes)
 
     def _said(self) -> dict[str, Any]:
-        """The arguments of a path other than curves and axes."""
         return {
             "name": self.name,
             "findings": self.findings,
@@ -417,3 +417,54 @@ def _is_left(side: str) -> bool:
     if side not in ("right", "left"):
         raise InputError(f"side is {side!r}; choose 'right' or 'left'")
     return side == "left"
+
+
+def _checked_axes(axes: Sequence[str], count: int) -> int:
+    """How many of `axes` are linear; CurveError unless they name `count` axes, the linear ones first."""
+    if len(axes) != count or len(set(axes)) != count or count > MAX_AXES:
+        raise CurveError(f"axes {axes} for curves of {count} axes; expected one distinct name each")
+    rotary = [axis in ROTARY_AXES for axis in axes]
+    if rotary != sorted(rotary):
+        raise CurveError(f"axes {axes}: put the linear axes first and the rotary ones ({', '.join(ROTARY_AXES)}) last")
+    return count - sum(rotary)
+
+
+def _check_still(flat: Flat, linear: int) -> None:
+    """Refuse a curve whose linear axes move by rounding only while rotary ones turn: s would be rounding."""
+    moved, turned = flat.sizes(slice(linear)), flat.sizes(slice(linear, None))
+    first, last = flat.point_starts[:-1], flat.points[:, :linear]
+    largest = np.max(np.maximum.reduceat(np.abs(last), first), axis=1)
+    rounding = (moved > 0.0) & (moved <= STILL_ROUNDINGS * np.finfo(float).eps * largest) & (turned > moved)
+    if rounding.any():
+        i = int(np.argmax(rounding))
+        raise CurveError(
+            f"curve {i} turns its rotary axes by {math.degrees(turned[i]):.6g} deg while the linear ones move by "
+            f"{moved[i]:.3g} mm, which is rounding; give its linear axes one position"
+        )
+
+
+def _check_joints(ends: Array, tolerance: float) -> None:
+    """Refuse a gap above `tolerance`, mm, between first and last points (curves, 2, axes) of neighbours."""
+    gaps = np.linalg.norm(ends[1:, 0] - ends[:-1, 1], axis=1)
+    if np.any(gaps > tolerance):
+        i = int(np.argmax(gaps > tolerance))
+        raise CurveError(
+            f"gap of {gaps[i]:.6g} mm between the end of curve {i} and the start of curve {i + 1}; "
+            f"join them, or allow it with tolerance="
+        )
+
+
+def _of_curves(
+    given: ArrayLike | None, count: int, name: str, wanted: str, fits: Callable[[Array], BoolArray]
+) -> Array | None:
+    """One number a curve, (count,), read-only; InputError for a number that does not fit."""
+    if given is None:
+        return None
+    values = frozen_array(given, name, 1)
+    if len(values) != count:
+        raise InputError(f"{name} has {len(values)} numbers for {count} curves; give one each")
+    wrong = ~fits(values)
+    if np.any(wrong):
+        i = int(np.argmax(wrong))
+        raise InputError(f"{name}[{i}] is {values[i]:g}; it must be {wanted}")
+    return values

@@ -108,7 +108,6 @@ def speed(a: Array, shape: Shape, t: Array) -> Array:
 
 
 def _square(vectors: Array) -> Array:
-    """v . v of vectors (axes, ...), summed in order."""
     total = np.zeros(vectors.shape[1:])
     for each in vectors:
         total += each * each

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -116,8 +116,8 @@ class Spans:
 
     def chosen(self, index: slice | IntArray | BoolArray) -> Spans:
         """Some of them."""
-        each = (self.curve, self.knot, self.point, self.low, self.high, self.share)
-        return Spans(self.flat, self.degree, self.rational, *(values[index] for values in each))  # type: ignore[arg-type]
+        names = ("curve", "knot", "point", "low", "high", "share")
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
 
     def blocks(self, count: int) -> Iterator[Spans]:
         """All of them, `count` at a time."""
@@ -125,11 +125,10 @@ class Spans:
 
     def halves(self) -> Spans:
         """Both halves of each."""
-        middle = 0.5 * (self.low + self.high)
-        curve, knot, point = (np.repeat(each, 2) for each in (self.curve, self.knot, self.point))
-        low, high = np.stack([self.low, middle], axis=1).ravel(), np.stack([middle, self.high], axis=1).ravel()
-        share = np.repeat(0.5 * self.share, 2)
-        return Spans(self.flat, self.degree, self.rational, curve, knot, point, low, high, share)
+        twice = self.chosen(np.repeat(np.arange(len(self)), 2))
+        middle, first = 0.5 * (twice.low + twice.high), np.arange(len(twice)) % 2 == 0
+        low, high = np.where(first, twice.low, middle), np.where(first, middle, twice.high)
+        return replace(twice, low=low, high=high, share=0.5 * twice.share)
 
     def columns(self, shape: Shape) -> Array:
         """Interval, origin and coefficients as columns (width, n) of a table of `shape`; arc length columns are 0."""
@@ -272,13 +271,13 @@ def _downhill(bend: Array, start: Array, t: Array, step: float) -> tuple[Array, 
 def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> Iterator[tuple[IntArray, Array]]:
     """Curve (n,) and columns (width, n) of pieces, bisected until `holds` says of each that it is good.
 
-    Raises TooManyPiecesError for a curve that would need more of them than MAX_ROWS.
+    Raises CurveError for a curve that would need more of them than MAX_ROWS.
     """
     kept = np.zeros(len(spans.flat), dtype=np.int64)
     for depth in range(MAX_DEPTH + 1):
         counts = kept + np.bincount(spans.curve, minlength=len(kept))
         if counts.max() > MAX_ROWS:
-            raise TooManyPiecesError(int(counts.argmax()))
+            raise CurveError(f"curve {int(counts.argmax())} would need more than {MAX_ROWS} pieces; simplify it")
         bad = np.ones(len(spans), dtype=bool)
         for first, part in zip(range(0, len(spans), BLOCK), spans.blocks(BLOCK), strict=True):
             c = part.columns(shape)
@@ -366,16 +365,14 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: st
     curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))
     totals = rough_lengths(groups, shape)
 
-    def refused(i: int, why: str) -> CurveError:
-        return CurveError(f"{where.format(i)}{curves[i]!r} {why}")
-
     def check(index: IntArray, lengths: Array) -> None:
         for bad, why in (
             (~np.isfinite(lengths), "is too long: its length is not finite; its coordinates are too large"),
             (~(lengths > 0.0), "has no length over its linear axes"),
         ):
             if bad.any():
-                raise refused(int(index[np.argmax(bad)]), why)
+                i = int(index[np.argmax(bad)])
+                raise CurveError(f"{where.format(i)}{curves[i]!r} {why}")
 
     def holds(part: Spans, c: Array) -> BoolArray:
         if part.line:
@@ -389,10 +386,7 @@ def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[NurbsCurve], where: st
         return good
 
     check(curved, totals[curved])
-    try:
-        table, rows = _table(groups, shape, holds)
-    except TooManyPiecesError as error:
-        raise refused(error.curve, f"would need more than {MAX_ROWS} arc-length pieces") from None
+    table, rows = _table(groups, shape, holds)
     lengths = table[:, START].copy()
     check(np.arange(len(flat)), np.add.reduceat(lengths, rows[:, 0]))
     return _started(table, shape, rows, lengths)
@@ -421,11 +415,3 @@ def in_a_row(parts: Sequence[Pieces], *, measured: bool) -> Pieces:
         c = np.ascontiguousarray(table[few, : ARC + ARC_TERMS].T)
         lengths[few] = arc(c, (c[HIGH] - c[MIDDLE]) * c[SCALE])
     return _started(table, shape, rows, lengths)
-
-
-class TooManyPiecesError(CurveError):
-    """More than MAX_ROWS pieces of curve number `curve`."""
-
-    def __init__(self, curve: int) -> None:
-        super().__init__(f"curve {curve} would need more than {MAX_ROWS} pieces")
-        self.curve = curve

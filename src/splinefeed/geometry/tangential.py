@@ -120,7 +120,6 @@ def _angles(curve: NurbsCurve, u: Array, side: str) -> Array:
 
 
 def _next_to(angle: Array, before: Array | float) -> Array:
-    """The angles, rad, that differ by full turns and lie within half a turn of `before`."""
     return np.asarray(angle - 2.0 * np.pi * np.round((angle - before) / (2.0 * np.pi)))
 
 
@@ -136,7 +135,6 @@ def _weights(base: NurbsCurve, low: Array, high: Array) -> Array:
 
 
 def _multiplicity(base: NurbsCurve, u: Array) -> IntArray:
-    """How often each u (n,) stands among the knots."""
     return np.searchsorted(base.knots, u, side="right") - np.searchsorted(base.knots, u, side="left")
 
 

@@ -97,7 +97,6 @@ class ToolPath(Path):
         return _again, (tuple(self.curves), axes, self._all_said())
 
     def _all_said(self) -> dict[str, Any]:
-        """What it is made with in addition to its curves."""
         return {**self._said(), "tolerance": self.tolerance, **self._own()}
 
     def _own(self) -> dict[str, Any]:
@@ -153,7 +152,6 @@ class ToolPath(Path):
 
     @cached_property
     def _axis_pieces(self) -> Pieces:
-        """All curves of the tool axis, to be evaluated together."""
         assert self.tool_axis is not None
         flat = Flat.of(self.tool_axis)
         return span_pieces(flat, (int(flat.degrees.max()), self.columns, self.columns, int(flat.rational.max())))

@@ -162,7 +162,6 @@ class Kernel:
 
     @property
     def _file(self) -> str:
-        """What the names of its files in the cache begin with."""
         return f"{self.py_func.__name__}-{self.digest[:24]}-"
 
 
@@ -233,7 +232,6 @@ own_floats.plain = lambda count: [0.0] * count
 
 
 def _disabled() -> bool:
-    """Whether the user wants no compiler, or has none."""
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not _numba_version()
 
 
@@ -302,7 +300,6 @@ class _Cache:
         return str(cache_directory())
 
     def _file(self, signature: Any, codegen: Any) -> Path:
-        """The file of one signature on this processor."""
         types_and_processor = f"{signature} {codegen.magic_tuple()}"
         key = hashlib.sha256(types_and_processor.encode()).hexdigest()
         return cache_directory() / f"{self._kernel._file}{key[:16]}.nbc"

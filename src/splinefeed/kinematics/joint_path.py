@@ -125,7 +125,6 @@ class JointPath:
         return *tip_jets, *(q if isinstance(q, Jet) else each[0] * 0.0 + q for q in slides), *turns
 
     def _rotary(self, given: tuple[Jet, ...], s: Array, like: Jet) -> tuple[Jet, ...]:
-        """The rotary joints."""
         if self._fixed is not None:
             return tuple(like * 0.0 + float(value) for value in self._fixed)
         if self.tool.kind == ANGLES:
@@ -201,7 +200,6 @@ class JointPath:
     # --- the turns of rotary joints ---------------------------------------------------------------------------------
 
     def _choose(self) -> None:
-        """Choose turns for the whole path."""
         tool, rotary = self.tool, self.kinematics.rotary
         if tool.kind == ANGLES and tool.columns:
             if tool.columns != rotary:

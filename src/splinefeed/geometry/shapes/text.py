@@ -99,7 +99,6 @@ def from_text(text: str) -> Path:
 
 
 def _split(text: str) -> tuple[str, str | None, str | None]:
-    """Name, what stands behind its colon, and the options of a shape's text; None for what is not there."""
     head, question, query = text.strip().partition("?")
     name, colon, argument = head.partition(":")
     return name.strip().lower().replace("_", "-"), argument.strip() if colon else None, query if question else None
