@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,10 +58,7 @@ class NurbsCurve:
                     check_finite(array, name)
         except InputError as error:
             raise CurveError(str(error)) from None
-        object.__setattr__(self, "degree", int(degree))
-        object.__setattr__(self, "knots", arrays[0])
-        object.__setattr__(self, "control_points", arrays[1])
-        object.__setattr__(self, "weights", weight_array)
+        self._set(int(degree), *arrays, weight_array)
         self._check()
         if weight_array is not None and np.all(weight_array == weight_array[0]):
             object.__setattr__(self, "weights", None)  # equal weights cancel: the same curve, evaluated faster
@@ -135,17 +132,21 @@ class NurbsCurve:
     def trusted(
         cls, degree: int, knots: Array, control_points: Array, weights: Array | None = None, *, clamped: bool = True
     ) -> NurbsCurve:
-        """A curve of read-only float64 arrays that are right by construction, such as readers make by the thousand.
+        """A curve of float64 arrays, read-only from then on, that are right by construction: readers make thousands.
 
         Nothing is checked: what `NurbsCurve(...)` would refuse, and weights that are all equal, must not get here.
         """
         curve = object.__new__(cls)
-        object.__setattr__(curve, "degree", degree)
-        object.__setattr__(curve, "knots", knots)
-        object.__setattr__(curve, "control_points", control_points)
-        object.__setattr__(curve, "weights", weights)
+        curve._set(degree, knots, control_points, weights)
         curve.__dict__["clamped"] = clamped
         return curve
+
+    def _set(self, degree: int, *arrays: Array | None) -> None:
+        object.__setattr__(self, "degree", degree)
+        for name, array in zip(("knots", "control_points", "weights"), arrays, strict=True):
+            if array is not None:
+                array.setflags(write=False)
+            object.__setattr__(self, name, array)
 
     # --- what it is -------------------------------------------------------------------------------------------------
 
@@ -231,7 +232,8 @@ class NurbsCurve:
         return hash((self.degree, (self.knots + 0.0).tobytes(), (self.control_points + 0.0).tobytes()))
 
     def __reduce__(self) -> tuple[object, ...]:
-        return NurbsCurve, (self.degree, self.knots, self.control_points, self.weights)
+        made = partial(NurbsCurve.trusted, clamped=self.clamped)
+        return made, (self.degree, self.knots, self.control_points, self.weights)
 
     # --- where it is ------------------------------------------------------------------------------------------------
 
