@@ -71,19 +71,15 @@ class NurbsCurve:
 
     def _check(self) -> None:
         p, knots, points, weights = self.degree, self.knots, self.control_points, self.weights
-        n, axes = points.shape
-        if not 1 <= axes <= MAX_AXES:
-            raise CurveError(f"control_points have {axes} axes; 1 to {MAX_AXES} are possible")
+        n = len(points)
+        for array, name in ((points, "control_points"), (knots, "knots"), (weights, "weights")):
+            if array is not None:
+                check_size(array, name)
         if n < p + 1:
             raise CurveError(f"{n} control point(s) for degree {p}; expected at least {p + 1}")
         if len(knots) != n + p + 1:
             wanted = f"exactly {n + p + 1} (points + degree + 1) expected"
             raise CurveError(f"{len(knots)} knots for {n} control points of degree {p}; {wanted}")
-        for array, name in ((knots, "knots"), (points, "control_points"), (weights, "weights")):
-            if array is not None and np.any(huge := np.abs(array) > LARGEST):
-                place = [int(i) for i in np.argwhere(huge)[0]]
-                value = array[tuple(place)]
-                raise CurveError(f"{name}{place} is {value:g}; values up to {LARGEST:g} are possible")
         steps, (start, end) = np.diff(knots), self.domain
         if (i := _first(steps < 0.0)) is not None:
             raise CurveError(f"knots decrease from knots[{i}] = {knots[i]:g} to knots[{i + 1}] = {knots[i + 1]:g}")
@@ -322,6 +318,15 @@ class NurbsCurve:
     with_knots = editing.with_knots
     elevated = editing.elevated
     transformed = editing.transformed
+
+
+def check_size(array: Array, name: str) -> None:
+    """CurveError for points (n, axes) of too many axes, or a value that is too large, with its place."""
+    if array.ndim == 2 and not 1 <= array.shape[1] <= MAX_AXES:
+        raise CurveError(f"{name} have {array.shape[1]} axes; 1 to {MAX_AXES} are possible")
+    if np.any(huge := np.abs(array) > LARGEST):
+        place = [int(i) for i in np.argwhere(huge)[0]]
+        raise CurveError(f"{name}{place} is {array[tuple(place)]:g}; values up to {LARGEST:g} are possible")
 
 
 def _first(wrong: BoolArray) -> int | None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry.curve import LARGEST, MAX_AXES, NurbsCurve
+from splinefeed.geometry.curve import LARGEST, NurbsCurve, check_size
 from splinefeed.records import Array, BoolArray, IntArray, check_finite, frozen_array
 
 #: Knots of every line.
@@ -212,15 +212,9 @@ class Lines(Packed):
             check_finite(self.points, "points")
         except InputError as error:
             raise CurveError(str(error)) from None
-        count, axes = self.points.shape
-        if not 1 <= axes <= MAX_AXES:
-            raise CurveError(f"points have {axes} axes; 1 to {MAX_AXES} are possible")
-        if count < 2:
+        check_size(self.points, "points")
+        if (count := len(self.points)) < 2:
             raise CurveError(f"{count} point(s) for a polyline; expected at least 2")
-        if np.max(np.abs(self.points)) > LARGEST:
-            place = np.unravel_index(int(np.argmax(np.abs(self.points))), self.points.shape)
-            index = ", ".join(str(int(i)) for i in place)
-            raise CurveError(f"points[{index}] is {self.points[place]:g}; values up to {LARGEST:g} are possible")
         if len(kept := lines_with_length(self.points)) < count - 1:
             i = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
             raise CurveError(f"line {i} from points[{i}] to points[{i + 1}] has no length; leave one of them out")
