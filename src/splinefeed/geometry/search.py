@@ -290,7 +290,7 @@ class Search:
         else:
             least, greatest = self._boxes
             owner, node, span = np.arange(len(first)), np.ones(len(first), dtype=np.int64), least.shape[1] // 2
-            leaves = span
+            leaves, some = span, bool(np.any(first > 0) or np.any(last < len(self.cells.row) - 1))
             while span > 1:
                 if len(owner) > MOST_PAIRS and len(first) > 1:  # far from everything: fewer positions at a time
                     half = len(first) // 2
@@ -307,7 +307,9 @@ class Search:
                     outside = np.maximum(least[a, node] - at, at - greatest[a, node])
                     np.maximum(outside, 0.0, out=outside)
                     bound += outside * outside
-                near = (bound <= best[owner]) & (begin <= last[owner]) & (begin + span > first[owner])
+                near = bound <= best[owner]
+                if some:
+                    near &= (begin <= last[owner]) & (begin + span > first[owner])
                 owner, node = owner[near], node[near]
             cell = node - leaves
         near = self._cell_bound(q[:, owner], cell) <= best[owner]
