@@ -126,7 +126,7 @@ def _curve(path: sf.Path, i: int, number: int) -> dict[str, Any]:
         "path": number,
         "degree": curve.degree,
         "control_points": len(curve.control_points),
-        "spans": len(curve.spans),
+        "spans": len(curve.breaks) - 1,
         "rational": curve.rational,
         "closed": curve.closed,
         "length_mm": float(path.curve_starts[i + 1] - path.curve_starts[i]),

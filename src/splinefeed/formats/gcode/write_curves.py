@@ -14,7 +14,7 @@ from splinefeed.formats.gcode.fit_lines import chords
 from splinefeed.formats.gcode.text import HIGHEST_DEGREE, Text
 from splinefeed.geometry import editing
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.geometry.nearest import Nearest, nearest
+from splinefeed.geometry.nearest import Nearest
 from splinefeed.geometry.path import Path
 from splinefeed.records import Array
 
@@ -264,7 +264,7 @@ def _measured(task: Task, pieces: Sequence[NurbsCurve]) -> float:
     own = [piece if piece.axes == curve.axes else _linear(task, piece) for piece in pieces]
     joined = Path(own, [f"l{i}" for i in range(curve.axes)], tolerance=1e-3)
     there = Nearest(joined.table, joined.shape).find(_samples(curve, MEASURED))[2]
-    back = nearest(curve, np.concatenate([_samples(piece, MEASURED_PIECE) for piece in own]))[1]
+    back = curve.nearest(np.concatenate([_samples(piece, MEASURED_PIECE) for piece in own]))[1]
     return float(max(there.max(), back.max()))
 
 
