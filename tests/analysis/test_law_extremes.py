@@ -11,7 +11,7 @@ from numpy.polynomial import Polynomial
 
 import splinefeed as sf
 from splinefeed.analysis.check_bounds import Bounds, Worst
-from splinefeed.analysis.law_motion import LawMotion, breaks_apart
+from splinefeed.analysis.check_law import LawMotion, breaks_apart
 from splinefeed.geometry.rows import Rows
 
 RADIUS = 2.0

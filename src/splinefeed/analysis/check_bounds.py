@@ -10,6 +10,7 @@ import numpy as np
 from splinefeed.analysis.check_corners import Corners, passable
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import layout
+from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, Limits
 
 #: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), by default.
@@ -69,12 +70,18 @@ class Fault:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The limits of setpoints; see `check`."""
+    """The limits of setpoints; see `check`. Of joints, path is that of the tool tip."""
 
     path: Path
     limits: Limits
     tolerance: float
     resolution: float
+    joints: JointPath | None = None
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes that have setpoints."""
+        return self.path.axes if self.joints is None else self.joints.axes
 
     @cached_property
     def feeds(self) -> Array:
@@ -91,7 +98,7 @@ class Bounds:
     @cached_property
     def weights(self) -> Array:
         """Weights of the axes in each combination that is limited, (combinations, axes)."""
-        axes = self.path.axes
+        axes = self.axes
         rows = [each.on(axes) for each in (self.limits.combinations or {}).values()]
         return np.array(rows).reshape(len(rows), len(axes))
 
@@ -99,7 +106,7 @@ class Bounds:
     def corners(self) -> Corners:
         """Corners that may be passed in motion: none without a limit on the velocity step of an axis."""
         if self.limits.axis_velocity_step is None:
-            axes = len(self.path.axes)
+            axes = len(self.axes)
             return Corners(np.zeros(0), np.zeros((0, axes)), np.zeros((0, 2, axes)), np.zeros((0, 2, axes)))
         return passable(self.path)
 
@@ -115,19 +122,14 @@ class Bounds:
         return path.curve_starts[:-1][~np.logical_or.reduceat(moved, path.curve_rows[:, 0])]
 
     @cached_property
-    def waits(self) -> Array:
-        """Arc lengths at which the path waits, (m,), mm."""
-        return np.array([s for s, _ in self.path.dwells])
-
-    @cached_property
     def rests(self) -> Array:
         """Arc lengths at which the tool may be at rest, (m,), mm, increasing: ends, stops, and where it waits."""
         ends = np.array([0.0, self.path.length])
-        return np.unique(np.concatenate([ends, self.path.stops, self.waits]))
+        return np.unique(np.concatenate([ends, (self.joints or self.path).stops, [s for s, _ in self.path.dwells]]))
 
     def worsts(self) -> dict[str, Worst]:
         """One empty Worst a limit that is given, in the order of the report."""
-        limits, axes = self.limits, self.path.axes
+        limits, axes = self.limits, self.axes
         along = {
             "feed": (float(np.max(self.feeds)), 1),
             "acceleration": (limits.acceleration, 2),
@@ -135,6 +137,7 @@ class Bounds:
             "jerk": (limits.jerk, 3),
             "deceleration_jerk": (limits.deceleration_jerk, 3),
             "chord_error": (limits.chord_error, 0),
+            "orientation_error": (limits.orientation_error, 0),
             "centripetal": (limits.centripetal, 1),
         }
         found = {n: Worst(v, order, 0) for n, (v, order) in along.items() if v is not None and v < np.inf}

@@ -10,12 +10,16 @@ and what differences make of that, through their own stencil, is the floor of ea
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from splinefeed.analysis import between
 from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
 from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
+from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Follower, Located
+from splinefeed.errors import InputError
 from splinefeed.geometry.rows import EPSILON, Rows
 from splinefeed.records import Array, BoolArray, LimitResult, Setpoints, TimeLaw, unit_along
 
@@ -39,12 +43,14 @@ RIPPLE_SHARE = 0.1
 class Judge:
     """Measures all setpoints of one motion once, in order, and keeps the worst values.
 
-    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes.
+    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes. The path
+    may change under way, to one that lacks parts that are behind: see `move_on`.
     """
 
     def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None) -> None:
-        path = bounds.path
         self.law, self.period = law, first.period
+        if bounds.joints is not None and np.isnan(first.u).any():
+            raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
         self.placed = not bool(np.isnan(first.u).all())  # else only positions are there, as from another program
         self.worst = bounds.worsts()
         self.faults: dict[str, Fault] = {}
@@ -53,11 +59,16 @@ class Judge:
         self._start = self.start_error = self.end_error = 0.0
         self.drift = self.ripple = self.off_path = 0.0
         self.scale = self.allowed = 0.0
+        self.gone = self._seen = 0.0  # length before the path, mm, and how much of that was looked through
+        self.turning: list[float] = []  # where the curves begin on which rotary axes move alone, mm
         self._know(bounds)
-        columns = 1 + len(path.axes) + len(bounds.weights)
+        self.tool = None if bounds.joints is None else Tool(bounds.joints, self.rows, self._follower)
+        axes = len(bounds.axes)
+        columns = 1 + axes + len(bounds.weights)
         self._t, self._planned = 0.0, np.zeros(1)
         self._place: Located | None = None  # of the last tick
-        self._torques = np.zeros((2, len(path.axes), 0))  # positions and their rounding of the last two ticks
+        self._values = np.zeros((axes, 0))  # positions of the axes there
+        self._torques = np.zeros((2, axes, 0))  # positions and their rounding of the last two ticks
         self._steps, self._errors = np.zeros((columns, 0)), np.zeros((columns, 0))
         self._dt = np.zeros(0)
         self._step_places = np.zeros((3, 0))  # t and s at the start of a step, s at its end
@@ -74,10 +85,47 @@ class Judge:
         self.allowed, self.scale = max(self.allowed, off), max(self.scale, path.length)
         self._follower = Follower(path, self.rows)
 
+    @property
+    def curve(self) -> int:
+        """The curve on which the last tick lies."""
+        assert self._place is not None
+        return int(np.searchsorted(self.bounds.path.curve_rows[:, 0], self._place.row[0], side="right")) - 1
+
+    def move_on(self, bounds: Bounds, left: int) -> None:
+        """Go on with a path that lacks the first `left` curves and goes on further."""
+        assert self._place is not None
+        self._find_turning()
+        path, start = self.bounds.path, self._follower
+        gone, row = float(path.curve_starts[left]), int(path.curve_rows[left, 0])
+        self._know(bounds)
+        self._follower.go_on(start, gone)
+        self._place = replace(self._place, row=self._place.row - row)
+        self.gone += gone
+        self._shift(-gone)
+
+    def end(self) -> None:
+        """Count arc length from the start of the first part again."""
+        self._find_turning()
+        self._shift(self.gone)
+
+    def _find_turning(self) -> None:
+        places = self.bounds.turning + self.gone
+        self.turning += places[places >= self._seen].tolist()
+        self._seen = self.gone + self.bounds.path.length
+
+    def _shift(self, by: float) -> None:
+        if self._place is not None:
+            self._place = replace(self._place, s=self._place.s + by)
+        self._step_places[1:] += by
+        for worst in self.worst.values():
+            worst.s += by
+        for fault in self.faults.values():
+            fault.s += by
+
     def see(self, setpoints: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
         self._check_finite(setpoints)
-        t, place = setpoints.t, self._locate(setpoints)
+        t, place, values = setpoints.t, *self._locate(setpoints)
         dt = self._check_times(t, place.s, last)
         rest = self.bounds.limits.start_feed == 0.0
         if self._place is None:
@@ -85,34 +133,34 @@ class Judge:
             self._check_end("start", place.part(0, 1), at_start=True)
             if rest:  # what came before is a stand
                 self._stand(float(t[0]), float(place.s[0]))
-            self._place = place.part(0, 1)
-        both = self._place.joined(place)
+            self._place, self._values = place.part(0, 1), values[:, :1]
+        both, values = self._place.joined(place), np.concatenate([self._values, values], axis=1)
         feeds = None if self.bounds.path.feeds is None else self.bounds.row_feeds
         travelled, least = between.lengths(self.rows, both.row, both.u, feeds)
         with np.errstate(divide="ignore", invalid="ignore"):
             # over several curves the limit of the mean feed is the way through the least time that their feeds allow
             limits = None if feeds is None else np.where(least > 0.0, travelled / least, np.inf)
         weights = self.bounds.weights
-        moved = np.diff(both.position, axis=1)
+        moved = np.diff(values, axis=1)
         steps = np.concatenate([travelled[None], moved, weights @ moved])
-        rounding = self._rounding(both)
+        rounding = self._rounding(both, values, travelled)
         rounding = np.concatenate([rounding, np.abs(weights) @ rounding[1:]])
         errors = rounding[:, :-1] + rounding[:, 1:]
         began = np.concatenate([[self._t], t[:-1]])
         if self.ticks == 0:
             began[0] = max(began[0], 0.0)
         places = np.stack([began, both.s[:-1], place.s])
-        self._chords(both, travelled, errors, dt, places)
+        self._chords(both, values, travelled, errors, dt, places)
         self._follow_law(t, place.s, travelled)
         if self.short is None:
-            self._see_torques(place.position, rounding[1 : 1 + len(place.position), 1:], t, place.s)
+            self._see_torques(values[:, 1:], rounding[1 : 1 + len(values), 1:], t, place.s)
         for name, worst in self.worst.items():
             if name.startswith("travel."):
                 low, high = self.bounds.limits.travel[name.removeprefix("travel.")]
-                away = np.abs(place.position[worst.column - 1] - 0.5 * (low + high))
+                away = np.abs(values[worst.column - 1, 1:] - 0.5 * (low + high))
                 worst.see(away, t, place.s, rounding[worst.column, 1:])
         skip = 0 if rest or self.ticks else 1  # before a start in motion nothing is known
-        self._t, self._place = float(t[-1]), place.part(len(t) - 1, len(t))
+        self._t, self._place, self._values = float(t[-1]), place.part(len(t) - 1, len(t)), values[:, -1:]
         first = self.ticks + skip
         self.ticks += len(t)
         if skip and len(t) > 1:
@@ -166,9 +214,12 @@ class Judge:
             taken[-1] = self.short
         return taken
 
-    def _locate(self, setpoints: Setpoints) -> Located:
-        """Where the setpoints are on the path, with what is off the curve or misplaced."""
-        place = self._follower.locate(setpoints, self.allowed)
+    def _locate(self, setpoints: Setpoints) -> tuple[Located, Array]:
+        """Where the setpoints are on the path, with what is off the curve or misplaced, and the axes (axes, n)."""
+        tip, tilted = setpoints, None
+        if self.tool is not None:
+            tip, tilted = self.tool.tip(setpoints)
+        place = self._follower.locate(tip, self.allowed)
         t, s = setpoints.t, place.s
         self.off_path = max(self.off_path, float(np.fmax.reduce(place.apart, initial=0.0)))
         with np.errstate(invalid="ignore"):
@@ -176,9 +227,11 @@ class Judge:
             self._fault("turned off", place.turned > self.allowed, place.turned, t, s)
             on_curve = (place.apart <= self.allowed) & (place.turned <= self.allowed)
             self._fault("misplaced", (place.astray > self.allowed) & on_curve, place.astray, t, s)
-        return place
+            if tilted is not None:
+                self._fault("tilted", tilted > self.allowed, tilted, t, s)
+        return place, place.position if self.tool is None else setpoints.position.T
 
-    def _rounding(self, place: Located) -> Array:
+    def _rounding(self, place: Located, values: Array, travelled: Array) -> Array:
         """How far rounding alone can move setpoints along the path and on each axis, (1 + axes, n), mm or rad."""
         rows, path, digit = self.rows, self.bounds.path, 0.5 * self.bounds.resolution
         along = EPSILON * np.maximum(path.length, rows.parameters[place.row] * place.speed)
@@ -189,7 +242,8 @@ class Judge:
         if not self.placed:  # as good as the positions by which they were placed
             known = known + np.max(EPSILON * rows.sizes[: path.linear or None, place.row], axis=0)
         self.scale = max(self.scale, float(np.fmax.reduce(along, initial=0.0)) / EPSILON)
-        return np.concatenate([known[None], share * along + of_axes])
+        each = share * along + of_axes if self.tool is None else self.tool.rounding(values, travelled)
+        return np.concatenate([known[None], each])
 
     def _check_end(self, kind: str, place: Located, at_start: bool) -> None:
         """Whether the first or last setpoint is the path's, by position and, for closed paths, by arc length."""
@@ -211,10 +265,15 @@ class Judge:
 
     # --- steps -------------------------------------------------------------------------------------------------------
 
-    def _chords(self, both: Located, travelled: Array, errors: Array, dt: Array, places: Array) -> None:
-        """Chord error and centripetal acceleration of the steps between n + 1 places."""
-        linear = self.bounds.path.linear
-        if (worst := self.worst.get("chord_error")) is not None:
+    def _chords(self, both: Located, values: Array, travelled: Array, errors: Array, dt: Array, places: Array) -> None:
+        """Chord error and centripetal acceleration of the steps between n + 1 places, values (axes, n + 1)."""
+        linear, worst = self.bounds.path.linear, self.worst.get("chord_error")
+        if self.tool is not None:
+            found = self.tool.chords(values, both.s)
+            for name, (error, rounding) in zip(("chord_error", "orientation_error"), found, strict=True):
+                if name in self.worst:
+                    self.worst[name].see(error, places[0], places[1], np.full(len(error), rounding))
+        elif worst is not None:
             error = between.chord_errors(self.rows, both.row, both.u, both.position, worth=worst.limit)
             floor = 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0)
             worst.see(error, places[0], places[1], floor)
@@ -241,7 +300,7 @@ class Judge:
         self._torques = known[:, :, -2:]
         if known.shape[2] < 3:
             return
-        columns = torque.columns(self.bounds.path.axes)
+        columns = torque.columns(self.bounds.axes)
         found, _, floor = torque.by_differences(known[0, columns].T, self.period, np.max(known[1, columns], axis=1))
         at = np.clip(np.arange(len(found)) - len(found) + len(t) - 1, 0, None)
         for k, axis in enumerate(torque.most):
@@ -322,7 +381,7 @@ class Judge:
 
     def _corner_steps(self, v: Array, floors: Array, places: Array, first: int, stop: int) -> None:
         """Jump of each axis' velocity at the corners within steps `first` to `stop`; the rest as in `_differences`."""
-        corners, limits, axes = self.bounds.corners, self.bounds.limits, self.bounds.path.axes
+        corners, limits, axes = self.bounds.corners, self.bounds.limits, self.bounds.axes
         t, begin, end = places
         low, high = (np.searchsorted(corners.s, each[first:stop], side="right") for each in (begin, end))
         count = np.where(np.isfinite(end[first:stop]), np.maximum(high - low, 0), 0)
@@ -409,7 +468,7 @@ class Judge:
 
     def results(self) -> dict[str, LimitResult]:
         """Every limit by the setpoints alone."""
-        axes = self.bounds.path.axes
+        axes = self.bounds.axes
         return {
             name: LimitResult(
                 limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=worst.floor,

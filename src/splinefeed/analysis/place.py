@@ -91,12 +91,12 @@ class Follower:
             astray[bad] = place.apart[bad]
             if len(bad):
                 found = self.search.near(self.metric(position[:, bad]), place.s[bad], closed=False)
-                row[bad], u[bad] = found.row, self._parameter(found)
+                row[bad], u[bad] = found.row, self.parameter(found)
                 place.s[bad] = rows.arc_length(found.row, found.t)
             for run in _runs(finite & ~named, finite):
                 self._carry(place.s, position, finite, int(run[0]))
                 found = self.follow(position[:, run], allowed)
-                row[run], u[run] = found.row, self._parameter(found)
+                row[run], u[run] = found.row, self.parameter(found)
                 place.s[run] = rows.arc_length(found.row, found.t)
             place = self._at(row, u, position)
         self._carry(place.s, position, finite, len(u))
@@ -128,7 +128,8 @@ class Follower:
         """Positions (axes, n) as `search` counts them, (dims, n)."""
         return np.asarray(position[: self.search.dims] * self.search.unit[:, None])
 
-    def _parameter(self, found: Found) -> Array:
+    def parameter(self, found: Found) -> Array:
+        """u (n,) of what was found."""
         rows, row = self.rows, found.row
         return np.clip(rows.middle[row] + found.t / rows.scale[row], rows.low[row], rows.high[row])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from splinefeed.analysis.check_parts import CheckInParts
+from splinefeed.analysis.check import Check
 from splinefeed.feed.modes import LOOK_AHEAD
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
@@ -35,7 +35,7 @@ class WindowedRun:
         smoothed = how.get("smooth") is not None
         said = arguments(how, bool(source.tolerance)) if smoothed else {}
         self._smoother = Smoother(axes=source.axes, **said) if smoothed else None
-        self._check = CheckInParts(limits)
+        self._check = Check(limits)
 
     def setpoints(self) -> Iterator[Setpoints]:
         """All setpoints, in chunks, each checked before it is yielded; iterate once."""
