@@ -17,7 +17,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.formats import path_parts
 from splinefeed.formats.path_parts import read_parts
-from splinefeed.pipeline.windows import WindowedRun
+from splinefeed.pipeline.long_path import WindowedRun
 
 
 def short_lines(file, count: int) -> None:
@@ -77,9 +77,6 @@ def test_the_size_of_the_file_makes_the_choice(splinefeed, refused, folder, monk
     monkeypatch.setattr(path_parts, "MOST_LINES", 406)
     whole = json.loads(splinefeed(*words, "-o", "short", "--strategy", "look-ahead").stdout)
     assert whole["ripple_max"] > 0.0
-    asked = json.loads(splinefeed(*words, "-o", "short", "--strategy", "look-ahead", "--by-windows").stdout)
-    assert asked["ripple_max"] == whole["ripple_max"]
-    assert "--by-windows has no effect: the size of the file decides" in asked["notes"]
     assert whole["duration_s"] == pytest.approx(page["duration_s"], rel=1e-2)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from splinefeed.analysis.check_bounds import TOLERANCE, Bounds
@@ -74,6 +74,32 @@ def check(
     return judged.verdict()
 
 
+class Blocks:
+    """Setpoints that come in pieces, in records of `size` ticks; `held` is what follows the last one."""
+
+    def __init__(self, size: int) -> None:
+        self._size, self._count = size, 0
+        self._pieces: list[Setpoints] = []
+
+    def push(self, setpoints: Setpoints) -> Iterator[Setpoints]:
+        """Whole records by now, of which the last tick of all that came is never one."""
+        self._pieces.append(setpoints)
+        self._count += len(setpoints)
+        while self._count > self._size:
+            yield self.held.part(0, self._size)
+            self._pieces, self._count = [self.held.part(self._size, self._count)], self._count - self._size
+
+    @property
+    def held(self) -> Setpoints:
+        """The ticks that are not yet in a record."""
+        if len(self._pieces) > 1:
+            self._pieces = [Setpoints.joined(self._pieces)]
+        return self._pieces[0]
+
+    def __len__(self) -> int:
+        return self._count
+
+
 @dataclass(eq=False)
 class Check:
     """Checks setpoints chunk by chunk along a path that comes part by part; `check` is one of a path in one part.
@@ -97,8 +123,7 @@ class Check:
         self._known = 0  # curves of the parts behind that
         self._judge: Judge | None = None
         self._first: Setpoints | None = None
-        self._held: list[Setpoints] = []  # ticks of the next block
-        self._count = 0  # of them
+        self._blocks = Blocks(BLOCK)
 
     def part(self, path: Path | JointPath) -> None:
         """The next part of the path; a JointPath comes whole."""
@@ -116,20 +141,14 @@ class Check:
             raise InputError(f"the setpoints have axes {setpoints.axes}, the path {self._axes}; they must be the same")
         if setpoints.period != number(first.period, "period") or not setpoints.period > 0.0:
             raise InputError(f"a chunk has a period of {setpoints.period:g} s, the first one {first.period:g} s")
-        start = 0
-        while start < len(setpoints):
-            if self._count == BLOCK:
-                self._look(Setpoints.joined(self._held), last=False)
-                self._held, self._count = [], 0
-            part = setpoints.part(start, min(start + BLOCK - self._count, len(setpoints)))
-            start, self._count = start + len(part), self._count + len(part)
-            self._held.append(part)
+        for block in self._blocks.push(setpoints):
+            self._look(block, last=False)
 
     def verdict(self) -> Verdict:
         """The result; InputError for no setpoints."""
-        if self._first is None or not self._held:
+        if self._first is None or not len(self._blocks):
             raise InputError("there are no setpoints to check")
-        held, count = Setpoints.joined(self._held), self._count
+        held, count = self._blocks.held, len(self._blocks)
         if count > 1:
             self._look(held.part(0, count - 1), last=False)
         self._look(held.part(count - 1, count), last=True)

@@ -19,7 +19,7 @@ from splinefeed.errors import FormatError, InputError
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.follow import Servo
-    from splinefeed.pipeline.overview import Overview, Pictured
+    from splinefeed.pipeline.overview import Overview
     from splinefeed.records import Response, Setpoints
 
 EXAMPLES = """\b
@@ -78,7 +78,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from splinefeed.formats.setpoints import save
     from splinefeed.machine.machine import Machine
     from splinefeed.pipeline.follow import Servo
-    from splinefeed.pipeline.overview import Overview, Pictured
+    from splinefeed.pipeline.overview import Overview
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
     from splinefeed.report.path_figures import contour_figure
@@ -99,11 +99,11 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
     servo = Servo(machine, path, linear=given["linear"])
-    overview, pictured = Overview(), Pictured()
+    overview = Overview()
     folder = given["output"] if given["output"] is not None else f"{default_name(name)}-on-{machine.name}"
     with staged(folder, files.FOLLOW_RECORD, files.FOLLOW_NAMES) as stage:
         try:
-            save(_responses(chain([first], chunks), servo, overview, pictured, say), stage / files.RESPONSE)
+            save(_responses(chain([first], chunks), servo, overview, say), stage / files.RESPONSE)
         except FormatError:
             raise
         except InputError as error:
@@ -112,7 +112,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         if drawing:
             say("drawing")
             drawn = {"errors": errors_figure({first.method: overview.response}, name, machine.name)}
-            beside = pictured.deviation(path) if path is not None else None
+            beside = overview.deviation(path) if path is not None else None
             if beside is not None:
                 drawn["contour"] = contour_figure(beside, name, machine.name)
             names += files.save_figures(drawn.items(), stage, drawing)
@@ -140,14 +140,11 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     return {**page, "files": [str(Path(folder) / each) for each in names]}
 
 
-def _responses(
-    chunks: Iterator[Setpoints], servo: Servo, overview: Overview, pictured: Pictured, say: Say
-) -> Iterator[Response]:
+def _responses(chunks: Iterator[Setpoints], servo: Servo, overview: Overview, say: Say) -> Iterator[Response]:
     """The response piece by piece on its way to the file, seen by what figures are drawn from."""
     from splinefeed.pipeline.follow import follow_chunks
 
     for response in follow_chunks(chunks, servo):
-        overview.see(response)
-        pictured.see(response, servo.commanded)
+        overview.see(response, servo.commanded)
         yield response
         say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * servo.tally.period:.6g} s of the motion")

@@ -18,7 +18,7 @@ PANELS = {
         "repair", "tolerance", "columns",
     ),
     "Smoothing": ("corners", "corner_angle", "angle_tolerance"),
-    "Output": ("formats", "tip", "figures", "no_figures", "figure", "no_compare", "by_windows", "as_json"),
+    "Output": ("formats", "tip", "figures", "no_figures", "figure", "no_compare", "as_json"),
 }  # fmt: skip
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 #: What is done to a path after it is read.
-_AFTER_READING = ("tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
+AFTER_READING = ("tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
 
 
 def read_path(source: str, reading: Mapping[str, Any]) -> Path:
@@ -26,7 +26,7 @@ def read_path(source: str, reading: Mapping[str, Any]) -> Path:
     from splinefeed.formats import registry
     from splinefeed.pipeline.smooth import smooth
 
-    paths = read_contents(source, {name: value for name, value in reading.items() if name not in _AFTER_READING})
+    paths = read_contents(source, {name: value for name, value in reading.items() if name not in AFTER_READING})
     path = paths[0] if len(paths) == 1 else registry.choose(paths, None, source)
     path = smooth(path, reading)
     if not reading.get("tangential"):

@@ -15,7 +15,7 @@ from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.experiment import Served, serve
+from splinefeed.pipeline.follow import Served, serve
 from splinefeed.pipeline.run import MOST_TICKS, check_ticks
 from splinefeed.records import Limits, TimeLaw, positive
 

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from splinefeed.analysis.tally import ErrorTally
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.follow import Servo, follow_chunks
-from splinefeed.records import ROTARY_AXES, Response, Setpoints, TimeLaw
-from splinefeed.simulation.follow import CHUNK, join, slices
+from splinefeed.pipeline.follow import Served, serve
+from splinefeed.records import ROTARY_AXES, TimeLaw
 
 #: The machine of the paper as we model it, the methods that it compares and last the one that its setpoints are made
 #: by here, and the largest error it measured, mm.
@@ -23,53 +19,6 @@ PAPER_METHODS = ("taylor-2", "milne-simpson", "milne-simpson-anchored")
 PAPER_ERROR = 0.01218
 #: Methods whose contour errors differ by less than this share of the largest count as the same.
 SAME = 0.05
-
-
-@dataclass(frozen=True, eq=False)
-class Served:
-    """Setpoints of one method, the machine's response, the tally of its errors, and what was left out.
-
-    off_law  largest distance of a setpoint from where the law wants it, mm over the linear axes
-    """
-
-    setpoints: Setpoints
-    response: Response
-    tally: ErrorTally
-    notes: tuple[str, ...]
-    off_law: float
-
-    def numbers(self) -> dict[str, Any]:
-        """What `--json` prints."""
-        return {"method": self.setpoints.method, "setpoints_off_law_mm": self.off_law, **self.tally.numbers()}
-
-
-class Serving:
-    """The axes of a machine that follow the setpoints of a motion along `path`, chunk by chunk."""
-
-    def __init__(self, path: Path, law: TimeLaw, machine: Machine) -> None:
-        self.path, self.law, self.servo, self.off_law = path, law, Servo(machine, path), 0.0
-
-    def follow(self, setpoints: Setpoints) -> Response | None:
-        """The machine's response to the next setpoints, None after an axis ran away."""
-        path, linear = self.path, self.path.linear
-        wanted = path(np.clip(self.law(setpoints.t), 0.0, path.length))[:, :linear]
-        away = np.linalg.norm(setpoints.position[:, :linear] - wanted, axis=1)
-        self.off_law = max(self.off_law, float(np.max(away)))
-        if self.servo.stopped is not None:
-            return None
-        return join(list(follow_chunks(slices(setpoints, CHUNK), self.servo)))
-
-    def served(self, setpoints: Setpoints, response: Response) -> Served:
-        """The result, with the setpoints and the response that are kept."""
-        return Served(setpoints, response, self.servo.tally, tuple(self.servo.notes), self.off_law)
-
-
-def serve(path: Path, law: TimeLaw, setpoints: Setpoints, machine: Machine) -> Served:
-    """Let the axes of `machine` follow all setpoints of a motion along `path`."""
-    serving = Serving(path, law, machine)
-    response = serving.follow(setpoints)
-    assert response is not None  # nothing ran away before
-    return serving.served(setpoints, response)
 
 
 def serve_methods(

@@ -9,7 +9,7 @@ from typing import Any
 from splinefeed.errors import InputError, SplinefeedError
 from splinefeed.formats.plain import plain
 from splinefeed.machine import writing
-from splinefeed.pipeline.experiment import serve
+from splinefeed.pipeline.follow import serve
 from splinefeed.pipeline.run import Run
 from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
 from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
