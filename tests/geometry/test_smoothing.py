@@ -14,8 +14,7 @@ from smoothing_paths import NOISE_TOLERANCE, RADIUS, arc, noises, random_path
 from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.nearest import Nearest
-from splinefeed.geometry.smoothing_assembly import at_knot
-from splinefeed.geometry.smoothing_joints import BEND, RATE, TANGENT, transitions
+from splinefeed.geometry.smoothing_joints import BEND, RATE, TANGENT, at_knot, transitions
 from splinefeed.geometry.smoothing_proven import proven
 
 PROGRAMS = ("cncjs_tball.gcode",)

@@ -11,8 +11,7 @@ import splinefeed as sf
 from smoothing_judge import deviation
 from smoothing_paths import random_path
 from splinefeed.errors import InputError
-from splinefeed.geometry.smoothing_order import order
-from splinefeed.geometry.smoothing_proven import PRECISION, proven
+from splinefeed.geometry.smoothing_proven import PRECISION, order, proven
 
 LINE = sf.Path.polyline([[0, 0], [10, 0]])
 

@@ -11,8 +11,8 @@ import numpy as np
 from splinefeed.errors import InputError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.smoothing import ANGULAR_TOLERANCE, PROGRAM, UNBOUNDED_TOLERANCE
 from splinefeed.geometry.smoothing_proven import PRECISION, Proof, proven
-from splinefeed.geometry.smoothing_stream import ANGULAR_TOLERANCE, PROGRAM, UNBOUNDED_TOLERANCE
 from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
 from splinefeed.records import Array
 

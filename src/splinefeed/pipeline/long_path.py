@@ -19,7 +19,7 @@ from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.parts import cut
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.smoothing_stream import Smoother
+from splinefeed.geometry.smoothing import Smoother
 from splinefeed.pipeline.meter import MOST_IN_COLUMN
 from splinefeed.pipeline.smooth import arguments
 from splinefeed.records import Array, Limits, Setpoints, Verdict

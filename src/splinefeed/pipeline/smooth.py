@@ -8,8 +8,8 @@ from typing import Any
 
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.smoothing import PROGRAM
 from splinefeed.geometry.smoothing_proven import proven
-from splinefeed.geometry.smoothing_stream import PROGRAM
 from splinefeed.geometry.smoothing_tool import proven_tool
 from splinefeed.geometry.tool_path import ToolPath
 
