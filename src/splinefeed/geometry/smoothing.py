@@ -12,9 +12,10 @@ import numpy as np
 from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curves import Flat, Packed
 from splinefeed.geometry.path import Marker, Path
+from splinefeed.geometry.path_checks import checked_axes
 from splinefeed.geometry.smoothing_joints import Assembly, Done
-from splinefeed.geometry.smoothing_runs import Batch, Runs, Thinning
-from splinefeed.records import Array
+from splinefeed.geometry.smoothing_runs import Batch, Runs
+from splinefeed.records import Array, BoolArray
 
 #: Joints that turn by more than this are corners.
 SMOOTHING_CORNER_ANGLE = math.radians(45.0)
@@ -57,10 +58,10 @@ def smoothed(
     value = smoother.tolerance
     if value != PROGRAM and float(value) > path.size > 0.0:
         raise InputError(f"tolerance is {value:g} mm, more than the whole path, {path.size:.4g} mm; give a smaller one")
-    if not _raw(path, value, 0, share).free.any():
+    if not _loose(path, value, share)[1].any():
         return path
-    return smoother.path(
-        [*smoother.take(path, share), *smoother.rest()],
+    return smoother._path(
+        [*smoother._taken(path, share), *smoother._rest()],
         name=path.name,
         findings=(*path.findings, smoother.summary),
         tolerance=max(path.tolerance, 1e-9 * path.size),
@@ -93,20 +94,20 @@ class Smoother:
         if int(window) < 1:
             raise InputError(f"a window of {window} curves; it must have at least 1")
         self.axes, self._window = tuple(axes), int(window)
-        self._linear: int | None = None
-        self._corner_angle, self._angular, self._rounded = corner_angle, float(angular_tolerance), corners == "round"
+        linear = checked_axes(self.axes, len(self.axes))
+        self._runs = Runs(linear, float(angular_tolerance), corner_angle)
+        self._assembly = Assembly(self.axes, float(angular_tolerance), corners == "round")
         self._waiting: list[Batch] = []  # not yet a window
         self._markers: list[Marker] = []
-        self._came = 0
-        self._out = 0
-        self._before: Batch | None = None  # the last curve of the last window
-        self._end: Array | None = None
-        self._said: tuple[bool, bool] = (False, False)
+        self._came = self._out = 0
+        self._said: tuple[bool, bool] | None = None  # whether feeds and tolerances are
+        #: Of the last curve that came: its end, whether it may change, its feed and tolerance.
+        self._last: tuple[Array, bool, list[float]] | None = None
 
     @property
     def held(self) -> int:
         """Curves that are held in memory."""
-        return sum(map(len, self._waiting)) + (0 if self._linear is None else self._runs.waiting)
+        return sum(map(len, self._waiting)) + self._runs.waiting
 
     @property
     def summary(self) -> str:
@@ -118,44 +119,40 @@ class Smoother:
 
     def push(self, path: Path) -> list[Path]:
         """Take more of the path, which goes on where the last one ended; the smooth pieces that are final by now."""
-        return [self.path([done], tolerance=self._assembly.gap) for done in self.take(path)]
+        return [self._path([done], tolerance=self._assembly.gap) for done in self._taken(path)]
 
     def finish(self) -> list[Path]:
         """The rest of the smooth path."""
-        return [self.path([done], tolerance=self._assembly.gap) for done in self.rest()]
+        return [self._path([done], tolerance=self._assembly.gap) for done in self._rest()]
 
-    def path(self, parts: Sequence[Done], **said: Any) -> Path:
+    def _path(self, parts: Sequence[Done], **said: Any) -> Path:
         """What came of curves as one path."""
+        assert self._said is not None
         starts = np.cumsum([0, *(len(part.flat) for part in parts)]).tolist()
         markers = [
             replace(marker, before=marker.before + start)
             for part, start in zip(parts, starts, strict=False)
             for marker in part.markers
         ]
-        feeds, tolerances = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feed", "said"))
-        said |= {"feeds": feeds if self._said[0] else None, "tolerances": tolerances if self._said[1] else None}
+        if self._said[0]:
+            said["feeds"] = np.concatenate([part.feed for part in parts])
+        if self._said[1]:
+            said["tolerances"] = np.concatenate([part.said for part in parts])
         return Path(Packed(Flat.joined([part.flat for part in parts])), self.axes, markers=markers, **said)
 
-    def take(self, path: Path, share: Array | None = None) -> list[Done]:
-        """As `push`, as arrays; share (curves,) of the tolerance that each curve may use."""
+    def _taken(self, path: Path, share: Array | None = None) -> list[Done]:
         if path.axes != self.axes:
             raise CurveError(f"the path has axes {path.axes}; the smoother has {self.axes}")
         said = path.feeds is not None, path.tolerances is not None
-        if self._linear is None:
-            self._linear, self._said = path.linear, said
-            self._thinning = Thinning(path.linear, self._angular)
-            self._runs = Runs(path.linear, self._angular, self._corner_angle)
-            self._assembly = Assembly(self.axes, self._angular, self._rounded, path.tolerance)
-        elif said != self._said:
+        if said != (self._said or said):
             raise InputError("feeds or tolerances are given for some pieces only; give them for all or for none")
+        self._said = said
         self._assembly.gap = max(self._assembly.gap, path.tolerance)
-        ends = path.ends
-        if self._end is not None and float(np.linalg.norm(ends[0, 0] - self._end)) > self._assembly.gap:
-            gap = float(np.linalg.norm(ends[0, 0] - self._end))
+        gap = 0.0 if self._last is None else float(np.linalg.norm(path.ends[0, 0] - self._last[0]))
+        if gap > self._assembly.gap:
             raise CurveError(f"gap of {gap:.6g} mm between curve {self._came - 1} and curve {self._came}")
-        self._end = ends[-1, 1].copy()
         self._markers += [replace(m, before=m.before + self._came) for m in path.markers]
-        self._waiting.append(_raw(path, self.tolerance, self._came, share))
+        self._waiting.append(self._batch(path, share))
         self._came += len(path.flat)
         found: list[Done] = []
         if sum(map(len, self._waiting)) > self._window:
@@ -167,45 +164,42 @@ class Smoother:
             self._waiting = [batch.part(low, len(batch))]
         return found
 
-    def rest(self) -> list[Done]:
-        """As `finish`, as arrays."""
-        if self._linear is None:
+    def _rest(self) -> list[Done]:
+        if self._last is None:
             return []
-        batch = Batch.joined(self._waiting)
-        self._waiting = []
+        batch, self._waiting = Batch.joined(self._waiting), []
         return self._smoothed(batch, last=True)
 
     def _smoothed(self, batch: Batch, last: bool) -> list[Done]:
-        """What becomes final with the next window."""
-        batch = self._joints(batch)
-        done = self._assembly.push(self._runs.push(self._thinning.push(batch, last), last), last, self._markers)
+        done = self._assembly.push(self._runs.push(batch, last), last, self._markers)
         if done is None:
             return []
         if last:
             done.markers.extend(replace(m, before=len(done.flat)) for m in self._markers)
-            self._markers = []
         self._out += len(done.flat)
         return [done]
 
-    def _joints(self, batch: Batch) -> Batch:
-        """What may be done at the joint before each curve, from what is said of the curves and of markers."""
-        if not len(batch):
-            return batch
-        given = batch if self._before is None else Batch.joined([self._before, batch])
-        self._before = batch.part(len(batch) - 1, len(batch))
-        free = np.append(False, given.free[:-1] & given.free[1:])[-len(batch) :]
-        apart = np.zeros(len(given), dtype=bool)
-        for values, said in ((given.feed, self._said[0]), (given.said, self._said[1])):
-            if said:
-                apart[1:] |= values[1:] != values[:-1]
-        apart = apart[-len(batch) :]
-        low = int(batch.first[0])
+    def _batch(self, path: Path, share: Array | None) -> Batch:
+        """The curves of a path, and what may be done at the joint before each."""
+        flat, count = path.flat, len(path.flat)
+        allowed, loose = _loose(path, self.tolerance, share)
+        said = [np.zeros(count) if each is None else each for each in (path.feeds, path.tolerances)]
+        _, before, told = self._last or (None, False, [float(each[0]) for each in said])
+        free = loose & np.append(before, loose[:-1])
+        apart = np.zeros(count, dtype=bool)
+        for values, one in zip(said, told, strict=True):
+            apart |= values != np.append(one, values[:-1])
+        self._last = path.ends[-1, 1].copy(), bool(loose[-1]), [float(each[-1]) for each in said]
         for marker in self._markers:
-            i = marker.before - low
-            if 0 <= i < len(batch) and marker.before > 0:
+            i = marker.before - self._came
+            if 0 <= i < count and marker.before > 0:
                 apart[i] = True
                 free[i] &= not marker.stop
-        return replace(batch, free=free, apart=apart)
+        lines = (flat.degrees == 1) & (flat.rational == 0) & (np.diff(flat.point_starts) == 2)
+        return Batch(
+            flat, np.arange(self._came, self._came + count), np.where(loose, allowed, 1.0), np.zeros(count),
+            lines & loose, free, apart, np.zeros(count, dtype=bool), *said,
+        )  # fmt: skip
 
 
 def smooth_stream(pieces: Iterable[Path], tolerance: float | str, **how: Any) -> Iterator[Path]:
@@ -241,24 +235,15 @@ def _checked(tolerance: float | str, corner_angle: float, corners: str, angular_
     return tolerance
 
 
-def _raw(path: Path, tolerance: float | str, first: int, share: Array | None = None) -> Batch:
-    """The curves of a path as a Batch in which `free` says whether each may be changed at all."""
-    flat, count = path.flat, len(path.flat)
-    unsaid = np.full(count, np.nan)
+def _loose(path: Path, tolerance: float | str, share: Array | None) -> tuple[Array, BoolArray]:
+    """Tolerance of each curve, mm, and whether it may be changed at all."""
     if not isinstance(tolerance, str):
-        allowed = np.full(count, tolerance)
+        allowed = np.full(len(path.flat), tolerance)
     elif path.tolerances is None:
-        allowed = np.zeros(count)
+        allowed = np.zeros(len(path.flat))
     else:
         allowed = np.where(np.isfinite(path.tolerances), path.tolerances, UNBOUNDED_TOLERANCE)
     if share is not None:
         allowed = share * allowed
-    loose = (allowed > 0.0) & (flat.sizes(slice(path.linear)) > 0.0) & ~flat.turning(path.linear)
-    if path.feeds is not None:
-        loose &= np.isfinite(path.feeds)
-    lines = (flat.degrees == 1) & (flat.rational == 0) & (np.diff(flat.point_starts) == 2)
-    no = np.zeros(count, dtype=bool)
-    return Batch(
-        flat, np.arange(first, first + count), np.where(loose, allowed, 1.0), np.zeros(count), lines & loose, loose,
-        no, no, unsaid if path.feeds is None else path.feeds, unsaid if path.tolerances is None else path.tolerances,
-    )  # fmt: skip
+    loose = (allowed > 0.0) & (path.flat.sizes(slice(path.linear)) > 0.0) & ~path.flat.turning(path.linear)
+    return allowed, loose if path.feeds is None else loose & np.isfinite(path.feeds)

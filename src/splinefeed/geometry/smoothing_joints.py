@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,8 +35,8 @@ PLACES = 9
 BETWEEN = 1.5
 #: Times that a transition is shortened by half before the joint stays as it is.
 MOST_HALVINGS = 30
-#: Bisections that tell the length of a transition.
-BISECTIONS = 50
+#: Newton steps that tell the length of a transition.
+NEWTON_STEPS = 40
 #: Share of what is left of the tolerance that transitions use: the rest covers rounding and what lies between samples.
 JOINT = 0.95
 #: A parameter this near a knot, relative to the largest one, is the knot.
@@ -57,15 +57,6 @@ class Done:
     markers: list[Marker]
 
 
-@dataclass(frozen=True, eq=False)
-class _Begin:
-    """How the first of the curves that wait begins: a transition that reaches it, 0 if none does."""
-
-    reach: float
-    u: float
-    point: Array
-
-
 @dataclass
 class Assembly:
     """Transitions at the joints of the curves that come, which lead from one to the other with continuous curvature.
@@ -79,7 +70,7 @@ class Assembly:
     gap: float = 0.0
     made: int = 0
     _last: Batch | None = None
-    _begin: _Begin = field(default_factory=lambda: _Begin(0.0, 0.0, np.empty(0)))
+    _begin: tuple[float, float, Array | float] = (0.0, 0.0, 0.0)  # reach, u and point at which the last one is entered
 
     def push(self, batch: Batch | None, last: bool, markers: list[Marker]) -> Done | None:
         """Take more curves; those that are final, all with `last`, with those of `markers` that stand among them.
@@ -105,28 +96,30 @@ class Assembly:
             self._last = None
         else:
             self._last = batch.part(count, count + 1)
-            self._begin = _Begin(float(made.reach[-1]), float(made.behind[-1]), made.points[-1, 5])
+            self._begin = float(made.reach[-1]), float(made.behind[-1]), made.points[-1, 5]
         return done
 
     def _put_together(self, batch: Batch, base: Path, made: Transitions, count: int, markers: list[Marker]) -> Done:
         """The first `count` curves, as the transitions leave them, and the transitions behind them."""
-        flat, start = batch.flat, self._begin
-        before = np.append(start.reach, made.reach)[:count]  # reach of the transition before each, and of that behind
+        flat = batch.flat
+        reach, entered, point = self._begin
+        before = np.append(reach, made.reach)[:count]  # reach of the transition before each, and of that behind
         behind = np.append(made.reach, 0.0)[:count]
         lengths = np.diff(base.curve_starts)[:count]
         left = lengths - before - behind > NO_REST * lengths
         halves = np.append(batch.apart[1:], False)[:count]
-        steps = np.where(behind > 0.0, 1 + halves, 0)
-        slots = np.concatenate([[0], np.cumsum(left + steps)])
+        slots = np.concatenate([[0], np.cumsum(left + np.where(behind > 0.0, 1 + halves, 0))])
         rests, joints = slots[:-1][left], (slots[:-1] + left)[behind > 0.0]
         total = int(slots[-1])
-        # what is left of each
+        # what is left of each: from the end of the transition before it to the start of that behind
+        none = np.zeros((1, 6, len(self.axes)))
+        entry, leave = (
+            np.concatenate([none + point, made.points])[:count, 5],
+            np.concatenate([made.points, none])[:count, 0],
+        )
         ends = base.ends[:count].copy()
-        ends[1:, 0] = np.where(before[1:, None] > 0.0, made.points[: count - 1, 5], ends[1:, 0])
-        if start.reach > 0.0:
-            ends[0, 0] = start.point
-        inner = made.points[:count, 0]
-        ends[: len(inner), 1] = np.where(behind[: len(inner), None] > 0.0, inner, ends[: len(inner), 1])
+        ends[:, 0] = np.where(before[:, None] > 0.0, entry, ends[:, 0])
+        ends[:, 1] = np.where(behind[:, None] > 0.0, leave, ends[:, 1])
         straight = (flat.degrees[:count] == 1) & (np.diff(flat.point_starts[: count + 1]) == 2)
         parts: list[Flat] = []
         slot: list[IntArray] = []
@@ -139,7 +132,7 @@ class Assembly:
             parts.append(_lines(ends[lines]))
             slot.append(slots[:-1][lines])
         if (bent := cut & ~straight).any():
-            us = np.append(start.u, made.behind), np.append(made.before, 0.0)
+            us = np.append(entered, made.behind), np.append(made.before, 0.0)
             at = np.flatnonzero(bent).tolist()
             parts.append(Flat.of([_shortened(flat.curve(i), us[0][i] if before[i] else None,
                                              us[1][i] if behind[i] else None) for i in at]))  # fmt: skip
@@ -149,8 +142,7 @@ class Assembly:
             points = made.points[led].copy()
             # where nothing is left of a curve, one transition begins at the end of the other
             closed = ~left[led] & (before[led] > 0.0)
-            ahead = np.where(led[closed] > 0, led[closed] - 1, 0)
-            points[closed, 0] = np.where((led[closed] > 0)[:, None], made.points[ahead, 5], ends[0, 0])
+            points[closed, 0] = entry[led[closed]]
             split = halves[led]
             front = np.einsum("ij,njk->nik", _FRONT, points)
             back = np.einsum("ij,njk->nik", _FRONT[::-1, ::-1], points)
@@ -262,7 +254,7 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
     if curved.any():
         rate[curved] = BETWEEN * _rates(path, joint[curved], reach[curved])
     allowed = np.column_stack([tolerance, angular])
-    reach = np.minimum(reach, _longest(tangent, bend, rate, allowed, reach))
+    reach = np.where(wanted, np.minimum(reach, _longest(tangent, bend, rate, allowed, reach)), 0.0)
     # the result at one place does not depend on the size of the whole path, which a stream does not know
     reach[reach <= LEAST * (np.abs(left[:, 0, :linear]).max(axis=1, initial=0.0) + lengths[:-1] + lengths[1:])] = 0.0
     return _made(path, reach, curved & (reach > 0.0), allowed)
@@ -287,27 +279,13 @@ def _rates(path: Path, joint: IntArray, reach: Array) -> Array:
 
 def _longest(tangent: Array, bend: Array, rate: Array, allowed: Array, most: Array) -> Array:
     """Greatest d (joints,) up to `most` that keeps the bound of `transitions` within allowed (joints, 2)."""
-
-    def within(d: Array) -> BoolArray:
-        d = d[:, None]
-        return np.asarray(np.all(TANGENT * tangent * d + BEND * bend * d**2 + RATE * rate * d**3 <= allowed, axis=1))
-
-    low, high = np.zeros(len(most)), most.copy()
-    fits = within(high)
-    low[fits] = high[fits]
+    a, b, c = TANGENT * tangent, BEND * bend, RATE * rate
     with np.errstate(divide="ignore", invalid="ignore"):
-        direct = np.min(np.where(tangent > 0.0, allowed / (TANGENT * tangent), np.inf), axis=1)
-    line = (bend == 0.0).all(axis=1) & (rate == 0.0).all(axis=1)
-    low = np.where(line, np.minimum(direct, most), low)
-    rest = np.flatnonzero(~fits & ~line)
-    for _ in range(BISECTIONS if len(rest) else 0):
-        middle = 0.5 * (low[rest] + high[rest])
-        trial = high.copy()
-        trial[rest] = middle
-        good = within(trial)[rest]
-        low[rest] = np.where(good, middle, low[rest])
-        high[rest] = np.where(good, high[rest], middle)
-    return low
+        d = np.minimum(most[:, None], np.where(a > 0.0, allowed / a, np.inf))
+        for _ in range(NEWTON_STEPS):  # what grows and bends upwards is reached from above
+            over = np.maximum(((c * d + b) * d + a) * d - allowed, 0.0)
+            d -= np.where(over > 0.0, over / ((3.0 * c * d + 2.0 * b) * d + a), 0.0)
+    return np.asarray(d.min(axis=1))
 
 
 def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transitions:

@@ -93,44 +93,10 @@ COLUMNS = tuple(field.name for field in fields(Batch) if field.name != "flat")
 
 
 @dataclass
-class Thinning:
-    """Points within a tenth of the tolerance of the last one go, lines between those that stay take their place."""
-
-    linear: int
-    angular: float
-    _tail: Batch | None = None  # from the last point but one that is sure to stay: few lines, however many came
-
-    def push(self, batch: Batch, last: bool) -> Batch | None:
-        """Take more curves; those that are final, all with `last`."""
-        if self._tail is not None:
-            batch = Batch.joined([self._tail, batch])
-        ends = _ends(batch.flat)
-        vertices = np.vstack([ends[:1, 0], ends[:, 1]])
-        count = len(batch)
-        held = np.ones(count + 1, dtype=bool)
-        held[1:-1] = ~(batch.free[1:] & ~batch.apart[1:] & batch.line[:-1] & batch.line[1:])
-        held[-1] = last or not batch.line[-1]
-        allowed = batch.allowed
-        near = THIN * np.minimum(np.append(allowed[:1], allowed), np.append(allowed, allowed[-1:]))
-        kept = np.empty(count + 1, dtype=bool)
-        thin(vertices, held, self.linear, near, THIN * self.angular, kept)
-        at = np.flatnonzero(kept)
-        if last:
-            self._tail = None
-            return _between(batch, vertices, at)
-        sure = int(at[-2]) if len(at) > 1 else 0
-        # what is not sure yet: a line to the last point that stays, one to the first point elsewhere, one to the end
-        end = int(at[-1])
-        aside = np.flatnonzero(np.any(vertices[end + 1 :, : self.linear] != vertices[end, : self.linear], axis=1))
-        marks = {sure, end, *(end + 1 + aside[:1]).tolist(), count}
-        self._tail = _between(batch.part(sure, count), vertices[sure:], np.array(sorted(marks)) - sure)
-        return _between(batch.part(0, sure), vertices[: sure + 1], at[at <= sure]) if sure else None
-
-
-@dataclass
 class Runs:
     """Runs of short lines that turn gently become splines of degree 5, everything else stays as it is.
 
+    Before, points within a tenth of the tolerance of the last one go: lines between those that stay take their place.
     linear, angular, corner_angle  as for `smoothed`; fits  splines so far
     """
 
@@ -138,6 +104,7 @@ class Runs:
     angular: float
     corner_angle: float
     fits: int = 0
+    _tail: Batch | None = None  # from the last point but one that is sure to stay: few lines, however many came
     _waiting: Batch | None = None
     _past: int = 0  # how many of those that wait are out already: corners are seen between arms
 
@@ -146,9 +113,31 @@ class Runs:
         """Curves that are held."""
         return 0 if self._waiting is None else len(self._waiting)
 
-    def push(self, batch: Batch | None, last: bool) -> Batch | None:
+    def _thinned(self, batch: Batch, last: bool) -> Batch | None:
+        if self._tail is not None:
+            batch = Batch.joined([self._tail, batch])
+        ends, line, allowed, count = _ends(batch.flat), batch.line, batch.allowed, len(batch)
+        vertices = np.vstack([ends[:1, 0], ends[:, 1]])
+        held = np.ones(count + 1, dtype=bool)
+        held[1:-1] = ~(batch.free[1:] & ~batch.apart[1:] & line[:-1] & line[1:])
+        held[-1] = last or not line[-1]
+        near = THIN * np.minimum(np.append(allowed[:1], allowed), np.append(allowed, allowed[-1:]))
+        kept = np.empty(count + 1, dtype=bool)
+        thin(vertices, held, self.linear, near, THIN * self.angular, kept)
+        at = np.flatnonzero(kept)
+        self._tail = None
+        if last:
+            return _between(batch, vertices, at)
+        sure, end = (int(at[-2]) if len(at) > 1 else 0), int(at[-1])
+        # what is not sure yet: a line to the last point that stays, one to the first point elsewhere, one to the end
+        aside = np.flatnonzero(np.any(vertices[end + 1 :, : self.linear] != vertices[end, : self.linear], axis=1))
+        marks = {sure, end, *(end + 1 + aside[:1]).tolist(), count}
+        self._tail = _between(batch.part(sure, count), vertices[sure:], np.array(sorted(marks)) - sure)
+        return _between(batch.part(0, sure), vertices[: sure + 1], at[at <= sure]) if sure else None
+
+    def push(self, batch: Batch, last: bool) -> Batch | None:
         """Take more curves; those that are final, all with `last`."""
-        given = [each for each in (self._waiting, batch) if each is not None]
+        given = [each for each in (self._waiting, self._thinned(batch, last)) if each is not None]
         if not given:
             return None
         batch = Batch.joined(given)
@@ -179,52 +168,33 @@ class Runs:
             runs += _runs(lengths, a, b)
         keep = max(end - ARM_LINES, 0)
         self._waiting, self._past = (None, 0) if last else (batch.part(keep, count), end - keep)
-        return self._fitted(batch.part(past, end), vertices[past : end + 1], lengths[past:end], runs, past)
+        stretches = [(low - past, high - past) for low, high in runs]
+        return self._fitted(batch.part(past, end), vertices[past : end + 1], lengths[past:end], stretches)
 
-    def _fitted(
-        self, batch: Batch, vertices: Array, lengths: Array, runs: list[tuple[int, int]], offset: int
-    ) -> Batch | None:
-        """The curves, splines in place of the runs."""
-        if not len(batch):
-            return None
-        starts = np.ones(len(batch), dtype=bool)
+    def _fitted(self, batch: Batch, vertices: Array, lengths: Array, waiting: list[tuple[int, int]]) -> Batch | None:
+        """The curves, splines in place of runs; where none is near enough a run is cut."""
+        starts, line = np.ones(len(batch), dtype=bool), batch.line.copy()
         curves: list[NurbsCurve] = []
         places: list[int] = []
-        for low, high in runs:
-            for a, b, curve in self._splines(vertices, lengths, batch.allowed, low - offset, high - offset):
-                if curve is not None:
-                    starts[a + 1 : b] = False
-                    places.append(a)
-                    curves.append(curve)
+        while waiting:
+            a, b = waiting.pop()
+            curve, worst = self._spline(vertices[a : b + 1], lengths[a:b], float(batch.allowed[a:b].min()))
+            if curve is not None:
+                starts[a + 1 : b] = line[a] = False
+                places.append(a)
+                curves.append(curve)
+            elif b - a >= 2 * LEAST:
+                cut = min(max(a + worst, a + LEAST), b - LEAST)
+                waiting += [(cut, b), (a, cut)]
         self.fits += len(curves)
         if not curves:
-            return batch
+            return batch if len(batch) else None
         at = np.flatnonzero(starts)
-        spent = batch.spent[at]
-        index = at.copy()
-        new = np.searchsorted(at, places)
+        spent, index, new = batch.spent[at], at.copy(), np.searchsorted(at, places)
         spent[new] = FIT + THIN
         index[new] = len(batch) + np.arange(len(curves))
         flat = Flat.joined([batch.flat, Flat.of(curves)]).chosen(index)
-        line = batch.line.copy()
-        line[places] = False
         return replace(batch, line=line).standing(flat, at, spent)
-
-    def _splines(
-        self, vertices: Array, lengths: Array, allowed: Array, low: int, high: int
-    ) -> list[tuple[int, int, NurbsCurve | None]]:
-        """The run low ... high - 1 as splines and, where none is near enough, None, in order."""
-        waiting = [(low, high)]
-        found: list[tuple[int, int, NurbsCurve | None]] = []
-        while waiting:
-            a, b = waiting.pop()
-            curve, worst = self._spline(vertices[a : b + 1], lengths[a:b], float(allowed[a:b].min()))
-            if curve is not None or b - a < 2 * LEAST:
-                found.append((a, b, curve))
-                continue
-            cut = min(max(a + worst, a + LEAST), b - LEAST)
-            waiting += [(cut, b), (a, cut)]
-        return found
 
     def _spline(self, vertices: Array, lengths: Array, allowed: float) -> tuple[NurbsCurve | None, int]:
         """The spline near lines between vertices (n + 1, axes), or None and the line at which it is furthest off."""
@@ -246,14 +216,9 @@ class Runs:
             return None, line  # it may turn back, which the lines do not
         coefficients += middle
         coefficients[0], coefficients[-1] = vertices[0], vertices[-1]
-        return NurbsCurve.trusted(DEGREE, frozen(knots), frozen(coefficients)), line
-
-
-def frozen(values: Array) -> Array:
-    """A contiguous copy that cannot be written to."""
-    out = np.array(values, dtype=np.float64, order="C")
-    out.setflags(write=False)
-    return out
+        for array in (knots, coefficients):
+            array.setflags(write=False)
+        return NurbsCurve.trusted(DEGREE, knots, coefficients), line
 
 
 def _ends(flat: Flat) -> Array:
@@ -310,13 +275,12 @@ def _runs(lengths: Array, low: int, high: int) -> list[tuple[int, int]]:
     Lines that are too long for a run are runs of their own where several stand together.
     """
     runs = []
-    waiting = [(a, min(a + MOST, high)) for a in range(low, high, MOST)]
-    while waiting:
-        a, b = waiting.pop()
-        even = lengths[a:b] <= LONGER * np.median(lengths[a:b])
-        joined = np.ones(b - a - 1, dtype=bool)
-        runs += [(a + i, a + k) for i, k in _stretches(even, joined) if k - i >= LEAST]
-        waiting += [(a + i, a + k) for i, k in _stretches(~even, joined) if k - i >= LEAST]
+    for a in range(low, high, MOST):
+        part = lengths[a : min(a + MOST, high)]
+        even = part <= LONGER * np.median(part)
+        for chosen in (even, ~even):
+            found = _stretches(chosen, np.ones(len(part) - 1, dtype=bool))
+            runs += [(a + i, a + k) for i, k in found if k - i >= LEAST]
     return sorted(runs)
 
 
