@@ -524,7 +524,7 @@ def test_laws_that_jump_or_go_elsewhere(good):
     assert any("start_feed is 0" in p for p in problems)
     assert any("is it their law" in p for p in problems)
     longer = dataclasses.replace(law, coefficients=np.array(law.coefficients) * 1.01)
-    assert any(p.startswith("law: ends at s = 75.5") for p in check(points, path, LIMITS, law=longer).problems)
+    assert any(p.startswith("law: runs from s = 0 to 75.5") for p in check(points, path, LIMITS, law=longer).problems)
 
 
 def test_where_the_curvature_jumps_the_third_difference_decides():

@@ -11,7 +11,7 @@ from splinefeed.analysis.check_corners import Corners, passable
 from splinefeed.geometry.path import Path
 from splinefeed.kernels import layout
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, Limits
+from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, BoolArray, LimitResult, Limits
 
 #: How far a setpoint may be from the curve, and an end from the path's, mm (rotary axes rad), by default.
 TOLERANCE = 1e-9
@@ -54,6 +54,23 @@ class Worst:
         if share[k] > (self.value - self.floor) / self.limit:
             self.value, self.floor, self.limit = float(values[k]), float(floor[k]), float(own[k])
             self.t, self.s = float(t[k]), float(s[k])
+
+    def result(self, axes: tuple[str, ...], by: str = "setpoints") -> LimitResult:
+        """The finding; axes  of the columns."""
+        axis = axes[self.column - 1] if 0 < self.column <= len(axes) else None
+        return LimitResult(
+            limit=self.limit, worst=self.value, at_s=self.s, at_t=self.t, floor=self.floor, axis=axis, by=by,
+            over=self.over,
+        )  # fmt: skip
+
+
+def jerks(jerk: Array, growing: BoolArray, falling: BoolArray, limits: Limits) -> dict[str, Array]:
+    """|jerk| (..., n) where the feed grows and where it falls, by limit; where neither is sure, under the larger."""
+    up, down = limits.jerk, float(limits.deceleration_jerk or np.inf)
+    return {
+        "jerk": np.where(falling | (~growing & (up < down)), 0.0, np.abs(jerk)),
+        "deceleration_jerk": np.where(growing | (~falling & (down < up)), 0.0, np.abs(jerk)),
+    }
 
 
 @dataclass

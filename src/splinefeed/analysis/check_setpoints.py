@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinefeed.analysis import between
-from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
+from splinefeed.analysis.check_bounds import STEP, Bounds, Fault, jerks
 from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
 from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Follower, Located
@@ -351,7 +351,8 @@ class Judge:
         rounded = v_floor, a_floor, j_floor
         values, floors = ([each[:, max(each.shape[1] - n, 0) :] for each in kind] for kind in ((v, a, j), rounded))
         growing, falling = self._signs(a[0], values[2].shape[1])
-        jerk, other = self.bounds.limits.jerk, float(self.bounds.limits.deceleration_jerk or np.inf)
+        signed = jerks(values[2][0], growing, falling, self.bounds.limits)
+        signed |= {"acceleration": a[0], "deceleration": -a[0]}
         corners = self.bounds.corners.s
         if len(corners):
             self._corner_steps(v, v_floor, places, max(v.shape[1] - n - BESIDE, 1), v.shape[1] - BESIDE)
@@ -359,21 +360,14 @@ class Judge:
             order, column = worst.order, worst.column
             if order == 0 or name == "centripetal" or name.startswith(STEP):
                 continue
-            each, floor = values[order - 1][column], floors[order - 1][column]
+            floor = floors[order - 1][column]
+            each = signed[name][-len(floor) :] if name in signed else np.abs(values[order - 1][column])
             count, end = len(each), places.shape[1]
             t, s, until = places[:, end - count :]
             if len(corners) and column and order > 1 and count:  # what straddles a corner is that corner's step
                 each = np.where(
                     contain(corners, places[1, end - count - order + 1 : end - order + 1], until), np.nan, each
                 )
-            if name == "deceleration":
-                each = -each
-            elif name == "jerk":
-                each = np.where(falling | (~growing & (jerk < other)), 0.0, np.abs(each))
-            elif name == "deceleration_jerk":
-                each = np.where(growing | (~falling & (other < jerk)), 0.0, np.abs(each))
-            elif name != "acceleration":
-                each = np.abs(each)
             worst.see(each, t, s, floor, feeds if name == "feed" else None)
         kept = slice(-2 * BESIDE, None)
         self._steps, self._errors, self._dt = steps[:, kept], errors[:, kept], dt[kept]
@@ -468,11 +462,4 @@ class Judge:
 
     def results(self) -> dict[str, LimitResult]:
         """Every limit by the setpoints alone."""
-        axes = self.bounds.axes
-        return {
-            name: LimitResult(
-                limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=worst.floor,
-                axis=axes[worst.column - 1] if 0 < worst.column <= len(axes) else None, over=worst.over,
-            )
-            for name, worst in self.worst.items()
-        }  # fmt: skip
+        return {name: worst.result(self.bounds.axes) for name, worst in self.worst.items()}

@@ -34,10 +34,10 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
     if law is not None and tool is None:
-        findings = check_law(law, judge.bounds, judge.period)
-        results = {name: worse(result, findings.results.get(name)) for name, result in results.items()}
-        problems += findings.problems
-        notes += findings.notes
+        found, faults, noted = check_law(law, judge.bounds, judge.period)
+        results = {name: worse(result, found.get(name)) for name, result in results.items()}
+        problems += faults
+        notes += noted
         if abs(law.duration - judge.duration) > judge.period:
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
     results = one_jerk(results)
