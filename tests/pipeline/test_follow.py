@@ -9,7 +9,7 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis.contour import contour_error
+from splinefeed.analysis.contour import ContourMeter
 from splinefeed.analysis.place import Placer
 from splinefeed.analysis.tally import ErrorTally
 from splinefeed.errors import InputError
@@ -34,7 +34,7 @@ def test_the_contour_error_is_attached_where_the_path_is_known(motion: sf.Setpoi
     path = motions.smooth()
     response = sf.follow(motion, TABLE, path=path)
     np.testing.assert_array_equal(
-        response.contour_error, contour_error(response.position, path, s_hint=np.clip(motion.s, 0, path.length))
+        response.contour_error, ContourMeter(path).measure(response.position, s_hint=motion.s).error
     )
     assert sf.follow(motion, TABLE).contour_error is None
     assert np.all(response.contour_error <= np.linalg.norm(response.tracking_error, axis=1) + 1e-12)

@@ -184,10 +184,10 @@ class Smoother:
         flat, count = path.flat, len(path.flat)
         allowed, loose = _loose(path, self.tolerance, share)
         said = [np.zeros(count) if each is None else each for each in (path.feeds, path.tolerances)]
-        _, before, told = self._last or (None, False, [float(each[0]) for each in said])
+        _, before, known = self._last or (None, False, [float(each[0]) for each in said])
         free = loose & np.append(before, loose[:-1])
         apart = np.zeros(count, dtype=bool)
-        for values, one in zip(said, told, strict=True):
+        for values, one in zip(said, known, strict=True):
             apart |= values != np.append(one, values[:-1])
         self._last = path.ends[-1, 1].copy(), bool(loose[-1]), [float(each[-1]) for each in said]
         for marker in self._markers:
