@@ -19,7 +19,7 @@ from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
     from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.tuned import TunedMachine
+    from splinefeed.pipeline.tuning import TunedMachine
     from splinefeed.simulation.curves import TunedAxis
 
 EXAMPLES = """\b
@@ -161,7 +161,7 @@ def _check_options(given: Mapping[str, Any], on_path: bool) -> None:
 def _by_rule(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of single axes by a rule."""
     from splinefeed.pipeline.run import PAPER_PERIOD
-    from splinefeed.pipeline.tuned import by_rule
+    from splinefeed.pipeline.tuning import by_rule
 
     said = {name: given[name] for name in ("kind", "identify", "volts") if given[name] is not None}
     period = PAPER_PERIOD if given["period"] is None else given["period"]
@@ -171,8 +171,7 @@ def _by_rule(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any],
 def _on_path(machine: Machine, names: tuple[str, ...], given: Mapping[str, Any], say: Say) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path."""
     from splinefeed.pipeline.run import PAPER_SHAPE, run
-    from splinefeed.pipeline.tuned import along_path
-    from splinefeed.pipeline.tuning import EVALUATIONS
+    from splinefeed.pipeline.tuning import EVALUATIONS, along_path
 
     limits, period, strategy = options.limits_from(dict(given))
     source = given["source"] or PAPER_SHAPE

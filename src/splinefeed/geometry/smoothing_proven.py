@@ -1,4 +1,4 @@
-"""The proof of a smoothed path: how far it is from the original side by side, and whether it crosses itself where it did not.
+"""The proof of a smoothed path: how far it is from the original side by side, and that it has no new self-crossing.
 
 It looks at chords of both paths and shares nothing with the smoothing.
 """

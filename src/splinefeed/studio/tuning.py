@@ -11,8 +11,7 @@ from splinefeed.formats.plain import plain
 from splinefeed.machine import writing
 from splinefeed.pipeline.follow import serve
 from splinefeed.pipeline.run import Run
-from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
-from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
+from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, TunedMachine, along_path, by_rule
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.studio import sources
