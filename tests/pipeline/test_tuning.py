@@ -118,7 +118,7 @@ def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
         lambda: sf.tune(machine, "path", setpoints=points),
         lambda: sf.tune("x"),
     ):
-        with pytest.raises(InputError, match="tune takes an axis, .* or a Machine with setpoints=, path= and rule"):
+        with pytest.raises(InputError, match=r"tune takes an axis, .* or a Machine with setpoints=, path= and rule"):
             call()
     cases = [
         (

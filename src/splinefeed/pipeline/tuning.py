@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, overload
 
 import numpy as np
@@ -178,19 +179,20 @@ def tune_on_path(
     linear = tuple(name for name in chosen if name not in ROTARY_AXES)
     groups = [*([linear] if linear else []), *((name,) for name in chosen if name in ROTARY_AXES)]
     made, done = machine, 0
-    report = on_progress or (lambda runs, total: None)
+
+    def report(before: int, total: int, runs: int) -> None:
+        if on_progress is not None:
+            on_progress(min(before + runs, total), total)
+
     for i, group in enumerate(groups):
         search = _Search(made, group, setpoints, meter, bound, feed_forward)
         allowed = max((evaluations - done) // (len(groups) - i), 1)
-        before = done
-        made = search.run(
-            allowed, np.random.default_rng([seed, i]), lambda runs: report(min(before + runs, evaluations), evaluations)
-        )
+        made = search.run(allowed, np.random.default_rng([seed, i]), partial(report, done, evaluations))
         done += search.runs
     last = _followed(setpoints, made)
     if last.stopped is not None:
         raise InputError(f"no gains within the bound follow this path on {machine.name!r}: {last.stopped}")
-    report(evaluations, evaluations)
+    report(0, evaluations, evaluations)
     period, hints = setpoints.period, np.clip(setpoints.s, 0.0, path.length)
     return PathTuning(
         machine=made,
