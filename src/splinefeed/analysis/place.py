@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -47,14 +48,14 @@ class Located:
     velocity: Array
     position: Array
 
-    def part(self, low: int, high: int) -> Located:
+    def part(self, low: int, high: int) -> Self:
         """Those from `low` to the one before `high`."""
-        return Located(*(getattr(self, each.name)[..., low:high] for each in fields(self)))
+        return type(self)(*(getattr(self, each.name)[..., low:high] for each in fields(self)))
 
-    def joined(self, other: Located) -> Located:
+    def joined(self, other: Self) -> Self:
         """These, and the others behind them."""
         names = [each.name for each in fields(self)]
-        return Located(*(np.concatenate([getattr(self, n), getattr(other, n)], axis=-1) for n in names))
+        return type(self)(*(np.concatenate([getattr(self, n), getattr(other, n)], axis=-1) for n in names))
 
 
 class Follower:
