@@ -12,7 +12,7 @@ import sys
 import numpy as np
 import splinefeed as sf
 from splinefeed.analysis.contour import ContourMeter
-from splinefeed.analysis.ripple import chord_errors, feed_ripple
+from splinefeed.analysis.measures import chord_errors, feed_ripple
 
 path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [10, 25], [35, -20], [50, 15], [70, 5]])])
 s = np.linspace(0.0, path.length, 101)

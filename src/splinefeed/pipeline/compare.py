@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.ripple import chord_errors, drift, feed_ripple
+from splinefeed.analysis.measures import chord_errors, drift, feed_ripple
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation import registry
 from splinefeed.interpolation.interpolator import Interpolator

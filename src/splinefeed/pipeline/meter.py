@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.analysis.binding import LimitUse, limit_use
-from splinefeed.analysis.motion import AxisMotion, axis_motion
-from splinefeed.analysis.ripple import Ripple, chord_errors, feed_ripple
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple, axis_motion, chord_errors, feed_ripple, limit_use
 from splinefeed.analysis.thinning import Kept
 from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path

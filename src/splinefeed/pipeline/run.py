@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.analysis.binding import LimitUse
 from splinefeed.analysis.check import check
-from splinefeed.analysis.motion import AxisMotion
-from splinefeed.analysis.ripple import Ripple
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple
 from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path

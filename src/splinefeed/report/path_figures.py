@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.analysis.binding import BINDS, LimitUse
+from splinefeed.analysis.measures import BINDS, LimitUse
 from splinefeed.analysis.thinning import cells
 from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
