@@ -126,35 +126,34 @@ class Servo:
 
     def _begin(self, setpoints: Setpoints) -> None:
         """Find the axes that both sides have, and say what is left out."""
-        axes = tuple(axis for axis in setpoints.axes if axis in self.machine.axes)
-        first = setpoints.position[0]
-        self._axes = setpoints.axes
-        self._rests = {axis: float(first[i]) for i, axis in enumerate(setpoints.axes) if axis not in axes}
+        machine, path, moved = self.machine, self.path, setpoints.axes
+        axes = tuple(axis for axis in moved if axis in machine.axes)
+        self._axes = moved
+        self._rests = {a: float(setpoints.position[0, i]) for i, a in enumerate(moved) if a not in axes}
         if not axes:
             raise InputError(
-                f"machine {self.machine.name!r} has none of the axes {', '.join(setpoints.axes)}; "
-                f"its axes are {', '.join(self.machine.axes) or 'none, only a control for cycle times'}"
+                f"machine {machine.name!r} has none of the axes {', '.join(moved)}; "
+                f"its axes are {', '.join(machine.axes) or 'none, only a control for cycle times'}"
             )
-        self._check_rests(setpoints)
-        for axis in self._rests:
-            self.notes.append(f"axis {axis} does not move and {self.machine.name} has none: left out")
-        for axis in self.machine.axes:
-            if axis not in setpoints.axes:
-                self.notes.append(f"{axis}: no setpoints; this axis of {self.machine.name} holds its position")
-        if self.path is not None:
-            for axis in self.path.axes[: self.path.linear]:
-                if axis not in setpoints.axes:
-                    raise InputError(
-                        f"the path has an axis {axis}; the setpoints have only {', '.join(setpoints.axes)}"
-                    )
-            for axis in axes:
-                if axis not in self.path.axes and axis not in ROTARY_AXES:
-                    self.notes.append(f"axis {axis} is not on the path: the contour error leaves it out")
+        lacking = [] if path is None else [axis for axis in path.axes[: path.linear] if axis not in moved]
+        if lacking:
+            raise InputError(f"the path has an axis {lacking[0]}; the setpoints have only {', '.join(moved)}")
+        self.notes += [f"axis {axis} does not move and {machine.name} has none: left out" for axis in self._rests]
+        self.notes += [
+            f"{axis}: no setpoints; this axis of {machine.name} holds its position"
+            for axis in machine.axes
+            if axis not in moved
+        ]
+        self.notes += [
+            f"axis {axis} is not on the path: the contour error leaves it out"
+            for axis in axes
+            if path is not None and axis not in path.axes and axis not in ROTARY_AXES
+        ]
         for axis in axes:
-            found = margins(self.machine.axes[axis], setpoints.period)
+            found = margins(machine.axes[axis], setpoints.period)
             if found.close or not found.stable:
                 self.notes.append(f"axis {axis}: gains {found.verdict}")
-        self._follower = Follower(self.machine, axes, setpoints.period, **self._options)
+        self._follower = Follower(machine, axes, setpoints.period, **self._options)
         self._tally = ErrorTally(axes, setpoints.period)
 
     def _check_rests(self, setpoints: Setpoints) -> None:
@@ -171,25 +170,15 @@ class Servo:
     def _position(self, response: Response, setpoints: Setpoints) -> Array:
         """Where the linear axes of the path were, (n, linear); those that the machine lacks are at their setpoints."""
         assert self.path is not None
-        n = len(response)
-        columns = []
-        for axis in self.path.axes[: self.path.linear]:
-            if axis in response.axes:
-                columns.append(response.position[:, response.axes.index(axis)])
-            else:
-                columns.append(setpoints.position[:n, setpoints.axes.index(axis)])
-        return np.column_stack(columns)
+        sides = {axis: setpoints.position[: len(response), i] for i, axis in enumerate(setpoints.axes)}
+        sides |= {axis: response.position[:, i] for i, axis in enumerate(response.axes)}
+        return np.column_stack([sides[axis] for axis in self.path.axes[: self.path.linear]])
 
 
 def follow(
-    setpoints: Setpoints,
-    machine: Machine | str,
-    *,
-    path: Path | None = None,
-    on_progress: Progress | None = None,
-    sub_steps: int = SUB_STEPS,
-    linear: bool = False,
-) -> Response:
+    setpoints: Setpoints, machine: Machine | str, *, path: Path | None = None, on_progress: Progress | None = None,
+    sub_steps: int = SUB_STEPS, linear: bool = False,
+) -> Response:  # fmt: skip
     """Simulate the axes of `machine` as they follow `setpoints`, from rest at the first one.
 
     machine  a Machine or its name
