@@ -213,14 +213,12 @@ class Transitions:
     reach   (joints,) arc length that it takes of either curve, mm; 0 for none
     before  (joints,) parameter at which it leaves the curve in front; behind  at which it meets the one behind
     points  (joints, 6, axes) Bezier points of degree 5
-    bound   (joints,) largest distance between it and what it replaces, at equal arc length from its ends, mm
     """
 
     reach: Array
     before: Array
     behind: Array
     points: Array
-    bound: Array
 
 
 def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -> Transitions:
@@ -294,7 +292,6 @@ def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transi
     count = len(at)
     before, behind = path.flat.domains[:-1, 1].copy(), path.flat.domains[1:, 0].copy()
     points = np.zeros((count, 6, len(path.axes)))
-    bound = np.zeros(count)
     open_ = np.flatnonzero(reach > 0.0)
     for _ in range(MOST_HALVINGS):
         if not len(open_):
@@ -306,16 +303,13 @@ def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transi
         start = by_arc_length(path.evaluate(open_, before[open_], 3, side="left"), path.linear)
         end = by_arc_length(path.evaluate(open_ + 1, behind[open_], 3), path.linear)
         points[open_] = hermite(start, end, 2.0 * d)
-        # between two lines it is furthest off in the middle
-        bound[open_] = TANGENT * d * np.linalg.norm((end[:, 1] - start[:, 1])[:, : path.linear], axis=1)
         open_ = open_[curved[open_]]
         off = _apart(path, points[open_], at[open_], reach[open_])
-        bound[open_] = off[:, 0]
         open_ = open_[np.any(off > allowed[open_], axis=1)]
         reach[open_] *= 0.5
     reach[open_] = 0.0
     points.setflags(write=False)
-    return Transitions(reach, before, behind, points, bound)
+    return Transitions(reach, before, behind, points)
 
 
 def _parameters(path: Path, curve: IntArray, s: Array) -> Array:

@@ -6,11 +6,11 @@ It looks at chords of both paths and shares nothing with the smoothing.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from splinefeed.errors import CurveError, InputError
+from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.meetings import meetings
 from splinefeed.geometry.path import Path
@@ -48,27 +48,18 @@ PLACES, BETWEEN = 17, 1.25
 class Order:
     """Two paths traversed side by side, from start to end and never back.
 
-    distance   (curves of the result,) largest distance over the linear axes meanwhile, mm; angle over rotary ones, rad
+    largest    a bound of the Frechet distance over the linear axes, mm, infinite if none was found; largest_angle  of
+               the angle between the rotary axes meanwhile, rad
     crossings  (n, 2) arc lengths of the result at which it meets itself and the original, near there, does not
     concerned  (2 n, 2) first and last curve of the original that the pieces which meet there stand for
     unclear    chords of the result too short, for their bend, to tell whether there are loops in them
     """
 
-    distance: Array
-    angle: Array
-    crossings: Array
-    concerned: IntArray
-    unclear: int
-
-    @property
-    def largest(self) -> float:
-        """A bound of the Frechet distance of the paths over the linear axes, mm; infinite if none was found."""
-        return float(self.distance.max())
-
-    @property
-    def largest_angle(self) -> float:
-        """The largest angle between the rotary axes meanwhile, rad; 0 without any."""
-        return float(self.angle.max())
+    largest: float
+    largest_angle: float
+    crossings: Array = field(default_factory=lambda: np.empty((0, 2)))
+    concerned: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    unclear: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +119,7 @@ def proven(
     for attempt in range(ROUNDS + 2):
         result = smoothed(path, tolerance, angular_tolerance=angular_tolerance, share=share, **how)  # type: ignore[arg-type]
         if result is path:
-            zeros = np.zeros(len(share))
-            same = Order(zeros, zeros, np.empty((0, 2)), np.empty((0, 2), dtype=np.int64), 0)
-            return Proof(path, same, largest, angular_tolerance, 0)
+            return Proof(path, Order(0.0, 0.0), largest, angular_tolerance, 0)
         found = order(path, result, largest, angular_tolerance, PRECISION)
         if not len(found.crossings) or attempt > ROUNDS:
             break
@@ -165,24 +154,17 @@ def order(original: Path, result: Path, tolerance: float, angular_tolerance: flo
     by cell (Alt, Godau, "Computing the Frechet distance between two polygonal curves", Int. J. Comput. Geom. Appl. 5
     (1995), 75-91, doi 10.1142/S0218195995000064); the distance is convex along it within a cell, so that its places on
     the edges give the largest. It shares nothing with the smoothing.
-    Raises InputError for paths of other axes or tolerances that cannot be used.
     """
-    if original.axes != result.axes:
-        raise InputError(f"the paths have axes {original.axes} and {result.axes}; they must be the same")
-    for name, value in (("tolerance", tolerance), ("angular_tolerance", angular_tolerance), ("precision", precision)):
-        if not 0.0 < value < math.inf:
-            raise InputError(f"{name} is {value!r}; it must be greater than 0 and finite")
     linear = result.linear
     scale = np.repeat([1.0 / tolerance, 1.0 / angular_tolerance], [linear, len(result.axes) - linear])
     p, owner, cut = chords(result, SAG * precision, scale)
     q, source, _ = chords(original, SAG * precision, scale)
     way = _way(p, q, linear)
     if way is None:
-        none = np.full(len(result.curves), math.inf)
-        return Order(none, none, np.empty((0, 2)), np.empty((0, 2), dtype=np.int64), 0)
+        return Order(math.inf, math.inf)
     sag = 2.0 * SAG * precision
     off = _at(p, way[:, 0]) - _at(q, way[:, 1])
-    distance, angle = _of_curves(way, owner, off, linear, len(result.curves))
+    distance, angle = (float(np.linalg.norm(each, axis=1).max()) for each in (off[:, :linear], off[:, linear:]))
     crossings, places = np.empty((0, 2)), np.empty((0, 2))
     if linear > 1:
         crossings, places = _new_meetings(result, p[:, :linear] * tolerance, q[:, :linear] * tolerance, owner, way)
@@ -218,20 +200,6 @@ def _at(points: Array, place: Array) -> Array:
     """Points (n, axes) at places (n,) on a line."""
     i = np.minimum(place.astype(np.int64), len(points) - 2)
     return np.asarray(points[i] + (place - i)[:, None] * (points[i + 1] - points[i]))
-
-
-def _of_curves(way: Array, owner: IntArray, off: Array, linear: int, count: int) -> tuple[Array, Array]:
-    """Largest norms of `off` over linear and other axes along the way, for each curve (count,)."""
-    norms = [np.linalg.norm(columns, axis=1) for columns in (off[:, :linear], off[:, linear:])]
-    chord = np.minimum(way[:, 0].astype(np.int64), len(owner) - 1)
-    before = np.minimum(np.ceil(way[:, 0]).astype(np.int64), len(owner)) - 1
-    found = []
-    for norm in norms:
-        out = np.zeros(count)
-        np.maximum.at(out, owner[chord], norm)
-        np.maximum.at(out, owner[np.maximum(before, 0)], norm)  # what stands between two curves counts for both
-        found.append(out)
-    return found[0], found[1]
 
 
 def _new_meetings(result: Path, p: Array, q: Array, owner: IntArray, way: Array) -> tuple[Array, Array]:
