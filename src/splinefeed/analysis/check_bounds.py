@@ -9,7 +9,6 @@ import numpy as np
 
 from splinefeed.analysis.check_corners import Corners, passable
 from splinefeed.geometry.path import Path
-from splinefeed.kernels import layout
 from splinefeed.kinematics import JointPath
 from splinefeed.records import AXIS_LIMITS, BOUNDED, KEPT, Array, BoolArray, LimitResult, Limits
 
@@ -122,21 +121,12 @@ class Bounds:
     @cached_property
     def corners(self) -> Corners:
         """Corners that may be passed in motion: none without a limit on the velocity step of an axis."""
-        if self.limits.axis_velocity_step is None:
-            axes = len(self.axes)
-            return Corners(np.zeros(0), np.zeros((0, axes)), np.zeros((0, 2, axes)), np.zeros((0, 2, axes)))
-        return passable(self.path)
+        return passable(self.path, self.limits.axis_velocity_step is not None)
 
     @cached_property
     def turning(self) -> Array:
         """Arc lengths, mm, at which the curves begin on which rotary axes move alone, (k,)."""
-        path = self.path
-        degree, axes, linear, _ = path.shape
-        if linear > 0:  # so says the shape where every curve moves a linear axis
-            return np.zeros(0)
-        first = layout.ORIGIN + axes
-        moved = np.any(path.table[:, first : first - linear * (degree + 1)] != 0.0, axis=1)
-        return path.curve_starts[:-1][~np.logical_or.reduceat(moved, path.curve_rows[:, 0])]
+        return self.path.curve_starts[:-1][self.path.flat.turning(self.path.linear)]
 
     @cached_property
     def rests(self) -> Array:
@@ -147,36 +137,29 @@ class Bounds:
     def worsts(self) -> dict[str, Worst]:
         """One empty Worst a limit that is given, in the order of the report."""
         limits, axes = self.limits, self.axes
-        along = {
-            "feed": (float(np.max(self.feeds)), 1),
-            "acceleration": (limits.acceleration, 2),
-            "deceleration": (limits.deceleration, 2),
-            "jerk": (limits.jerk, 3),
-            "deceleration_jerk": (limits.deceleration_jerk, 3),
-            "chord_error": (limits.chord_error, 0),
-            "orientation_error": (limits.orientation_error, 0),
-            "centripetal": (limits.centripetal, 1),
-        }
-        found = {n: Worst(v, order, 0) for n, (v, order) in along.items() if v is not None and v < np.inf}
+        rows: list[tuple[str, float | None, int, int]] = [
+            ("feed", float(np.max(self.feeds)), 1, 0),
+            ("acceleration", limits.acceleration, 2, 0),
+            ("deceleration", limits.deceleration, 2, 0),
+            ("jerk", limits.jerk, 3, 0),
+            ("deceleration_jerk", limits.deceleration_jerk, 3, 0),
+            ("chord_error", limits.chord_error, 0, 0),
+            ("orientation_error", limits.orientation_error, 0, 0),
+            ("centripetal", limits.centripetal, 1, 0),
+        ]
         for order, name in enumerate(AXIS_LIMITS, start=1):
-            for k, value in enumerate(limits.of_axes(name, axes)):
-                if value < np.inf:
-                    found[f"{name}.{axes[k]}"] = Worst(float(value), order, k + 1)
-        for k, (name, each) in enumerate((limits.combinations or {}).items()):
+            rows += [(f"{name}.{axes[k]}", v, order, k + 1) for k, v in enumerate(limits.of_axes(name, axes).tolist())]
+        for k, (name, each) in enumerate((limits.combinations or {}).items(), start=1 + len(axes)):
             for order, kind in enumerate(BOUNDED, start=1):
-                if getattr(each, kind) < np.inf:
-                    found[f"combinations.{name}.{kind}"] = Worst(getattr(each, kind), order, 1 + len(axes) + k)
+                rows.append((f"combinations.{name}.{kind}", getattr(each, kind), order, k))
         if limits.torque is not None:
-            columns = zip(limits.torque.most.items(), limits.torque.columns(axes), strict=True)
-            for (axis, most), k in columns:
-                if most < np.inf:
-                    found[f"torque.{axis}"] = Worst(most, 0, k + 1)
-        for k, value in enumerate(limits.of_axes("axis_velocity_step", axes)):
-            if value < np.inf:
-                found[f"{STEP}.{axes[k]}"] = Worst(float(value), 1, k + 1)
+            columns = limits.torque.columns(axes)
+            most = limits.torque.most
+            rows += [(f"torque.{a}", v, 0, k + 1) for (a, v), k in zip(most.items(), columns, strict=True)]
+        rows += [(f"{STEP}.{axes[k]}", v, 1, k + 1) for k, v in enumerate(limits.of_axes(STEP, axes).tolist())]
         for axis, (low, high) in limits.travel_of(axes).items():
-            found[f"travel.{axis}"] = Worst(0.5 * (high - low), 0, axes.index(axis) + 1)
-        return found
+            rows.append((f"travel.{axis}", 0.5 * (high - low), 0, axes.index(axis) + 1))
+        return {name: Worst(v, order, column) for name, v, order, column in rows if v is not None and v < np.inf}
 
     def report_order(self) -> list[str]:
         """Names of the limits as a verdict has them: one for jerk, whichever way the feed goes."""

@@ -69,12 +69,12 @@ class Corners:
         return np.where(rest, 0.0, np.maximum(corner_feed(middle, ahead, period) - dip, 0.0))
 
 
-def passable(path: Path) -> Corners:
-    """Every corner of the tangent at which the tool may go on.
+def passable(path: Path, wanted: bool) -> Corners:
+    """Every corner of the tangent at which the tool may go on, if they are wanted, else none.
 
     Where C' = 0 on one side no velocity jumps: the tool must rest there, and differences see whether it does.
     """
-    found = [each for each in path.corners if each.stop and each.angle <= TURNING_BACK]
+    found = [each for each in path.corners if each.stop and each.angle <= TURNING_BACK] if wanted else []
     curve, u = np.array([each.curve for each in found], dtype=np.int64), np.array([each.u for each in found])
     domains = path.flat.domains
     at_end = (u >= domains[curve, 1]) & (curve + 1 < len(domains))

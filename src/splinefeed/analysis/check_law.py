@@ -93,7 +93,6 @@ def worse(one: LimitResult, other: LimitResult | None) -> LimitResult:
 
 
 def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
-    """The law runs from 0 to the end of the path, forwards, with the end feeds of the limits."""
     length, limits, top = bounds.path.length, bounds.limits, motion.top
     unit, allowed = unit_along(bounds.path.axes), bounds.tolerance + ROUNDINGS * EPSILON * length
     start = float(law(0.0))
@@ -109,7 +108,6 @@ def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
 
 
 def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tuple[list[str], list[str]]:
-    """Jumps of s and of the feed between pieces are problems; of the acceleration, an infinite jerk."""
     limits, along = bounds.limits, unit_along(bounds.path.axes)
     problems, notes = [], []
     kinds = (

@@ -92,7 +92,6 @@ class Judge:
         self._ripple_from = RIPPLE_SHARE * top * self.period
 
     def _know(self, bounds: Bounds) -> None:
-        """Compare the setpoints with these bounds, on their path."""
         path, self.bounds = bounds.path, bounds
         self.rows = Rows(path.arc_pieces)
         size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
@@ -159,7 +158,6 @@ class Judge:
                 self._measure(new.stand(self.period), last)
 
     def _measure(self, new: Ticks, last: bool) -> None:
-        """Compare limits with what new ticks, beside those before, are and do."""
         bounds = self.bounds
         known = new if self._tail is None else self._tail.joined(new)
         count = len(known.t)
@@ -280,7 +278,6 @@ class Judge:
     # --- steps -------------------------------------------------------------------------------------------------------
 
     def _chords(self, ticks: Ticks, travelled: Array, errors: Array) -> None:
-        """Chord error and centripetal acceleration of the steps (n,) between n + 1 ticks."""
         linear, t, s = self.bounds.path.linear, ticks.t[:-1], ticks.s[:-1]
         if self.tool is not None:
             found = self.tool.chords(ticks.values, ticks.s)
@@ -298,7 +295,6 @@ class Judge:
                 worst.see(feed * feed * least, t, s, 2.0 * errors[0] / ticks.dt[1:] * feed * least)
 
     def _see_torques(self, ticks: Ticks, rounding: Array, new: Ticks) -> None:
-        """Torques at ticks with one before and one behind: inverse dynamics of differences."""
         torque = self.bounds.limits.torque
         if torque is None or len(ticks.t) < 3:
             return

@@ -81,7 +81,6 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
 
 
 def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:
-    """A fault, at how many ticks, and where it is worst."""
     if kind.startswith("finite "):
         text = fault.detail
     else:
@@ -94,7 +93,6 @@ def _fault_sentence(kind: str, fault: Fault, unit: str) -> str:
 
 
 def _limit_sentence(name: str, result: LimitResult, along: str) -> str:
-    """By how much a limit is exceeded, and where."""
     unit, factor = unit_of(name, along), shown_by(name, result.axis)
     worst, limit = factor * result.worst, factor * result.limit
     source = "exact derivative of the law" if result.by == "law" else f"setpoints, floor {factor * result.floor:.3g}"
@@ -105,7 +103,6 @@ def _limit_sentence(name: str, result: LimitResult, along: str) -> str:
 
 
 def _over(share: float) -> str:
-    """How far a share is above 1: as a multiple, in percent, or in parts of a million."""
     if share >= MANY:
         return f"{share:.3g} times"
     excess = share - 1.0

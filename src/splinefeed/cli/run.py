@@ -194,7 +194,6 @@ def _write_parts(
     parts: PathParts, limits: Limits, period: float, stage: Path, source: str, reading: dict[str, Any],
     formats: tuple[str, ...], say: Say,
 ) -> dict[str, Any]:  # fmt: skip
-    """Make, check and write the setpoints of a path in parts; the page of numbers with the names of its files."""
     from splinefeed.pipeline.long_path import WindowedRun
     from splinefeed.report import files
     from splinefeed.report.record import about, record
@@ -222,5 +221,4 @@ def _write_parts(
 
 
 def _seen_from_here(page: dict[str, Any], folder: str) -> dict[str, Any]:
-    """The page of numbers, its files as seen from the current folder."""
     return {**page, "files": [os.path.join(folder, name) for name in page["files"]]}

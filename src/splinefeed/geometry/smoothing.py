@@ -126,7 +126,6 @@ class Smoother:
         return [self._path([done], tolerance=self._assembly.gap) for done in self._rest()]
 
     def _path(self, parts: Sequence[Done], **said: Any) -> Path:
-        """What came of curves as one path."""
         assert self._said is not None
         starts = np.cumsum([0, *(len(part.flat) for part in parts)]).tolist()
         markers = [
@@ -180,7 +179,6 @@ class Smoother:
         return [done]
 
     def _batch(self, path: Path, share: Array | None) -> Batch:
-        """The curves of a path, and what may be done at the joint before each."""
         flat, count = path.flat, len(path.flat)
         allowed, loose = _loose(path, self.tolerance, share)
         said = [np.zeros(count) if each is None else each for each in (path.feeds, path.tolerances)]
@@ -218,7 +216,6 @@ def smooth_stream(pieces: Iterable[Path], tolerance: float | str, **how: Any) ->
 
 
 def _checked(tolerance: float | str, corner_angle: float, corners: str, angular_tolerance: float) -> float | str:
-    """The tolerance, mm or "program"; InputError for any of the arguments that cannot be used."""
     if isinstance(tolerance, str):
         if tolerance != PROGRAM:
             raise InputError(f"tolerance is {tolerance!r}; give a number of mm or 'program'")

@@ -176,7 +176,6 @@ def _placed(batch: Batch, begins: IntArray, total: int, markers: list[Marker]) -
 
 
 def _lines(ends: Array) -> Flat:
-    """Lines between ends (n, 2, axes)."""
     n = len(ends)
     return Flat(
         np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64), 4 * np.arange(n + 1), np.tile(LINE_KNOTS, n),
@@ -185,7 +184,6 @@ def _lines(ends: Array) -> Flat:
 
 
 def _quintics(points: Array) -> Flat:
-    """Bezier curves of degree 5 of points (n, 6, axes)."""
     n = len(points)
     return Flat(
         np.full(n, 5), np.zeros(n, dtype=np.int64), 12 * np.arange(n + 1), np.tile(_QUINTIC, n),
@@ -194,7 +192,6 @@ def _quintics(points: Array) -> Flat:
 
 
 def _shortened(curve: NurbsCurve, low: float | None, high: float | None) -> NurbsCurve:
-    """The curve between two parameters, or up to its ends."""
     ends = (at_knot(curve, end if u is None else float(u)) for u, end in zip((low, high), curve.domain, strict=True))
     return section(curve, *ends)
 

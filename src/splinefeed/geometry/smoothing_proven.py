@@ -134,7 +134,6 @@ def proven(
 
 
 def _largest(path: Path, tolerance: float | str) -> float:
-    """The largest tolerance of any curve, mm."""
     if tolerance != PROGRAM:
         return float(tolerance)
     if path.tolerances is None or not path.tolerances.any():
@@ -197,7 +196,6 @@ def _way(p: Array, q: Array, linear: int) -> Array | None:
 
 
 def _at(points: Array, place: Array) -> Array:
-    """Points (n, axes) at places (n,) on a line."""
     i = np.minimum(place.astype(np.int64), len(points) - 2)
     return np.asarray(points[i] + (place - i)[:, None] * (points[i + 1] - points[i]))
 

@@ -112,7 +112,6 @@ def _shortest(columns: list[Array], path: ToolPath) -> float:
 
 
 def _unpacked(smooth: Path, path: ToolPath) -> ToolPath:
-    """The tool path of a smoothed path of both."""
     curves = [NurbsCurve(c.degree, c.knots, c.control_points[:, :3], c.weights) for c in smooth.curves]
     said = {**smooth._said(), "tolerance": smooth.tolerance, "tool_length": path.tool_length}
     if path.lines is not None:  # the curve of the original that is as far along, but for what smoothing cuts off

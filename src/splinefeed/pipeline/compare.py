@@ -144,7 +144,6 @@ def _measure(
 
 
 def _seconds(fresh: Callable[[], Interpolator]) -> float:
-    """The least time of a whole motion, s."""
     best = np.inf
     spent = 0.0
     for _ in range(TIMING_RUNS):

@@ -125,7 +125,6 @@ class Servo:
         return Served(setpoints, response, self.tally, tuple(self.notes), self._off_law)
 
     def _begin(self, setpoints: Setpoints) -> None:
-        """Find the axes that both sides have, and say what is left out."""
         machine, path, moved = self.machine, self.path, setpoints.axes
         axes = tuple(axis for axis in moved if axis in machine.axes)
         self._axes = moved
@@ -157,7 +156,6 @@ class Servo:
         self._tally = ErrorTally(axes, setpoints.period)
 
     def _check_rests(self, setpoints: Setpoints) -> None:
-        """InputError for an axis that the machine lacks and the setpoints move."""
         for axis, rest in self._rests.items():
             away = float(np.max(np.abs(setpoints.position[:, setpoints.axes.index(axis)] - rest), initial=0.0))
             if away > 0.0:

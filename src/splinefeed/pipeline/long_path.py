@@ -127,7 +127,6 @@ class _Walk:
         yield replace(final, t=np.full(1, planner.time)) if late else final
 
     def _block(self, block: Block) -> Iterator[Setpoints]:
-        """Setpoints of the ticks in a block, those at its end left to what follows."""
         while block.curve >= self.parts[0].curve + len(self.parts[0].path.curves):
             self.parts.popleft()
         first = self.parts[0]

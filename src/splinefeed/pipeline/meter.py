@@ -124,7 +124,6 @@ class Meter:
 
 
 def _top_feed(law: TimeLaw, period: float) -> float:
-    """Highest feed at any tick, mm/s."""
     ticks = int(law.duration / period) + 1
     starts = range(0, ticks, MOST_IN_COLUMN)
     return max(float(np.max(law.feed(np.arange(k, min(k + MOST_IN_COLUMN, ticks)) * period))) for k in starts)

@@ -170,7 +170,6 @@ class Run:
         return f"Run({self.path!r}, {self.law!r}, {self.ticks} setpoints, ok={self.ok})"
 
     def _repr_html_(self) -> str:
-        """A notebook's view of the run: its main numbers, and the picture."""
         verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)
         rows = {
             "path": f"{self.path.name}, {self.path.length:.6g} {unit_along(self.path.axes)}",

@@ -276,7 +276,6 @@ def by_rule(
 
 
 def _numbers(old: Axis, new: Axis, before: Margins, after: Margins, period: float) -> dict[str, Any]:
-    """Gains and margins of an axis before and after, and how the gains are measured."""
     swings = (rest_swing(old, period), rest_swing(new, period))
     return {
         "unit": "V/rad" if new.rotary else "V/mm",
@@ -295,7 +294,6 @@ def _numbers(old: Axis, new: Axis, before: Margins, after: Margins, period: floa
 
 
 def _followed(points: Setpoints, machine: Machine) -> Response:
-    """What the axes of a machine do with all of the setpoints."""
     return Follower(machine, points.axes, points.period).follow(points)
 
 
@@ -353,7 +351,6 @@ class _Search:
         return self.best[2] if self.best[0] < own else self.machine
 
     def _axis(self, name: str, x: Array) -> Axis:
-        """One axis with the gains at x, (width,)."""
         axis = self.start[name]
         control = axis.controller
         keys = GAINS[control.kind]
@@ -374,7 +371,6 @@ class _Search:
         return dict(zip(self.names, np.split(np.asarray(x, dtype=np.float64), ends[:-1]), strict=True))
 
     def _slacks(self, x: Array) -> Array:
-        """Slacks of all axes of the group, (5 axes,)."""
         return np.concatenate([self.tests[n].slacks(self._axis(n, part)) for n, part in self._parts(x).items()])
 
     def _try(self, x: Array, report: Callable[[int], None]) -> float:
