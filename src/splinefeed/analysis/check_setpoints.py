@@ -15,8 +15,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from splinefeed.analysis import between
-from splinefeed.analysis.check_bounds import STEP, Bounds, Fault, jerks
-from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
+from splinefeed.analysis.check_bounds import BESIDE, STEP, Bounds, Fault, contain, jerks, neighbours, standing
 from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Follower, Located
 from splinefeed.errors import InputError

@@ -89,9 +89,15 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
     from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.compare import BESIDE_A_RUN, compare
+    from splinefeed.pipeline.compare import (
+        BESIDE_A_RUN,
+        PAPER_MACHINE,
+        PAPER_METHODS,
+        compare,
+        serve_methods,
+        servo_numbers,
+    )
     from splinefeed.pipeline.contour_feed import limits_within
-    from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve_methods, servo_numbers
     from splinefeed.pipeline.run import PAPER_SHAPE, on_machine, planned_axes
     from splinefeed.pipeline.run import run as make_run
     from splinefeed.report import files

@@ -24,7 +24,7 @@ def read_path(source: str, reading: Mapping[str, Any]) -> Path:
     With theta behind if `tangential` is true.
     """
     from splinefeed.formats import registry
-    from splinefeed.pipeline.smooth import smooth
+    from splinefeed.pipeline.settings import smooth
 
     paths = read_contents(source, {name: value for name, value in reading.items() if name not in AFTER_READING})
     path = paths[0] if len(paths) == 1 else registry.choose(paths, None, source)

@@ -21,7 +21,7 @@ from splinefeed.geometry.parts import cut
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.smoothing import Smoother
 from splinefeed.pipeline.meter import MOST_IN_COLUMN
-from splinefeed.pipeline.smooth import arguments
+from splinefeed.pipeline.settings import arguments
 from splinefeed.records import Array, Limits, Setpoints, Verdict
 
 #: Curves of one part of a path that is there as a whole.

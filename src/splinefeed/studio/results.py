@@ -10,7 +10,7 @@ import numpy as np
 from splinefeed.analysis.thinning import cells
 from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
-from splinefeed.pipeline.experiment import servo_numbers
+from splinefeed.pipeline.compare import servo_numbers
 from splinefeed.pipeline.run import Run
 from splinefeed.report import interactive
 from splinefeed.report.figure import Figure

@@ -20,8 +20,8 @@ from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation import registry as methods
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine, MachineError
-from splinefeed.pipeline.limits import at_programmed_feeds, completed
 from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
+from splinefeed.pipeline.settings import at_programmed_feeds, completed
 from splinefeed.records import BY_AXIS, Limits
 from splinefeed.studio import sources
 

@@ -17,7 +17,7 @@ from splinefeed.formats.contents import Contents
 from splinefeed.geometry import shapes
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.tangential import tangential as with_theta
-from splinefeed.pipeline.smooth import smooth as smoothed
+from splinefeed.pipeline.settings import smooth as smoothed
 
 #: What an upload is called on our side; nothing else is looked for in the folder of uploads.
 UPLOAD = re.compile(r"[0-9a-f]{32}")
