@@ -130,13 +130,15 @@ def limit_use(
         if limits.chord_error is not None and len(t) > 1:
             sagitta[:-1] = chord_errors(setpoints, path)
             sagitta[-1] = sagitta[-2]
+    with np.errstate(invalid="ignore", over="ignore"):
+        across = v * v * kappa
     slowing = limits.jerk if limits.deceleration_jerk is None else limits.deceleration_jerk
     measures: list[tuple[str, Array, Array | float | None]] = [
         ("feed", v, feed),
         ("acceleration", np.maximum(a, 0.0), limits.acceleration),
         ("deceleration", np.minimum(a, 0.0), limits.deceleration),
         ("jerk", j, np.where(a < 0.0, slowing, limits.jerk)),
-        ("centripetal", v * v * kappa, limits.centripetal),
+        ("centripetal", across, limits.centripetal),
         ("chord_error", sagitta, limits.chord_error),
         ("orientation_error", turned, limits.orientation_error),
     ]

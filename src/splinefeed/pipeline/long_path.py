@@ -101,61 +101,51 @@ class _Walk:
     def pieces(self, paths: Iterable[Path]) -> Iterator[Setpoints]:
         """Setpoints, block by block; the last one is the end of the path."""
         planner: LookAhead | None = None
-        end = 0.0
+        end, curves = 0.0, 0
         for path in in_line(paths):
             if planner is None:
                 planner = LookAhead(self.limits, self.period, path.axes, self.window)
-                self.settings = {
-                    "limits": planner.limits.as_dict(),
-                    "strategy": LOOK_AHEAD,
-                    "path": path.name,
-                    "period": planner.period,
-                    "method": METHOD,
-                }
-            last = self.parts[-1] if self.parts else None
-            self.parts.append(_Part(path, 0 if last is None else last.curve + len(last.path.curves), end))
-            end += path.length
+                self.settings = {"limits": planner.limits.as_dict(), "strategy": LOOK_AHEAD, "path": path.name}
+                self.settings |= {"period": planner.period, "method": METHOD}
+            self.parts.append(_Part(path, curves, end))
+            end, curves = end + path.length, curves + len(path.curves)
             for block in planner.push(path):
                 yield from self._block(block)
         if planner is None:
             raise InputError("a path is needed; no part came")
         for block in planner.finish():
             yield from self._block(block)
-        last = self.parts[-1]
-        final = self._made(last, np.array([last.path.length]), np.full(1, self.limits.end_feed))
-        late = abs(planner.time - float(final.t[0])) > ALMOST * self.period  # in motion: the last period is a short one
+        part = self.parts[-1]
+        final = self._made(part, np.array([part.path.length]), np.full(1, self.limits.end_feed))
+        late = abs(planner.time - float(final.t[0])) > ALMOST * self.period  # in motion the last period is short
         yield replace(final, t=np.full(1, planner.time)) if late else final
 
     def _block(self, block: Block) -> Iterator[Setpoints]:
         while block.curve >= self.parts[0].curve + len(self.parts[0].path.curves):
             self.parts.popleft()
-        first = self.parts[0]
-        begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
-        law = block.law
+        first, law = self.parts[0], block.law
         gone = self.tick - block.tick
-        count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone
+        count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone  # those at its end come later
         tau = np.clip((gone + np.arange(max(count, 0))) * self.period - block.phase, 0.0, law.duration)
+        begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
         s, feed = begin + law(tau), np.maximum(law.feed(tau), 0.0)
         done, passed = 0, 0.0
         for part in self.parts:  # a block may run over several parts
             s -= passed
             passed = part.path.length
-            until = len(s) if part is self.parts[-1] else int(np.searchsorted(s, part.path.length))
+            until = len(s) if part is self.parts[-1] else int(np.searchsorted(s, passed))
             if until > done:
                 yield self._made(part, s[done:until], feed[done:until])
             done = max(done, until)
-            if done == len(s):
-                return
 
     def _made(self, part: _Part, s: Array, feed: Array) -> Setpoints:
         """Setpoints at arc lengths s (n,), mm, from the start of a part."""
-        path = part.path
+        path, first = part.path, self.tick
         s = np.clip(s, 0.0, path.length)
         curve, u = path.locate(s)
-        t = np.arange(self.tick, self.tick + len(s), dtype=np.float64) * self.period
         self.tick += len(s)
         return Setpoints(
-            t=t,
+            t=np.arange(first, self.tick, dtype=np.float64) * self.period,
             curve=curve + part.curve,
             u=u,
             s=s + part.start,
