@@ -97,7 +97,6 @@ def test_a_table_of_points_is_smoothed(splinefeed, by_windows):
         (("--strategy", "time-optimal"), "--strategy time-optimal: needs the whole path; a file of more than 1000"),
         (("--method", "taylor-2"), "--method taylor-2: needs the whole path"),
         (("--3d",), "--3d: needs the whole path"),
-        (("--contour-tolerance", "1um"), "--contour-tolerance: needs the whole path"),
         (("--format", "mat"), "--format mat: needs the whole path"),
         (("--tolerance", "0.01"), "--tolerance: is for tables of points; use --smooth LENGTH for a program"),
         (("--layer", "0"), "option 'layer' is not one of a G-code file"),

@@ -52,12 +52,6 @@ Examples:
 @click.argument("source", required=False)
 @options.limits
 @options.machine
-@click.option(
-    "--contour-tolerance",
-    type=options.Quantity("length"),
-    metavar="LENGTH",
-    help="Scale the limits down until the machine's contour error is within this; see splinefeed tune-feed.",
-)
 @click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
 @click.option("--method", metavar="NAME", help="The method.  [default: arc-length; the paper's without SOURCE]")
 @options.corrections
@@ -97,7 +91,6 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
         serve_methods,
         servo_numbers,
     )
-    from splinefeed.pipeline.contour_feed import limits_within
     from splinefeed.pipeline.run import PAPER_SHAPE, on_machine, planned_axes
     from splinefeed.pipeline.run import run as make_run
     from splinefeed.report import files
@@ -134,11 +127,6 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
             page = _write_parts(path, limits, period, stage, source, reading, formats, say)
             return _seen_from_here({**page, "notes": [*assumed, *page["notes"]]}, folder)
         moved = on_machine(path, machine if tool else None, limits)
-        if given["contour_tolerance"] is not None:
-            if machine is None or tool:
-                raise InputError("--contour-tolerance: needs --machine NAME or FILE, and a path without a tool axis")
-            allowed = given["contour_tolerance"]
-            limits = limits_within(path, limits, machine, allowed, period=period, on_progress=say, **how)
         say("planning and interpolating")
         result = make_run(
             moved, limits, machine=None if tool else machine, period=period,
@@ -178,7 +166,6 @@ def _parts_of(source: str, reading: dict[str, Any], given: dict[str, Any]) -> Pa
     if not too_long(source):
         return None
     refused = {
-        "--contour-tolerance": given["contour_tolerance"] is not None,
         "--3d": given["tangential"],
         "--format mat": "mat" in given["formats"],
         f"--strategy {given['strategy']}": given["strategy"] not in (None, LOOK_AHEAD),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import InputError, LimitsError
+from splinefeed.errors import InputError
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
@@ -176,15 +176,3 @@ def tune_feed(
         if best.scale == 1.0:
             notes.append("the given limits keep the tolerance already; raise them to go faster")
     return FeedTuning(allowed, trials, best, None if best is None else kept[best.scale], tuple(notes))
-
-
-def limits_within(path: Path, limits: Limits, machine: Machine, tolerance: float, **options: Any) -> Limits:
-    """The limits that `tune_feed` finds; LimitsError, with the least error of all trials, if it finds none."""
-    tuning = tune_feed(path, limits, machine, tolerance, **options)
-    if tuning.best is None:
-        least = tuning.least
-        raise LimitsError(
-            f"no feed tried keeps a contour error of {1e3 * tolerance:g} um on {machine.name}; the least is "
-            f"{1e3 * least.error:.4g} um at {least.feed:.4g} mm/s: allow more, or tune the machine (splinefeed tune)"
-        )
-    return tuning.best.limits
