@@ -17,7 +17,7 @@ import numpy as np
 from splinefeed.analysis import between
 from splinefeed.analysis.check_bounds import BESIDE, STEP, Bounds, Fault, contain, jerks, neighbours, standing
 from splinefeed.analysis.check_tool import Tool
-from splinefeed.analysis.place import Follower, Located
+from splinefeed.analysis.place import Located, Placer
 from splinefeed.errors import InputError
 from splinefeed.geometry.rows import EPSILON, Rows
 from splinefeed.records import Array, BoolArray, LimitResult, Setpoints, TimeLaw, unit_along
@@ -85,7 +85,7 @@ class Judge:
         self.gone = self._seen = 0.0  # length before the path, mm, and how much of that was looked through
         self.turning: list[float] = []  # where the curves begin on which rotary axes move alone, mm
         self._know(bounds)
-        self.tool = None if bounds.joints is None else Tool(bounds.joints, self.rows, self._follower)
+        self.tool = None if bounds.joints is None else Tool(bounds.joints, self.rows, self._placer)
         self._tail: Ticks | None = None  # the last ticks
         top = 0.0 if law is None else float(np.max(law.feed(np.linspace(0.0, law.duration, 2048))))
         self._ripple_from = RIPPLE_SHARE * top * self.period
@@ -97,7 +97,7 @@ class Judge:
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
         off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
         self.allowed, self.scale = max(self.allowed, off), max(self.scale, path.length)
-        self._follower = Follower(path, self.rows)
+        self._placer = Placer(path, self.rows)
 
     @property
     def curve(self) -> int:
@@ -109,10 +109,10 @@ class Judge:
         """Go on with a path that lacks the first `left` curves and goes on further."""
         assert self._tail is not None
         self._find_turning()
-        path, start = self.bounds.path, self._follower
+        path, start = self.bounds.path, self._placer
         gone, row = float(path.curve_starts[left]), int(path.curve_rows[left, 0])
         self._know(bounds)
-        self._follower.go_on(start, gone)
+        self._placer.go_on(start, gone)
         self._tail = replace(self._tail, row=self._tail.row - row)
         self.gone += gone
         self._shift(-gone)
@@ -234,7 +234,7 @@ class Judge:
         tip, tilted = setpoints, None
         if self.tool is not None:
             tip, tilted = self.tool.tip(setpoints)
-        place = self._follower.locate(tip, self.allowed)
+        place = self._placer.locate(tip, self.allowed)
         t, s = setpoints.t, place.s
         self.off_path = max(self.off_path, float(np.fmax.reduce(place.apart, initial=0.0)))
         with np.errstate(invalid="ignore"):

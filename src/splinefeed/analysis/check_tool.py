@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.analysis.place import Follower
+from splinefeed.analysis.place import Placer
 from splinefeed.geometry.rows import EPSILON, Rows
 from splinefeed.geometry.tool_path import ANGLES
 from splinefeed.kinematics import JointPath
@@ -30,8 +30,8 @@ MOVING = 0.01
 class Tool:
     """Tip and tool axis of joints on their path, and the largest errors so far: of the chord, mm, of the axis, rad."""
 
-    def __init__(self, path: JointPath, rows: Rows, follower: Follower) -> None:
-        self.path, self._rows, self._follower = path, rows, follower
+    def __init__(self, path: JointPath, rows: Rows, placer: Placer) -> None:
+        self.path, self._rows, self._placer = path, rows, placer
         self.chord_error = self.off_axis = self.turned = 0.0
         self._size, self._steep = np.zeros((2, len(path.axes)))
         self._longest = 0.0
@@ -77,13 +77,13 @@ class Tool:
         s (n + 1,) is where the setpoints are, mm: the nearest point is sought around there.
         """
         worst, turned = np.zeros((2, joints.shape[1] - 1))
-        first, search = self._rows.curves[:, 0], self._follower.search
+        first, search = self._rows.curves[:, 0], self._placer.search
         known = np.flatnonzero(np.all(np.isfinite(joints[:, 1:] + joints[:, :-1]), axis=0))
         for share in BETWEEN if len(known) else ():
             between, hint = ((1.0 - share) * each[..., known] + share * each[..., known + 1] for each in (joints, s))
             tip, axis = self.path.kinematics.forward(between.T)
             found = search.near(np.ascontiguousarray(tip.T), hint, closed=False)
-            u = self._follower.parameter(found)
+            u = self._placer.parameter(found)
             curve = np.searchsorted(first, found.row, side="right") - 1
             worst[known] = np.maximum(worst[known], np.sqrt(found.square))
             turned[known] = np.maximum(turned[known], self._angles(curve, u, axis))
