@@ -23,9 +23,6 @@ _SENTENCES = {
     "end": "the last setpoint is {detail} from the end of the path: it is not reached",
 }
 
-#: An excess of this many times is given as a multiple; an excess from PERCENT on in percent, below in ppm.
-MANY, PERCENT = 10.0, 1e-3
-
 
 def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     """The report of a check; first  some of the setpoints; curves  of the whole path."""
@@ -97,13 +94,6 @@ def _limit_sentence(name: str, result: LimitResult, along: str) -> str:
     worst, limit = factor * result.worst, factor * result.limit
     source = "exact derivative of the law" if result.by == "law" else f"setpoints, floor {factor * result.floor:.3g}"
     return (
-        f"{name}: {worst:.9g} {unit} is {_over(result.share)} the limit of {limit:.9g} {unit} "
+        f"{name}: {worst:.9g} {unit} is {100.0 * (result.share - 1.0):.3g} % over the limit of {limit:.9g} {unit} "
         f"at s = {result.at_s:.9g} {along}, t = {result.at_t:.9g} s ({source}; {result.over} places in all)"
     )
-
-
-def _over(share: float) -> str:
-    if share >= MANY:
-        return f"{share:.3g} times"
-    excess = share - 1.0
-    return f"{100.0 * excess:.3g} % over" if excess >= PERCENT else f"{1e6 * excess:.3g} ppm over"

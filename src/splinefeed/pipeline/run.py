@@ -22,7 +22,7 @@ from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.follow import Served, Servo
-from splinefeed.pipeline.meter import Meter, chunk_of, with_neighbours
+from splinefeed.pipeline.meter import MOTION, Meter, chunk_of, with_neighbours
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
 
 if TYPE_CHECKING:
@@ -210,28 +210,21 @@ class Run:
 
         For linear axes their shares of the path's own acceleration and jerk, too, which they need not keep.
         """
+        own = self.own_limits()
         peaks: dict[str, dict[str, float | str]] = {}
         for i, axis in enumerate(self.axes):
             rotary = i >= self.linear
             factor = 180.0 / np.pi if rotary else 1.0
-            motion = self.motion
-            peaks[axis] = {
-                "unit": "deg" if rotary else "mm",
-                "velocity": factor * float(np.max(np.abs(motion.velocity[:, i]))),
-                "acceleration": factor * float(np.max(np.abs(motion.acceleration[:, i]))),
-                "jerk": factor * float(np.max(np.abs(motion.jerk[:, i]))),
-            }
-            if not rotary:
-                for name, own in self.own_limits().items():
-                    peaks[axis][f"{name}_share"] = float(peaks[axis][name]) / own
+            each = {name: factor * float(np.max(np.abs(getattr(self.motion, name)[:, i]))) for name in MOTION}
+            shares = {} if rotary else {f"{name}_share": each[name] / limit for name, limit in own.items()}
+            peaks[axis] = {"unit": "deg" if rotary else "mm", **each, **shares}
         return peaks
 
     def own_limits(self) -> dict[str, float]:
         """Acceleration and jerk that the path was planned with, the larger of speeding up and down; none left out."""
         limits = self.limits.as_dict()
-        both = {"acceleration": ("acceleration", "deceleration"), "jerk": ("jerk", "deceleration_jerk")}
-        values = {name: [limits[each] for each in pair if each in limits] for name, pair in both.items()}
-        return {name: max(given) for name, given in values.items() if len(given) == 2}
+        both = (("acceleration", "deceleration"), ("jerk", "deceleration_jerk"))
+        return {name: max(limits[name], limits[other]) for name, other in both if {name, other} <= limits.keys()}
 
 
 def run(
