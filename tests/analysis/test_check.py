@@ -533,7 +533,7 @@ def test_where_the_curvature_jumps_the_third_difference_decides():
     limits = sf.Limits(feed=60, acceleration=500, jerk=20000, axis_jerk=1e9)
     verdict = check(points, path, limits, law=law)
     assert verdict.ok
-    assert any("s = 20 mm" in note and "third difference" in note for note in verdict.notes)
+    assert any("s = 20 mm" in note and "differences of the setpoints decide" in note for note in verdict.notes)
     result = verdict.limits["axis_jerk.y"]
     assert result.by == "setpoints"
     v = float(law.feed(result.at_t))

@@ -132,18 +132,14 @@ def _corner_notes(law: TimeLaw, bounds: Bounds) -> Iterator[str]:
     if not corners or (limits.axis_jerk is None and limits.axis_acceleration is None):
         return
     moving = law.feed(times_at(law, corners.s)) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
-    stepped = np.isin(corners.s, bounds.corners.s)
-    decides = "difference of the setpoints over the period decides: it is what the drive sees"
-    curvature, direction = "curvature jumps and the exact axis jerk", "direction jumps and the exact axis acceleration"
-    for which, said in (
-        (~corners.stop & ~stepped, f"the {curvature} is infinite: there the third {decides}"),
-        (corners.stop & ~stepped, f"the {direction} is infinite: there the second and third {decides}"),
-        (stepped, "the tool does not stop: there the velocity step of each axis is checked, and no difference across"),
-    ):
-        places = corners.s[which & moving]
-        if len(places):
-            listed = ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
-            yield f"at {len(places)} corner(s), s = {listed} {unit_along(bounds.path.axes)}, {said}"
+    places = corners.s[moving]
+    if len(places):
+        listed = ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
+        yield (
+            f"at {len(places)} place(s), s = {listed} {unit_along(bounds.path.axes)}, direction or curvature jumps in "
+            "motion, and exact derivatives of the axes are infinite: there the differences of the setpoints decide, "
+            "which are what the drive sees, or the velocity step of each axis where that is limited"
+        )
 
 
 def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:

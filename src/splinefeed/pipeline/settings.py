@@ -82,8 +82,7 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
     Raises InputError where a program has no tolerance, and CurveError if the path exceeds it, which is not known to
     happen.
     """
-    from splinefeed.geometry.smoothing_proven import proven  # not at every start of the command line
-    from splinefeed.geometry.smoothing_tool import proven_tool
+    from splinefeed.geometry.smoothing_proven import proven, proven_tool  # not at every start of the command line
 
     if how.get("smooth") is None:
         return path
