@@ -20,7 +20,7 @@ from splinefeed.analysis.check_tool import Tool
 from splinefeed.analysis.place import Located, Placer
 from splinefeed.errors import InputError
 from splinefeed.geometry.rows import EPSILON, Rows
-from splinefeed.records import Array, BoolArray, LimitResult, Setpoints, TimeLaw, unit_along
+from splinefeed.records import Array, BoolArray, Setpoints, TimeLaw, unit_along
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
 ROUNDINGS = 64.0
@@ -334,7 +334,11 @@ class Judge:
             j, j_floor = np.diff(a, axis=1) / three, (a_floor[:, 1:] + a_floor[:, :-1]) / three
         rounded = v_floor, a_floor, j_floor
         values, floors = ([each[:, max(each.shape[1] - n, 0) :] for each in kind] for kind in ((v, a, j), rounded))
-        growing, falling = self._signs(a[0], values[2].shape[1])
+        end, third = a.shape[1], values[2].shape[1]
+        one, two = a[0, max(end - third - 1, 0) : max(end - 1, 0)], a[0, end - third :]
+        with np.errstate(invalid="ignore"):  # where the feed grows, and where it falls, throughout a third difference
+            bend = np.abs(two - one)
+            growing, falling = np.minimum(one, two) > bend, np.maximum(one, two) < -bend
         signed = jerks(values[2][0], growing, falling, limits)
         signed |= {"acceleration": a[0], "deceleration": -a[0]}
         corners = self.bounds.corners.s
@@ -380,16 +384,6 @@ class Judge:
                 jump = corners.jumps[k, worst.column - 1]
                 worst.see(feed * jump, t[i], s, floor * jump)
 
-    @staticmethod
-    def _signs(a: Array, n: int) -> tuple[BoolArray, BoolArray]:
-        """Where the feed grows, and where it falls, throughout the last n third differences, (n,)."""
-        if n == 0:
-            return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
-        one, two = a[-n - 1 : -1], a[-n:]
-        with np.errstate(invalid="ignore"):
-            bend = np.abs(two - one)
-            return np.minimum(one, two) > bend, np.maximum(one, two) < -bend
-
     def _check_steps(self, d: Array, floor: Array, t: Array, s: Array, n: int) -> None:
         """Progress: no step back, none skipped, none repeated.
 
@@ -425,7 +419,3 @@ class Judge:
     def duration(self) -> float:
         """From the first setpoint to the last, s, by their own times."""
         return float(self._tail.t[-1]) - self._start if self._tail is not None else 0.0
-
-    def results(self) -> dict[str, LimitResult]:
-        """Every limit by the setpoints alone."""
-        return {name: worst.result(self.bounds.axes) for name, worst in self.worst.items()}

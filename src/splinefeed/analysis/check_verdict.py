@@ -27,7 +27,8 @@ _SENTENCES = {
 def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
     """The report of a check; first  some of the setpoints; curves  of the whole path."""
     law, tool = judge.law, judge.tool
-    results, unit = judge.results(), unit_along(judge.bounds.path.axes)
+    results = {name: worst.result(judge.bounds.axes) for name, worst in judge.worst.items()}
+    unit = unit_along(judge.bounds.path.axes)
     problems = [_fault_sentence(kind, fault, unit) for kind, fault in judge.faults.items()]
     notes: list[str] = []
     if law is not None and tool is None:

@@ -53,9 +53,9 @@ class Meter:
         self._first: Setpoints | None = None
         self._answer: Response | None = None
 
-    def see(self, block: Setpoints, own: slice, setpoints: Setpoints, response: Response | None) -> None:
-        """The next chunk, `own` of a block with its neighbours, and the machine's response as far as it went."""
-        path, law, t = self.path, self.law, setpoints.t
+    def see(self, block: Setpoints, first: int, setpoints: Setpoints, response: Response | None) -> None:
+        """The next chunk, from `first` on in a block with its neighbours, and the machine's response to it."""
+        path, law, t, own = self.path, self.law, setpoints.t, slice(first, first + len(setpoints))
         if self._first is None:
             self._first, self._top = setpoints, _top_feed(law, setpoints.period)
         motion = axis_motion(block, path, law)
@@ -129,20 +129,15 @@ def _top_feed(law: TimeLaw, period: float) -> float:
     return max(float(np.max(law.feed(np.arange(k, min(k + MOST_IN_COLUMN, ticks)) * period))) for k in starts)
 
 
-def with_neighbours(chunks: Iterable[Setpoints]) -> Iterator[tuple[Setpoints, slice, Setpoints]]:
-    """Each chunk with the ticks before and behind it, where it is in that, and by itself."""
+def with_neighbours(chunks: Iterable[Setpoints]) -> Iterator[tuple[Setpoints, int, Setpoints]]:
+    """Each chunk with the ticks before and behind it, where it begins in that, and by itself."""
     before: list[Setpoints] = []
     held: Setpoints | None = None
     for chunk in chunks:
         if held is not None:
-            yield Setpoints.joined([*before, held, chunk.part(0, NEIGHBOURS)]), _own(before, held), held
+            yield Setpoints.joined([*before, held, chunk.part(0, NEIGHBOURS)]), sum(map(len, before)), held
             before = [held.part(max(len(held) - NEIGHBOURS, 0), len(held))]
         held = chunk
     if held is None:
         raise InputError("there are no setpoints to measure")
-    yield Setpoints.joined([*before, held]), _own(before, held), held
-
-
-def _own(before: list[Setpoints], chunk: Setpoints) -> slice:
-    first = sum(map(len, before))
-    return slice(first, first + len(chunk))
+    yield Setpoints.joined([*before, held]), sum(map(len, before)), held

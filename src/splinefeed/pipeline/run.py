@@ -316,8 +316,8 @@ def measured(
     again = partial(chunks, chunk_of(ticks))
     meter = Meter(path, limits, law, ticks)
     servo = None if machine is None else Servo(machine, meter.tip, law=law)
-    for block, own, setpoints in with_neighbours(again()):
-        meter.see(block, own, setpoints, None if servo is None else servo.follow(setpoints))
+    for block, first, setpoints in with_neighbours(again()):
+        meter.see(block, first, setpoints, None if servo is None else servo.follow(setpoints))
         say("measuring", meter.ticks, ticks)
     kept = meter.setpoints
     verdict = check(kept if len(kept) == meter.ticks else _said(again(), ticks, say), path, limits, law=law)
