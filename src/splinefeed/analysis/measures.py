@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -89,21 +89,17 @@ class LimitUse:
     @property
     def binding(self) -> IntArray:
         """Index into `names` of the limit that binds at each tick, (n,); -1 where none uses BINDS of its own."""
-        return _binding(self.share)
+        share = self.share
+        if not share.shape[1]:
+            return np.full(len(share), -1, dtype=np.int64)
+        most = np.argmax(share, axis=1)
+        binds = share[np.arange(len(most)), most] >= BINDS
+        return np.where(binds, most, -1).astype(np.int64)
 
     def time_bound_by(self) -> dict[str, float]:
         """Part of the time in which each limit binds, 0 to 1, those that never do left out; "none" for the rest."""
         none, *parts = (self.counts / max(int(self.counts.sum()), 1)).tolist()
         return {**{name: part for name, part in zip(self.names, parts, strict=True) if part > 0.0}, "none": none}
-
-
-def _binding(share: Array) -> IntArray:
-    """Column of `share` (n, k) that binds in each row, -1 for none."""
-    if not share.shape[1]:
-        return np.full(len(share), -1, dtype=np.int64)
-    most = np.argmax(share, axis=1)
-    binds = share[np.arange(len(most)), most] >= BINDS
-    return np.where(binds, most, -1).astype(np.int64)
 
 
 def limit_use(
@@ -151,7 +147,8 @@ def limit_use(
     share = np.ascontiguousarray(np.where(np.isfinite(share), share, 0.0))
     names = tuple(name for name, _, _ in given)
     top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period)
-    return LimitUse(names, t, setpoints.s, share, top, np.bincount(_binding(share) + 1, minlength=len(names) + 1))
+    use = LimitUse(names, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
+    return replace(use, counts=np.bincount(use.binding + 1, minlength=len(names) + 1))
 
 
 def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:
