@@ -326,26 +326,17 @@ def fit_run(
 def least_squares(s: Array, points: Array, weights: Array, knots: Array) -> tuple[Array, Array, IntArray]:
     """B-spline coefficients (n, axes) with the least sum of weights |C(s) - points|^2, through both end points.
 
-    Also C(s) - points (count, axes), and the span of each sample (count,). Normal equations of DEGREE diagonals, summed
-    span by span, by Cholesky's method; LinAlgError where samples leave a coefficient open.
+    Also C(s) - points (count, axes), and the span of each sample (count,). Normal equations by Cholesky's method;
+    LinAlgError where samples leave a coefficient open.
     """
-    terms, count = DEGREE + 1, len(knots) - DEGREE - 1
     design = BSpline.design_matrix(s, knots, DEGREE)
-    basis, span = design.data.reshape(-1, terms), design.indices[::terms]
-    coefficients = np.zeros((count, points.shape[1]))
+    coefficients = np.zeros((design.shape[1], points.shape[1]))
     coefficients[[0, -1]] = points[[0, -1]]
-    weighted, rest = weights[:, None] * basis, points - design @ coefficients
-    starts = np.flatnonzero(np.diff(span, prepend=-1))
-    squares = np.add.reduceat(basis[:, :, None] * weighted[:, None, :], starts)
-    moments = np.add.reduceat(weighted[:, :, None] * rest[:, None, :], starts)
-    band, right = np.zeros((terms, count)), np.zeros_like(coefficients)  # band[d, k] is row k + d, column k
-    for k in range(terms):
-        at = span[starts] + k
-        right[at] += moments[:, k]
-        for d in range(terms - k):
-            band[d, at] += squares[:, k + d, k]
+    weighted = design.multiply(weights[:, None]).T.tocsr()
+    normal, right = weighted @ design, weighted @ (points - design @ coefficients)
+    band = np.array([np.pad(normal.diagonal(-d), (0, d)) for d in range(DEGREE + 1)])  # [d, k] is row k + d, column k
     factor = cholesky_banded(band[:, 1:-1], lower=True, check_finite=False)
     if np.any(factor[0] ** 2 <= OPEN * band[0, 1:-1]):
         raise LinAlgError("samples leave a coefficient open")
     coefficients[1:-1] = cho_solve_banded((factor, True), right[1:-1], check_finite=False)
-    return coefficients, design @ coefficients - points, span
+    return coefficients, design @ coefficients - points, design.indices[:: DEGREE + 1]
