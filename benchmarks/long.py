@@ -118,7 +118,7 @@ def write_program(file: str, count: int) -> None:
 def by_windows(file: str) -> dict[str, Any]:
     """From a program to checked setpoints beside it; called in a process of its own."""
     import splinefeed as sf
-    from splinefeed.pipeline.windows import WindowedRun
+    from splinefeed.pipeline.long_path import WindowedRun
 
     limits = sf.Limits(feed=LINE_FEED, axis_acceleration=1500, axis_jerk=5e4)
     seconds, made = 0.0, None

@@ -9,7 +9,7 @@ import numpy as np
 from marked import rows, words, write
 
 import splinefeed as sf
-from splinefeed.analysis.ripple import drift
+from splinefeed.analysis.measures import drift
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Figure, Level, Line, Panel
 

@@ -9,7 +9,7 @@ import numpy as np
 from marked import words, write
 
 import splinefeed as sf
-from splinefeed.analysis.ripple import feed_ripple
+from splinefeed.analysis.measures import feed_ripple
 from splinefeed.report import theme
 from splinefeed.report.figure import Axis, Figure, Line, Panel
 

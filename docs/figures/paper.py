@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import splinefeed as sf
 from splinefeed.machine.parts import Axis, Drive
-from splinefeed.pipeline.experiment import PAPER_ERROR, PAPER_METHODS, Served, comparison, serve_methods
+from splinefeed.pipeline.compare import PAPER_ERROR, PAPER_METHODS, Served, comparison, serve_methods
 from splinefeed.pipeline.follow import follow
 from splinefeed.pipeline.run import PAPER_LIMITS, PAPER_PERIOD, PAPER_SHAPE
 from splinefeed.report import theme

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import splinefeed as sf
-from splinefeed.pipeline.deviation import deviation
-from splinefeed.pipeline.experiment import serve_methods
+from splinefeed.pipeline.compare import serve_methods
+from splinefeed.pipeline.overview import deviation
 from splinefeed.report.path_figures import contour_figure
 from splinefeed.report.servo_figures import errors_figure
 

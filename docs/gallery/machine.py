@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import splinefeed as sf
-from splinefeed.pipeline.deviation import deviation
+from splinefeed.pipeline.overview import deviation
 from splinefeed.report.figure import Figure
 from splinefeed.report.path_figures import contour_figure
 

@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 import splinefeed as sf
 from sample_curves import random_curve
-from splinefeed.analysis.binding import feed_limit, limit_use, maximum_velocity
+from splinefeed.analysis.measures import feed_limit, limit_use, maximum_velocity
 from splinefeed.geometry.differential import by_arc_length, curvatures
 from splinefeed.pipeline.run import run
 from splinefeed.records import Array

@@ -11,8 +11,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.analysis import certificate as module
-from splinefeed.analysis.certificate import SetpointsHash, certificate, write_certificate
-from splinefeed.errors import InputError
+from splinefeed.analysis.certificate import certificate, write_certificate
 from splinefeed.records import LimitResult, Verdict
 
 PATH = sf.Path([sf.NurbsCurve.bezier([[0, 0], [1, 0], [1, 1]], [1.0, 0.5, 1.0])])
@@ -46,15 +45,6 @@ def test_each_hash_follows_its_own_input():
     assert base["law"] == hashlib.sha256(LAW.breaks.tobytes() + LAW.coefficients.tobytes()).hexdigest()
 
 
-def test_how_setpoints_are_cut_makes_no_difference():
-    digest = SetpointsHash()
-    chunks = list(digest.through([POINTS.part(0, 4), POINTS.part(4, len(POINTS))]))
-    assert [len(chunk) for chunk in chunks] == [4, len(POINTS) - 4]
-    page = certificate(digest, PATH, LIMITS, VERDICT)
-    assert page["sha256"]["setpoints"] == hashes()["setpoints"]
-    assert "law" not in page["sha256"]
-
-
 def test_the_file_is_json_without_infinity_and_names_the_versions(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "PARTS", ("numpy", "no-such-package"))
     write_certificate(certificate(POINTS, PATH, LIMITS, VERDICT, LAW), tmp_path / "c.json")
@@ -65,8 +55,3 @@ def test_the_file_is_json_without_infinity_and_names_the_versions(tmp_path, monk
     assert page["versions"]["splinefeed"] == sf.__version__
     assert page["versions"]["numpy"] == np.__version__
     assert page["versions"]["no-such-package"] is None
-
-
-def test_a_certificate_of_something_else_is_refused():
-    with pytest.raises(InputError, match="expected Setpoints or a SetpointsHash, got list"):
-        certificate([1, 2], PATH, LIMITS, VERDICT)  # type: ignore[arg-type]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis.check_corners import corner_feed, hidden_dip, neighbours
+from splinefeed.analysis.check_bounds import corner_feed, hidden_dip, neighbours
 
 
 def means_at(profile, share: float) -> tuple[np.ndarray, float]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis import check_parts
-from splinefeed.analysis.check_parts import CheckInParts
+from splinefeed.analysis.check import Check
 from splinefeed.pipeline.long_path import parts_of
 
 PERIOD = 1e-3
@@ -31,7 +31,7 @@ def program() -> sf.Path:
 
 def judged(path: sf.Path, points: sf.Setpoints, size: int, limits: sf.Limits = LIMITS, chunk: int = 97) -> sf.Verdict:
     """The verdict by parts of `size` curves, of which the check is told just before the setpoints that need them."""
-    check, parts, known = CheckInParts(limits), parts_of(path, size), 0
+    check, parts, known = Check(limits), parts_of(path, size), 0
     for start in range(0, len(points), chunk):
         part = points.part(start, min(start + chunk, len(points)))
         while known <= part.curve[-1]:
@@ -63,7 +63,7 @@ def same(one: sf.Verdict, other: sf.Verdict) -> None:
 
 @pytest.mark.parametrize("size", [1, 3])
 def test_a_program_is_judged_by_parts_as_by_the_whole(size, monkeypatch):
-    monkeypatch.setattr(check_parts, "BLOCK", 61)
+    monkeypatch.setattr(import_module("splinefeed.analysis.check"), "BLOCK", 61)
     path = program()
     points = sf.Setpoints.joined(list(sf.live.stream_setpoints(parts_of(path, size), LIMITS, period=PERIOD)))
     whole = sf.check(points, path, LIMITS)
@@ -76,7 +76,7 @@ def test_a_program_is_judged_by_parts_as_by_the_whole(size, monkeypatch):
 
 
 def test_what_is_wrong_is_found_in_its_place(monkeypatch):
-    monkeypatch.setattr(check_parts, "BLOCK", 61)
+    monkeypatch.setattr(import_module("splinefeed.analysis.check"), "BLOCK", 61)
     path = program()
     points = sf.Setpoints.joined(list(sf.live.stream_setpoints(parts_of(path, 2), LIMITS, period=PERIOD)))
     at = len(points) * 3 // 4

@@ -81,7 +81,7 @@ def test_a_limit_that_is_one_millionth_over_is_blamed_on_it_alone(motions, which
     assert len(over.problems) == 1
     assert over.problems[0].startswith(f"{name}: ")
     assert " deg/s" in over.problems[0] or "." not in name
-    assert " 1 ppm over" in over.problems[0]
+    assert " 0.0001 % over" in over.problems[0]
     assert (over.limits[name].at_s, over.limits[name].at_t) == (found.at_s, found.at_t)
     if name.startswith(("axis_velocity", "axis_jerk")) and by != "law":
         order = 1 + BY_AXIS.index(name.partition(".")[0])

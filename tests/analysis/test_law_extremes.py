@@ -11,8 +11,7 @@ from numpy.polynomial import Polynomial
 
 import splinefeed as sf
 from splinefeed.analysis.check_bounds import Bounds, Worst
-from splinefeed.analysis.law_motion import LawMotion, breaks_apart
-from splinefeed.geometry.rows import Rows
+from splinefeed.analysis.check_law import LawMotion, breaks_apart
 
 RADIUS = 2.0
 #: A quarter circle as a rational quadratic: its parameter does not go evenly, so that every term of the chain counts.
@@ -30,9 +29,9 @@ def extremes(
     path: sf.Path, breaks: list[float], coefficients: np.ndarray, limits: sf.Limits = WIDE, rounding: float = 1e-14
 ) -> tuple[dict[str, Worst], LawMotion]:
     law = sf.TimeLaw(breaks=breaks, coefficients=coefficients, strategy="test")
-    worsts = Bounds(path, limits, 0.0, 0.0).worsts()
-    motion = LawMotion(law, Rows(path.arc_pieces), limits, path.axes, rounding)
-    motion.hold(worsts, None)
+    bounds = Bounds(path, limits, 0.0, 0.0)
+    worsts, motion = bounds.worsts(), LawMotion(law, bounds, rounding)
+    motion.hold(worsts)
     return worsts, motion
 
 

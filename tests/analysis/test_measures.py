@@ -11,7 +11,7 @@ from scipy.integrate import quad
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis import between, motion, ripple
+from splinefeed.analysis import between, measures
 from splinefeed.analysis.check_law import limits_along
 from splinefeed.geometry.rows import Rows
 
@@ -87,20 +87,20 @@ def test_steps_about_a_place_where_one_axis_turns_back(at):
     ends = dataclasses.replace(
         points, **{name: getattr(points, name)[[0, -1]] for name in ("t", "curve", "s", "feed", "position")}, u=u
     )
-    assert ripple.steps(ends, path) == pytest.approx([path.length], rel=1e-14)
-    assert np.sum(ripple.steps(points, path)) == pytest.approx(path.length, rel=1e-14)
+    assert measures.steps(ends, path) == pytest.approx([path.length], rel=1e-14)
+    assert np.sum(measures.steps(points, path)) == pytest.approx(path.length, rel=1e-14)
 
 
 def test_ripple_sees_a_planted_fault():
     path = circle()
     law = motions.constant(path, 50.0)
     points = sf.interpolate(path, law, period=1e-3)
-    good = ripple.feed_ripple(points, path, law)
+    good = measures.feed_ripple(points, path, law)
     assert good.max < 1e-11
     u = points.u.copy()
     moved = path.curves[0].parameter_at(points.s[100] + 0.01)
     u[100] = moved
-    bad = ripple.feed_ripple(dataclasses.replace(points, u=u), path, law)
+    bad = measures.feed_ripple(dataclasses.replace(points, u=u), path, law)
     step = 50.0 * 1e-3
     assert int(np.argmax(np.abs(bad.relative))) in (99, 100)
     assert bad.relative[99] == pytest.approx(0.01 / step, rel=1e-9)
@@ -112,7 +112,7 @@ def test_ripple_leaves_out_what_is_near_rest():
     path = motions.smooth()
     law = sf.plan(path, sf.Limits(feed=60, acceleration=50, jerk=2000), period=1e-3)
     points = sf.interpolate(path, law)
-    counted = ripple.feed_ripple(points, path, law).t
+    counted = measures.feed_ripple(points, path, law).t
     assert law.feed(counted).min() > 0.1 * points.feed.max()
     assert counted.min() > 0.05
 
@@ -126,8 +126,8 @@ def test_ripple_across_joints():
     law = motions.constant(path, 30.0)
     points = sf.interpolate(path, law, period=1e-3)
     assert set(np.diff(points.curve)) >= {0, 3} or len(set(points.curve)) == 4
-    assert ripple.feed_ripple(points, path, law).max < 1e-10
-    assert np.sum(ripple.steps(points, path)) == pytest.approx(path.length, rel=1e-13)
+    assert measures.feed_ripple(points, path, law).max < 1e-10
+    assert np.sum(measures.steps(points, path)) == pytest.approx(path.length, rel=1e-13)
 
 
 def test_drift_is_the_distance_ahead_of_the_law():
@@ -135,7 +135,7 @@ def test_drift_is_the_distance_ahead_of_the_law():
     law = motions.constant(path, 50.0)
     points = sf.interpolate(path, law, period=1e-3)
     late = dataclasses.replace(points, s=points.s - 0.25)
-    assert ripple.drift(late, law) == pytest.approx(np.full(len(points), -0.25), abs=1e-12)
+    assert measures.drift(late, law) == pytest.approx(np.full(len(points), -0.25), abs=1e-12)
 
 
 def test_chord_error_of_a_circle():
@@ -143,7 +143,7 @@ def test_chord_error_of_a_circle():
     path = circle(10.0)
     law = motions.constant(path, 200.0)
     points = sf.interpolate(path, law, period=5e-3)
-    errors = ripple.chord_errors(points, path)[:-1]  # the last step is shorter
+    errors = measures.chord_errors(points, path)[:-1]  # the last step is shorter
     assert errors == pytest.approx(np.full(len(errors), 10 * (1 - np.cos(200 * 5e-3 / 20))), rel=1e-9)
 
 
@@ -155,21 +155,21 @@ def test_chord_error_over_a_corner_is_the_corner():
     chord = end - start
     to_corner = np.array([1, 0]) - start
     away = abs(chord[0] * to_corner[1] - chord[1] * to_corner[0]) / np.linalg.norm(chord)
-    assert ripple.chord_errors(points, path)[across] == pytest.approx(away, rel=1e-12)
+    assert measures.chord_errors(points, path)[across] == pytest.approx(away, rel=1e-12)
 
 
 def test_axis_motion_agrees_with_differences():
     path = motions.smooth()
     law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-4)
     points = sf.interpolate(path, law)
-    exact = motion.axis_motion(points, path, law)
+    exact = measures.axis_motion(points, path, law)
     inside = slice(5, -5)
     for order, values in ((1, exact.velocity), (2, exact.acceleration)):
         top = np.max(np.abs(values))
-        assert motion.differences(points, order)[inside] == pytest.approx(values[inside], abs=3e-3 * top)
+        assert measures.differences(points, order)[inside] == pytest.approx(values[inside], abs=3e-3 * top)
     smooth_jerk = np.abs(np.diff(law.jerk(points.t), prepend=0)) < 1
     both = np.convolve(smooth_jerk, np.ones(9), "same")[inside] > 8.5
-    third = motion.differences(points, 3)[inside][both]
+    third = measures.differences(points, 3)[inside][both]
     assert third == pytest.approx(exact.jerk[inside][both], abs=2e-2 * np.max(np.abs(exact.jerk)))
 
 
@@ -177,7 +177,7 @@ def test_axis_motion_where_the_derivative_vanishes():
     path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [0, 0], [30, 20], [30, 20]])])
     law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-3)
     points = sf.interpolate(path, law)
-    exact = motion.axis_motion(points, path, law)
+    exact = measures.axis_motion(points, path, law)
     assert np.all(np.isfinite(exact.jerk))
     assert np.all(np.isfinite(exact.acceleration))
 
@@ -218,5 +218,5 @@ def test_differences_of_few_points():
     law = motions.constant(path, path.length)
     points = sf.interpolate(path, law, period=1.0)
     assert len(points) == 2
-    assert motion.differences(points, 3).shape == (2, 2)
-    assert ripple.chord_errors(points, path).shape == (1,)
+    assert measures.differences(points, 3).shape == (2, 2)
+    assert measures.chord_errors(points, path).shape == (1,)

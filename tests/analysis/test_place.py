@@ -7,7 +7,6 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.analysis.place import Placer
-from splinefeed.errors import InputError
 from splinefeed.records import Setpoints
 
 #: A square of 10 mm, closed, and a rotary axis that turns by 1 rad along each side.
@@ -49,8 +48,3 @@ def test_how_far_beside_the_path_they_are_is_known():
 
 def test_what_setpoints_say_of_their_arc_length_stands():
     assert Placer(SQUARE).place(foreign([[7.0, 7.0], [8.0, 8.0]], s=[-1e-9, 41.0])).tolist() == [0.0, 40.0]
-
-
-def test_a_linear_axis_that_is_not_told_is_missed():
-    with pytest.raises(InputError, match="the path has an axis y; the setpoints have only x, z"):
-        Placer(SQUARE).place(foreign([[0.0, 0.0]], axes=("x", "z")))

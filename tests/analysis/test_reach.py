@@ -37,13 +37,16 @@ def test_a_window_whose_nearest_point_is_its_edge_is_doubled(backwards):
     points = np.array([[0, 0], [0, 1.1], [0.9, 1.1], [0.6, 0.1], [0.6, -3.0]])
     path = sf.Path.polyline(points[::-1].copy() if backwards else points)
     hint = path.length if backwards else 0.0
-    found = ContourMeter(path).measure(np.array([[0.55, 0.0]]), s_hint=np.array([hint]), window=2.7)
-    assert found.error == pytest.approx([0.05], rel=1e-9)  # beside the last line, 0.1 mm down it
+    rows = Rows(path.arc_pieces)
+    search = Search(rows, closed=path.closed)
+    found = search.near(np.array([[0.55], [0.0]]), np.array([hint]), 2.7)
+    assert np.sqrt(found.square) == pytest.approx([0.05], rel=1e-9)  # beside the last line, 0.1 mm down it
     s = 2.0 + np.hypot(0.3, 1.0) + 0.1
-    assert found.s == pytest.approx([path.length - s if backwards else s], rel=1e-9)
+    at = rows.arc_length(found.row, found.t)
+    assert at == pytest.approx([path.length - s if backwards else s], rel=1e-9)
     # what is asked for of the window at least is not what is found within it
-    near = ContourMeter(path).measure(np.array([[0.1, 0.5]]), s_hint=np.array([hint]), window=0.7)
-    assert near.error == pytest.approx([0.1], rel=1e-9)
+    near = search.near(np.array([[0.1], [0.5]]), np.array([hint]), 0.7)
+    assert np.sqrt(near.square) == pytest.approx([0.1], rel=1e-9)
 
 
 @pytest.mark.parametrize("hint", [4.0, 17.0])

@@ -11,8 +11,8 @@ PROGRAM = """
 import sys
 import numpy as np
 import splinefeed as sf
-from splinefeed.analysis.contour import contour_error
-from splinefeed.analysis.ripple import chord_errors, feed_ripple
+from splinefeed.analysis.contour import ContourMeter
+from splinefeed.analysis.measures import chord_errors, feed_ripple
 
 path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [10, 25], [35, -20], [50, 15], [70, 5]])])
 s = np.linspace(0.0, path.length, 101)
@@ -29,7 +29,8 @@ assert sf.check(points, path, limits, law=law).ok
 assert sf.check(foreign, path, limits).ok
 assert feed_ripple(points, path, law).max < 1e-11
 assert chord_errors(points, path).max() < 0.1
-assert contour_error(position, path, s_hint=s).max() < 1e-12 > contour_error(position, path).max()
+meter = ContourMeter(path)
+assert meter.measure(position, s_hint=s).max < 1e-12 > meter.measure(position).max
 print(before, "numba" in sys.modules)
 """
 

@@ -115,7 +115,7 @@ def test_options_of_axes_and_travel(folder):
         (["points.h5"], "does not name its path; give --path"),
         (["no.h5", "--path", "path.json"], "no such file"),
         (["law.h5", "--path", "path.json"], "holds TimeLaw; expected Setpoints"),
-        (["points.h5", "--path", "path.json", "--law", "points.h5"], "holds Setpoints, not a time law"),
+        (["points.h5", "--path", "path.json", "--law", "points.h5"], "holds Setpoints; expected TimeLaw"),
         (["other.csv", "--path", "path.json"], "has no limits"),
         (["points.h5", "--path", "path.json", "--columns", "t,x,y"], "--columns: is for CSV files of other programs"),
         (["points.h5", "--path", "path.json", "--axis-jerk", "x=fast"], "--axis-jerk: 'fast' cannot be read"),

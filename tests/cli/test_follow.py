@@ -109,7 +109,7 @@ def test_bad_input(refused, folder, setpoints):
     rows[70, 2] = np.nan
     np.savetxt(folder / "nan.csv", rows[:, :3], header="t,x,y", **header)
     line = follow("nan.csv", "--machine", "xytheta")
-    assert line == "nan.csv: at t = 0.07 s axis y is nan; every position must be a finite number"
+    assert line == "nan.csv: at t = 0.07 s axis y is nan; expected a finite number"
     machine = machine_with(folder, "[axis.x.encoder]", "[axis.x.encodr]")
     line = follow(setpoints, "--machine", machine)
     assert "axis.x.encodr: unknown key; did you mean 'encoder'?" in line

@@ -17,7 +17,7 @@ import pytest
 import splinefeed as sf
 from splinefeed.formats import path_parts
 from splinefeed.formats.path_parts import read_parts
-from splinefeed.pipeline.windows import WindowedRun
+from splinefeed.pipeline.long_path import WindowedRun
 
 
 def short_lines(file, count: int) -> None:
@@ -77,9 +77,6 @@ def test_the_size_of_the_file_makes_the_choice(splinefeed, refused, folder, monk
     monkeypatch.setattr(path_parts, "MOST_LINES", 406)
     whole = json.loads(splinefeed(*words, "-o", "short", "--strategy", "look-ahead").stdout)
     assert whole["ripple_max"] > 0.0
-    asked = json.loads(splinefeed(*words, "-o", "short", "--strategy", "look-ahead", "--by-windows").stdout)
-    assert asked["ripple_max"] == whole["ripple_max"]
-    assert "--by-windows has no effect: the size of the file decides" in asked["notes"]
     assert whole["duration_s"] == pytest.approx(page["duration_s"], rel=1e-2)
 
 
@@ -100,7 +97,6 @@ def test_a_table_of_points_is_smoothed(splinefeed, by_windows):
         (("--strategy", "time-optimal"), "--strategy time-optimal: needs the whole path; a file of more than 1000"),
         (("--method", "taylor-2"), "--method taylor-2: needs the whole path"),
         (("--3d",), "--3d: needs the whole path"),
-        (("--contour-tolerance", "1um"), "--contour-tolerance: needs the whole path"),
         (("--format", "mat"), "--format mat: needs the whole path"),
         (("--tolerance", "0.01"), "--tolerance: is for tables of points; use --smooth LENGTH for a program"),
         (("--layer", "0"), "option 'layer' is not one of a G-code file"),

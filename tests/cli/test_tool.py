@@ -53,7 +53,6 @@ def test_what_a_tool_path_needs_is_said_in_one_line(splinefeed: Callable[..., Re
         (("run", FLANK, "--machine", "router"), "router: has no [kinematics], which a tool path needs"),
         ((*RUN, "--axis-jerk", "b=3"), "axis_jerk.b: the path has no axis 'b'"),
         ((*RUN, "--travel", "a=0deg:10deg"), "travel.a: the path takes joint a from"),
-        ((*RUN, "--contour-tolerance", "1um"), "--contour-tolerance: is for paths without a tool axis"),
         ((*RUN, "--method", "taylor-2"), "joints of a tool path need 'arc-length'"),
     ):
         done = splinefeed(*words)

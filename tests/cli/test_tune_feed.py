@@ -1,4 +1,4 @@
-"""`splinefeed tune-feed` and `run --contour-tolerance`: files, JSON, words, exit codes."""
+"""`splinefeed tune-feed`: files, JSON, words, exit codes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ def test_what_is_found_can_be_run(splinefeed, folder):
     again = splinefeed("follow", "out/setpoints.h5", "--machine", "xytheta", "--json", "--no-figures")
     assert json.loads(again.stdout)["contour_error_max_mm"] == page["best"]["contour_error_max_mm"]
     assert splinefeed("check", "out/setpoints.h5").exit_code == 0
-    run = splinefeed("run", *WORDS, "--contour-tolerance", "20um", "--json", "--no-figures", "--no-compare")
+    words = ("--machine", "xytheta", "--strategy", "look-ahead", "--limits", "out/limits.toml")
+    run = splinefeed("run", "smooth.json", *words, "--json", "--no-figures", "--no-compare")
     assert json.loads(run.stdout)["contour_error_max_mm"] == page["best"]["contour_error_max_mm"]
 
 
@@ -58,10 +59,3 @@ def test_what_people_read(splinefeed, folder):
 )  # fmt: skip
 def test_bad_input(refused, words, line):
     assert refused("tune-feed", *words) == line
-
-
-def test_run_wants_a_machine_and_says_when_no_feed_will_do(refused):
-    line = refused("run", "smooth.json", "--contour-tolerance", "5um")
-    assert line == "--contour-tolerance: needs a machine; give --machine NAME or --machine FILE"
-    line = refused("run", *WORDS, "--contour-tolerance", "1nm")
-    assert line.startswith("no feed tried keeps a contour error of 0.001 um on xytheta; the least is ")

@@ -133,7 +133,7 @@ def test_chord_error_and_centripetal_limits():
     limits = sf.Limits(feed=60, acceleration=500, jerk=20000, chord_error=1e-4, centripetal=200)
     law = sf.plan(path, limits, strategy="time-optimal", period=1e-3)
     points = sf.interpolate(path, law)
-    from splinefeed.analysis.ripple import chord_errors
+    from splinefeed.analysis.measures import chord_errors
 
     assert np.max(chord_errors(points, path)) <= 1.05e-4
     curvature = path.curves[0].curvature(points.u)

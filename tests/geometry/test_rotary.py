@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis.contour import contour_error
+from splinefeed.analysis.contour import ContourMeter
 from splinefeed.errors import CurveError
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.differential import by_arc_length
@@ -197,11 +197,13 @@ def test_an_axis_that_lags_on_an_index_move_is_no_contour_error():
     position[:, 1] += 0.05
     position[20:, 0] += 0.25
     for hint in (None, s, np.maximum(s - 1.0, 0.0), np.minimum(s + 1.0, path.length)):
-        error = contour_error(position, path, s_hint=hint)
+        error = ContourMeter(path).measure(position, s_hint=hint).error
         assert np.abs(error - np.maximum(position[:, 0] - 30.0, 0.0)).max() <= 1e-12
     alone = PATHS["a alone"]
     for hint in (None, np.linspace(0.0, alone.length, 5)):
-        assert np.array_equal(contour_error(np.linspace(0, 1, 5)[:, None], alone, s_hint=hint), np.zeros(5))
+        assert np.array_equal(
+            ContourMeter(alone).measure(np.linspace(0, 1, 5)[:, None], s_hint=hint).error, np.zeros(5)
+        )
 
 
 @pytest.mark.nojit

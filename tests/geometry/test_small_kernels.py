@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import minimize_scalar
 
 import reference
-from splinefeed.geometry import meetings, smoothing_fit, tables
+from splinefeed.geometry import meetings, smoothing_runs, tables
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat
 from splinefeed.geometry.fitting.grid import graded, halved
@@ -206,23 +206,23 @@ def test_a_least_squares_spline_is_that_of_numpy(spans: int):
     points = np.column_stack([np.sin(3.0 * s), np.cos(s)]) + 1e-3 * random.normal(size=(len(s), 2))
     weights = random.uniform(0.5, 2.0, len(s))
     knots = np.array([0.0] * 5 + np.linspace(0.0, 2.0, spans + 1).tolist() + [2.0] * 5)
-    found, off, span = smoothing_fit.least_squares(s, points, weights, knots)
-    assert off == pytest.approx(BSpline(knots, found, smoothing_fit.DEGREE)(s) - points, abs=1e-12)
+    found, off, span = smoothing_runs.least_squares(s, points, weights, knots)
+    assert off == pytest.approx(BSpline(knots, found, smoothing_runs.DEGREE)(s) - points, abs=1e-12)
     assert np.array_equal(span, np.minimum(np.searchsorted(knots[6:-6], s, side="right"), spans - 1))
-    matrix = BSpline.design_matrix(s, knots, smoothing_fit.DEGREE).toarray()
+    matrix = BSpline.design_matrix(s, knots, smoothing_runs.DEGREE).toarray()
     rest = points - np.outer(matrix[:, 0], points[0]) - np.outer(matrix[:, -1], points[-1])
     root = np.sqrt(weights)[:, None]
     inner = np.linalg.lstsq(root * matrix[:, 1:-1], root * rest, rcond=None)[0]
     assert found == pytest.approx(np.concatenate([points[:1], inner, points[-1:]]), rel=1e-8, abs=1e-9)
     few = slice(0, 4)
     with pytest.raises(np.linalg.LinAlgError):  # they leave some open
-        smoothing_fit.least_squares(s[few], points[few], weights[few], knots)
+        smoothing_runs.least_squares(s[few], points[few], weights[few], knots)
 
 
 def test_a_graded_grid_halves_what_is_wide_and_what_is_wide_beside_it():
     wide = np.array([True, False, False])
-    grid = graded(halved(np.array([0.0, 1.0, 2.0, 10.0]), wide), grade=smoothing_fit.GRADE)
+    grid = graded(halved(np.array([0.0, 1.0, 2.0, 10.0]), wide), grade=smoothing_runs.GRADE)
     assert {0.0, 0.5, 1.0, 2.0, 10.0} <= set(grid.tolist())
     width = np.diff(grid)
-    assert np.all(width[1:] <= smoothing_fit.GRADE * width[:-1]) and np.all(width[:-1] <= 2.5 * width[1:])
-    assert graded(np.array([0.0, 1.0, 2.0]), grade=smoothing_fit.GRADE).tolist() == [0.0, 1.0, 2.0]
+    assert np.all(width[1:] <= smoothing_runs.GRADE * width[:-1]) and np.all(width[:-1] <= 2.5 * width[1:])
+    assert graded(np.array([0.0, 1.0, 2.0]), grade=smoothing_runs.GRADE).tolist() == [0.0, 1.0, 2.0]

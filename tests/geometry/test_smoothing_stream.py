@@ -12,9 +12,9 @@ import pytest
 import splinefeed as sf
 from smoothing_paths import random_path
 from splinefeed.errors import CurveError, InputError
-from splinefeed.geometry import smoothing_stream
+from splinefeed.geometry import smoothing
+from splinefeed.geometry.smoothing import WINDOW, Smoother
 from splinefeed.geometry.smoothing_runs import ARM_LINES, MOST
-from splinefeed.geometry.smoothing_stream import WINDOW, Smoother
 
 AXES = ("x", "y", "a")
 
@@ -91,8 +91,8 @@ def assert_same(one, other):
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("how", [{"corners": "round"}, {"corner_angle": 1.0}])
 def test_the_result_is_the_same_to_the_bit_however_the_path_is_cut(seed, how, monkeypatch):
-    monkeypatch.setattr(smoothing_stream.Smoother.__init__, "__kwdefaults__",
-                        {**smoothing_stream.Smoother.__init__.__kwdefaults__, "window": 700})  # fmt: skip
+    monkeypatch.setattr(smoothing.Smoother.__init__, "__kwdefaults__",
+                        {**smoothing.Smoother.__init__.__kwdefaults__, "window": 700})  # fmt: skip
     path = program(seed, 5000)
     rng = np.random.default_rng(seed)
     tolerance = 0.01 if seed % 2 else "program"

@@ -10,7 +10,7 @@ import pytest
 
 import splinefeed as sf
 from splinefeed.errors import InputError
-from splinefeed.geometry.smoothing_tool import proven_tool
+from splinefeed.geometry.smoothing_proven import proven_tool
 from splinefeed.kinematics import kinematics
 from splinefeed.records import Array
 

@@ -7,7 +7,7 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis.ripple import drift, feed_ripple
+from splinefeed.analysis.measures import drift, feed_ripple
 
 LIMITS = sf.Limits(feed=60, acceleration=500, jerk=20000)
 ANCHORED = ("milne-simpson-anchored", "arc-length")

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import splinefeed as sf
 from motions import constant
-from splinefeed.analysis.ripple import drift, feed_ripple
+from splinefeed.analysis.measures import drift, feed_ripple
 from splinefeed.interpolation import registry
 
 ORDERS = {

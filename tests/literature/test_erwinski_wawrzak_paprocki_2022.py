@@ -14,7 +14,7 @@ import pytest
 import motions
 import splinefeed as sf
 from sample_curves import ellipse
-from splinefeed.analysis.ripple import drift
+from splinefeed.analysis.measures import drift
 
 #: Name, path, feed in mm/s. None of them is the paper's.
 CURVES = {

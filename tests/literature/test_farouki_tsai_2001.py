@@ -11,7 +11,7 @@ import pytest
 
 import motions
 import splinefeed as sf
-from splinefeed.analysis.ripple import drift
+from splinefeed.analysis.measures import drift
 from splinefeed.interpolation import registry
 from splinefeed.interpolation.stepping import ACCELERATION
 from splinefeed.kernels.jit import hot_kernel

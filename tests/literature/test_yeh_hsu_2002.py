@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
-from splinefeed.analysis.ripple import chord_errors
+from splinefeed.analysis.measures import chord_errors
 
 PERIOD = 1e-3
 

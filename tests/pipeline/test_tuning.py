@@ -87,8 +87,7 @@ def test_gains_that_run_away_are_replaced_and_said(circle: tuple[Path, Setpoints
     wild = replace(machine, axes={**machine.axes, "x": x})
     found = tune_on_path(wild, points, path, evaluations=20)
     assert found.before is None
-    assert "with the old ones an axis ran away" in found.describe()
-    assert "old gains unstable: a closed-loop pole has modulus" in found.describe()
+    assert "unstable: a closed-loop pole has modulus" in found.axes["x"].before.sentence
     assert found.axes["x"].margins.stable
 
 
@@ -113,20 +112,15 @@ def test_tune_is_one_name_for_both(circle: tuple[Path, Setpoints]) -> None:
     found = sf.tune(machine, "path", setpoints=points, path=path, evaluations=5)
     assert found.contour.max > 0.0
     assert sf.tune(machine.axes["x"]).rule == "ziegler-nichols"
+    for call in (
+        lambda: sf.tune(machine, "ziegler-nichols"),
+        lambda: sf.tune(machine.axes["x"], "path"),
+        lambda: sf.tune(machine, "path", setpoints=points),
+        lambda: sf.tune("x"),
+    ):
+        with pytest.raises(InputError, match=r"tune takes an axis, .* or a Machine with setpoints=, path= and rule"):
+            call()
     cases = [
-        (
-            lambda: sf.tune(machine, "ziegler-nichols"),
-            "rule 'ziegler-nichols' tunes one axis: give machine.axes[...]; a whole machine takes rule 'path'",
-        ),
-        (
-            lambda: sf.tune(machine.axes["x"], "path"),
-            "rule 'path' tunes the axes of a machine together: give the Machine, with setpoints and path",
-        ),
-        (
-            lambda: sf.tune(machine, "path", setpoints=points),
-            "rule 'path' needs path: setpoints to follow and the path they are on",
-        ),
-        (lambda: sf.tune("x"), "tune takes an axis, or with rule 'path' a Machine; got str"),
         (
             lambda: tune_on_path(machine, points, path, evaluations=0),
             "evaluations is 0; it must be a whole number from 1 to 100000",

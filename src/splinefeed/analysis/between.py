@@ -52,8 +52,7 @@ def parts(rows: Rows, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
 
     Each slice is of steps; a step without a place at one of its ends has a part of no length.
     """
-    lost = np.isnan(u[:-1]) | np.isnan(u[1:])
-    back = (row[1:] < row[:-1]) | ((row[1:] == row[:-1]) & (u[1:] < u[:-1]))
+    lost, back = _ways(row, u)
     begin, end = np.where(back, row[1:], row[:-1]), np.where(back | lost, row[:-1], row[1:])
     begin = np.where(lost, end, begin)
     low, high = np.where(back, u[1:], u[:-1]), np.where(back, u[:-1], u[1:])
@@ -67,6 +66,13 @@ def parts(rows: Rows, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
         piece = slice(start, stop)
         yield piece, _expanded(rows, begin[piece], low[piece], high[piece], count[piece])
         start = stop
+
+
+def _ways(row: IntArray, u: Array) -> tuple[BoolArray, BoolArray]:
+    """Whether steps between places (n + 1,) have no place at one end, and whether they go back, (n,)."""
+    with np.errstate(invalid="ignore"):
+        back = (row[1:] < row[:-1]) | ((row[1:] == row[:-1]) & (u[1:] < u[:-1]))
+    return np.isnan(u[:-1]) | np.isnan(u[1:]), back
 
 
 def _expanded(rows: Rows, begin: IntArray, low: Array, high: Array, count: IntArray) -> Parts:
@@ -93,10 +99,8 @@ def lengths(rows: Rows, row: IntArray, u: Array, feeds: Array | None = None) -> 
         out[steps] = np.add.reduceat(each, part.first)
         if feeds is not None:
             time[steps] = np.add.reduceat(each / feeds[part.row], part.first)
-    with np.errstate(invalid="ignore"):
-        back = (row[1:] < row[:-1]) | ((row[1:] == row[:-1]) & (u[1:] < u[:-1]))
-        sign = np.where(back, -1.0, 1.0)
-        sign[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
+    lost, back = _ways(row, u)
+    sign = np.where(lost, np.nan, np.where(back, -1.0, 1.0))
     return sign * out, sign * time
 
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
-from splinefeed.analysis.check_bounds import TOLERANCE
-from splinefeed.analysis.check_parts import CheckInParts
-from splinefeed.analysis.check_tool import judge_tool
-from splinefeed.analysis.check_verdict import limit_sentence
+from splinefeed.analysis.check_bounds import TOLERANCE, Bounds
+from splinefeed.analysis.check_setpoints import Judge
+from splinefeed.analysis.check_verdict import verdict_of
 from splinefeed.errors import InputError, expect
+from splinefeed.geometry.parts import joined
 from splinefeed.geometry.path import Path
 from splinefeed.kinematics import JointPath
 from splinefeed.records import Limits, Setpoints, TimeLaw, Verdict, number, refuse_orientation
+
+#: Ticks that are processed together: what bounds the memory.
+BLOCK = 32768
 
 
 def check(
@@ -60,26 +65,121 @@ def check(
     slack = number(tolerance, "tolerance"), number(resolution, "resolution")
     if min(slack) < 0.0:
         raise InputError(f"tolerance {slack[0]:g} and resolution {slack[1]:g} must not be negative")
-    if isinstance(path, JointPath):
-        return _of_tool(setpoints, path, limits, law, slack[0])
-    refuse_orientation(limits, path.name)
-    judged = CheckInParts(limits, *slack, law=law)
+    if isinstance(path, Path):
+        refuse_orientation(limits, path.name)
+    judged = Check(limits, *slack, law=law)
     judged.part(path)
     for chunk in [setpoints] if isinstance(setpoints, Setpoints) else setpoints:
         judged.see(chunk)
     return judged.verdict()
 
 
-def _of_tool(
-    setpoints: Setpoints | Iterable[Setpoints], path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float
-) -> Verdict:
-    """The verdict on joints of a tool path."""
-    whole = setpoints if isinstance(setpoints, Setpoints) else Setpoints.joined(list(setpoints))
-    judged = judge_tool(whole, path, limits, law, tolerance)
-    over = [limit_sentence(name, each, "mm") for name, each in judged.results.items() if not each.holds]
-    return Verdict(
-        limits=judged.results,
-        problems=(*judged.problems, *over),
-        notes=tuple(judged.notes),
-        numbers=judged.numbers,
-    )
+class Blocks:
+    """Setpoints that come in pieces, in records of `size` ticks; `held` is what follows the last one."""
+
+    def __init__(self, size: int) -> None:
+        self._size, self._count = size, 0
+        self._pieces: list[Setpoints] = []
+
+    def push(self, setpoints: Setpoints) -> Iterator[Setpoints]:
+        """Whole records by now, of which the last tick of all that came is never one."""
+        self._pieces.append(setpoints)
+        self._count += len(setpoints)
+        while self._count > self._size:
+            yield self.held.part(0, self._size)
+            self._pieces, self._count = [self.held.part(self._size, self._count)], self._count - self._size
+
+    @property
+    def held(self) -> Setpoints:
+        """The ticks that are not yet in a record."""
+        if len(self._pieces) > 1:
+            self._pieces = [Setpoints.joined(self._pieces)]
+        return self._pieces[0]
+
+    def __len__(self) -> int:
+        return self._count
+
+
+@dataclass(eq=False)
+class Check:
+    """Checks setpoints chunk by chunk along a path that comes part by part; `check` is one of a path in one part.
+
+    `part` gives the next part of the path, `see` the next setpoints, whose `curve` counts from the first part on, and
+    which may not be further than the parts that it knows; `verdict` ends it. Parts that the motion has left are
+    dropped. What the whole path has at a joint (corners, stops, waits) is found between parts as within them.
+    """
+
+    limits: Limits
+    tolerance: float = TOLERANCE
+    resolution: float = 0.0
+    law: TimeLaw | None = None
+
+    def __post_init__(self) -> None:
+        self._parts: deque[Path] = deque()  # those that the judge knows
+        self._coming: deque[Path] = deque()
+        self._joints: JointPath | None = None
+        self._axes: tuple[str, ...] = ()
+        self._first_curve = 0  # of the parts, among all
+        self._known = 0  # curves of the parts behind that
+        self._judge: Judge | None = None
+        self._first: Setpoints | None = None
+        self._blocks = Blocks(BLOCK)
+
+    def part(self, path: Path | JointPath) -> None:
+        """The next part of the path; a JointPath comes whole."""
+        self._axes = path.axes
+        if isinstance(path, JointPath):
+            self._joints, path = path, path.tool
+        self._coming.append(path)
+
+    def see(self, setpoints: Setpoints) -> None:
+        """The next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone."""
+        if not isinstance(setpoints, Setpoints):
+            raise InputError(f"check: expected Setpoints or chunks of them, got {type(setpoints).__name__}")
+        first = self._first = self._first or setpoints
+        if setpoints.axes != self._axes:
+            raise InputError(f"the setpoints have axes {setpoints.axes}, the path {self._axes}; they must be the same")
+        if setpoints.period != number(first.period, "period") or not setpoints.period > 0.0:
+            raise InputError(f"a chunk has a period of {setpoints.period:g} s, the first one {first.period:g} s")
+        for block in self._blocks.push(setpoints):
+            self._look(block, last=False)
+
+    def verdict(self) -> Verdict:
+        """The result; InputError for no setpoints."""
+        if self._first is None or not len(self._blocks):
+            raise InputError("there are no setpoints to check")
+        held, count = self._blocks.held, len(self._blocks)
+        if count > 1:
+            self._look(held.part(0, count - 1), last=False)
+        self._look(held.part(count - 1, count), last=True)
+        assert self._judge is not None
+        self._judge.end()
+        return verdict_of(self._judge, self._first, self._first_curve + self._known)
+
+    def _look(self, setpoints: Setpoints, last: bool) -> None:
+        self._reach(max(int(setpoints.curve[-1]), 0), everything=last)  # -1 where nothing says the curve
+        local = replace(setpoints, curve=setpoints.curve - self._first_curve)
+        if self._judge is None:
+            self._judge = Judge(self._bounds(), local, self.law)
+        self._judge.see(local, last)
+
+    def _reach(self, curve: int, everything: bool) -> None:
+        """Have the judge know of all parts up to that curve, and forget those that it has left."""
+        come = []
+        while self._coming and (everything or curve >= self._first_curve + self._known):
+            come.append(self._coming.popleft())
+            self._known += len(come[-1].curves)
+        if not come:
+            return
+        left = 0
+        while self._judge is not None and len(self._parts) > 1:
+            if self._judge.curve < left + len(self._parts[0].curves):
+                break
+            left += len(self._parts.popleft().curves)
+        self._parts.extend(come)
+        self._first_curve, self._known = self._first_curve + left, self._known - left
+        if self._judge is not None:
+            self._judge.move_on(self._bounds(), left)
+
+    def _bounds(self) -> Bounds:
+        return Bounds(joined(self._parts), self.limits, self.tolerance, self.resolution, self._joints)

@@ -1,17 +1,38 @@
-"""The part of the check for a time law: exact derivatives of r(s(t)), and what they cannot decide."""
+"""The part of the check for a time law: exact derivatives of r(s(t)), and what they cannot decide.
+
+A stretch of time is one in which the law is one polynomial, its acceleration has one sign, and the path is one
+polynomial piece. It is examined by itself, ends included, so that values at breaks and knots are one-sided.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.analysis.check_bounds import STEP, Bounds, Worst
-from splinefeed.analysis.law_motion import ALONG, LawMotion, breaks_apart, times_at
+from splinefeed.analysis.check_bounds import STEP, Bounds, Worst, jerks
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.rows import EPSILON, Rows
-from splinefeed.records import Array, LimitResult, Limits, TimeLaw, unit_along
+from splinefeed.geometry.rows import EPSILON, Places, Rows
+from splinefeed.records import AXIS_LIMITS, KEPT, Array, BoolArray, IntArray, LimitResult, Limits, TimeLaw, unit_along
+from splinefeed.records.law import polynomial
 
+#: Chebyshev-Lobatto places 0 ... INSTANTS - 1 of a stretch, which are even in an angle.
+INSTANTS = 17
+#: Stretches that are processed together.
+MOST = 256
+#: Bisections that find an instant: 2^-60 of a piece.
+BISECTIONS = 60
+#: An acceleration below this share of the law's largest has no sign: where a law comes to rest, a rounding of its feed
+#: is a square root of it in time.
+NO_SIGN = 1e-9
+#: Where a rotary axis turns while the linear ones stand still, C' may be 0 within so many roundings of s; and how many
+#: may move a value.
+INDISTINCT, SHIFT = 16.0, 2.0
+#: What is sampled below this share of the largest so far is not examined more closely.
+WORTH_A_LOOK = 0.9
+#: Limits that only the law decides, not the path.
+ALONG = ("feed", "acceleration", "deceleration", "jerk", "deceleration_jerk")
 #: Limits that only setpoints can keep or exceed.
 BY_SETPOINTS = ("chord_error", "orientation_error", "travel.", "combinations.", "torque.")
 #: Roundings of arc length that two pieces of a law, or a law and its path, may be apart.
@@ -22,49 +43,38 @@ NO_JUMP = 1e-9
 LISTED = 3
 
 
-@dataclass(frozen=True)
-class LawFindings:
-    """Results by limit, problems, and notes on what the setpoints decide."""
-
-    results: dict[str, LimitResult]
-    problems: tuple[str, ...]
-    notes: tuple[str, ...]
+Findings = tuple[dict[str, LimitResult], list[str], list[str]]
+"""Results by limit, problems, and notes on what the setpoints decide."""
 
 
-def check_law(law: TimeLaw, bounds: Bounds, period: float) -> LawFindings:
+def check_law(law: TimeLaw, bounds: Bounds, period: float) -> Findings:
     """Compare a law's exact derivatives with the limits, at many instants of each of its pieces; period in s."""
-    path = bounds.path
-    rounding = 4.0 * EPSILON * path.length
-    motion = LawMotion(law, Rows(path.arc_pieces), bounds.limits, path.axes, rounding)
+    rounding = 4.0 * EPSILON * bounds.path.length
+    motion = LawMotion(law, bounds, rounding)
     worsts = {name: worst for name, worst in bounds.worsts().items() if not name.startswith(BY_SETPOINTS)}
     steps = {name: worst for name, worst in worsts.items() if name.startswith(STEP)}
-    held = {name: worst for name, worst in worsts.items() if name not in steps}
-    motion.hold(held, None if path.feeds is None else bounds.row_feeds)
+    motion.hold({name: worst for name, worst in worsts.items() if name not in steps})
     corners = bounds.corners.s
     times, feeds = times_at(law, corners), _least_feeds(law, corners, rounding)
     for worst in steps.values():
         worst.see(feeds * bounds.corners.jumps[:, worst.column - 1], times, corners, np.zeros(len(corners)))
-    results = {name: _result(worst, path) for name, worst in worsts.items() if name not in steps or len(corners)}
-    problems: list[str] = []
-    notes: list[str] = []
-    _ends(law, bounds, motion, problems)
-    _jumps(law, bounds, motion, period, problems, notes)
+    axes = bounds.path.axes
+    results = {name: w.result(axes, "law") for name, w in worsts.items() if name not in steps or len(corners)}
+    jumps, notes = _jumps(law, bounds, motion, period)
     if motion.irregular:
         notes.append(
             f"at {motion.irregular} instants of the law C' is 0 to rounding and exact axis derivatives are "
             "0/0; there the differences of the setpoints decide"
         )
-    notes += _corner_notes(law, bounds)
-    return LawFindings(results, tuple(problems), tuple(notes))
+    return results, [*_ends(law, bounds, motion), *jumps], [*notes, *_corner_notes(law, bounds)]
 
 
 def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitResult]:
     """How the limits along the path fare in a law alone: feed, acceleration, deceleration and jerk."""
     bounds = Bounds(path, limits.for_axes(path.axes), 0.0, 0.0)
     worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
-    motion = LawMotion(law, Rows(path.arc_pieces), bounds.limits, path.axes, 0.0)
-    motion.hold(worsts, None if path.feeds is None else bounds.row_feeds)
-    return one_jerk({name: _result(worst, path) for name, worst in worsts.items()})
+    LawMotion(law, bounds, 0.0).hold(worsts)
+    return one_jerk({name: worst.result(path.axes, "law") for name, worst in worsts.items()})
 
 
 def one_jerk(results: dict[str, LimitResult]) -> dict[str, LimitResult]:
@@ -74,91 +84,62 @@ def one_jerk(results: dict[str, LimitResult]) -> dict[str, LimitResult]:
     return results
 
 
-def _result(worst: Worst, path: Path) -> LimitResult:
-    axis = path.axes[worst.column - 1] if worst.column else None
-    return LimitResult(
-        limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=worst.floor, axis=axis, by="law",
-        over=worst.over,
-    )  # fmt: skip
+def worse(one: LimitResult, other: LimitResult | None) -> LimitResult:
+    """Of two findings on one limit the one that is further over it, or nearer to it; counted together."""
+    if other is None:
+        return one
+    pairs = sorted((one, other), key=lambda result: (result.worst - result.floor) / result.limit)
+    return replace(pairs[1], over=one.over + other.over)
 
 
-def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, problems: list[str]) -> None:
-    """The law runs from 0 to the end of the path, forwards, with the end feeds of the limits."""
-    length, limits = bounds.path.length, bounds.limits
-    unit = unit_along(bounds.path.axes)
-    if abs(law.length - length) > bounds.tolerance + ROUNDINGS * EPSILON * length:
-        problems.append(f"law: ends at s = {law.length:.12g} {unit}; the path is {length:.12g} {unit} long")
+def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion) -> Iterator[str]:
+    length, limits, top = bounds.path.length, bounds.limits, motion.top
+    unit, allowed = unit_along(bounds.path.axes), bounds.tolerance + ROUNDINGS * EPSILON * length
     start = float(law(0.0))
-    if abs(start) > bounds.tolerance + ROUNDINGS * EPSILON * length:
-        problems.append(f"law: begins at s = {start:.6g} {unit} instead of 0")
-    top = motion.top
+    if abs(law.length - length) > allowed or abs(start) > allowed:
+        yield f"law: runs from s = {start:.6g} to {law.length:.12g} {unit}; the path from 0 to {length:.12g} {unit}"
     value, t, s = motion.backwards
     if value > NO_JUMP * top:
-        problems.append(f"law: runs backwards at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}")
+        yield f"law: runs backwards at {value:.6g} {unit}/s at t = {t:.6g} s, s = {s:.6g} {unit}"
     for name, time in (("start_feed", 0.0), ("end_feed", law.duration)):
         feed, wanted = float(law.feed(time)), getattr(limits, name)
         if abs(feed - wanted) > NO_JUMP * max(top, wanted):
-            problems.append(
-                f"law: its feed at t = {time:.6g} s is {feed:.9g} {unit}/s; {name} is {wanted:.9g} {unit}/s"
-            )
+            yield f"law: its feed at t = {time:.6g} s is {feed:.9g} {unit}/s; {name} is {wanted:.9g} {unit}/s"
 
 
-def _jumps(
-    law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float, problems: list[str], notes: list[str]
-) -> None:
-    """Jumps of s and of the feed between pieces are faults; of the acceleration, an infinite jerk."""
-    length, limits = bounds.path.length, bounds.limits
-    along = unit_along(bounds.path.axes)
-    top, steepest = motion.top, motion.steepest
+def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tuple[list[str], list[str]]:
+    limits, along = bounds.limits, unit_along(bounds.path.axes)
+    problems, notes = [], []
     kinds = (
-        ("s", along, ROUNDINGS * EPSILON * length + NO_JUMP * top * period),
-        ("its feed", f"{along}/s", NO_JUMP * top),
-        ("its acceleration", f"{along}/s^2", NO_JUMP * steepest),
+        ("s", along, ROUNDINGS * EPSILON * bounds.path.length + NO_JUMP * motion.top * period),
+        ("its feed", f"{along}/s", NO_JUMP * motion.top),
+        ("its acceleration", f"{along}/s^2", NO_JUMP * motion.steepest),
     )
     for k, ((what, unit, rounding), (value, t, s)) in enumerate(zip(kinds, breaks_apart(law), strict=True)):
-        if not value > rounding:
-            continue
         text = f"law: {what} jumps by {value:.6g} {unit} at t = {t:.9g} s, s = {s:.9g} {along}"
-        if k < 2:
+        if value > rounding and k < 2:
             problems.append(text)
-        elif limits.jerk < np.inf or float(limits.deceleration_jerk or np.inf) < np.inf:
+        elif value > rounding and min(limits.jerk, limits.deceleration_jerk or np.inf) < np.inf:
             problems.append(f"{text}: its jerk is infinite there")
-        elif limits.axis_jerk is not None:
+        elif value > rounding and limits.axis_jerk is not None:
             notes.append(f"{text}: the exact axis jerk is infinite there, and the third difference decides")
+    return problems, notes
 
 
-def _corner_notes(law: TimeLaw, bounds: Bounds) -> list[str]:
+def _corner_notes(law: TimeLaw, bounds: Bounds) -> Iterator[str]:
     """Where tangent or curvature jumps and the law does not stop, derivatives of the axes are infinite: note it."""
-    corners = bounds.path.corners
-    limits = bounds.limits
+    corners, limits = bounds.path.corners, bounds.limits
     if not corners or (limits.axis_jerk is None and limits.axis_acceleration is None):
-        return []
-    high = times_at(law, np.array([corner.s for corner in corners]))
-    moving = law.feed(high) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
-    notes = []
-    unit = unit_along(bounds.path.axes)
-    steps = set(bounds.corners.s.tolist())
-    for stop, what, which in (
-        (False, "the curvature jumps and the exact axis jerk is infinite", "third"),
-        (True, "the direction jumps and the exact axis acceleration is infinite", "second and third"),
-    ):
-        places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.stop == stop and c.s not in steps]
-        if places:
-            notes.append(
-                f"at {len(places)} place(s), s = {_listed(places)} {unit}, {what}: there the {which} difference "
-                "of the setpoints over the period decides: it is what the drive sees"
-            )
-    places = [c.s for c, m in zip(corners, moving, strict=True) if m and c.s in steps]
-    if places:
-        notes.append(
-            f"at {len(places)} corner(s), s = {_listed(places)} {unit}, the tool does not stop: there the "
-            "velocity step of each axis is checked, and no difference across the corner"
+        return
+    moving = law.feed(times_at(law, corners.s)) > 1e-3 * float(np.max(law.feed(np.linspace(0.0, law.duration, 257))))
+    places = corners.s[moving]
+    if len(places):
+        listed = ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
+        yield (
+            f"at {len(places)} place(s), s = {listed} {unit_along(bounds.path.axes)}, direction or curvature jumps in "
+            "motion, and exact derivatives of the axes are infinite: there the differences of the setpoints decide, "
+            "which are what the drive sees, or the velocity step of each axis where that is limited"
         )
-    return notes
-
-
-def _listed(places: list[float]) -> str:
-    return ", ".join(f"{each:.6g}" for each in places[:LISTED]) + (", ..." if len(places) > LISTED else "")
 
 
 def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
@@ -171,9 +152,204 @@ def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
     return np.maximum(least, 0.0)
 
 
-def worse(one: LimitResult, other: LimitResult | None) -> LimitResult:
-    """Of two findings on one limit the one that is further over it, or nearer to it; counted together."""
-    if other is None:
-        return one
-    pairs = sorted((one, other), key=lambda result: (result.worst - result.floor) / result.limit)
-    return replace(pairs[1], over=one.over + other.over)
+class LawMotion:
+    """Compares a law's motion on a path with limits; rounding: of its arc length, mm."""
+
+    def __init__(self, law: TimeLaw, bounds: Bounds, rounding: float) -> None:
+        self.law, self.bounds, self.rounding = law, bounds, rounding
+        self.rows = Rows(bounds.path.arc_pieces)
+        #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.
+        self.top = self.steepest = 0.0
+        self.backwards = (0.0, 0.0, 0.0)
+        #: Instants with C' = 0 within the rounding of s, at which derivatives of the axes are 0/0.
+        self.irregular = 0
+
+    def hold(self, worsts: dict[str, Worst]) -> None:
+        """Compare every limit with its values."""
+        pieces, rows, ways, lows, highs = self._stretches()
+        places = 0.5 * (1.0 - np.cos(np.pi * np.arange(INSTANTS) / (INSTANTS - 1)))[:, None]
+        for start in range(0, len(pieces), MOST):
+            part = slice(start, start + MOST)
+            piece, row, way, low, width = pieces[part], rows[part], ways[part], lows[part], (highs - lows)[part]
+            values = self._look(piece, row, way, low + places * width, worsts, everything=True)
+            for name, value in values.items():
+                each = np.where(np.isnan(value), -np.inf, value)
+                best, owner = np.argmax(each, axis=0), np.arange(len(piece))
+                top = each[best, owner]
+                inner = np.clip(best, 1, INSTANTS - 2)
+                with np.errstate(invalid="ignore", divide="ignore"):
+                    before, after = each[inner - 1, owner], each[inner + 1, owner]
+                    bend = before - 2.0 * top + after
+                    near = (best == inner) & (bend < 0.0) & np.isfinite(bend)
+                    near &= top > WORTH_A_LOOK * worsts[name].value
+                    # the top of the parabola through three samples, which are even in the angle
+                    angle = np.pi * (best + 0.5 * (before - after) / bend) / (INSTANTS - 1)
+                if near.any():
+                    tau = (low + width * 0.5 * (1.0 - np.cos(angle)))[near]
+                    self._look(piece[near], row[near], way[near], tau[None], {name: worsts[name]})
+
+    def _look(
+        self, piece: IntArray, row: IntArray, way: Array, tau: Array, worsts: dict[str, Worst], everything: bool = False
+    ) -> dict[str, Array]:
+        """Compare limits with their values at tau (k, z), s, of the stretches (z,); returns these, (k, z) each."""
+        s, v, a, j = self._along(piece, tau)
+        t = self.law.breaks[piece] + tau
+        if everything:
+            self.top = max(self.top, float(np.max(v)))
+            self.steepest = max(self.steepest, float(np.max(np.abs(a))))
+            k = np.unravel_index(int(np.argmin(v)), v.shape)
+            self.backwards = max(self.backwards, (float(-v[k]), float(t[k]), float(s[k])))
+        known = {"feed": v, "acceleration": a, "deceleration": -a, **jerks(j, way > 0, way < 0, self.bounds.limits)}
+        values = {name: known[name] for name in worsts if name in known}
+        of_path = [name for name in worsts if name == "centripetal" or name.rpartition(".")[0] in AXIS_LIMITS]
+        if of_path:
+            found = self._of_path(row, s, v, a, j, of_path)
+            regular = np.all([np.isfinite(each) for each in found.values()], axis=0)
+            self.irregular += int(np.count_nonzero(~regular)) if everything else 0
+            values |= {name: np.where(regular, each, np.nan) for name, each in found.items()}
+        for name, each in values.items():
+            floor, limits = np.zeros(each.shape), None
+            if name == "feed" and self.bounds.path.feeds is not None:
+                limits = (self.bounds.row_feeds[row] + floor).ravel()
+            if name not in ALONG:
+                with np.errstate(invalid="ignore"):
+                    over = each > worsts[name].limit * (1.0 + KEPT)
+                if over.any():
+                    motion = s[over], v[over], a[over], j[over]
+                    floor[over] = self._floor(row[np.nonzero(over)[-1]], *motion, name, each[over])
+                    self.irregular += int(np.count_nonzero(np.isnan(floor)))
+            worsts[name].see(each.ravel(), t.ravel(), s.ravel(), floor.ravel(), limits)
+        return values
+
+    def _floor(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, name: str, value: Array) -> Array:
+        """What roundings of s can make of a value (n,): how much less it is SHIFT of them before or behind; or NaN."""
+        least = value
+        for side in (-SHIFT, SHIFT):
+            other = self._of_path(row, s + side * self.rounding, v, a, j, [name])[name]
+            least = np.where(np.isfinite(other), np.minimum(least, other), np.nan)
+        return value - least
+
+    def _of_path(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, names: list[str]) -> dict[str, Array]:
+        """Sizes of what the path makes of s, v, a, j (..., n) on rows (n,), by name, (..., n) each; NaN next to C' = 0.
+
+        q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j,  with r_s, r_ss, r_sss by the chain
+        rule: u_s = 1/c, u_ss = -(C'.C'')/c^4, u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5, c = |C'|.
+        """
+        rows = self.rows
+        every = np.broadcast_to(row, s.shape).ravel()
+        ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.end[every] - rows.start[every])
+        places = Places(rows, every)
+        _, c1, c2, c3 = places.derivatives(rows.parameter(every, ahead), 3)
+        v, a, j = v.ravel(), a.ravel(), j.ravel()
+        out = {}
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            square, product = places.product(c1, c1), places.product(c1, c2)
+            third = places.product(c2, c2) + places.product(c1, c3)
+            c = np.sqrt(square)
+            us, uss = 1.0 / c, -product / (square * square)
+            usss = 4.0 * product * product / (square * square * square * c) - third / (square * square * c)
+            r1 = c1 * us
+            r2 = c2 * (us * us) + c1 * uss
+            # C' = 0 is no nearer than where both other derivatives go against it: c = b x + d x^2 / 2
+            b, d = np.sqrt(places.product(c2, c2)), np.sqrt(places.product(c3, c3))
+            steep = b + np.hypot(b, np.sqrt(2.0 * c * d))
+            x = np.where(steep > 0.0, 2.0 * c / steep, 0.0)
+            away = x * (c - x * (b / 2.0 + x * d / 6.0))
+            near = ~(c > 0.0)
+            if rows.linear < rows.axes:  # linear axes alone have no such places: see `geometry.resolution`
+                near = np.where(steep > 0.0, ~(away > INDISTINCT * self.rounding), near)
+            for name in names:
+                kind, _, axis = name.rpartition(".")
+                if name == "centripetal":
+                    bend = np.zeros(len(v))
+                    for k in range(rows.linear):
+                        bend += r2[k] * r2[k]
+                    value = np.where(places.turning, 0.0, np.sqrt(bend)) * v * v
+                else:
+                    k, order = self.bounds.path.axes.index(axis), AXIS_LIMITS.index(kind)
+                    value = r1[k] * v
+                    if order == 1:
+                        value = r2[k] * v * v + r1[k] * a
+                    elif order == 2:
+                        r3 = c3[k] * (us * us * us) + 3.0 * c2[k] * us * uss + c1[k] * usss
+                        value = r3 * v * v * v + 3.0 * r2[k] * v * a + r1[k] * j
+                out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
+        return out
+
+    def _along(self, piece: IntArray, tau: Array) -> tuple[Array, Array, Array, Array]:
+        """s, mm, and its three derivatives, mm/s^k, at tau (..., n), s, behind the start of pieces (n,)."""
+        s, v, a, j = polynomial(self.law.coefficients[piece], tau, 3)
+        return s, v, 2.0 * a, 6.0 * j
+
+    def _stretches(self) -> tuple[IntArray, IntArray, Array, Array, Array]:
+        """Piece of the law, row of the path, way, first and last instant behind the piece's start, s, of z stretches.
+
+        Way is 1 where the feed grows, -1 where it falls, 0 where that is undetermined. What is no longer than the
+        rounding of its instant is left out.
+        """
+        law, start, c = self.law, self.rows.start, self.law.coefficients
+        span, every = np.diff(law.breaks), np.arange(len(c))
+        # a piece that begins or ends within the rounding of a row's end begins or ends there
+        begin, end = c[:, 0] + self.rounding, self._along(every, span)[0] - self.rounding
+        least = np.maximum(np.searchsorted(start, begin, side="right") - 1, 0)
+        most = np.maximum(np.searchsorted(start, end, side="left") - 1, least)
+        owner = np.repeat(every, most - least)
+        row = 1 + least[owner] + np.arange(len(owner)) - (np.cumsum(most - least) - (most - least))[owner]
+        ends = reached(c[owner], start[row], np.zeros(len(owner)), span[owner])
+        with np.errstate(divide="ignore", invalid="ignore"):  # where the jerk, c + b tau + a tau^2, is 0
+            a, b, constant = 60.0 * c[:, 5], 24.0 * c[:, 4], 6.0 * c[:, 3]
+            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * constant), b))
+            turning = np.stack([q / a, constant / q])
+            turning = np.where((turning > 0.0) & (turning < span), turning, span)
+        cuts = np.sort(np.concatenate([np.zeros((1, len(span))), turning, span[None]]), axis=0)
+        # between these the acceleration goes one way, and has one root at most
+        low, high = cuts[:-1], cuts[1:]
+        first = self._along(every, low)[2]
+        crosses = first * self._along(every, high)[2] < 0.0
+        own, sign = np.broadcast_to(every, crosses.shape)[crosses], np.sign(first[crosses])
+        roots = bisected(lambda tau: self._along(own, tau)[2] * sign > 0.0, low[crosses], high[crosses])
+        piece = np.concatenate([np.tile(every, len(cuts)), own, owner])
+        tau = np.concatenate([cuts.ravel(), roots, ends])
+        order = np.lexsort((tau, piece))
+        piece, tau = piece[order], tau[order]
+        keep = (piece[1:] == piece[:-1]) & (np.diff(tau) > 2.0 * EPSILON * np.abs(law.breaks[piece[:-1] + 1]))
+        piece, low, high = piece[:-1][keep], tau[:-1][keep], tau[1:][keep]
+        middle = self._along(piece, 0.5 * (low + high))
+        row = np.clip(self.rows.at(middle[0]), least[piece], most[piece])
+        largest = np.maximum(*(np.abs(self._along(piece, each)[2]) for each in (low, high)))
+        distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
+        return piece, row, np.where(distinct, np.sign(middle[2]), 0.0), low, high
+
+
+def bisected(before: Callable[[Array], BoolArray], low: Array, high: Array) -> Array:
+    """The first tau (n,) in [low, high] that is not `before` a change, by bisection."""
+    for _ in range(BISECTIONS if len(low) else 0):
+        middle = 0.5 * (low + high)
+        ahead = before(middle)
+        low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
+    return high
+
+
+def reached(c: Array, s: Array, low: Array, high: Array) -> Array:
+    """tau (n,) in [low, high] at which polynomials c (n, 6), growing, reach s (n,)."""
+    return bisected(lambda tau: polynomial(c, tau, 0)[0] < s, low, high)
+
+
+def times_at(law: TimeLaw, s: Array) -> Array:
+    """When a law first reaches arc lengths s (n,), mm, s."""
+    c = law.coefficients
+    piece = np.maximum(np.searchsorted(c[:, 0], s, side="left") - 1, 0)
+    return law.breaks[piece] + reached(c[piece], s, np.zeros(len(s)), np.diff(law.breaks)[piece])
+
+
+def breaks_apart(law: TimeLaw) -> Iterator[tuple[float, float, float]]:
+    """Largest jump of s, of the feed and of the acceleration between pieces of a law, each with its t and s."""
+    c = law.coefficients
+    s, v, a = polynomial(c[:-1], np.diff(law.breaks)[:-1], 2)
+    for k, each in enumerate((s, v, 2.0 * a)):
+        gap = np.abs(c[1:, k] * (2.0 if k == 2 else 1.0) - each)
+        if not len(gap):
+            yield 0.0, 0.0, 0.0
+            continue
+        i = int(np.argmax(gap))
+        yield float(gap[i]), float(law.breaks[i + 1]), float(s[i])

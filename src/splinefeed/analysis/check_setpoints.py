@@ -10,14 +10,17 @@ and what differences make of that, through their own stencil, is the floor of ea
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields, replace
+
 import numpy as np
 
 from splinefeed.analysis import between
-from splinefeed.analysis.check_bounds import STEP, Bounds, Fault
-from splinefeed.analysis.check_corners import BESIDE, contain, neighbours, standing
-from splinefeed.analysis.place import Follower, Located
+from splinefeed.analysis.check_bounds import BESIDE, STEP, Bounds, Fault, contain, jerks, neighbours, standing
+from splinefeed.analysis.check_tool import Tool
+from splinefeed.analysis.place import Located, Placer
+from splinefeed.errors import InputError
 from splinefeed.geometry.rows import EPSILON, Rows
-from splinefeed.records import Array, BoolArray, LimitResult, Setpoints, TimeLaw, unit_along
+from splinefeed.records import Array, BoolArray, Setpoints, TimeLaw, unit_along
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
 ROUNDINGS = 64.0
@@ -35,16 +38,42 @@ REPEAT = 64.0
 #: Ripple is measured where the law moves by more than this share of its longest step, as in `ripple.FEED_SHARE`.
 RIPPLE_SHARE = 0.1
 
+#: Ticks before a block that its differences, and the steps around a corner, may use.
+TAIL = 2 * BESIDE + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Ticks(Located):
+    """Ticks on their path, n of them.
+
+    t, dt   (n,)  time, s, and that of the step that ends there
+    still   (n,)  whether they only continue the stand before the first or behind the last one
+    values  (axes, n)  positions of the axes
+    """
+
+    t: Array
+    dt: Array
+    still: BoolArray
+    values: Array
+
+    def stand(self, period: float) -> Ticks:
+        """The last one again and again, TAIL times."""
+        at = np.full(TAIL, len(self.t) - 1)
+        columns = {each.name: getattr(self, each.name)[..., at] for each in fields(self)}
+        return Ticks(**{**columns, "still": np.ones(TAIL, dtype=bool), "dt": np.full(TAIL, period)})
+
 
 class Judge:
     """Measures all setpoints of one motion once, in order, and keeps the worst values.
 
-    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes.
+    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes. The path
+    may change under way, to one that lacks parts that are behind: see `move_on`.
     """
 
     def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None) -> None:
-        path = bounds.path
         self.law, self.period = law, first.period
+        if bounds.joints is not None and np.isnan(first.u).any():
+            raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
         self.placed = not bool(np.isnan(first.u).all())  # else only positions are there, as from another program
         self.worst = bounds.worsts()
         self.faults: dict[str, Fault] = {}
@@ -53,75 +82,109 @@ class Judge:
         self._start = self.start_error = self.end_error = 0.0
         self.drift = self.ripple = self.off_path = 0.0
         self.scale = self.allowed = 0.0
+        self.gone = self._seen = 0.0  # length before the path, mm, and how much of that was looked through
+        self.turning: list[float] = []  # where the curves begin on which rotary axes move alone, mm
         self._know(bounds)
-        columns = 1 + len(path.axes) + len(bounds.weights)
-        self._t, self._planned = 0.0, np.zeros(1)
-        self._place: Located | None = None  # of the last tick
-        self._torques = np.zeros((2, len(path.axes), 0))  # positions and their rounding of the last two ticks
-        self._steps, self._errors = np.zeros((columns, 0)), np.zeros((columns, 0))
-        self._dt = np.zeros(0)
-        self._step_places = np.zeros((3, 0))  # t and s at the start of a step, s at its end
+        self.tool = None if bounds.joints is None else Tool(bounds.joints, self.rows, self._placer)
+        self._tail: Ticks | None = None  # the last ticks
         top = 0.0 if law is None else float(np.max(law.feed(np.linspace(0.0, law.duration, 2048))))
         self._ripple_from = RIPPLE_SHARE * top * self.period
 
     def _know(self, bounds: Bounds) -> None:
-        """Compare the setpoints with these bounds, on their path."""
         path, self.bounds = bounds.path, bounds
         self.rows = Rows(path.arc_pieces)
         size = float(np.max(self.rows.sizes[: path.linear], initial=0.0))
         rounded = 0.5 * bounds.resolution * np.sqrt(path.linear)
         off = bounds.tolerance + ROUNDINGS * EPSILON * max(size, path.length) + float(rounded)
         self.allowed, self.scale = max(self.allowed, off), max(self.scale, path.length)
-        self._follower = Follower(path, self.rows)
+        self._placer = Placer(path, self.rows)
+
+    @property
+    def curve(self) -> int:
+        """The first curve that is not behind the last ticks."""
+        assert self._tail is not None
+        return int(np.searchsorted(self.bounds.path.curve_rows[:, 0], min(self._tail.row), side="right")) - 1
+
+    def move_on(self, bounds: Bounds, left: int) -> None:
+        """Go on with a path that lacks the first `left` curves and goes on further."""
+        assert self._tail is not None
+        self._find_turning()
+        path, start = self.bounds.path, self._placer
+        gone, row = float(path.curve_starts[left]), int(path.curve_rows[left, 0])
+        self._know(bounds)
+        self._placer.go_on(start, gone)
+        self._tail = replace(self._tail, row=self._tail.row - row)
+        self.gone += gone
+        self._shift(-gone)
+
+    def end(self) -> None:
+        """Count arc length from the start of the first part again."""
+        self._find_turning()
+        self._shift(self.gone)
+
+    def _find_turning(self) -> None:
+        places = self.bounds.turning + self.gone
+        self.turning += places[places >= self._seen].tolist()
+        self._seen = self.gone + self.bounds.path.length
+
+    def _shift(self, by: float) -> None:
+        if self._tail is not None:
+            self._tail = replace(self._tail, s=self._tail.s + by)
+        for worst in self.worst.values():
+            worst.s += by
+        for fault in self.faults.values():
+            fault.s += by
 
     def see(self, setpoints: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
         self._check_finite(setpoints)
-        t, place = setpoints.t, self._locate(setpoints)
-        dt = self._check_times(t, place.s, last)
-        rest = self.bounds.limits.start_feed == 0.0
-        if self._place is None:
-            self._start, self._t = float(t[0]), float(t[0]) - self.period
-            self._check_end("start", place.part(0, 1), at_start=True)
-            if rest:  # what came before is a stand
-                self._stand(float(t[0]), float(place.s[0]))
-            self._place = place.part(0, 1)
-        both = self._place.joined(place)
-        feeds = None if self.bounds.path.feeds is None else self.bounds.row_feeds
-        travelled, least = between.lengths(self.rows, both.row, both.u, feeds)
+        place, values = self._locate(setpoints)
+        t, limits = setpoints.t, self.bounds.limits
+        dt, still = self._check_times(t, place.s, last), np.zeros(len(t), dtype=bool)
+        new = Ticks(**vars(place), t=t, dt=dt, still=still, values=values)
+        if not self.ticks:
+            self._start = float(t[0])
+            self._check_end("start", new)
+            if limits.start_feed == 0.0:  # what came before is a stand
+                self._tail = new.part(0, 1).stand(self.period)
+        self._measure(new, last)
+        if last:
+            self._check_end("end", new)
+            crept = abs(self.duration - (self.ticks - 2) * self.period - float(dt[-1]))
+            if "period" not in self.faults and crept > CREEP * self.period + CREEP_SHARE * self.ticks * self.period:
+                self.faults["period"] = Fault(1, crept, self.ticks - 1, float(t[-1]), float(new.s[-1]))
+            if limits.end_feed == 0.0:
+                self._measure(new.stand(self.period), last)
+
+    def _measure(self, new: Ticks, last: bool) -> None:
+        bounds = self.bounds
+        known = new if self._tail is None else self._tail.joined(new)
+        count = len(known.t)
+        n = min(len(new.t), count - 1)  # steps that end at new ticks; before a start in motion nothing is known
+        feeds = None if bounds.path.feeds is None else bounds.row_feeds
+        travelled, least = between.lengths(self.rows, known.row, known.u, feeds)
         with np.errstate(divide="ignore", invalid="ignore"):
             # over several curves the limit of the mean feed is the way through the least time that their feeds allow
-            limits = None if feeds is None else np.where(least > 0.0, travelled / least, np.inf)
-        weights = self.bounds.weights
-        moved = np.diff(both.position, axis=1)
-        steps = np.concatenate([travelled[None], moved, weights @ moved])
-        rounding = self._rounding(both)
-        rounding = np.concatenate([rounding, np.abs(weights) @ rounding[1:]])
-        errors = rounding[:, :-1] + rounding[:, 1:]
-        began = np.concatenate([[self._t], t[:-1]])
-        if self.ticks == 0:
-            began[0] = max(began[0], 0.0)
-        places = np.stack([began, both.s[:-1], place.s])
-        self._chords(both, travelled, errors, dt, places)
-        self._follow_law(t, place.s, travelled)
+            most = None if feeds is None else np.where(least > 0.0, travelled / least, np.inf)
+        moved = np.diff(known.values, axis=1)
+        steps = np.concatenate([travelled[None], moved, bounds.weights @ moved])
+        rounding = self._rounding(known, travelled)
+        rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:]])
+        errors = np.where(known.still[1:] | known.still[:-1], 0.0, rounding[:, :-1] + rounding[:, 1:])
         if self.short is None:
-            self._see_torques(place.position, rounding[1 : 1 + len(place.position), 1:], t, place.s)
-        for name, worst in self.worst.items():
-            if name.startswith("travel."):
-                low, high = self.bounds.limits.travel[name.removeprefix("travel.")]
-                away = np.abs(place.position[worst.column - 1] - 0.5 * (low + high))
-                worst.see(away, t, place.s, rounding[worst.column, 1:])
-        skip = 0 if rest or self.ticks else 1  # before a start in motion nothing is known
-        self._t, self._place = float(t[-1]), place.part(len(t) - 1, len(t))
-        first = self.ticks + skip
-        self.ticks += len(t)
-        if skip and len(t) > 1:
-            self._edge(steps[0, 1], errors[0, 1], float(dt[1]), self.bounds.limits.start_feed, 1.0, places[:, 1])
-        ends = steps[:, skip:], errors[:, skip:], dt[skip:], places[:, skip:]
-        self._differences(*ends, None if limits is None else limits[skip:], first)
-        if last:
-            self._check_end("end", self._place, at_start=False)
-            self._finish(float(dt[-1]))
+            self._see_torques(known.part(max(count - len(new.t) - 2, 0), count), rounding, new)
+        if not new.still[0]:
+            self._chords(known.part(count - n - 1, count), travelled[count - n - 1 :], errors[:, count - n - 1 :])
+            self._follow_law(known, travelled, n)
+            for name, worst in self.worst.items():
+                if name.startswith("travel."):
+                    low, high = bounds.limits.travel[name.removeprefix("travel.")]
+                    away = np.abs(new.values[worst.column - 1] - 0.5 * (low + high))
+                    worst.see(away, new.t, new.s, rounding[worst.column, count - len(new.t) :])
+        if count > 1:
+            self._differences(known, steps, errors, None if most is None else most[-n:], n, last)
+        self.ticks += 0 if new.still[0] else len(new.t)
+        self._tail = known.part(max(count - TAIL, 0), count)
 
     # --- single ticks ------------------------------------------------------------------------------------------------
 
@@ -153,7 +216,7 @@ class Judge:
     def _check_times(self, t: Array, s: Array, last: bool) -> Array:
         """Time of each step that ends at a tick, s: the period, but for a last one that is shorter."""
         T = self.period
-        begin = self._t if self.ticks else t[0] - T
+        begin = t[0] - T if self._tail is None else self._tail.t[-1]
         with np.errstate(invalid="ignore"):
             dt = np.diff(np.concatenate([[begin], t]))
             if last and self.ticks and ON_TIME * T < dt[-1] < T * (1.0 - ON_TIME):
@@ -166,9 +229,12 @@ class Judge:
             taken[-1] = self.short
         return taken
 
-    def _locate(self, setpoints: Setpoints) -> Located:
-        """Where the setpoints are on the path, with what is off the curve or misplaced."""
-        place = self._follower.locate(setpoints, self.allowed)
+    def _locate(self, setpoints: Setpoints) -> tuple[Located, Array]:
+        """Where the setpoints are on the path, with what is off the curve or misplaced, and the axes (axes, n)."""
+        tip, tilted = setpoints, None
+        if self.tool is not None:
+            tip, tilted = self.tool.tip(setpoints)
+        place = self._placer.locate(tip, self.allowed)
         t, s = setpoints.t, place.s
         self.off_path = max(self.off_path, float(np.fmax.reduce(place.apart, initial=0.0)))
         with np.errstate(invalid="ignore"):
@@ -176,10 +242,12 @@ class Judge:
             self._fault("turned off", place.turned > self.allowed, place.turned, t, s)
             on_curve = (place.apart <= self.allowed) & (place.turned <= self.allowed)
             self._fault("misplaced", (place.astray > self.allowed) & on_curve, place.astray, t, s)
-        return place
+            if tilted is not None:
+                self._fault("tilted", tilted > self.allowed, tilted, t, s)
+        return place, place.position if self.tool is None else setpoints.position.T
 
-    def _rounding(self, place: Located) -> Array:
-        """How far rounding alone can move setpoints along the path and on each axis, (1 + axes, n), mm or rad."""
+    def _rounding(self, place: Ticks, travelled: Array) -> Array:
+        """How far rounding alone can move ticks along the path and on each axis, (1 + axes, n), mm or rad."""
         rows, path, digit = self.rows, self.bounds.path, 0.5 * self.bounds.resolution
         along = EPSILON * np.maximum(path.length, rows.parameters[place.row] * place.speed)
         of_axes = EPSILON * rows.sizes[:, place.row] + digit
@@ -189,101 +257,76 @@ class Judge:
         if not self.placed:  # as good as the positions by which they were placed
             known = known + np.max(EPSILON * rows.sizes[: path.linear or None, place.row], axis=0)
         self.scale = max(self.scale, float(np.fmax.reduce(along, initial=0.0)) / EPSILON)
-        return np.concatenate([known[None], share * along + of_axes])
+        each = share * along + of_axes if self.tool is None else self.tool.rounding(place.values, travelled)
+        return np.concatenate([known[None], each])
 
-    def _check_end(self, kind: str, place: Located, at_start: bool) -> None:
-        """Whether the first or last setpoint is the path's, by position and, for closed paths, by arc length."""
-        path = self.bounds.path
-        curve = path.curves[0 if at_start else -1]
-        apart = place.position[:, 0] - curve(curve.domain[0 if at_start else 1])
-        s = float(place.s[0])
-        s_missing = abs(s - (0.0 if at_start else path.length))
-        missing, tick = max(float(np.linalg.norm(apart[: path.linear])), s_missing), 0 if at_start else self.ticks - 1
+    def _check_end(self, kind: str, place: Ticks) -> None:
+        """Whether the first or last tick is the path's, by position and, for closed paths, by arc length."""
+        path, k = self.bounds.path, 0 if kind == "start" else -1
+        curve = path.curves[k]
+        apart = place.position[:, k] - curve(curve.domain[k])
+        s, t = float(place.s[k]), float(place.t[k])
+        missing = max(float(np.linalg.norm(apart[: path.linear])), abs(s - (0.0 if kind == "start" else path.length)))
         turned = float(np.max(np.abs(apart[path.linear :]), initial=0.0))
-        if at_start:
-            self.start_error = missing
-        else:
-            self.end_error = missing
+        setattr(self, f"{kind}_error", missing)
         if not (missing <= self.allowed + 16.0 * EPSILON * self.scale and turned <= self.allowed):
             turning = f" and {np.degrees(turned):.6g} deg" if turned > self.allowed else ""
             detail = f"{missing:.6g} {unit_along(path.axes)}{turning}"
-            self.faults[kind] = Fault(1, missing, tick, self._start if at_start else self._t, s, detail)
+            self.faults[kind] = Fault(1, missing, max(self.ticks - 1, 0), t, s, detail)
 
     # --- steps -------------------------------------------------------------------------------------------------------
 
-    def _chords(self, both: Located, travelled: Array, errors: Array, dt: Array, places: Array) -> None:
-        """Chord error and centripetal acceleration of the steps between n + 1 places."""
-        linear = self.bounds.path.linear
-        if (worst := self.worst.get("chord_error")) is not None:
-            error = between.chord_errors(self.rows, both.row, both.u, both.position, worth=worst.limit)
-            floor = 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0)
-            worst.see(error, places[0], places[1], floor)
+    def _chords(self, ticks: Ticks, travelled: Array, errors: Array) -> None:
+        linear, t, s = self.bounds.path.linear, ticks.t[:-1], ticks.s[:-1]
+        if self.tool is not None:
+            found = self.tool.chords(ticks.values, ticks.s)
+            for name, (error, rounding) in zip(("chord_error", "orientation_error"), found, strict=True):
+                if name in self.worst:
+                    self.worst[name].see(error, t, s, np.full(len(error), rounding))
+        elif (worst := self.worst.get("chord_error")) is not None:
+            error = between.chord_errors(self.rows, ticks.row, ticks.u, ticks.position, worth=worst.limit)
+            worst.see(error, t, s, 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0))
         if (worst := self.worst.get("centripetal")) is not None:
             # somewhere within the step the feed was its mean: with the least curvature there this is a safe bound
-            least = between.least_curvatures(self.rows, both.row, both.u)
+            least = between.least_curvatures(self.rows, ticks.row, ticks.u)
             with np.errstate(invalid="ignore"):
-                feed = np.abs(travelled) / dt
-                worst.see(feed * feed * least, places[0], places[1], 2.0 * errors[0] / dt * feed * least)
+                feed = np.abs(travelled) / ticks.dt[1:]
+                worst.see(feed * feed * least, t, s, 2.0 * errors[0] / ticks.dt[1:] * feed * least)
 
-    def _see_torques(self, position: Array, rounding: Array, t: Array, s: Array) -> None:
-        """Torques at ticks with one before and one behind: inverse dynamics of differences; (axes, n) each.
-
-        Before a start and behind an end at rest joints stand still.
-        """
+    def _see_torques(self, ticks: Ticks, rounding: Array, new: Ticks) -> None:
         torque = self.bounds.limits.torque
-        if torque is None:
+        if torque is None or len(ticks.t) < 3:
             return
-        new = np.stack([position, rounding])
-        if not self._torques.shape[2]:
-            still = 2 if self.bounds.limits.start_feed == 0.0 else 0
-            self._torques = np.repeat(new[:, :, :1], still, axis=2)
-        known = np.concatenate([self._torques, new], axis=2)
-        self._torques = known[:, :, -2:]
-        if known.shape[2] < 3:
-            return
-        columns = torque.columns(self.bounds.path.axes)
-        found, _, floor = torque.by_differences(known[0, columns].T, self.period, np.max(known[1, columns], axis=1))
-        at = np.clip(np.arange(len(found)) - len(found) + len(t) - 1, 0, None)
+        columns = torque.columns(self.bounds.axes)
+        rounded = np.max(rounding[1:, -len(ticks.t) :][columns], axis=1)
+        found, _, floor = torque.by_differences(ticks.values[columns].T, self.period, rounded)
         for k, axis in enumerate(torque.most):
             if (worst := self.worst.get(f"torque.{axis}")) is not None:
-                worst.see(np.abs(found[:, k]), t[at], s[at], floor[:, k])
+                worst.see(np.abs(found[:, k]), ticks.t[1:-1], ticks.s[1:-1], floor[:, k])
 
-    def _follow_law(self, t: Array, s: Array, travelled: Array) -> None:
+    def _follow_law(self, known: Ticks, travelled: Array, n: int) -> None:
         if self.law is None:
             return
-        planned = self.law(t)
-        before = np.concatenate([self._planned if self.ticks else self.law(t[:1] - self.period), planned[:-1]])
-        self._planned = planned[-1:]
+        planned = self.law(known.t[-n - 1 :])
+        step = np.diff(planned)
         with np.errstate(invalid="ignore", divide="ignore"):
-            self.drift = max(self.drift, float(np.fmax.reduce(np.abs(s - planned), initial=0.0)))
-            ripple = np.abs(travelled / (planned - before) - 1.0)[planned - before > self._ripple_from]
+            self.drift = max(self.drift, float(np.fmax.reduce(np.abs(known.s[-n - 1 :] - planned), initial=0.0)))
+            ripple = np.abs(travelled[len(travelled) - n :] / step - 1.0)[step > self._ripple_from]
         self.ripple = max(self.ripple, float(np.fmax.reduce(ripple, initial=0.0)))
 
-    def _stand(self, t: float, s: float) -> None:
-        """Steps that stand still before the first one."""
-        shape = (len(self._steps), 2 * BESIDE)
-        self._steps, self._errors = np.zeros(shape), np.zeros(shape)
-        self._dt = np.full(shape[1], self.period)
-        self._step_places = np.repeat([[t], [s], [s]], shape[1], axis=1)
+    def _differences(self, known: Ticks, steps: Array, errors: Array, feeds: Array | None, n: int, last: bool) -> None:
+        """Feed, acceleration and jerk of path and axes over the last n of steps (1 + axes, m).
 
-    def _differences(
-        self, steps: Array, errors: Array, dt: Array, places: Array, feeds: Array | None, tick: int
-    ) -> None:
-        """Feed, acceleration and jerk of path and axes over new steps (1 + axes, n) that took dt (n,), s.
-
-        errors (1 + axes, n): the rounding of the steps; feeds (n,): the limit of the feed over each, mm/s, if it
-        changes; `tick` is where the first one ends. places (3, n) are t and s at the start of each step and s at its
-        end; what spans several is placed in the middle.
+        errors (1 + axes, m): the rounding of the steps; feeds (n,): the limit of the feed over each, mm/s, if it
+        changes. What spans several steps is placed at the start of the last one.
 
         Divided differences times k!: v = step / dt, a = 2 (v2 - v1) / (dt1 + dt2), j = 3 (a2 - a1) / (dt1 + dt2 + dt3),
         and their rounding by the same formulas, with the sum in place of the difference.
         """
-        n = steps.shape[1]
-        steps, errors = np.concatenate([self._steps, steps], axis=1), np.concatenate([self._errors, errors], axis=1)
-        dt = np.concatenate([self._dt, dt])
-        places = np.concatenate([self._step_places, places], axis=1)
-        last = slice(-n - 2, None)
-        self._check_steps(steps[0, last], errors[0, last], places[0, last], places[1, last], n, tick)
+        dt, limits = known.dt[1:], self.bounds.limits
+        places = np.stack([known.t[:-1], known.s[:-1], known.s[1:]])
+        near = slice(-n - 2, None)
+        self._check_steps(steps[0, near], errors[0, near], places[0, near], places[1, near], n)
         two, three = 0.5 * (dt[1:] + dt[:-1]), (dt[2:] + dt[1:-1] + dt[:-2]) / 3.0
         with np.errstate(invalid="ignore"):
             v, v_floor = steps / dt, errors / dt
@@ -291,38 +334,41 @@ class Judge:
             j, j_floor = np.diff(a, axis=1) / three, (a_floor[:, 1:] + a_floor[:, :-1]) / three
         rounded = v_floor, a_floor, j_floor
         values, floors = ([each[:, max(each.shape[1] - n, 0) :] for each in kind] for kind in ((v, a, j), rounded))
-        growing, falling = self._signs(a[0], values[2].shape[1])
-        jerk, other = self.bounds.limits.jerk, float(self.bounds.limits.deceleration_jerk or np.inf)
+        end, third = a.shape[1], values[2].shape[1]
+        one, two = a[0, max(end - third - 1, 0) : max(end - 1, 0)], a[0, end - third :]
+        with np.errstate(invalid="ignore"):  # where the feed grows, and where it falls, throughout a third difference
+            bend = np.abs(two - one)
+            growing, falling = np.minimum(one, two) > bend, np.maximum(one, two) < -bend
+        signed = jerks(values[2][0], growing, falling, limits)
+        signed |= {"acceleration": a[0], "deceleration": -a[0]}
         corners = self.bounds.corners.s
         if len(corners):
-            self._corner_steps(v, v_floor, places, max(v.shape[1] - n - BESIDE, 1), v.shape[1] - BESIDE)
+            open_end = last and limits.end_feed > 0.0  # of what comes then only the feed is known
+            stop = v.shape[1] - (1 if open_end else BESIDE)
+            self._corner_steps(v, v_floor, places, max(v.shape[1] - n - BESIDE, 1), stop)
+        if limits.start_feed > 0.0 and not self.ticks:
+            self._edge(steps[0, 0], errors[0, 0], float(dt[0]), limits.start_feed, 1.0, places[:, 0])
+        if limits.end_feed > 0.0 and last:
+            self._edge(
+                steps[0, -1], errors[0, -1], float(dt[-1]), limits.end_feed, -1.0, np.array([known.t[-1], known.s[-1]])
+            )
         for name, worst in self.worst.items():
             order, column = worst.order, worst.column
             if order == 0 or name == "centripetal" or name.startswith(STEP):
                 continue
-            each, floor = values[order - 1][column], floors[order - 1][column]
+            floor = floors[order - 1][column]
+            each = signed[name][-len(floor) :] if name in signed else np.abs(values[order - 1][column])
             count, end = len(each), places.shape[1]
             t, s, until = places[:, end - count :]
             if len(corners) and column and order > 1 and count:  # what straddles a corner is that corner's step
                 each = np.where(
                     contain(corners, places[1, end - count - order + 1 : end - order + 1], until), np.nan, each
                 )
-            if name == "deceleration":
-                each = -each
-            elif name == "jerk":
-                each = np.where(falling | (~growing & (jerk < other)), 0.0, np.abs(each))
-            elif name == "deceleration_jerk":
-                each = np.where(growing | (~falling & (other < jerk)), 0.0, np.abs(each))
-            elif name != "acceleration":
-                each = np.abs(each)
             worst.see(each, t, s, floor, feeds if name == "feed" else None)
-        kept = slice(-2 * BESIDE, None)
-        self._steps, self._errors, self._dt = steps[:, kept], errors[:, kept], dt[kept]
-        self._step_places = places[:, kept]
 
     def _corner_steps(self, v: Array, floors: Array, places: Array, first: int, stop: int) -> None:
         """Jump of each axis' velocity at the corners within steps `first` to `stop`; the rest as in `_differences`."""
-        corners, limits, axes = self.bounds.corners, self.bounds.limits, self.bounds.path.axes
+        corners, limits, axes = self.bounds.corners, self.bounds.limits, self.bounds.axes
         t, begin, end = places
         low, high = (np.searchsorted(corners.s, each[first:stop], side="right") for each in (begin, end))
         count = np.where(np.isfinite(end[first:stop]), np.maximum(high - low, 0), 0)
@@ -338,22 +384,12 @@ class Judge:
                 jump = corners.jumps[k, worst.column - 1]
                 worst.see(feed * jump, t[i], s, floor * jump)
 
-    @staticmethod
-    def _signs(a: Array, n: int) -> tuple[BoolArray, BoolArray]:
-        """Where the feed grows, and where it falls, throughout the last n third differences, (n,)."""
-        if n == 0:
-            return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
-        one, two = a[-n - 1 : -1], a[-n:]
-        with np.errstate(invalid="ignore"):
-            bend = np.abs(two - one)
-            return np.minimum(one, two) > bend, np.maximum(one, two) < -bend
-
-    def _check_steps(self, d: Array, floor: Array, t: Array, s: Array, n: int, tick: int) -> None:
+    def _check_steps(self, d: Array, floor: Array, t: Array, s: Array, n: int) -> None:
         """Progress: no step back, none skipped, none repeated.
 
-        d (m + n,) and its rounding with t and s at the starts; the last n are new, the first of these ends at `tick`.
+        d (m + n,) and its rounding with t and s at the starts; the last n are new.
         """
-        tick -= len(d) - n
+        tick = self.ticks - (len(d) - n) + (1 if self._tail is None else 0)
         with np.errstate(invalid="ignore"):
             new = np.arange(len(d)) >= len(d) - n
             self._fault("back", new & (d < -floor), -d, t, s, tick=tick)
@@ -372,29 +408,6 @@ class Judge:
         self._fault("skipped", skipped, here, t[1:-1], s[1:-1], tick=tick + 1)
         self._fault("twice", twice, near, t[1:-1], s[1:-1], tick=tick + 1)
 
-    def _finish(self, last_dt: float) -> None:
-        """What follows the last setpoint: a stand, or motion of which only the feed is known."""
-        assert self._place is not None
-        s = float(self._place.s[0])
-        place = np.array([self._t, s, s])
-        T = self.period
-        crept = abs(self.duration - (self.ticks - 2) * T - last_dt)
-        if "period" not in self.faults and crept > CREEP * T + CREEP_SHARE * self.ticks * T:
-            self.faults["period"] = Fault(1, crept, self.ticks - 1, self._t, s)
-        feed = self.bounds.limits.end_feed
-        if feed == 0.0:
-            if self.short is None and self._torques.shape[2]:
-                last = np.repeat(self._torques[:, :, -1:], 2, axis=2)
-                self._see_torques(last[0], last[1], np.repeat(self._t, 2), np.repeat(s, 2))
-            still = np.zeros((len(self._steps), 3))
-            feeds = None if self.bounds.path.feeds is None else np.full(3, np.inf)
-            self._differences(still, still, np.full(3, T), np.repeat(place[:, None], 3, axis=1), feeds, self.ticks)
-        elif self._steps.shape[1]:
-            v, floor = self._steps / self._dt, self._errors / self._dt
-            count = v.shape[1]
-            self._corner_steps(v, floor, self._step_places, max(count - BESIDE, 1), count - 1)
-            self._edge(self._steps[0, -1], self._errors[0, -1], last_dt, feed, -1.0, place)
-
     def _edge(self, step: float, error: float, dt: float, feed: float, sign: float, place: Array) -> None:
         """Acceleration from (sign 1) or to the feed at an end, the mean over one step weighted towards it, mm/s^2."""
         a = 2.0 * sign * (step / dt - feed) / dt
@@ -405,15 +418,4 @@ class Judge:
     @property
     def duration(self) -> float:
         """From the first setpoint to the last, s, by their own times."""
-        return self._t - self._start
-
-    def results(self) -> dict[str, LimitResult]:
-        """Every limit by the setpoints alone."""
-        axes = self.bounds.path.axes
-        return {
-            name: LimitResult(
-                limit=worst.limit, worst=worst.value, at_s=worst.s, at_t=worst.t, floor=worst.floor,
-                axis=axes[worst.column - 1] if 0 < worst.column <= len(axes) else None, over=worst.over,
-            )
-            for name, worst in self.worst.items()
-        }  # fmt: skip
+        return float(self._tail.t[-1]) - self._start if self._tail is not None else 0.0

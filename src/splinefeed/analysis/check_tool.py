@@ -1,4 +1,4 @@
-"""The check of joints on a tool path: back through the forward kinematics to tip and tool axis, limits by differences.
+"""What the check of joints adds: back through the forward kinematics to tip and tool axis.
 
 Nothing of it comes from the planner or the inverse kinematics. A joint is known to
 
@@ -9,266 +9,85 @@ and 2^k r / T^k is the floor of a difference of order k: what rounding makes of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.analysis.ripple import steps
-from splinefeed.errors import InputError
-from splinefeed.geometry.differential import curvatures
+from splinefeed.analysis.place import Placer
+from splinefeed.geometry.rows import EPSILON, Rows
 from splinefeed.geometry.tool_path import ANGLES
 from splinefeed.kinematics import JointPath
-from splinefeed.records import AXIS_LIMITS, BOUNDED, Array, IntArray, LimitResult, Limits, Setpoints, TimeLaw
+from splinefeed.records import Array, IntArray, Setpoints
 
-EPSILON = float(np.finfo(np.float64).eps)
 #: Roundings of a position: those of the formulas of kinematics.
 ROUNDINGS = 8.0
-#: A tick that is early or late by less than this, in periods, is on time.
-ON_TIME = 1e-6
 #: Places between two setpoints at which the chord is looked at, as shares of the step.
 BETWEEN = (0.25, 0.5, 0.75)
-#: Newton steps that find the nearest point of the path.
-NEWTON = 4
+#: A joint's dq/ds counts where a step is longer than this share of the longest one: below is rounding.
+MOVING = 0.01
 
 
-@dataclass(eq=False)
-class Judged:
-    """What a check of joints found: limits by name, faults one sentence each, notes, and numbers."""
+class Tool:
+    """Tip and tool axis of joints on their path, and the largest errors so far: of the chord, mm, of the axis, rad."""
 
-    results: dict[str, LimitResult] = field(default_factory=dict)
-    problems: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    numbers: dict[str, Any] = field(default_factory=dict)
+    def __init__(self, path: JointPath, rows: Rows, placer: Placer) -> None:
+        self.path, self._rows, self._placer = path, rows, placer
+        self.chord_error = self.off_axis = self.turned = 0.0
+        self._size, self._steep = np.zeros((2, len(path.axes)))
+        self._longest = 0.0
 
-
-def judge_tool(setpoints: Setpoints, path: JointPath, limits: Limits, law: TimeLaw | None, tolerance: float) -> Judged:
-    """Hold joint setpoints to their tool path and to limits; see `check`.
-
-    tolerance  mm that the tip may be off its curve, and rad that the tool axis may be off its direction
-    Raises InputError for setpoints of other joints, for no setpoints, and for setpoints without u.
-    """
-    if setpoints.axes != path.axes:
-        raise InputError(f"the setpoints have axes {setpoints.axes}, the machine {path.axes}; they must be the same")
-    if not len(setpoints):
-        raise InputError("there are no setpoints to check")
-    if np.isnan(setpoints.u).any():
-        raise InputError("the setpoints have no u; joints can be checked only where u says their place on the path")
-    found = Judged()
-    finite = np.isfinite(setpoints.position).all(axis=1)
-    if not finite.all():
-        found.problems.append(f"tick {int(np.argmin(finite))}: a joint is not a finite number")
-        return found
-    tool, period = path.tool, setpoints.period
-    dt = np.diff(setpoints.t)
-    late = np.abs(dt[:-1] - period) > ON_TIME * period
-    if late.any():
-        found.problems.append(f"tick {int(np.argmax(late)) + 1}: is early or late: the period is not kept")
-    whole = len(setpoints)
-    if len(dt) and dt[-1] < period * (1.0 - ON_TIME):
-        whole -= 1
-        found.notes.append(f"the last period is short, {dt[-1]:.9g} s; no difference uses it")
-    tip, axis = path.kinematics.forward(setpoints.position)
-    off_tip = np.linalg.norm(tip - tool.evaluate(setpoints.curve, setpoints.u, 0)[:, 0], axis=1)
-    off_axis = _axis_errors(path, setpoints.curve, setpoints.u, axis, setpoints.position)
-    allowed = tolerance + ROUNDINGS * EPSILON * max(float(np.max(np.abs(setpoints.position))), path.length)
-    for name, off, unit in (("tool tip", off_tip, "mm"), ("tool axis", off_axis, "rad")):
-        worst = int(np.argmax(off))
-        if off[worst] > allowed:
-            found.problems.append(
-                f"tick {worst} (t = {setpoints.t[worst]:.9g} s, s = {setpoints.s[worst]:.9g} mm): the {name} is off "
-                f"its path by {off[worst]:.6g} {unit}; {int(np.sum(off > allowed))} ticks in all"
-            )
-    travelled = steps(setpoints, tool)
-    back = travelled < -allowed
-    if back.any():
-        k = int(np.argmin(travelled))
-        found.problems.append(f"tick {k + 1}: goes back by {-travelled[k]:.6g} mm along the path")
-    ends = tool.ends[0, 0], tool.ends[-1, 1]
-    start_error, end_error = (float(np.linalg.norm(tip[k] - end)) for k, end in zip((0, -1), ends, strict=True))
-    for which, error in (("first", start_error), ("last", end_error)):
-        if error > allowed:
-            found.problems.append(f"the {which} setpoint is {error:.6g} mm from its end of the path")
-    _along(found, setpoints, path, limits, travelled)
-    _joints(found, setpoints, path, limits, travelled, whole)
-    turned = _chords(found, setpoints, path, limits)
-    found.numbers |= {
-        "duration_s": float(setpoints.t[-1] - setpoints.t[0]),
-        "length_mm": path.length,
-        "ticks": len(setpoints),
-        "period_s": period,
-        "method": setpoints.method,
-        "strategy": setpoints.settings.get("strategy") if law is None else law.strategy,
-        "start_error_mm": start_error,
-        "end_error_mm": end_error,
-        "end_reached": end_error <= allowed,
-        "off_curve_max_mm": float(np.max(off_tip)),
-        "off_axis_max_rad": float(np.max(off_axis)),
-        "axis_error_between_max_rad": turned,
-        "tolerance_mm": allowed,
-    }
-    if law is not None:
-        found.numbers["law_drift_max_mm"] = float(np.max(np.abs(setpoints.s - law(setpoints.t))))
-    return found
-
-
-def _axis_errors(path: JointPath, curve: IntArray, u: Array, axis: Array, joints: Array) -> Array:
-    """Angle between the tool axis and that of the path at places (n,), rad; of angles their own difference."""
-    tool = path.tool
-    if tool.kind == ANGLES and tool.columns:
-        wanted = tool.orientation(curve, u)[:, 0]
-        return np.asarray(np.max(np.abs(wanted - joints[:, path.linear :]), axis=1))
-    return _between(path, curve, u, axis)
-
-
-def _between(path: JointPath, curve: IntArray, u: Array, axis: Array) -> Array:
-    """Angle between the tool axis (n, 3) and that of the path at places (n,), rad."""
-    tool, wanted = path.tool, np.array([0.0, 0.0, 1.0])
-    if tool.columns:
-        wanted = tool.orientation(curve, u)[:, 0]
-        if tool.kind == ANGLES:
-            wanted = np.column_stack([np.zeros((len(wanted), path.linear)), wanted])
-            wanted = path.kinematics.forward(wanted)[1]
-        wanted = wanted / np.linalg.norm(wanted, axis=1)[:, None]
-    return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(axis - wanted, axis=1), 1.0)))
-
-
-def _see(
-    found: Judged,
-    name: str,
-    limit: float | Array | None,
-    worst: Array,
-    floor: float,
-    setpoints: Setpoints,
-    axis: str | None = None,
-) -> None:
-    """Remember how a limit, one or (n,) or none, fares over values (n,), one from each of the first ticks on."""
-    limit = np.broadcast_to(np.inf if limit is None else limit, worst.shape)
-    if not np.any(np.isfinite(limit)):
-        return
-    k = int(np.argmax(worst / limit))
-    at = min(k, len(setpoints) - 1)
-    over = int(np.sum(worst > limit * (1.0 + 1e-9) + floor))
-    found.results[name] = LimitResult(
-        limit=float(limit[k]),
-        worst=float(worst[k]),
-        at_s=float(setpoints.s[at]),
-        at_t=float(setpoints.t[at]),
-        floor=floor,
-        axis=axis,
-        over=over,
-    )
-
-
-def _along(found: Judged, setpoints: Setpoints, path: JointPath, limits: Limits, travelled: Array) -> None:
-    """Limits of the tip along its path, by differences of arc length over each step."""
-    tool, period = path.tool, setpoints.period
-    floor = ROUNDINGS * EPSILON * path.length
-    seconds = np.maximum(np.diff(setpoints.t), period * ON_TIME)
-    feed = travelled / seconds
-    most = np.full(len(feed), limits.feed)
-    if tool.feeds is not None:  # a step over a joint of curves has the feeds of both
-        most = np.minimum(most, np.maximum(tool.feeds[setpoints.curve[:-1]], tool.feeds[setpoints.curve[1:]]))
-    _see(found, "feed", most, feed, 2.0 * floor / period, setpoints)
-    rest = _padded(travelled[:, None], limits)[:, 0]
-    change, jerks = np.diff(rest) / period**2, np.abs(np.diff(rest, n=2)) / period**3
-    jerk = None if limits.jerk is None else max(limits.jerk, limits.deceleration_jerk or 0.0)
-    for name, order, limit, seen in (
-        ("acceleration", 2, limits.acceleration, change),
-        ("deceleration", 2, limits.deceleration, -change),
-        ("jerk", 3, jerk, jerks),
-    ):
-        _see(found, name, limit, seen, 2.0**order * floor / period**order, setpoints)
-    if limits.centripetal is not None:
-        kappa = curvatures(tool.evaluate(setpoints.curve, setpoints.u, 2), 3)[:-1]
-        _see(found, "centripetal", limits.centripetal, kappa * feed**2, 0.0, setpoints)
-
-
-def _padded(values: Array, limits: Limits) -> Array:
-    """Steps (n, k) with the standstill before a start and behind an end at rest."""
-    rest = np.zeros((2, values.shape[1]))
-    parts = [rest] if limits.start_feed == 0.0 else []
-    parts.append(values)
-    if limits.end_feed == 0.0:
-        parts.append(rest)
-    return np.concatenate(parts)
-
-
-def _joints(found: Judged, setpoints: Setpoints, path: JointPath, limits: Limits, travelled: Array, whole: int) -> None:
-    """Limits of each joint by differences of its setpoints, the first `whole` ones, and its travel."""
-    period = setpoints.period
-    change = _padded(np.diff(setpoints.position[:whole], axis=0), limits)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.abs(np.diff(setpoints.position, axis=0)) / np.abs(travelled)[:, None]
-    moving = np.abs(travelled) > 0.01 * np.max(np.abs(travelled), initial=0.0)
-    steep = np.max(np.where(moving[:, None] & np.isfinite(slope), slope, 0.0), axis=0, initial=0.0)
-    rounding = ROUNDINGS * EPSILON * (np.max(np.abs(setpoints.position), axis=0) + steep * path.length)
-    for order, kind in enumerate(AXIS_LIMITS, start=1):
-        values = np.abs(np.diff(change, n=order - 1, axis=0)) / period**order
-        given = getattr(limits, kind)
-        bounds = limits.of_axes(kind, path.axes) if given is not None else np.full(len(path.axes), np.inf)
-        for k, name in enumerate(path.axes):
-            floor = float(2.0**order * rounding[k] / period**order)
-            _see(found, f"{kind}.{name}", float(bounds[k]), values[:, k], floor, setpoints, name)
-    for label, each in (limits.combinations or {}).items():
-        w = each.on(path.axes)
-        for order, kind in enumerate(BOUNDED, start=1):
-            values = np.abs(np.diff(change, n=order - 1, axis=0) @ w) / period**order
-            floor = float(2.0**order * np.abs(w) @ rounding / period**order)
-            _see(found, f"combinations.{label}.{kind}", getattr(each, kind), values, floor, setpoints)
-    if limits.torque is not None:
-        before, after = (2 * (feed == 0.0) for feed in (limits.start_feed, limits.end_feed))
-        q = np.pad(setpoints.position[:whole], ((before, after), (0, 0)), mode="edge")
-        columns = limits.torque.columns(path.axes)
-        torques, _, floors = limits.torque.by_differences(q[:, columns], period, rounding[columns])
-        for k, (name, most) in enumerate(limits.torque.most.items()):
-            _see(found, f"torque.{name}", most, np.abs(torques[:, k]), float(np.max(floors[:, k])), setpoints, name)
-    for name, (low, high) in limits.travel_of(path.axes).items():
-        away = np.abs(setpoints.position[:, path.axes.index(name)] - 0.5 * (low + high))
-        _see(found, f"travel.{name}", 0.5 * (high - low), away, 0.0, setpoints, name)
-
-
-def _chords(found: Judged, setpoints: Setpoints, path: JointPath, limits: Limits) -> float:
-    """The chord error: how far the tip is from its path while joints move straight from one setpoint to the next.
-
-    Returns how far the tool axis is from that of the path meanwhile, rad, at most.
-    """
-    tool = path.tool
-    if len(setpoints) < 2:
-        return 0.0
-    same = setpoints.curve[1:] == setpoints.curve[:-1]
-    worst, turned = np.zeros((2, len(setpoints) - 1))
-    domains = tool.flat.domains
-    for share in BETWEEN:
-        joints = (1.0 - share) * setpoints.position[:-1] + share * setpoints.position[1:]
+    def tip(self, setpoints: Setpoints) -> tuple[Setpoints, Array]:
+        """Setpoints of the tip, and by how much the tool axis is off, rad (n,); of angles their own difference."""
+        path, tool = self.path, self.path.tool
+        finite = np.isfinite(setpoints.position)
+        joints = np.where(finite, setpoints.position, np.nan)
         tip, axis = path.kinematics.forward(joints)
-        # a step over the joint of two curves is looked at on the one behind it, or before it, whichever is nearer
-        options = []
-        for curve, u in (
-            (
-                setpoints.curve[:-1],
-                np.where(same, (1.0 - share) * setpoints.u[:-1] + share * setpoints.u[1:], setpoints.u[:-1]),
-            ),
-            (
-                setpoints.curve[1:],
-                np.where(same, (1.0 - share) * setpoints.u[:-1] + share * setpoints.u[1:], setpoints.u[1:]),
-            ),
-        ):
-            low, high = domains[curve].T
-            for _ in range(NEWTON):
-                d = tool.evaluate(curve, u, 2)
-                away = d[:, 0] - tip
-                slope = np.sum(away * d[:, 1], axis=1)
-                bend = np.sum(d[:, 1] ** 2, axis=1) + np.sum(away * d[:, 2], axis=1)
-                step = np.where(bend > 0.0, slope / np.where(bend > 0.0, bend, 1.0), 0.0)
-                u = np.clip(u - step, low, high)
-            off = np.linalg.norm(tool.evaluate(curve, u, 0)[:, 0] - tip, axis=1)
-            options.append((off, _between(path, curve, u, axis)))
-        first = options[0][0] <= options[1][0]
-        worst = np.maximum(worst, np.where(first, options[0][0], options[1][0]))
-        turned = np.maximum(turned, np.where(first, options[0][1], options[1][1]))
-    found.numbers["chord_error_max_mm"] = float(np.max(worst))
-    floor = ROUNDINGS * EPSILON * max(float(np.max(np.abs(setpoints.position))), path.length)
-    _see(found, "chord_error", limits.chord_error, worst, floor, setpoints)
-    _see(found, "orientation_error", limits.orientation_error, turned, ROUNDINGS * EPSILON, setpoints)
-    return float(np.max(turned))
+        curve, u = np.clip(setpoints.curve, 0, len(tool.curves) - 1), np.nan_to_num(setpoints.u)
+        if tool.kind == ANGLES and tool.columns:
+            off = np.max(np.abs(tool.orientation(curve, u)[:, 0] - joints[:, path.linear :]), axis=1)
+        else:
+            off = self._angles(curve, u, axis)
+        self.off_axis = max(self.off_axis, float(np.fmax.reduce(off, initial=0.0)))
+        return replace(setpoints, position=tip, axes=tool.axes), off
+
+    def _angles(self, curve: IntArray, u: Array, axis: Array) -> Array:
+        """Angle between the tool axis (n, 3) and that of the path at places (n,), rad."""
+        path, tool, wanted = self.path, self.path.tool, np.array([0.0, 0.0, 1.0])
+        if tool.columns:
+            wanted = tool.orientation(curve, u)[:, 0]
+            if tool.kind == ANGLES:
+                wanted = path.kinematics.forward(np.pad(wanted, ((0, 0), (path.linear, 0))))[1]
+            wanted = wanted / np.linalg.norm(wanted, axis=1)[:, None]
+        return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(axis - wanted, axis=1), 1.0)))
+
+    def rounding(self, joints: Array, travelled: Array) -> Array:
+        """How far rounding alone can move joints (joints, n + 1), mm or rad; travelled (n,), mm, between them."""
+        way = np.abs(travelled)
+        self._longest = max(self._longest, float(np.fmax.reduce(way, initial=0.0)))
+        moving = way > MOVING * self._longest
+        slope = np.abs(np.diff(joints, axis=1))[:, moving] / way[moving]
+        self._steep = np.fmax(self._steep, np.fmax.reduce(slope, axis=1, initial=0.0))
+        self._size = np.fmax(self._size, np.fmax.reduce(np.abs(joints), axis=1, initial=0.0))
+        each = ROUNDINGS * EPSILON * (self._size + self._steep * self.path.length)
+        return np.repeat(each[:, None], joints.shape[1], axis=1)
+
+    def chords(self, joints: Array, s: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
+        """How far tip, mm, and tool axis, rad, are off (n,) while joints (joints, n + 1) move straight; and roundings.
+
+        s (n + 1,) is where the setpoints are, mm: the nearest point is sought around there.
+        """
+        worst, turned = np.zeros((2, joints.shape[1] - 1))
+        first, search = self._rows.curves[:, 0], self._placer.search
+        known = np.flatnonzero(np.all(np.isfinite(joints[:, 1:] + joints[:, :-1]), axis=0))
+        for share in BETWEEN if len(known) else ():
+            between, hint = ((1.0 - share) * each[..., known] + share * each[..., known + 1] for each in (joints, s))
+            tip, axis = self.path.kinematics.forward(between.T)
+            found = search.near(np.ascontiguousarray(tip.T), hint, closed=False)
+            u = self._placer.parameter(found)
+            curve = np.searchsorted(first, found.row, side="right") - 1
+            worst[known] = np.maximum(worst[known], np.sqrt(found.square))
+            turned[known] = np.maximum(turned[known], self._angles(curve, u, axis))
+        self.chord_error = max(self.chord_error, float(np.max(worst)))
+        self.turned = max(self.turned, float(np.max(turned)))
+        size = max(float(np.max(self._size)), self.path.length)
+        return (worst, ROUNDINGS * EPSILON * size), (turned, ROUNDINGS * EPSILON)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
-from splinefeed.errors import InputError
 from splinefeed.geometry.path import Path
 from splinefeed.geometry.rows import EPSILON, Places, Rows
 from splinefeed.geometry.search import Found, Search
@@ -47,28 +47,31 @@ class Located:
     velocity: Array
     position: Array
 
-    def part(self, low: int, high: int) -> Located:
+    def part(self, low: int, high: int) -> Self:
         """Those from `low` to the one before `high`."""
-        return Located(*(getattr(self, each.name)[..., low:high] for each in fields(self)))
+        return type(self)(*(getattr(self, each.name)[..., low:high] for each in fields(self)))
 
-    def joined(self, other: Located) -> Located:
+    def joined(self, other: Self) -> Self:
         """These, and the others behind them."""
         names = [each.name for each in fields(self)]
-        return Located(*(np.concatenate([getattr(self, n), getattr(other, n)], axis=-1) for n in names))
+        return type(self)(*(np.concatenate([getattr(self, n), getattr(other, n)], axis=-1) for n in names))
 
 
-class Follower:
+class Placer:
     """Finds setpoints on the path, one block after the other.
 
     A setpoint whose curve and u name the point where it is, is there. Others are placed by their positions alone, each
     near where the ones before it predict, for a path may cross itself or run straight back over itself.
     """
 
-    def __init__(self, path: Path, rows: Rows, *, turned: bool = True) -> None:
-        self.path, self.rows = path, rows
-        self._turned = turned and rows.turns is not None
-        self._s, self._q = 0.0, np.zeros(0)  # of the last setpoint: arc length, and its position as `Search` counts it
+    def __init__(self, path: Path, rows: Rows | None = None) -> None:
+        self.path, self.rows = path, rows or Rows(path.arc_pieces)
+        self._turned = self.rows.turns is not None
+        self._s: float | None = None  # arc length of the last setpoint, and its position
+        self._q = np.zeros(0)
         self._ahead = FIRST_AHEAD
+        #: Largest distance so far of a setpoint without arc length from the path, mm; see `place`.
+        self.apart = 0.0
 
     @cached_property
     def search(self) -> Search:
@@ -89,15 +92,14 @@ class Follower:
         if not good.all():
             bad = np.flatnonzero(named & ~good)
             astray[bad] = place.apart[bad]
-            if len(bad):
-                found = self.search.near(self.metric(position[:, bad]), place.s[bad], closed=False)
-                row[bad], u[bad] = found.row, self._parameter(found)
-                place.s[bad] = rows.arc_length(found.row, found.t)
-            for run in _runs(finite & ~named, finite):
-                self._carry(place.s, position, finite, int(run[0]))
-                found = self.follow(position[:, run], allowed)
-                row[run], u[run] = found.row, self._parameter(found)
-                place.s[run] = rows.arc_length(found.row, found.t)
+            runs = [each for each in (bad,) if len(each)] + _runs(finite & ~named, finite)
+            for run in runs:
+                if run is bad:
+                    found = self.search.near(self.metric(position[:, bad]), place.s[bad], closed=False)
+                else:
+                    self._carry(place.s, position, finite, int(run[0]))
+                    found = self.follow(position[:, run], allowed)
+                row[run], u[run], place.s[run] = found.row, self.parameter(found), rows.arc_length(found.row, found.t)
             place = self._at(row, u, position)
         self._carry(place.s, position, finite, len(u))
         lost = ~finite
@@ -113,22 +115,19 @@ class Follower:
         places = Places(self.rows, row)
         t = places.t(u)
         at, velocity = places.derivatives(t, 1)
-        square, turned = np.zeros(len(u)), np.zeros(len(u))
         with np.errstate(invalid="ignore", over="ignore"):
-            for a, off in enumerate(position - at):
-                if a < linear:
-                    square += off * off
-                else:
-                    turned = np.maximum(turned, np.abs(off))
+            off = position - at
+            apart = np.sqrt(np.sum(off[:linear] ** 2, axis=0))
+            turned = np.max(np.abs(off[linear:]), axis=0, initial=0.0)
         speed = np.sqrt(places.product(velocity, velocity))
-        s = self.rows.arc_length(row, t)
-        return Located(row, u, s, np.sqrt(square), turned, turned, speed, velocity, position)
+        return Located(row, u, self.rows.arc_length(row, t), apart, turned, turned, speed, velocity, position)
 
     def metric(self, position: Array) -> Array:
         """Positions (axes, n) as `search` counts them, (dims, n)."""
         return np.asarray(position[: self.search.dims] * self.search.unit[:, None])
 
-    def _parameter(self, found: Found) -> Array:
+    def parameter(self, found: Found) -> Array:
+        """u (n,) of what was found."""
         rows, row = self.rows, found.row
         return np.clip(rows.middle[row] + found.t / rows.scale[row], rows.low[row], rows.high[row])
 
@@ -138,29 +137,26 @@ class Follower:
         if len(known):
             self._s, self._q = float(s[known[-1]]), position[:, known[-1]]
 
-    def go_on(self, other: Follower, gone: float) -> None:
+    def go_on(self, other: Placer, gone: float) -> None:
         """Follow on where another one is, along a path that lacks the first `gone` mm of that one's."""
-        self._s, self._q = other._s - gone, other._q
-
-    def start_at(self, s: float) -> None:
-        """Expect the next setpoint at arc length s, mm."""
-        self._s, self._q = s, np.zeros(0)
+        self._s, self._q = None if other._s is None else other._s - gone, other._q
 
     def follow(self, position: Array, allowed: float) -> Found:
         """Places of positions (axes, n), none of them named, behind the last one."""
         q, count = self.metric(position), position.shape[1]
         out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
+        last, apart = self._s or 0.0, 0.0
         if not len(self._q):  # nothing was before: the path's own place there
-            row = self.rows.at(np.array([self._s]))
-            t = self.rows.parameter(row, np.array([self._s]) - self.rows.start[row])
+            row = self.rows.at(np.array([last]))
+            t = self.rows.parameter(row, np.array([last]) - self.rows.start[row])
             self._q = Places(self.rows, row).derivatives(t, 0)[0][:, 0]
-        last, before, apart = self._s, self.metric(self._q[:, None]), 0.0
+        before = self.metric(self._q[:, None])
         slack = max(allowed, ROUNDINGS * EPSILON * self.path.length)
         begin = 0
         while begin < count:
             index = np.arange(begin, min(begin + self._ahead, count))
             here = q[:, index]
-            way = np.sqrt(_squares(np.diff(np.concatenate([before, here], axis=1), axis=1)))
+            way = np.linalg.norm(np.diff(np.concatenate([before, here], axis=1), axis=1), axis=0)
             hint = np.minimum(last + np.cumsum(way), self.path.length)
             found = self.search.near(here, hint, closed=False)
             s = self.rows.arc_length(found.row, found.t)
@@ -175,6 +171,27 @@ class Follower:
             begin += done
         self._s, self._q = last, position[:, -1]
         return out
+
+    def place(self, setpoints: Setpoints) -> Array:
+        """Commanded arc length (n,), mm: what setpoints say, or the nearest point next to where the last ones went.
+
+        The first setpoint is placed on the whole path, each one after it near the place that the one before it
+        predicts, so that a path that crosses itself or turns back is followed in order. They have the linear axes of
+        the path; rotary axes that they lack are 0.
+        """
+        if np.isfinite(setpoints.s).all():
+            return np.clip(setpoints.s, 0.0, self.path.length)
+        known = dict(zip(setpoints.axes, setpoints.position.T, strict=True))
+        position = np.stack([known.get(axis, np.zeros(len(setpoints))) for axis in self.path.axes])
+        if self._s is None:
+            self._turned &= known.keys() >= set(self.path.axes)
+            found = self.search.whole(self.metric(position[:, :1]))
+            self._s = float(self.rows.arc_length(found.row, found.t)[0])
+            if self.path.closed and self._s >= (1.0 - AT_SEAM) * self.path.length:
+                self._s = 0.0
+        found = self.follow(position, 0.0)
+        self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
+        return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.path.length)
 
     def _onward(self, q: Array, way: Array, slack: float, last: float, apart: float, found: Found, s: Array) -> int:
         """How many of the places found are right, or made so: the first that had to be moved is the last of them.
@@ -215,53 +232,3 @@ def _runs(wanted: BoolArray, known: BoolArray) -> list[IntArray]:
     index = np.flatnonzero(known)
     picked = np.flatnonzero(wanted[index])
     return [index[run] for run in np.split(picked, np.flatnonzero(np.diff(picked) > 1) + 1) if len(run)]
-
-
-def _squares(vectors: Array) -> Array:
-    total = np.zeros(vectors.shape[1])
-    for each in vectors:
-        total += each * each
-    return total
-
-
-class Placer:
-    """Commanded arc length of setpoints that come in order, whole or in chunks."""
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.rows = path, Rows(path.arc_pieces)
-        self._follower: Follower | None = None
-        #: Largest distance so far of a setpoint without arc length from the path, mm.
-        self.apart = 0.0
-
-    def place(self, setpoints: Setpoints) -> Array:
-        """Arc length (n,), mm: what the setpoints say, or else the nearest point next to where the last ones went.
-
-        The first setpoint is placed on the whole path, each one after it near the place that the one before it
-        predicts, so that a path that crosses itself or turns back is followed in order. Raises InputError for setpoints
-        that lack a linear axis of the path.
-        """
-        if np.isfinite(setpoints.s).all():
-            return np.clip(setpoints.s, 0.0, self.path.length)
-        position = np.ascontiguousarray(self._position(setpoints).T)
-        follower = self._follower
-        if follower is None:
-            turned = set(self.path.axes) <= set(setpoints.axes)
-            follower = self._follower = Follower(self.path, self.rows, turned=turned)
-            found = follower.search.whole(follower.metric(position[:, :1]))
-            first = float(self.rows.arc_length(found.row, found.t)[0])
-            if self.path.closed and first >= (1.0 - AT_SEAM) * self.path.length:
-                first = 0.0
-            follower.start_at(first)
-        found = follower.follow(position, 0.0)
-        self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
-        return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.path.length)
-
-    def _position(self, setpoints: Setpoints) -> Array:
-        """The positions in the order of the path's axes; rotary axes that the setpoints lack are 0."""
-        position = np.zeros((len(setpoints), len(self.path.axes)))
-        for column, axis in enumerate(self.path.axes):
-            if axis in setpoints.axes:
-                position[:, column] = setpoints.position[:, setpoints.axes.index(axis)]
-            elif column < self.path.linear:
-                raise InputError(f"the path has an axis {axis}; the setpoints have only {', '.join(setpoints.axes)}")
-        return position

@@ -14,10 +14,10 @@ from splinefeed.cli.panels import PanelCommand
 from splinefeed.cli.progress import Say
 from splinefeed.cli.setpoints_file import on_its_machine, path_of, read_setpoints
 from splinefeed.cli.summary import print_notes
-from splinefeed.errors import FormatError, LimitsError
+from splinefeed.errors import LimitsError
 
 if TYPE_CHECKING:
-    from splinefeed.records import Limits, Setpoints, TimeLaw
+    from splinefeed.records import Limits, Setpoints
 
 EXAMPLES = """\b
 Examples:
@@ -87,12 +87,14 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from splinefeed.analysis.certificate import certificate, write_certificate
     from splinefeed.analysis.check import check
     from splinefeed.analysis.check_bounds import TOLERANCE
+    from splinefeed.formats.setpoints import load
+    from splinefeed.records import TimeLaw
 
     say(f"reading {setpoints}")
     points, notes = read_setpoints(setpoints, given)
     limits = _limits(points, given, setpoints)
     path, source = path_of(points.settings, given, setpoints)
-    law = _law(given["law_file"])
+    law = None if given["law_file"] is None else load(given["law_file"], TimeLaw)
     say("checking")
     verdict = check(
         points,
@@ -125,15 +127,3 @@ def _limits(setpoints: Setpoints, given: Mapping[str, Any], file: str) -> Limits
     if not flat:
         raise LimitsError(f"{file}: has no limits; give --limits FILE, or --feed, --axis-jerk and the like")
     return Limits.from_dict(flat)
-
-
-def _law(file: str | None) -> TimeLaw | None:
-    from splinefeed.formats.setpoints import load
-    from splinefeed.records import TimeLaw
-
-    if file is None:
-        return None
-    law = load(file)
-    if not isinstance(law, TimeLaw):
-        raise FormatError(f"{file}: holds {type(law).__name__}, not a time law")
-    return law

@@ -63,7 +63,7 @@ def command(say: Say, source: str, target: str, **given: Any) -> Page:
     from splinefeed.formats import registry
     from splinefeed.formats.contents import Contents
     from splinefeed.pipeline.convert import convert
-    from splinefeed.pipeline.smooth import smooth
+    from splinefeed.pipeline.settings import smooth
 
     form_written = registry.format_to_write(target).title  # before anything long begins
     say(f"reading {source}")

@@ -62,7 +62,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     from pathlib import Path
 
     from splinefeed.pipeline.follow import Servo, follow_chunks
-    from splinefeed.pipeline.overview import Overview, Pictured
+    from splinefeed.pipeline.overview import Overview
     from splinefeed.report import files
     from splinefeed.report.folder import default_name, staged
     from splinefeed.report.path_figures import contour_figure
@@ -82,13 +82,12 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
     else:
         notes.append("the path is not known, so there is no contour error; give --path FILE or --path SHAPE")
     name = str(first.settings.get("path") or (path.name if path else Path(setpoints).stem))
-    servo, overview, pictured = Servo(machine, path, linear=given["linear"]), Overview(), Pictured()
+    servo, overview = Servo(machine, path, linear=given["linear"]), Overview()
 
     def responses() -> Iterator[sf.Response]:
         """The response piece by piece on its way to the file, seen by what figures are drawn from."""
         for response in follow_chunks(chain([first], chunks), servo):
-            overview.see(response)
-            pictured.see(response, servo.commanded)
+            overview.see(response, servo.commanded)
             yield response
             say(f"following: {servo.tally.ticks} ticks, {servo.tally.ticks * first.period:.6g} s of the motion")
 
@@ -104,7 +103,7 @@ def command(say: Say, setpoints: str, **given: Any) -> Page:
         if drawing:
             say("drawing")
             drawn = {"errors": errors_figure({first.method: overview.response}, name, machine.name)}
-            beside = pictured.deviation(path) if path is not None else None
+            beside = overview.deviation(path) if path is not None else None
             if beside is not None:
                 drawn["contour"] = contour_figure(beside, name, machine.name)
             names += files.save_figures(drawn.items(), stage, drawing)

@@ -277,8 +277,8 @@ def limits_from(
     The limits of the `axes` of a machine hold where neither file nor options say others.
     """
     from splinefeed.formats import limits_toml
-    from splinefeed.pipeline.limits import completed
     from splinefeed.pipeline.run import PAPER_PERIOD
+    from splinefeed.pipeline.settings import completed
 
     file = given["limits_file"]
     flat = replaced(limits_toml.read(file).as_dict() if file else {}, given)
@@ -291,7 +291,7 @@ def as_programmed(
 ) -> tuple[sf.Limits, list[str]]:
     """The limits for a path whose curves carry the feeds of a program, where no feed is said, and a note of it."""
     from splinefeed.formats import limits_toml
-    from splinefeed.pipeline.limits import at_programmed_feeds
+    from splinefeed.pipeline.settings import at_programmed_feeds
 
     file = given["limits_file"]
     if given["feed"] is not None or (file and "feed" in limits_toml.read(file).as_dict()):

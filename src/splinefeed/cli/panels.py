@@ -14,7 +14,7 @@ PANELS = {
     "Source and units": "source which layer units chord edges dialect start offsets tools from_line repair tolerance "
     "columns",
     "Smoothing": "corners corner_angle angle_tolerance",
-    "Output": "formats tip figures no_figures figure no_compare by_windows as_json",
+    "Output": "formats tip figures no_figures figure no_compare as_json",
 }
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import time
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,13 +18,23 @@ from splinefeed.cli.summary import print_run
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
-    from splinefeed.geometry.path import Path
+    from pathlib import Path
+
+    from splinefeed.formats.path_parts import PathParts
+    from splinefeed.records import Limits
 
 #: What is left out of a run that is too long to be kept whole.
 LONG_NOTE = (
     "long motion: computed, checked and written in chunks; figures show the peaks; methods are not "
     "compared; response and spectra are not kept (splinefeed follow setpoints.h5 computes them again)"
 )
+#: ... and of one whose path is too long to be held.
+PARTS_NOTE = (
+    "by windows: setpoints and numbers only; no figures, time law, feed ripple or comparison of "
+    "methods, and no simulated axes (splinefeed follow setpoints.h5 simulates them)"
+)
+#: How far a table's lines may be left by the curves that replace them, mm, unless it is said.
+POINTS_TOLERANCE = 1e-3
 EXAMPLES = """\b
 Examples:
   splinefeed run
@@ -39,12 +52,6 @@ Examples:
 @click.argument("source", required=False)
 @options.limits
 @options.machine
-@click.option(
-    "--contour-tolerance",
-    type=options.Quantity("length"),
-    metavar="LENGTH",
-    help="Scale the limits down until the machine's contour error is within this; see splinefeed tune-feed.",
-)
 @click.option("--3d", "tangential", is_flag=True, help="A third axis, theta, follows the tangent of a planar path.")
 @click.option("--method", metavar="NAME", help="The method.  [default: arc-length; the paper's without SOURCE]")
 @options.corrections
@@ -60,12 +67,6 @@ Examples:
 @options.figures
 @click.option("--no-compare", is_flag=True, help="Leave out the other methods, with their table and figure.")
 @click.option("--tip", is_flag=True, help="Tool paths: write tip and tool axis at each setpoint too, tip.csv.")
-@click.option(
-    "--by-windows",
-    is_flag=True,
-    hidden=True,  # accepted from older command lines
-    help="Has no effect: a file of more than a million lines goes by windows by itself.",
-)
 @click.option("-o", "--output", metavar="DIR", help="Folder to write to.  [default: splinefeed-NAME]")
 @answers(print_run)
 def command(say: Say, source: str | None, **given: Any) -> Page:
@@ -78,14 +79,18 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     Without SOURCE: the paper's experiment. A NACA 0025 airfoil of 33 mm perimeter under the paper's limits, on a model
     of the paper's machine (or --machine), by the paper's two methods and milne-simpson-anchored.
     """
-    from splinefeed.cli import run_windows
     from splinefeed.formats.path_parts import PathParts
     from splinefeed.geometry.tool_path import ToolPath
     from splinefeed.interpolation import registry
     from splinefeed.machine.machine import Machine
-    from splinefeed.pipeline.compare import BESIDE_A_RUN, compare
-    from splinefeed.pipeline.contour_feed import limits_within
-    from splinefeed.pipeline.experiment import PAPER_MACHINE, PAPER_METHODS, serve_methods, servo_numbers
+    from splinefeed.pipeline.compare import (
+        BESIDE_A_RUN,
+        PAPER_MACHINE,
+        PAPER_METHODS,
+        compare,
+        serve_methods,
+        servo_numbers,
+    )
     from splinefeed.pipeline.run import PAPER_SHAPE, on_machine, planned_axes
     from splinefeed.pipeline.run import run as make_run
     from splinefeed.report import files
@@ -93,8 +98,9 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     from splinefeed.report.record import about, documented, record
 
     drawing = options.figure_formats(given)
-    machine = Machine.load(given["machine"] or PAPER_MACHINE) if given["machine"] or source is None else None
     of_paper = source is None
+    named = given["machine"] or (PAPER_MACHINE if of_paper else None)
+    machine = None if named is None else Machine.load(named)
     planned_for = None if of_paper else machine  # the paper's experiment has the paper's limits, whatever the machine
     if planned_for is None:
         options.limits_from(given)  # options are validated before the file is opened
@@ -103,41 +109,28 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
     reading = options.reading_from(given) | options.smoothing_from(given)
     reading |= {"tangential": True} if given["tangential"] else {}
     formats = tuple(given["formats"] or ("hdf5",))
-    corrections = given["corrections"]
-    say(f"reading {source or PAPER_SHAPE}")
-    parts = run_windows.parts_of(source, reading, given)
-    path: Path | PathParts = read_path(PAPER_SHAPE if source is None else source, reading) if parts is None else parts
+    source = PAPER_SHAPE if source is None else source
+    say(f"reading {source}")
+    path = _parts_of(source, reading, given) or read_path(source, reading)
     tool = isinstance(path, ToolPath)
-    if isinstance(path, PathParts):
-        axes = path.axes
-    else:
-        axes = planned_axes(path, machine)
-        if machine is not None and not tool:
-            check_rotary(path, source or PAPER_SHAPE, machine)
+    axes = path.axes if isinstance(path, PathParts) else planned_axes(path, machine)
+    if machine is not None and not tool and not isinstance(path, PathParts):
+        check_rotary(path, source, machine)
     limits, period, strategy = options.limits_from(given, planned_for, axes)
     limits, assumed = options.as_programmed(limits, path, given)
-    assumed += ["--by-windows has no effect: the size of the file decides"] if given["by_windows"] else []
     if given["tip"] and not tool:
         raise InputError(f"--tip: {path.name} has no tool axis; its setpoints are the tool's positions already")
     folder = default_name(path.name) if given["output"] is None else given["output"]
+    how: dict[str, Any] = {"strategy": strategy, "method": method, "corrections": given["corrections"]}
     with staged(folder) as stage:
         if isinstance(path, PathParts):
-            page = run_windows.write(path, limits, period, stage, str(source), reading, formats, assumed, say)
-            return _seen_from_here(page, folder)
+            page = _write_parts(path, limits, period, stage, source, reading, formats, say)
+            return _seen_from_here({**page, "notes": [*assumed, *page["notes"]]}, folder)
         moved = on_machine(path, machine if tool else None, limits)
-        if given["contour_tolerance"] is not None:
-            if machine is None:
-                raise InputError("--contour-tolerance: needs a machine; give --machine NAME or --machine FILE")
-            if tool:
-                raise InputError("--contour-tolerance: is for paths without a tool axis")
-            limits = limits_within(
-                path, limits, machine, given["contour_tolerance"],
-                period=period, strategy=strategy, method=method, corrections=corrections, on_progress=say,
-            )  # fmt: skip
         say("planning and interpolating")
         result = make_run(
-            moved, limits, machine=None if tool else machine, period=period, strategy=strategy, method=method,
-            corrections=corrections, on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"),
+            moved, limits, machine=None if tool else machine, period=period,
+            on_progress=lambda what, done, of: say(f"{what}: {done} of {of} ticks"), **how,
         )  # fmt: skip
         others: list[Any] = []
         servo: dict[str, Any] | None = None
@@ -145,40 +138,80 @@ def command(say: Say, source: str | None, **given: Any) -> Page:
             if of_paper and result.whole:
                 say(f"following on {machine.name}")
                 names = [name for name in PAPER_METHODS if name != method]
-                others += serve_methods(path, result.law, machine, names, corrections)
-            servo = servo_numbers([*others, result.served], machine, of_paper)
-            servo["machine_file"] = given["machine"] or PAPER_MACHINE
+                others += serve_methods(path, result.law, machine, names, given["corrections"])
+            servo = {**servo_numbers([*others, result.served], machine, of_paper), "machine_file": named}
         traces: list[Any] = []
         for name in () if given["no_compare"] or tool or not result.whole else BESIDE_A_RUN:
             say(f"comparing methods: {name}")
-            traces += compare(path, result.law, methods=[name], corrections=corrections, timed=False)
-        followed = (given["machine"] or PAPER_MACHINE) if machine is not None else None
-        said = about(result.settings, source, reading, formats, machine=followed)
+            traces += compare(path, result.law, methods=[name], corrections=given["corrections"], timed=False)
+        said = about(result.settings, None if of_paper else source, reading, formats, machine=named)
         page = record(result, said, traces, servo)
-        page["notes"] = [
-            *assumed,
-            *options.smoothing_note(path, given),
-            *page["notes"],
-            *([] if result.whole else [LONG_NOTE]),
-            *files.missing(drawing),
-        ]
+        notes = [*assumed, *options.smoothing_note(path, given), *page["notes"]]
+        page["notes"] = [*notes, *([] if result.whole else [LONG_NOTE]), *files.missing(drawing)]
         say("writing setpoints and figures")
-        result = documented(result, said)
         page["files"] = files.write(
-            result,
-            stage,
-            formats=formats,
-            traces=traces,
-            figure_formats=drawing,
-            record=page,
-            others=others,
-            tip=given["tip"],
-        )
+            documented(result, said), stage, formats=formats, traces=traces, figure_formats=drawing, record=page,
+            others=others, tip=given["tip"],
+        )  # fmt: skip
     return _seen_from_here(page, folder)
 
 
-def _seen_from_here(page: dict[str, Any], folder: str) -> dict[str, Any]:
-    """The page of numbers, its files as seen from the current folder."""
-    from os.path import join
+def _parts_of(source: str, reading: dict[str, Any], given: dict[str, Any]) -> PathParts | None:
+    """The path in parts, where the file is too long to be held as a whole; InputError for what needs the whole."""
+    from splinefeed.cli.source import AFTER_READING
+    from splinefeed.feed.modes import LOOK_AHEAD
+    from splinefeed.formats.path_parts import MOST_LINES, read_parts, too_long
+    from splinefeed.pipeline.long_path import METHOD
 
-    return {**page, "files": [join(folder, name) for name in page["files"]]}
+    if not too_long(source):
+        return None
+    refused = {
+        "--3d": given["tangential"],
+        "--format mat": "mat" in given["formats"],
+        f"--strategy {given['strategy']}": given["strategy"] not in (None, LOOK_AHEAD),
+        f"--method {given['method']}": given["method"] not in (None, METHOD),
+    }
+    for words in (option for option, found in refused.items() if found):
+        raise InputError(
+            f"{words}: needs the whole path; a file of more than {MOST_LINES} lines goes by windows, with {LOOK_AHEAD} "
+            f"and {METHOD} alone: leave it out"
+        )
+    alone = ("tolerance", *AFTER_READING)
+    parts = read_parts(source, **{name: value for name, value in reading.items() if name not in alone})
+    if "tolerance" in reading and parts.unit != "lines":
+        raise InputError("--tolerance: is for tables of points; use --smooth LENGTH for a program")
+    return parts
+
+
+def _write_parts(
+    parts: PathParts, limits: Limits, period: float, stage: Path, source: str, reading: dict[str, Any],
+    formats: tuple[str, ...], say: Say,
+) -> dict[str, Any]:  # fmt: skip
+    from splinefeed.pipeline.long_path import WindowedRun
+    from splinefeed.report import files
+    from splinefeed.report.record import about, record
+
+    table, began, count = parts.unit == "lines", time.monotonic(), parts.count
+    if table:
+        reading = dict(reading)
+        reading = {"smooth": reading.pop("tolerance", POINTS_TOLERANCE), **reading}
+
+    def progress(read: int, ticks: int) -> None:
+        gone = time.monotonic() - began
+        left = f", about {gone * (count - read) / read:.0f} s left" if 0 < read < count and gone > 1.0 else ""
+        say(f"{read} of {count} {parts.unit} planned ahead, {ticks} setpoints written{left}")
+
+    made = WindowedRun(parts, limits, period, reading, progress)
+    said = about(made.settings, source, reading, formats)
+    # of a table the lines were smoothed: the path that `read` makes of its points is another one
+    kept = {name: said[name] for name in ("command", *(() if table else ("source",)))}
+    chunks = (replace(chunk, settings={**chunk.settings, **kept}) for chunk in made.setpoints())
+    names = [*files.write_setpoints(chunks, stage, formats), files.RECORD]
+    page = record(made, said)
+    page |= {"notes": [*page["notes"], PARTS_NOTE], "files": names}
+    files.write_record(page, stage / files.RECORD)
+    return page
+
+
+def _seen_from_here(page: dict[str, Any], folder: str) -> dict[str, Any]:
+    return {**page, "files": [os.path.join(folder, name) for name in page["files"]]}

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 #: What is done to a path after it is read.
-_AFTER_READING = ("tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
+AFTER_READING = ("tangential", "smooth", "corners", "corner_angle", "angle_tolerance")
 
 
 class Task(NamedTuple):
@@ -55,9 +55,9 @@ def read_path(source: str, reading: Mapping[str, Any]) -> sf.Path:
     """
     from splinefeed.formats import registry
     from splinefeed.geometry.tangential import tangential
-    from splinefeed.pipeline.smooth import smooth
+    from splinefeed.pipeline.settings import smooth
 
-    paths = read_contents(source, {name: value for name, value in reading.items() if name not in _AFTER_READING})
+    paths = read_contents(source, {name: value for name, value in reading.items() if name not in AFTER_READING})
     path = smooth(paths[0] if len(paths) == 1 else registry.choose(paths, None, source), reading)
     return tangential(path) if reading.get("tangential") else path
 

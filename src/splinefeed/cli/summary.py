@@ -8,7 +8,7 @@ from typing import Any
 from splinefeed import units
 from splinefeed.cli.output import length, number, print_rows, print_table, print_text
 
-#: A share of a limit from which on it counts as reached, as it counts as binding (`analysis.binding.BINDS`): bringing a
+#: A share of a limit from which on it counts as reached, as it counts as binding (`measures.BINDS`): bringing a
 #: short motion to whole periods may take off that much.
 REACHED = 0.99
 #: A limit that binds for a smaller part of the time is not listed.

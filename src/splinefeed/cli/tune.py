@@ -18,7 +18,7 @@ from splinefeed.cli.summary import print_notes
 from splinefeed.errors import InputError
 
 if TYPE_CHECKING:
-    from splinefeed.pipeline.tuned import TunedMachine
+    from splinefeed.pipeline.tuning import TunedMachine
 
 #: Options of the rules that start from the ultimate point, and those of every rule; all others are for `path`.
 _BY_RULE = ("kind", "identify", "volts")
@@ -92,8 +92,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
     """
     from splinefeed.formats.plain import plain
     from splinefeed.pipeline.run import PAPER_PERIOD
-    from splinefeed.pipeline.tuned import by_rule
-    from splinefeed.pipeline.tuning import PATH_RULE
+    from splinefeed.pipeline.tuning import PATH_RULE, by_rule
     from splinefeed.report import files
     from splinefeed.report.folder import staged
 
@@ -140,8 +139,7 @@ def command(say: Say, machine: str, **given: Any) -> Page:
 
 def _on_path(machine: sf.Machine, given: dict[str, Any], say: Say) -> TunedMachine:
     """Gains of all axes together that make contour error small on a path."""
-    from splinefeed.pipeline.tuned import along_path
-    from splinefeed.pipeline.tuning import EVALUATIONS
+    from splinefeed.pipeline.tuning import EVALUATIONS, along_path
 
     what = task_of(say, given["source"], given)
     say("planning and interpolating")

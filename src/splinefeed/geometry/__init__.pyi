@@ -1,5 +1,5 @@
 """Immutable NURBS curves and the paths made of them, without a clock."""
 
 from splinefeed.geometry.fitting.points import Fit as Fit
-from splinefeed.geometry.smoothing_stream import Smoother as Smoother
-from splinefeed.geometry.smoothing_stream import smooth_stream as smooth_stream
+from splinefeed.geometry.smoothing import Smoother as Smoother
+from splinefeed.geometry.smoothing import smooth_stream as smooth_stream

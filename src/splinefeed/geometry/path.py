@@ -95,7 +95,7 @@ class Path:
             if curve.axes != self.curves[0].axes:
                 raise CurveError(f"curve {i} has {curve.axes} axes, curve 0 has {self.curves[0].axes}; all must agree")
         self.axes = tuple(DEFAULT_AXES[: self.curves[0].axes] if axes is None else axes)
-        self.linear = _checked_axes(self.axes, self.curves[0].axes)
+        self.linear = checked_axes(self.axes, self.curves[0].axes)
         if 0 < self.linear < len(self.axes):
             _check_still(self.flat, self.linear)
         count = len(self.curves)
@@ -419,7 +419,7 @@ def _is_left(side: str) -> bool:
     return side == "left"
 
 
-def _checked_axes(axes: Sequence[str], count: int) -> int:
+def checked_axes(axes: Sequence[str], count: int) -> int:
     """How many of `axes` are linear; CurveError unless they name `count` axes, the linear ones first."""
     if len(axes) != count or len(set(axes)) != count or count > MAX_AXES:
         raise CurveError(f"axes {axes} for curves of {count} axes; expected one distinct name each")

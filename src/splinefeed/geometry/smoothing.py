@@ -1,18 +1,32 @@
-"""Smoothing: a path of lines, arcs and curves as one of continuous curvature, within a tolerance."""
+"""Smoothing: lines, arcs and curves become a path of continuous curvature within a tolerance, also as they come."""
 
 from __future__ import annotations
 
-import dataclasses
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import InputError
+from splinefeed.errors import CurveError, InputError
 from splinefeed.geometry.curves import Flat, Packed
-from splinefeed.geometry.path import Path
-from splinefeed.geometry.smoothing_stream import ANGULAR_TOLERANCE, SMOOTHING_CORNER_ANGLE, Smoother, raw
-from splinefeed.geometry.smoothing_stream import PROGRAM as PROGRAM
-from splinefeed.geometry.smoothing_stream import UNBOUNDED_TOLERANCE as UNBOUNDED_TOLERANCE
-from splinefeed.records import Array
+from splinefeed.geometry.path import Marker, Path, checked_axes
+from splinefeed.geometry.smoothing_joints import Assembly, Done
+from splinefeed.geometry.smoothing_runs import Batch, Runs
+from splinefeed.records import Array, BoolArray
+
+#: Joints that turn by more than this are corners.
+SMOOTHING_CORNER_ANGLE = math.radians(45.0)
+#: How far rotary axes may leave the original, rad, unless it is said.
+ANGULAR_TOLERANCE = math.radians(0.05)
+#: The tolerance, mm, where a program smooths without one: G64 without P.
+UNBOUNDED_TOLERANCE = 0.01
+#: Tolerance of the path's own, as `tolerance` of `smoothed`.
+PROGRAM = "program"
+CORNERS = ("keep", "round")
+#: Curves that are looked at in one go: less would cost more a curve.
+WINDOW = 8192
 
 
 def smoothed(
@@ -43,21 +57,189 @@ def smoothed(
     value = smoother.tolerance
     if value != PROGRAM and float(value) > path.size > 0.0:
         raise InputError(f"tolerance is {value:g} mm, more than the whole path, {path.size:.4g} mm; give a smaller one")
-    if not raw(path, value, 0, share).free.any():
+    if not _loose(path, value, share)[1].any():
         return path
-    parts = [*smoother.take(path, share), *smoother.rest()]
-    starts = np.cumsum([0, *(len(part.flat) for part in parts)]).tolist()
-    return Path(
-        Packed(Flat.joined([part.flat for part in parts])),
-        path.axes,
+    return smoother._path(
+        [*smoother._taken(path, share), *smoother._rest()],
         name=path.name,
         findings=(*path.findings, smoother.summary),
         tolerance=max(path.tolerance, 1e-9 * path.size),
-        feeds=None if path.feeds is None else np.concatenate([part.feed for part in parts]),
-        tolerances=None if path.tolerances is None else np.concatenate([part.said for part in parts]),
-        markers=[
-            dataclasses.replace(marker, before=marker.before + start)
+    )
+
+
+class Smoother:
+    """Smooths a path that need not end, as `smoothed` does: `push` curves, get smooth ones; `finish` gives the rest.
+
+    axes  names of the axes of all that comes; all else as for `smoothed`
+    window  curves that are looked at in one go; no more than these and some hundreds are held
+
+    However the path is cut into pieces, the result is the same to the bit, and that of `smoothed`. Raises InputError
+    for arguments that cannot be used, CurveError for pieces that do not follow each other.
+    tolerance in mm. Source: docs/smoothing.md.
+    Example: `smoother = sf.geometry.Smoother(0.01, path.axes); [*smoother.push(path), *smoother.finish()]`
+    """
+
+    def __init__(
+        self,
+        tolerance: float | str,
+        axes: Sequence[str],
+        *,
+        corner_angle: float = SMOOTHING_CORNER_ANGLE,
+        corners: str = "keep",
+        angular_tolerance: float = ANGULAR_TOLERANCE,
+        window: int = WINDOW,
+    ) -> None:
+        self.tolerance = _checked(tolerance, corner_angle, corners, angular_tolerance)
+        if int(window) < 1:
+            raise InputError(f"a window of {window} curves; it must have at least 1")
+        self.axes, self._window = tuple(axes), int(window)
+        linear = checked_axes(self.axes, len(self.axes))
+        self._runs = Runs(linear, float(angular_tolerance), corner_angle)
+        self._assembly = Assembly(self.axes, float(angular_tolerance), corners == "round")
+        self._waiting: list[Batch] = []  # not yet a window
+        self._markers: list[Marker] = []
+        self._came = self._out = 0
+        self._said: tuple[bool, bool] | None = None  # whether feeds and tolerances are
+        #: Of the last curve that came: its end, whether it may change, its feed and tolerance.
+        self._last: tuple[Array, bool, list[float]] | None = None
+
+    @property
+    def held(self) -> int:
+        """Curves that are held in memory."""
+        return sum(map(len, self._waiting)) + self._runs.waiting
+
+    @property
+    def summary(self) -> str:
+        """What came of what came, in one sentence."""
+        return (
+            f"smoothed: {self._came} curve(s) became {self._out}, {self._runs.fits} of them splines over runs of short "
+            f"lines and {self._assembly.made} transitions"
+        )
+
+    def push(self, path: Path) -> list[Path]:
+        """Take more of the path, which goes on where the last one ended; the smooth pieces that are final by now."""
+        return [self._path([done], tolerance=self._assembly.gap) for done in self._taken(path)]
+
+    def finish(self) -> list[Path]:
+        """The rest of the smooth path."""
+        return [self._path([done], tolerance=self._assembly.gap) for done in self._rest()]
+
+    def _path(self, parts: Sequence[Done], **said: Any) -> Path:
+        assert self._said is not None
+        starts = np.cumsum([0, *(len(part.flat) for part in parts)]).tolist()
+        markers = [
+            replace(marker, before=marker.before + start)
             for part, start in zip(parts, starts, strict=False)
             for marker in part.markers
-        ],
-    )
+        ]
+        if self._said[0]:
+            said["feeds"] = np.concatenate([part.feed for part in parts])
+        if self._said[1]:
+            said["tolerances"] = np.concatenate([part.said for part in parts])
+        return Path(Packed(Flat.joined([part.flat for part in parts])), self.axes, markers=markers, **said)
+
+    def _taken(self, path: Path, share: Array | None = None) -> list[Done]:
+        if path.axes != self.axes:
+            raise CurveError(f"the path has axes {path.axes}; the smoother has {self.axes}")
+        said = path.feeds is not None, path.tolerances is not None
+        if said != (self._said or said):
+            raise InputError("feeds or tolerances are given for some pieces only; give them for all or for none")
+        self._said = said
+        self._assembly.gap = max(self._assembly.gap, path.tolerance)
+        gap = 0.0 if self._last is None else float(np.linalg.norm(path.ends[0, 0] - self._last[0]))
+        if gap > self._assembly.gap:
+            raise CurveError(f"gap of {gap:.6g} mm between curve {self._came - 1} and curve {self._came}")
+        self._markers += [replace(m, before=m.before + self._came) for m in path.markers]
+        self._waiting.append(self._batch(path, share))
+        self._came += len(path.flat)
+        found: list[Done] = []
+        if sum(map(len, self._waiting)) > self._window:
+            batch = Batch.joined(self._waiting)
+            low = 0
+            while len(batch) - low > self._window:
+                found += self._smoothed(batch.part(low, low + self._window), last=False)
+                low += self._window
+            self._waiting = [batch.part(low, len(batch))]
+        return found
+
+    def _rest(self) -> list[Done]:
+        if self._last is None:
+            return []
+        batch, self._waiting = Batch.joined(self._waiting), []
+        return self._smoothed(batch, last=True)
+
+    def _smoothed(self, batch: Batch, last: bool) -> list[Done]:
+        done = self._assembly.push(self._runs.push(batch, last), last, self._markers)
+        if done is None:
+            return []
+        if last:
+            done.markers.extend(replace(m, before=len(done.flat)) for m in self._markers)
+        self._out += len(done.flat)
+        return [done]
+
+    def _batch(self, path: Path, share: Array | None) -> Batch:
+        flat, count = path.flat, len(path.flat)
+        allowed, loose = _loose(path, self.tolerance, share)
+        said = [np.zeros(count) if each is None else each for each in (path.feeds, path.tolerances)]
+        _, before, known = self._last or (None, False, [float(each[0]) for each in said])
+        free = loose & np.append(before, loose[:-1])
+        apart = np.zeros(count, dtype=bool)
+        for values, one in zip(said, known, strict=True):
+            apart |= values != np.append(one, values[:-1])
+        self._last = path.ends[-1, 1].copy(), bool(loose[-1]), [float(each[-1]) for each in said]
+        for marker in self._markers:
+            i = marker.before - self._came
+            if 0 <= i < count and marker.before > 0:
+                apart[i] = True
+                free[i] &= not marker.stop
+        lines = (flat.degrees == 1) & (flat.rational == 0) & (np.diff(flat.point_starts) == 2)
+        return Batch(
+            flat, np.arange(self._came, self._came + count), np.where(loose, allowed, 1.0), np.zeros(count),
+            lines & loose, free, apart, np.zeros(count, dtype=bool), *said,
+        )  # fmt: skip
+
+
+def smooth_stream(pieces: Iterable[Path], tolerance: float | str, **how: Any) -> Iterator[Path]:
+    """Smooth pieces of one path, as they come, with the arguments of `Smoother`: that as a generator.
+
+    tolerance in mm. Raises what `Smoother` raises. Source: docs/smoothing.md.
+    Example: `list(sf.geometry.smooth_stream([sf.Path.polyline([[0, 0], [5, 0], [9, 1]])], 0.01))`
+    """
+    smoother: Smoother | None = None
+    for piece in pieces:
+        if smoother is None:
+            smoother = Smoother(tolerance, piece.axes, **how)
+        yield from smoother.push(piece)
+    if smoother is not None:
+        yield from smoother.finish()
+
+
+def _checked(tolerance: float | str, corner_angle: float, corners: str, angular_tolerance: float) -> float | str:
+    if isinstance(tolerance, str):
+        if tolerance != PROGRAM:
+            raise InputError(f"tolerance is {tolerance!r}; give a number of mm or 'program'")
+    else:
+        tolerance = float(tolerance)
+        if not 0.0 < tolerance < math.inf:
+            raise InputError(f"tolerance is {tolerance:g} mm; it must be greater than 0 and finite")
+    if not 0.0 < corner_angle <= math.pi:
+        raise InputError(f"corner_angle is {corner_angle:g} rad; it must lie above 0 and at most at pi")
+    if corners not in CORNERS:
+        raise InputError(f"corners is {corners!r}; choose 'keep' or 'round'")
+    if not 0.0 < angular_tolerance < math.inf:
+        raise InputError(f"angular_tolerance is {angular_tolerance!r} rad; it must be greater than 0 and finite")
+    return tolerance
+
+
+def _loose(path: Path, tolerance: float | str, share: Array | None) -> tuple[Array, BoolArray]:
+    """Tolerance of each curve, mm, and whether it may be changed at all."""
+    if not isinstance(tolerance, str):
+        allowed = np.full(len(path.flat), tolerance)
+    elif path.tolerances is None:
+        allowed = np.zeros(len(path.flat))
+    else:
+        allowed = np.where(np.isfinite(path.tolerances), path.tolerances, UNBOUNDED_TOLERANCE)
+    if share is not None:
+        allowed = share * allowed
+    loose = (allowed > 0.0) & (path.flat.sizes(slice(path.linear)) > 0.0) & ~path.flat.turning(path.linear)
+    return allowed, loose if path.feeds is None else loose & np.isfinite(path.feeds)

@@ -1,14 +1,18 @@
-"""Transitions: at a joint of two curves a quintic that leaves and meets them with continuous curvature."""
+"""Transitions: at each joint a quintic that leaves one curve and meets the next with continuous curvature."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from splinefeed.geometry.corners import CORNER_ANGLE, CURVATURE_JUMP
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.curves import LINE_KNOTS, Flat, Packed
 from splinefeed.geometry.differential import by_arc_length
-from splinefeed.geometry.path import Path
+from splinefeed.geometry.editing import section
+from splinefeed.geometry.path import Marker, Path
+from splinefeed.geometry.smoothing_runs import Batch
 from splinefeed.records import Array, BoolArray, IntArray
 
 #: A quintic over [-d, d] that meets value, slope and second derivative of a function at both ends differs from it by at
@@ -31,8 +35,172 @@ PLACES = 9
 BETWEEN = 1.5
 #: Times that a transition is shortened by half before the joint stays as it is.
 MOST_HALVINGS = 30
-#: Bisections that tell the length of a transition.
-BISECTIONS = 50
+#: Newton steps that tell the length of a transition.
+NEWTON_STEPS = 40
+#: Share of what is left of the tolerance that transitions use: the rest covers rounding and what lies between samples.
+JOINT = 0.95
+#: A parameter this near a knot, relative to the largest one, is the knot.
+SAME_KNOT = 1e-12
+_QUINTIC: Array = np.repeat([0.0, 1.0], 6)
+#: How often the halves of a quintic hold each of its points (de Casteljau's algorithm; The NURBS Book, 2nd ed., A1.5).
+_FRONT: Array = np.array([[1, 0, 0, 0, 0, 0], [16, 16, 0, 0, 0, 0], [8, 16, 8, 0, 0, 0], [4, 12, 12, 4, 0, 0],
+                          [2, 8, 12, 8, 2, 0], [1, 5, 10, 10, 5, 1]]) / [[1], [32], [32], [32], [32], [32]]  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Done:
+    """Curves that are final; feed and said (n,) as of a Batch, markers by the number of the curve among these."""
+
+    flat: Flat
+    feed: Array
+    said: Array
+    markers: list[Marker]
+
+
+@dataclass
+class Assembly:
+    """Transitions at the joints of the curves that come, which lead from one to the other with continuous curvature.
+
+    axes, angular  as for `smoothed`; rounded  whether corners are rounded; gap  of the paths, mm; made  transitions
+    """
+
+    axes: tuple[str, ...]
+    angular: float
+    rounded: bool
+    gap: float = 0.0
+    made: int = 0
+    _last: Batch | None = None
+    _begin: tuple[float, float, Array | float] = (0.0, 0.0, 0.0)  # reach, u and point at which the last one is entered
+
+    def push(self, batch: Batch | None, last: bool, markers: list[Marker]) -> Done | None:
+        """Take more curves; those that are final, all with `last`, with those of `markers` that stand among them.
+
+        These are taken from the list; they are in order, `before` being the number of a curve of the path.
+        """
+        given = [each for each in (self._last, batch) if each is not None]
+        if not given:
+            return None
+        batch = Batch.joined(given)
+        base = Path(Packed(batch.flat), self.axes, tolerance=self.gap)
+        budget = np.minimum(batch.allowed[:-1], batch.allowed[1:])
+        share = JOINT * (1.0 - np.maximum(batch.spent[:-1], batch.spent[1:]))
+        may = batch.free[1:] if self.rounded else batch.free[1:] & ~batch.corner[1:]
+        made = transitions(base, share * budget, share * self.angular, may)
+        self.made += int(np.count_nonzero(made.reach))
+        count = len(batch) if last else len(batch) - 1
+        if not count:
+            self._last = batch
+            return None
+        done = self._put_together(batch, base, made, count, markers)
+        if last:
+            self._last = None
+        else:
+            self._last = batch.part(count, count + 1)
+            self._begin = float(made.reach[-1]), float(made.behind[-1]), made.points[-1, 5]
+        return done
+
+    def _put_together(self, batch: Batch, base: Path, made: Transitions, count: int, markers: list[Marker]) -> Done:
+        """The first `count` curves, as the transitions leave them, and the transitions behind them."""
+        flat = batch.flat
+        reach, entered, point = self._begin
+        before = np.append(reach, made.reach)[:count]  # reach of the transition before each, and of that behind
+        behind = np.append(made.reach, 0.0)[:count]
+        lengths = np.diff(base.curve_starts)[:count]
+        left = lengths - before - behind > NO_REST * lengths
+        halves = np.append(batch.apart[1:], False)[:count]
+        slots = np.concatenate([[0], np.cumsum(left + np.where(behind > 0.0, 1 + halves, 0))])
+        rests, joints = slots[:-1][left], (slots[:-1] + left)[behind > 0.0]
+        total = int(slots[-1])
+        # what is left of each: from the end of the transition before it to the start of that behind
+        none = np.zeros((1, 6, len(self.axes)))
+        entry, leave = (
+            np.concatenate([none + point, made.points])[:count, 5],
+            np.concatenate([made.points, none])[:count, 0],
+        )
+        ends = base.ends[:count].copy()
+        ends[:, 0] = np.where(before[:, None] > 0.0, entry, ends[:, 0])
+        ends[:, 1] = np.where(behind[:, None] > 0.0, leave, ends[:, 1])
+        straight = (flat.degrees[:count] == 1) & (np.diff(flat.point_starts[: count + 1]) == 2)
+        parts: list[Flat] = []
+        slot: list[IntArray] = []
+        whole = left & (before == 0.0) & (behind == 0.0)
+        cut = left & ~whole
+        if whole.any():
+            parts.append(flat.chosen(np.flatnonzero(whole)))
+            slot.append(slots[:-1][whole])
+        if (lines := cut & straight).any():
+            parts.append(_lines(ends[lines]))
+            slot.append(slots[:-1][lines])
+        if (bent := cut & ~straight).any():
+            us = np.append(entered, made.behind), np.append(made.before, 0.0)
+            at = np.flatnonzero(bent).tolist()
+            parts.append(Flat.of([_shortened(flat.curve(i), us[0][i] if before[i] else None,
+                                             us[1][i] if behind[i] else None) for i in at]))  # fmt: skip
+            slot.append(slots[:-1][bent])
+        led = np.flatnonzero(behind > 0.0)
+        if len(led):
+            points = made.points[led].copy()
+            # where nothing is left of a curve, one transition begins at the end of the other
+            closed = ~left[led] & (before[led] > 0.0)
+            points[closed, 0] = entry[led[closed]]
+            split = halves[led]
+            front = np.einsum("ij,njk->nik", _FRONT, points)
+            back = np.einsum("ij,njk->nik", _FRONT[::-1, ::-1], points)
+            back[:, 0] = front[:, 5]
+            parts += [_quintics(np.where(split[:, None, None], front, points)), _quintics(back[split])]
+            slot += [joints, joints[split] + 1]
+        order = np.argsort(np.concatenate(slot), kind="stable")
+        owner = np.empty(total, dtype=np.int64)
+        owner[rests] = np.flatnonzero(left)
+        owner[joints] = led
+        owner[joints[halves[led]] + 1] = led[halves[led]] + 1
+        begins = slots.copy()  # where each curve begins, the one behind included
+        begins[led[halves[led]] + 1] = joints[halves[led]] + 1
+        return Done(
+            Flat.joined([part for part in parts if len(part)]).chosen(order),
+            batch.feed[owner],
+            batch.said[owner],
+            _placed(batch, begins, total, markers),
+        )
+
+
+def _placed(batch: Batch, begins: IntArray, total: int, markers: list[Marker]) -> list[Marker]:
+    """Markers that stand before curves that are final, taken from the list, with the numbers of these."""
+    out = []
+    while markers:
+        i = int(np.searchsorted(batch.first, markers[0].before))
+        if i >= len(begins) or i >= len(batch) or begins[i] >= total:
+            break
+        out.append(replace(markers.pop(0), before=int(begins[i])))
+    return out
+
+
+def _lines(ends: Array) -> Flat:
+    n = len(ends)
+    return Flat(
+        np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64), 4 * np.arange(n + 1), np.tile(LINE_KNOTS, n),
+        2 * np.arange(n + 1), ends.reshape(2 * n, ends.shape[2]), np.empty(0),
+    )  # fmt: skip
+
+
+def _quintics(points: Array) -> Flat:
+    n = len(points)
+    return Flat(
+        np.full(n, 5), np.zeros(n, dtype=np.int64), 12 * np.arange(n + 1), np.tile(_QUINTIC, n),
+        6 * np.arange(n + 1), points.reshape(6 * n, points.shape[2]), np.empty(0),
+    )  # fmt: skip
+
+
+def _shortened(curve: NurbsCurve, low: float | None, high: float | None) -> NurbsCurve:
+    ends = (at_knot(curve, end if u is None else float(u)) for u, end in zip((low, high), curve.domain, strict=True))
+    return section(curve, *ends)
+
+
+def at_knot(curve: NurbsCurve, u: float) -> float:
+    """The knot that u is but for rounding, or u."""
+    nearest = float(curve.breaks[np.argmin(np.abs(curve.breaks - u))])
+    size = max(map(abs, curve.domain))
+    return nearest if abs(nearest - u) <= SAME_KNOT * size and nearest not in curve.domain else u
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +210,12 @@ class Transitions:
     reach   (joints,) arc length that it takes of either curve, mm; 0 for none
     before  (joints,) parameter at which it leaves the curve in front; behind  at which it meets the one behind
     points  (joints, 6, axes) Bezier points of degree 5
-    bound   (joints,) largest distance between it and what it replaces, at equal arc length from its ends, mm
     """
 
     reach: Array
     before: Array
     behind: Array
     points: Array
-    bound: Array
 
 
 def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -> Transitions:
@@ -83,7 +249,7 @@ def transitions(path: Path, tolerance: Array, angular: Array, free: BoolArray) -
     if curved.any():
         rate[curved] = BETWEEN * _rates(path, joint[curved], reach[curved])
     allowed = np.column_stack([tolerance, angular])
-    reach = np.minimum(reach, _longest(tangent, bend, rate, allowed, reach))
+    reach = np.where(wanted, np.minimum(reach, _longest(tangent, bend, rate, allowed, reach)), 0.0)
     # the result at one place does not depend on the size of the whole path, which a stream does not know
     reach[reach <= LEAST * (np.abs(left[:, 0, :linear]).max(axis=1, initial=0.0) + lengths[:-1] + lengths[1:])] = 0.0
     return _made(path, reach, curved & (reach > 0.0), allowed)
@@ -108,27 +274,13 @@ def _rates(path: Path, joint: IntArray, reach: Array) -> Array:
 
 def _longest(tangent: Array, bend: Array, rate: Array, allowed: Array, most: Array) -> Array:
     """Greatest d (joints,) up to `most` that keeps the bound of `transitions` within allowed (joints, 2)."""
-
-    def within(d: Array) -> BoolArray:
-        d = d[:, None]
-        return np.asarray(np.all(TANGENT * tangent * d + BEND * bend * d**2 + RATE * rate * d**3 <= allowed, axis=1))
-
-    low, high = np.zeros(len(most)), most.copy()
-    fits = within(high)
-    low[fits] = high[fits]
+    a, b, c = TANGENT * tangent, BEND * bend, RATE * rate
     with np.errstate(divide="ignore", invalid="ignore"):
-        direct = np.min(np.where(tangent > 0.0, allowed / (TANGENT * tangent), np.inf), axis=1)
-    line = (bend == 0.0).all(axis=1) & (rate == 0.0).all(axis=1)
-    low = np.where(line, np.minimum(direct, most), low)
-    rest = np.flatnonzero(~fits & ~line)
-    for _ in range(BISECTIONS if len(rest) else 0):
-        middle = 0.5 * (low[rest] + high[rest])
-        trial = high.copy()
-        trial[rest] = middle
-        good = within(trial)[rest]
-        low[rest] = np.where(good, middle, low[rest])
-        high[rest] = np.where(good, high[rest], middle)
-    return low
+        d = np.minimum(most[:, None], np.where(a > 0.0, allowed / a, np.inf))
+        for _ in range(NEWTON_STEPS):  # what grows and bends upwards is reached from above
+            over = np.maximum(((c * d + b) * d + a) * d - allowed, 0.0)
+            d -= np.where(over > 0.0, over / ((3.0 * c * d + 2.0 * b) * d + a), 0.0)
+    return np.asarray(d.min(axis=1))
 
 
 def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transitions:
@@ -137,7 +289,6 @@ def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transi
     count = len(at)
     before, behind = path.flat.domains[:-1, 1].copy(), path.flat.domains[1:, 0].copy()
     points = np.zeros((count, 6, len(path.axes)))
-    bound = np.zeros(count)
     open_ = np.flatnonzero(reach > 0.0)
     for _ in range(MOST_HALVINGS):
         if not len(open_):
@@ -149,16 +300,13 @@ def _made(path: Path, reach: Array, curved: BoolArray, allowed: Array) -> Transi
         start = by_arc_length(path.evaluate(open_, before[open_], 3, side="left"), path.linear)
         end = by_arc_length(path.evaluate(open_ + 1, behind[open_], 3), path.linear)
         points[open_] = hermite(start, end, 2.0 * d)
-        # between two lines it is furthest off in the middle
-        bound[open_] = TANGENT * d * np.linalg.norm((end[:, 1] - start[:, 1])[:, : path.linear], axis=1)
         open_ = open_[curved[open_]]
         off = _apart(path, points[open_], at[open_], reach[open_])
-        bound[open_] = off[:, 0]
         open_ = open_[np.any(off > allowed[open_], axis=1)]
         reach[open_] *= 0.5
     reach[open_] = 0.0
     points.setflags(write=False)
-    return Transitions(reach, before, behind, points, bound)
+    return Transitions(reach, before, behind, points)
 
 
 def _parameters(path: Path, curve: IntArray, s: Array) -> Array:

@@ -1,22 +1,73 @@
-"""Smoothing that is proven afterwards, and repeated with a smaller tolerance where new self-crossings appear."""
+"""The proof of a smoothed path: how far it is from the original side by side, and that it has no new self-crossing.
+
+It looks at chords of both paths and shares nothing with the smoothing.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import CurveError
+from splinefeed.errors import CurveError, InputError
+from splinefeed.geometry.curve import NurbsCurve
+from splinefeed.geometry.meetings import meetings
 from splinefeed.geometry.path import Path
-from splinefeed.geometry.smoothing_order import Order, order
-from splinefeed.geometry.smoothing_stream import ANGULAR_TOLERANCE, PROGRAM, UNBOUNDED_TOLERANCE
-from splinefeed.records import Array
+from splinefeed.geometry.smoothing import ANGULAR_TOLERANCE, PROGRAM, UNBOUNDED_TOLERANCE, smoothed
+from splinefeed.geometry.tool_path import ANGLES, POINTS, VECTORS, ToolPath, beside
+from splinefeed.kernels import matching as kernels
+from splinefeed.records import Array, IntArray
 
 #: The proof gives the distance from the original to this share of the tolerance.
 PRECISION = 0.02
 #: Rounds of smoothing more closely, each with half the tolerance, before the curves concerned stay exact.
 ROUNDS = 6
+#: What chords may cut off, as a share of the precision: each distance counts it of both paths.
+SAG = 0.25
+#: Traversals on which the paths come further apart than this many tolerances are not followed.
+LIMIT = 3.0
+#: Cells of a chord beside a chord at first, for each chord, and at most: beyond, the paths are too entangled.
+CELLS, MOST_CELLS = 4, 30_000_000
+#: Places that lie within this, relative to the coordinates, are one.
+TOUCH = 1e-10
+#: Most meetings of a path with itself that are examined.
+MOST_MEETINGS = 1_000_000
+#: A curve whose chord is longer than this many times what it cuts off does not turn back over it.
+BACK = 4.0
+#: Steps no longer than this, relative to the coordinates, are rounding.
+ROUNDING = 1e-14
+#: The share of a short span that its chords may cut off.
+FLAT = 1.0 / 64.0
+#: Chords of one span at most.
+MOST_CHORDS = 100_000
+#: Places a span of a rational curve at which its second derivative is sampled, and the factor for values between them.
+PLACES, BETWEEN = 17, 1.25
+#: Names under which the columns of the tool axis go through the smoothing, beside x, y, z.
+_COLUMNS = ("a", "b", "c")
+#: Largest tolerance of the tool axis, rad: beyond it there is little left of a direction.
+LARGEST_ANGLE = math.radians(30.0)
+#: A curve's tool axis turns by less than this, rad, from its middle: otherwise its shortest vector is not bounded.
+MOST_TURN = math.radians(80.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """Two paths traversed side by side, from start to end and never back.
+
+    largest    a bound of the Frechet distance over the linear axes, mm, infinite if none was found; largest_angle  of
+               the angle between the rotary axes meanwhile, rad
+    crossings  (n, 2) arc lengths of the result at which it meets itself and the original, near there, does not
+    concerned  (2 n, 2) first and last curve of the original that the pieces which meet there stand for
+    unclear    chords of the result too short, for their bend, to tell whether there are loops in them
+    """
+
+    largest: float
+    largest_angle: float
+    crossings: Array = field(default_factory=lambda: np.empty((0, 2)))
+    concerned: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    unclear: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,15 +123,11 @@ def proven(
     Raises CurveError if it is over its tolerance nevertheless, which is not known to happen, and InputError as
     `smoothed`.
     """
-    from splinefeed.geometry.smoothing import smoothed
-
     share, largest = np.ones(len(path.flat)), _largest(path, tolerance)
     for attempt in range(ROUNDS + 2):
         result = smoothed(path, tolerance, angular_tolerance=angular_tolerance, share=share, **how)  # type: ignore[arg-type]
         if result is path:
-            zeros = np.zeros(len(share))
-            same = Order(zeros, zeros, np.empty((0, 2)), np.empty((0, 2), dtype=np.int64), 0)
-            return Proof(path, same, largest, angular_tolerance, 0)
+            return Proof(path, Order(0.0, 0.0), largest, angular_tolerance, 0)
         found = order(path, result, largest, angular_tolerance, PRECISION)
         if not len(found.crossings) or attempt > ROUNDS:
             break
@@ -94,11 +141,301 @@ def proven(
     return replace(proof, path=result.with_findings(*result.findings, proof.sentence))
 
 
+def proven_tool(
+    path: ToolPath, tolerance: float | str, *, angular_tolerance: float = ANGULAR_TOLERANCE, **how: Any
+) -> tuple[ToolPath, Proof]:
+    """The tool path with continuous tangent and curvature of tip and tool axis, and the proof of both tolerances.
+
+    tolerance          of the tip, mm, or "program"; how  as for `smoothed`
+    angular_tolerance  of the tool axis, rad
+
+    Tip and tool axis are one curve of up to six columns, (r, w): w holds vectors k / m, where m is the shortest of
+    them all, or angles of rotary joints, rad. That curve is smoothed as any path with rotary axes is, and `order` runs
+    both paths through side by side: at each place of the result there is one of the original, in the same order, with
+
+        |r - r0| <= tolerance  and  |w - w0| <= sin(angular_tolerance)   (angles: <= angular_tolerance).
+
+    As |w0| >= 1, the angle between the tool axes is at most asin |w - w0|, which is within the tolerance. m is no
+    sample: each curve lies in the hull of its control points, so that |k| >= min_i (p_i . d) for any unit vector d.
+    Of angles, the tool axis of two joints that turn about crossing axes has dk^2 = dA^2 + sin^2(A) dC^2: it turns by
+    no more than the joints do. Both bounds hold with what the chords of that proof cut off.
+    Raises InputError for a tolerance that cannot be used, and for curves whose tool axis has other knots than the tip.
+    """
+    if not (isinstance(angular_tolerance, int | float) and 0.0 < angular_tolerance <= LARGEST_ANGLE):
+        raise InputError(
+            f"the tolerance of the tool axis is {angular_tolerance!r} rad; it must be above 0 and at most "
+            f"{math.degrees(LARGEST_ANGLE):g} deg"
+        )
+    packed = _packed(path)
+    angular = angular_tolerance if path.kind == ANGLES else math.sin(angular_tolerance)
+    least = 1.0 + PRECISION  # the proof tells distances to this: what it says is within the tolerances themselves
+    within: float | str = PROGRAM
+    if tolerance == PROGRAM and packed.tolerances is not None:
+        said = np.where(np.isfinite(packed.tolerances), packed.tolerances, UNBOUNDED_TOLERANCE) / least
+        packed = Path(packed.curves, packed.axes, **{**packed._said(), "tolerances": said}, tolerance=packed.tolerance)
+    elif tolerance != PROGRAM:
+        within = float(tolerance) / least
+    proof = proven(packed, within, angular_tolerance=angular / least, **how)
+    largest = float(tolerance) if tolerance != PROGRAM else proof.tolerance * least
+    said_of = replace(proof, tolerance=largest, angular_tolerance=angular_tolerance)
+    if proof.path is packed:
+        return path, said_of
+    return _unpacked(proof.path, path).with_findings(*proof.path.findings[:-1], said_of.sentence), said_of
+
+
+def _packed(path: ToolPath) -> Path:
+    """Tip and tool axis as one path of x, y, z and up to three columns that are looked at as rotary axes."""
+    said = {**path._said(), "tolerance": path.tolerance}
+    if path.tool_axis is None:
+        return Path(path.curves, **said)
+    columns = []
+    for i, (tip, axis) in enumerate(zip(path.curves, path.tool_axis, strict=True)):
+        same = tip.degree == axis.degree and np.array_equal(tip.knots, axis.knots)
+        one, other = (np.ones(1) if each.weights is None else each.weights for each in (tip, axis))
+        if not same or not np.array_equal(one, other):
+            raise InputError(
+                f"{path.name}: curve {i} has other knots or weights for the tool axis than for the tip; give both the "
+                "same to smooth them together"
+            )
+        columns.append(axis.control_points - tip.control_points if path.kind == POINTS else axis.control_points)
+    scale = 1.0 if path.kind == ANGLES else 1.0 / _shortest(columns, path)
+    curves = [
+        beside(tip, np.column_stack([tip.control_points, scale * rows]))
+        for tip, rows in zip(path.curves, columns, strict=True)
+    ]
+    axes = ("x", "y", "z", *_COLUMNS[: path.columns])
+    if all(curve.degree == 1 and len(curve.control_points) == 2 for curve in curves):
+        points = np.stack([curve.control_points for curve in curves])
+        if np.array_equal(points[:-1, 1], points[1:, 0]):
+            return Path.polyline(np.concatenate([points[:1, 0], points[:, 1]]), axes, **path._said())
+    return Path(curves, axes, **said)
+
+
+def _shortest(columns: list[Array], path: ToolPath) -> float:
+    """A length that no vector of the tool axis is shorter than."""
+    least = math.inf
+    for i, rows in enumerate(columns):
+        sizes = np.linalg.norm(rows, axis=1)
+        units = rows / np.maximum(sizes, np.finfo(float).tiny)[:, None]
+        middle = units.sum(axis=0)
+        along = rows @ (middle / max(float(np.linalg.norm(middle)), np.finfo(float).tiny))
+        if np.any(along < math.cos(MOST_TURN) * sizes) or not np.all(sizes > 0.0):
+            raise InputError(
+                f"{path.name}: the tool axis turns too far along curve {i} to be smoothed, at "
+                f"{path.place(float(path.curve_starts[i + 1]))}; split the curve"
+            )
+        least = min(least, float(along.min()))
+    return least
+
+
+def _unpacked(smooth: Path, path: ToolPath) -> ToolPath:
+    curves = [NurbsCurve(c.degree, c.knots, c.control_points[:, :3], c.weights) for c in smooth.curves]
+    said = {**smooth._said(), "tolerance": smooth.tolerance, "tool_length": path.tool_length}
+    if path.lines is not None:  # the curve of the original that is as far along, but for what smoothing cuts off
+        share = smooth.curve_starts[:-1] * (path.length / smooth.length)
+        at = np.searchsorted(path.curve_starts, share, side="right") - 1
+        said["lines"] = path.lines[np.clip(at, 0, len(path.lines) - 1)]
+    if path.tool_axis is None:
+        return ToolPath(curves, **said)
+    axes = [beside(c, c.control_points[:, 3:].copy()) for c in smooth.curves]
+    kind = ANGLES if path.kind == ANGLES else VECTORS
+    return ToolPath(curves, axes, kind=kind, rotary=path.rotary, **said)
+
+
 def _largest(path: Path, tolerance: float | str) -> float:
-    """The largest tolerance of any curve, mm."""
     if tolerance != PROGRAM:
         return float(tolerance)
     if path.tolerances is None or not path.tolerances.any():
         return UNBOUNDED_TOLERANCE
     said: Array = np.where(np.isfinite(path.tolerances), path.tolerances, UNBOUNDED_TOLERANCE)
     return float(said.max())
+
+
+def order(original: Path, result: Path, tolerance: float, angular_tolerance: float, precision: float = 0.02) -> Order:
+    """Both paths traversed side by side, so that they stay near each other, and new self-crossings of the result.
+
+    tolerance, angular_tolerance  mm and rad: what counts as equally far over linear and rotary axes
+    precision                     of both, as a share: what chords in place of curves may cost
+
+    The largest distance of the traversal bounds the Frechet distance: the order of places, and the direction, are those
+    of the original, nothing is left out or traversed twice. The way is found from the chords of both paths alone, cell
+    by cell (Alt, Godau, "Computing the Frechet distance between two polygonal curves", Int. J. Comput. Geom. Appl. 5
+    (1995), 75-91, doi 10.1142/S0218195995000064); the distance is convex along it within a cell, so that its places on
+    the edges give the largest. It shares nothing with the smoothing.
+    """
+    linear = result.linear
+    scale = np.repeat([1.0 / tolerance, 1.0 / angular_tolerance], [linear, len(result.axes) - linear])
+    p, owner, cut = chords(result, SAG * precision, scale)
+    q, source, _ = chords(original, SAG * precision, scale)
+    way = _way(p, q, linear)
+    if way is None:
+        return Order(math.inf, math.inf)
+    sag = 2.0 * SAG * precision
+    off = _at(p, way[:, 0]) - _at(q, way[:, 1])
+    distance, angle = (float(np.linalg.norm(each, axis=1).max()) for each in (off[:, :linear], off[:, linear:]))
+    crossings, places = np.empty((0, 2)), np.empty((0, 2))
+    if linear > 1:
+        crossings, places = _new_meetings(result, p[:, :linear] * tolerance, q[:, :linear] * tolerance, owner, way)
+    concerned = np.clip(np.column_stack([np.floor(places[:, 0]), np.ceil(places[:, 1]) - 1.0]), 0, len(source) - 1)
+    return Order(
+        tolerance * (distance + sag),
+        angular_tolerance * (angle + (sag if linear < len(result.axes) else 0.0)),
+        crossings,
+        source[concerned.astype(np.int64)],
+        _unclear(result, p[:, :linear], cut, owner),
+    )
+
+
+def _way(p: Array, q: Array, linear: int) -> Array | None:
+    """Places (n, 2) on both lines, chord and share in one number, that lead from start to end; None if none is near."""
+    columns, chord = len(p) - 1, len(q) - 1
+    lows, starts = np.zeros(columns + 1, dtype=np.int64), np.zeros(columns + 1, dtype=np.int64)
+    room = CELLS * (columns + chord)
+    while True:
+        places, ways = np.empty((room, 2)), np.empty((room, 2), dtype=np.int64)
+        used = kernels.side_by_side(p, q, linear, LIMIT**2, lows, starts, places, ways)
+        if used >= 0 or room >= MOST_CELLS:
+            break
+        room *= 4
+    if used <= 0:
+        return None
+    out = np.empty((columns + chord + 2, 2))
+    count = kernels.traced(lows, starts, places, ways, out)
+    return np.vstack([[[0.0, 0.0]], out[:count][::-1]])
+
+
+def _at(points: Array, place: Array) -> Array:
+    i = np.minimum(place.astype(np.int64), len(points) - 2)
+    return np.asarray(points[i] + (place - i)[:, None] * (points[i + 1] - points[i]))
+
+
+def _new_meetings(result: Path, p: Array, q: Array, owner: IntArray, way: Array) -> tuple[Array, Array]:
+    """Arc lengths (n, 2) at which the result meets itself where the original, over the same pieces, does not.
+
+    And (2 n, 2) where on the original these pieces begin and end.
+    """
+    found, known = (meetings(each, TOUCH * float(np.abs(each).max()), MOST_MEETINGS) for each in (p, q))
+    if found is None or known is None or not len(found):
+        return np.empty((0, 2)), np.empty((0, 2))
+    # the pieces at both places and their neighbours, as places on the original
+    first = np.searchsorted(owner, np.arange(len(result.curves)))
+    bounds = np.append(first, len(owner)).astype(float)
+    piece = owner[np.minimum(found.astype(np.int64), len(owner) - 1)]
+    low = np.interp(bounds[np.maximum(piece - 1, 0)], way[:, 0], way[:, 1])
+    high = np.interp(bounds[np.minimum(piece + 2, len(result.curves))], way[:, 0], way[:, 1])
+    new = np.ones(len(found), dtype=bool)
+    ordered = known[np.argsort(known[:, 0], kind="stable")]
+    begin = np.searchsorted(ordered[:, 0], np.floor(low[:, 0]))
+    end = np.searchsorted(ordered[:, 0], np.ceil(high[:, 0]), side="right")
+    for k in range(len(found)):
+        other = ordered[begin[k] : end[k], 1]
+        new[k] = not np.any((other >= np.floor(low[k, 1])) & (other <= np.ceil(high[k, 1])))
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))])
+    mine = piece[new].ravel()
+    places = np.column_stack([np.interp(bounds[each], way[:, 0], way[:, 1]) for each in (mine, mine + 1)])
+    return np.asarray(np.interp(found[new], np.arange(len(p)), length)), places
+
+
+def _unclear(result: Path, p: Array, cut: Array, owner: IntArray) -> int:
+    """Chords (n,) within which, or over to the next of which, the curve could turn back: it cuts off too much.
+
+    With e the distance of a curve from its chord at equal shares, |e'| <= 4 cut / h: the curve goes forwards along any
+    direction in which its chord is longer than four times what it cuts off. And so it does, as a whole, along a
+    direction in which all legs of its control polygon go forwards.
+    """
+    step = np.diff(p, axis=0)
+    length = np.linalg.norm(step, axis=1)
+    unit = step / np.maximum(length, 1e-300)[:, None]
+    cosine = np.sqrt(np.maximum(0.5 * (1.0 + np.sum(unit[1:] * unit[:-1], axis=1)), 0.0))
+    open_ = (cut > 0.0) & (length <= BACK * cut)
+    over = (owner[1:] == owner[:-1]) & (cut[1:] > 0.0)
+    open_[1:] |= over & ((cosine * length[1:] <= BACK * cut[1:]) | (cosine * length[:-1] <= BACK * cut[:-1]))
+    curves = np.unique(owner[open_])
+    forwards = [i for i in curves.tolist() if _goes_forwards(result.curves[i], p.shape[1])]
+    return int(np.count_nonzero(open_ & ~np.isin(owner, forwards)))
+
+
+def _goes_forwards(curve: NurbsCurve, linear: int) -> bool:
+    """Whether all legs of its control polygon go forwards along their mean, or that of the first and the last."""
+    legs = np.diff(curve.control_points[:, :linear], axis=0)
+    legs = legs[np.any(legs != 0.0, axis=1)]
+    legs = legs / np.linalg.norm(legs, axis=1)[:, None]
+    ways = np.stack([legs.sum(axis=0), legs[0] + legs[-1]])
+    return not curve.rational and bool(np.any(np.all(legs @ ways.T > 0.0, axis=0)))
+
+
+def chords(path: Path, sag: float, scale: Array | None = None) -> tuple[Array, IntArray, Array]:
+    """Points (n + 1, axes) of chords, the curve of each chord (n,), and what it cuts off at most (n,).
+
+    That is at most `sag`, and a small share of the span.
+    scale  (axes,) what each axis is taken times; only the linear ones, in mm, if it is not given
+    """
+    scale = np.ones(path.linear) if scale is None else scale
+    flat, axes = path.flat, len(scale)
+    size = np.diff(flat.point_starts)
+    straight = (flat.degrees == 1) & (flat.rational == 0)
+    bezier = ~straight & (flat.rational == 0) & (size == flat.degrees + 1)
+    low, high = flat.domains.T
+    found: list[tuple[IntArray, Array, Array]] = []  # curve, parameter and what the chord up to there cuts off
+    for p in np.unique(flat.degrees[bezier]).tolist():
+        at = np.flatnonzero(bezier & (flat.degrees == p))
+        q = flat.points[flat.point_starts[at][:, None] + np.arange(p + 1), :axes] * scale
+        width = high[at] - low[at]
+        top = p * (p - 1) * np.linalg.norm(np.diff(q, 2, axis=1), axis=2).max(axis=1) / width**2
+        middle = np.einsum("j,njk->nk", [math.comb(p, j) / 2.0**p for j in range(p + 1)], q)
+        long = np.linalg.norm(middle - q[:, 0], axis=1) + np.linalg.norm(q[:, -1] - middle, axis=1)
+        found.append(_parted(at, low[at], width, top, long, sag))
+    for i in np.flatnonzero(~straight & ~bezier).tolist():
+        curve = path.curves[i]
+        width = np.diff(curve.breaks)
+        halves = curve(np.sort(np.append(curve.breaks, curve.breaks[:-1] + 0.5 * width)))[:, :axes] * scale
+        long = np.linalg.norm(np.diff(halves, axis=0), axis=1).reshape(-1, 2).sum(axis=1)
+        owner = np.full(len(width), i)
+        found.append(_parted(owner, curve.breaks[:-1], width, _bends(curve, scale), long, sag))
+    lines = np.repeat(straight, size)
+    owners = [np.repeat(np.arange(len(flat)), size)[lines], *(each[0] for each in found)]
+    points = [flat.points[lines, :axes] * scale]
+    points += [path.evaluate(owner, u)[:, 0, :axes] * scale for owner, u, _ in found]
+    cuts = [np.zeros(len(points[0])), *(each[2] for each in found)]
+    order = np.argsort(np.concatenate(owners), kind="stable")
+    line, owner, off = np.concatenate(points)[order], np.concatenate(owners)[order], np.concatenate(cuts)[order]
+    # where two curves join there may be a step of a rounding, which is no chord
+    least = ROUNDING * float(np.abs(line).max())
+    moved = np.append(True, np.any(np.abs(line[1:] - line[:-1]) > least, axis=1))
+    return line[moved], owner[moved][1:], off[moved][1:]
+
+
+def _parted(
+    curve: IntArray, low: Array, width: Array, top: Array, long: Array, sag: float
+) -> tuple[IntArray, Array, Array]:
+    """Curve, parameter and what the chord up to there cuts off, of the ends of the chords of spans (n,), in order.
+
+    low, width  of each span in u; top  its largest |C''|; long  about its length
+    """
+    with np.errstate(divide="ignore"):
+        chord = np.sqrt(8.0 * np.minimum(FLAT * long, sag) / top)
+    counts = np.clip(np.ceil(width / np.maximum(chord, width / MOST_CHORDS)), 1, MOST_CHORDS).astype(np.int64)
+    opens = np.append(True, curve[1:] != curve[:-1])
+    rows = counts + opens
+    share = np.arange(rows.sum()) - np.repeat(np.cumsum(rows) - rows - (1 - opens), rows)
+    u = np.repeat(low, rows) + share / np.repeat(counts, rows) * np.repeat(width, rows)
+    last = share == np.repeat(counts, rows)
+    u[last] = np.where(np.append(~opens[1:], False), np.append(low[1:], 0.0), low + width)
+    return np.repeat(curve, rows), u, np.where(share > 0, np.repeat(top * (width / counts) ** 2 / 8.0, rows), 0.0)
+
+
+def _bends(curve: NurbsCurve, scale: Array) -> Array:
+    """Largest |C''| of each span (spans,), of the axes taken times `scale`."""
+    breaks, axes = curve.breaks, len(scale)
+    if curve.rational:
+        u = breaks[:-1, None] + np.diff(breaks)[:, None] * np.linspace(0.0, 1.0, PLACES)
+        return np.asarray(BETWEEN * np.linalg.norm(curve.derivatives(u, 2)[..., 2, :axes] * scale, axis=-1).max(axis=1))
+    p, knots, q = curve.degree, curve.knots, curve.control_points[:, :axes] * scale
+    for _ in range(2):
+        width = knots[p + 1 : p + len(q)] - knots[1 : len(q)]
+        q = np.divide(p * np.diff(q, axis=0), width[:, None], out=np.zeros((len(q) - 1, axes)),
+                      where=width[:, None] > 0.0)  # fmt: skip
+        knots, p = knots[1:-1], p - 1
+    sizes = np.linalg.norm(q, axis=1)
+    spans = np.searchsorted(knots, breaks[:-1], side="right") - 1
+    return np.asarray(np.max(sizes[np.clip(spans[:, None] - np.arange(p + 1), 0, len(sizes) - 1)], axis=1))

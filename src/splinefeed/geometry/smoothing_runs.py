@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from scipy.interpolate import BSpline
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.curves import Flat, Packed
-from splinefeed.geometry.smoothing_batch import Batch
-from splinefeed.geometry.smoothing_fit import DEGREE, fit_run
+from splinefeed.geometry.fitting.grid import graded, halved
 from splinefeed.kernels.smoothing import thin
 from splinefeed.records import Array, BoolArray, IntArray
 
@@ -27,47 +29,74 @@ LEAST, MOST = 4, 500
 ARM, ARM_LINES = 5.0, 8
 #: Samples a line of mean length, the least and the most of any.
 SAMPLES, MOST_SAMPLES = 3, 48
+#: Degree of the splines.
+DEGREE = 5
+#: A coefficient that samples tell to less than this share of its square is open: rounding.
+OPEN = 1e-13
+#: Rounds of halving knot spans at most: a span is at least a 2^ROUNDS-th of the run.
+ROUNDS = 12
+#: Samples that a span needs to be halved.
+FEWEST = 9
+#: A span is halved if it is wider than this many of its neighbours.
+GRADE = 2.5
 
 
-@dataclass
-class Thinning:
-    """Points within a tenth of the tolerance of the last one go, lines between those that stay take their place."""
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Curves that follow each other.
 
-    linear: int
-    angular: float
-    _tail: Batch | None = None  # from the last point but one that is sure to stay: few lines, however many came
+    flat       the curves
+    first      (n,) number of the first curve of the path that each stands for
+    allowed    (n,) tolerance, mm
+    spent      (n,) share of it that is used up
+    line       (n,) straight lines that may be changed
+    free       (n,) whether the joint before it may be smoothed; apart whether feed or tolerance changes there
+    corner     (n,) whether that joint turns by more than the corner angle
+    feed       (n,) mm/s; said  tolerance of the program, mm; NaN where none is given
+    """
 
-    def push(self, batch: Batch, last: bool) -> Batch | None:
-        """Take more curves; those that are final, all with `last`."""
-        if self._tail is not None:
-            batch = Batch.joined([self._tail, batch])
-        ends = _ends(batch.flat)
-        vertices = np.vstack([ends[:1, 0], ends[:, 1]])
-        count = len(batch)
-        held = np.ones(count + 1, dtype=bool)
-        held[1:-1] = ~(batch.free[1:] & ~batch.apart[1:] & batch.line[:-1] & batch.line[1:])
-        held[-1] = last or not batch.line[-1]
-        allowed = batch.allowed
-        near = THIN * np.minimum(np.append(allowed[:1], allowed), np.append(allowed, allowed[-1:]))
-        kept = np.empty(count + 1, dtype=bool)
-        thin(vertices, held, self.linear, near, THIN * self.angular, kept)
-        at = np.flatnonzero(kept)
-        if last:
-            self._tail = None
-            return _between(batch, vertices, at)
-        sure = int(at[-2]) if len(at) > 1 else 0
-        # what is not sure yet: a line to the last point that stays, one to the first point elsewhere, one to the end
-        end = int(at[-1])
-        aside = np.flatnonzero(np.any(vertices[end + 1 :, : self.linear] != vertices[end, : self.linear], axis=1))
-        marks = {sure, end, *(end + 1 + aside[:1]).tolist(), count}
-        self._tail = _between(batch.part(sure, count), vertices[sure:], np.array(sorted(marks)) - sure)
-        return _between(batch.part(0, sure), vertices[: sure + 1], at[at <= sure]) if sure else None
+    flat: Flat
+    first: IntArray
+    allowed: Array
+    spent: Array
+    line: BoolArray
+    free: BoolArray
+    apart: BoolArray
+    corner: BoolArray
+    feed: Array
+    said: Array
+
+    @classmethod
+    def joined(cls, batches: Sequence[Batch]) -> Batch:
+        """All of them, one behind the other."""
+        if len(batches) == 1:
+            return batches[0]
+        columns = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in COLUMNS}
+        return cls(flat=Flat.joined([batch.flat for batch in batches]), **columns)
+
+    def part(self, low: int, high: int) -> Batch:
+        """The curves from `low` to the one before `high`."""
+        return Batch(self.flat.part(low, high), **{name: getattr(self, name)[low:high] for name in COLUMNS})
+
+    def standing(self, flat: Flat, at: IntArray, spent: Array) -> Batch:
+        """Other curves, number i of which stands for those from at[i] to the one before at[i + 1]."""
+        columns = {name: getattr(self, name)[at] for name in COLUMNS}
+        columns["allowed"] = np.minimum.reduceat(self.allowed, at)
+        columns["spent"] = spent
+        return Batch(flat, **columns)
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+
+COLUMNS = tuple(field.name for field in fields(Batch) if field.name != "flat")
 
 
 @dataclass
 class Runs:
     """Runs of short lines that turn gently become splines of degree 5, everything else stays as it is.
 
+    Before, points within a tenth of the tolerance of the last one go: lines between those that stay take their place.
     linear, angular, corner_angle  as for `smoothed`; fits  splines so far
     """
 
@@ -75,6 +104,7 @@ class Runs:
     angular: float
     corner_angle: float
     fits: int = 0
+    _tail: Batch | None = None  # from the last point but one that is sure to stay: few lines, however many came
     _waiting: Batch | None = None
     _past: int = 0  # how many of those that wait are out already: corners are seen between arms
 
@@ -83,9 +113,31 @@ class Runs:
         """Curves that are held."""
         return 0 if self._waiting is None else len(self._waiting)
 
-    def push(self, batch: Batch | None, last: bool) -> Batch | None:
+    def _thinned(self, batch: Batch, last: bool) -> Batch | None:
+        if self._tail is not None:
+            batch = Batch.joined([self._tail, batch])
+        ends, line, allowed, count = _ends(batch.flat), batch.line, batch.allowed, len(batch)
+        vertices = np.vstack([ends[:1, 0], ends[:, 1]])
+        held = np.ones(count + 1, dtype=bool)
+        held[1:-1] = ~(batch.free[1:] & ~batch.apart[1:] & line[:-1] & line[1:])
+        held[-1] = last or not line[-1]
+        near = THIN * np.minimum(np.append(allowed[:1], allowed), np.append(allowed, allowed[-1:]))
+        kept = np.empty(count + 1, dtype=bool)
+        thin(vertices, held, self.linear, near, THIN * self.angular, kept)
+        at = np.flatnonzero(kept)
+        self._tail = None
+        if last:
+            return _between(batch, vertices, at)
+        sure, end = (int(at[-2]) if len(at) > 1 else 0), int(at[-1])
+        # what is not sure yet: a line to the last point that stays, one to the first point elsewhere, one to the end
+        aside = np.flatnonzero(np.any(vertices[end + 1 :, : self.linear] != vertices[end, : self.linear], axis=1))
+        marks = {sure, end, *(end + 1 + aside[:1]).tolist(), count}
+        self._tail = _between(batch.part(sure, count), vertices[sure:], np.array(sorted(marks)) - sure)
+        return _between(batch.part(0, sure), vertices[: sure + 1], at[at <= sure]) if sure else None
+
+    def push(self, batch: Batch, last: bool) -> Batch | None:
         """Take more curves; those that are final, all with `last`."""
-        given = [each for each in (self._waiting, batch) if each is not None]
+        given = [each for each in (self._waiting, self._thinned(batch, last)) if each is not None]
         if not given:
             return None
         batch = Batch.joined(given)
@@ -116,52 +168,33 @@ class Runs:
             runs += _runs(lengths, a, b)
         keep = max(end - ARM_LINES, 0)
         self._waiting, self._past = (None, 0) if last else (batch.part(keep, count), end - keep)
-        return self._fitted(batch.part(past, end), vertices[past : end + 1], lengths[past:end], runs, past)
+        stretches = [(low - past, high - past) for low, high in runs]
+        return self._fitted(batch.part(past, end), vertices[past : end + 1], lengths[past:end], stretches)
 
-    def _fitted(
-        self, batch: Batch, vertices: Array, lengths: Array, runs: list[tuple[int, int]], offset: int
-    ) -> Batch | None:
-        """The curves, splines in place of the runs."""
-        if not len(batch):
-            return None
-        starts = np.ones(len(batch), dtype=bool)
+    def _fitted(self, batch: Batch, vertices: Array, lengths: Array, waiting: list[tuple[int, int]]) -> Batch | None:
+        """The curves, splines in place of runs; where none is near enough a run is cut."""
+        starts, line = np.ones(len(batch), dtype=bool), batch.line.copy()
         curves: list[NurbsCurve] = []
         places: list[int] = []
-        for low, high in runs:
-            for a, b, curve in self._splines(vertices, lengths, batch.allowed, low - offset, high - offset):
-                if curve is not None:
-                    starts[a + 1 : b] = False
-                    places.append(a)
-                    curves.append(curve)
+        while waiting:
+            a, b = waiting.pop()
+            curve, worst = self._spline(vertices[a : b + 1], lengths[a:b], float(batch.allowed[a:b].min()))
+            if curve is not None:
+                starts[a + 1 : b] = line[a] = False
+                places.append(a)
+                curves.append(curve)
+            elif b - a >= 2 * LEAST:
+                cut = min(max(a + worst, a + LEAST), b - LEAST)
+                waiting += [(cut, b), (a, cut)]
         self.fits += len(curves)
         if not curves:
-            return batch
+            return batch if len(batch) else None
         at = np.flatnonzero(starts)
-        spent = batch.spent[at]
-        index = at.copy()
-        new = np.searchsorted(at, places)
+        spent, index, new = batch.spent[at], at.copy(), np.searchsorted(at, places)
         spent[new] = FIT + THIN
         index[new] = len(batch) + np.arange(len(curves))
         flat = Flat.joined([batch.flat, Flat.of(curves)]).chosen(index)
-        line = batch.line.copy()
-        line[places] = False
         return replace(batch, line=line).standing(flat, at, spent)
-
-    def _splines(
-        self, vertices: Array, lengths: Array, allowed: Array, low: int, high: int
-    ) -> list[tuple[int, int, NurbsCurve | None]]:
-        """The run low ... high - 1 as splines and, where none is near enough, None, in order."""
-        waiting = [(low, high)]
-        found: list[tuple[int, int, NurbsCurve | None]] = []
-        while waiting:
-            a, b = waiting.pop()
-            curve, worst = self._spline(vertices[a : b + 1], lengths[a:b], float(allowed[a:b].min()))
-            if curve is not None or b - a < 2 * LEAST:
-                found.append((a, b, curve))
-                continue
-            cut = min(max(a + worst, a + LEAST), b - LEAST)
-            waiting += [(cut, b), (a, cut)]
-        return found
 
     def _spline(self, vertices: Array, lengths: Array, allowed: float) -> tuple[NurbsCurve | None, int]:
         """The spline near lines between vertices (n + 1, axes), or None and the line at which it is furthest off."""
@@ -183,14 +216,9 @@ class Runs:
             return None, line  # it may turn back, which the lines do not
         coefficients += middle
         coefficients[0], coefficients[-1] = vertices[0], vertices[-1]
-        return NurbsCurve.trusted(DEGREE, frozen(knots), frozen(coefficients)), line
-
-
-def frozen(values: Array) -> Array:
-    """A contiguous copy that cannot be written to."""
-    out = np.array(values, dtype=np.float64, order="C")
-    out.setflags(write=False)
-    return out
+        for array in (knots, coefficients):
+            array.setflags(write=False)
+        return NurbsCurve.trusted(DEGREE, knots, coefficients), line
 
 
 def _ends(flat: Flat) -> Array:
@@ -247,13 +275,12 @@ def _runs(lengths: Array, low: int, high: int) -> list[tuple[int, int]]:
     Lines that are too long for a run are runs of their own where several stand together.
     """
     runs = []
-    waiting = [(a, min(a + MOST, high)) for a in range(low, high, MOST)]
-    while waiting:
-        a, b = waiting.pop()
-        even = lengths[a:b] <= LONGER * np.median(lengths[a:b])
-        joined = np.ones(b - a - 1, dtype=bool)
-        runs += [(a + i, a + k) for i, k in _stretches(even, joined) if k - i >= LEAST]
-        waiting += [(a + i, a + k) for i, k in _stretches(~even, joined) if k - i >= LEAST]
+    for a in range(low, high, MOST):
+        part = lengths[a : min(a + MOST, high)]
+        even = part <= LONGER * np.median(part)
+        for chosen in (even, ~even):
+            found = _stretches(chosen, np.ones(len(part) - 1, dtype=bool))
+            runs += [(a + i, a + k) for i, k in found if k - i >= LEAST]
     return sorted(runs)
 
 
@@ -263,3 +290,53 @@ def _stretches(chosen: BoolArray, joined: BoolArray) -> list[tuple[int, int]]:
     together[1:-1] = chosen[:-1] & chosen[1:] & joined
     change = np.diff(together)
     return list(zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) + 1).tolist(), strict=True))
+
+
+def fit_run(
+    s: Array, points: Array, weights: Array, linear: int, allowed: float, angular: float
+) -> tuple[Array | None, Array, int]:
+    """Coefficients (n + 5, axes) and knots of the spline near samples (count, axes) at s (count,), and the worst one.
+
+    Spans are halved where a sample is further than `allowed`, mm, from C(s), or `angular`, rad, over the axes behind
+    the linear ones. No coefficients if that needs spans with fewer than FEWEST samples.
+    """
+    most, grid, worst = max(len(s) // FEWEST, 1), s[[0, -1]], 0
+    for _ in range(ROUNDS):
+        knots = np.concatenate([[grid[0]] * DEGREE, grid, [grid[-1]] * DEGREE])
+        try:
+            coefficients, off, span = least_squares(s, points, weights, knots)
+        except LinAlgError:  # samples leave a coefficient open
+            break
+        norms = [np.linalg.norm(off[:, part], axis=1) for part in (slice(linear), slice(linear, None))]
+        share = np.maximum(norms[0] / allowed, norms[1] / angular)
+        found = int(np.argmax(share))
+        worst = found if share[found] > 0.0 else worst
+        if share[found] <= 1.0:
+            return coefficients, knots, worst
+        wide = np.zeros(len(grid) - 1, dtype=bool)
+        wide[span[share > 1.0]] = True
+        if np.any(np.bincount(span, minlength=len(wide))[wide] < 2 * FEWEST):
+            break
+        grid = graded(halved(grid, wide), grade=GRADE)
+        if len(grid) - 1 > most:
+            break
+    return None, knots, worst
+
+
+def least_squares(s: Array, points: Array, weights: Array, knots: Array) -> tuple[Array, Array, IntArray]:
+    """B-spline coefficients (n, axes) with the least sum of weights |C(s) - points|^2, through both end points.
+
+    Also C(s) - points (count, axes), and the span of each sample (count,). Normal equations by Cholesky's method;
+    LinAlgError where samples leave a coefficient open.
+    """
+    design = BSpline.design_matrix(s, knots, DEGREE)
+    coefficients = np.zeros((design.shape[1], points.shape[1]))
+    coefficients[[0, -1]] = points[[0, -1]]
+    weighted = design.multiply(weights[:, None]).T.tocsr()
+    normal, right = weighted @ design, weighted @ (points - design @ coefficients)
+    band = np.array([np.pad(normal.diagonal(-d), (0, d)) for d in range(DEGREE + 1)])  # [d, k] is row k + d, column k
+    factor = cholesky_banded(band[:, 1:-1], lower=True, check_finite=False)
+    if np.any(factor[0] ** 2 <= OPEN * band[0, 1:-1]):
+        raise LinAlgError("samples leave a coefficient open")
+    coefficients[1:-1] = cho_solve_banded((factor, True), right[1:-1], check_finite=False)
+    return coefficients, design @ coefficients - points, design.indices[:: DEGREE + 1]

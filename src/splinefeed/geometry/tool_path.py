@@ -185,8 +185,8 @@ class ToolPath(Path):
         return ToolPath(self.curves, self.tool_axis, **{**self._all_said(), "findings": findings})
 
     def smoothed(self, tolerance: float | str, **how: Any) -> Path:
-        """Tip and tool axis with continuous curvature, each within its tolerance; see `smoothing_tool.proven_tool`."""
-        from splinefeed.geometry.smoothing_tool import proven_tool
+        """Tip and tool axis with continuous curvature, each within its tolerance; see `proven_tool`."""
+        from splinefeed.geometry.smoothing_proven import proven_tool
 
         return proven_tool(self, tolerance, **how)[0]
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from splinefeed.errors import InputError, LimitsError
+from splinefeed.errors import InputError
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
 from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.experiment import Served, serve
+from splinefeed.pipeline.follow import Served, serve
 from splinefeed.pipeline.run import MOST_TICKS, check_ticks
 from splinefeed.records import Limits, TimeLaw, positive
 
@@ -27,18 +27,9 @@ CLOSE_ENOUGH = 1.002
 VARY = ("all", "feed")
 #: Power of the scale with which each limit goes when time is stretched; what is not here is a length and stays.
 _POWERS = {
-    "feed": 1,
-    "start_feed": 1,
-    "end_feed": 1,
-    "axis_velocity": 1,
-    "axis_velocity_step": 1,
-    "acceleration": 2,
-    "deceleration": 2,
-    "centripetal": 2,
-    "axis_acceleration": 2,
-    "jerk": 3,
-    "deceleration_jerk": 3,
-    "axis_jerk": 3,
+    **dict.fromkeys(("feed", "start_feed", "end_feed", "axis_velocity", "axis_velocity_step"), 1),
+    **dict.fromkeys(("acceleration", "deceleration", "centripetal", "axis_acceleration"), 2),
+    **dict.fromkeys(("jerk", "deceleration_jerk", "axis_jerk"), 3),
 }
 _FEEDS = ("feed", "start_feed", "end_feed")
 
@@ -128,18 +119,10 @@ def scaled(limits: Limits, scale: float, vary: str = "all") -> Limits:
 
 
 def tune_feed(
-    path: Path,
-    limits: Limits,
-    machine: Machine,
-    tolerance: float,
-    *,
-    period: float,
-    strategy: str | None = None,
-    method: str = DEFAULT_METHOD,
-    corrections: int = 1,
-    vary: str = "all",
+    path: Path, limits: Limits, machine: Machine, tolerance: float, *, period: float, strategy: str | None = None,
+    method: str = DEFAULT_METHOD, corrections: int = 1, vary: str = "all",
     on_progress: Callable[[str], None] | None = None,
-) -> FeedTuning:
+) -> FeedTuning:  # fmt: skip
     """The fastest motion along `path`, of those under `limits` scaled down, whose contour error keeps `tolerance`, mm.
 
     Each trial plans, interpolates, and lets the machine follow. Friction, counts and saturation make the error a
@@ -155,23 +138,16 @@ def tune_feed(
     def attempt(scale: float) -> Trial:
         if on_progress is not None:
             on_progress(f"trial {len(found) + 1}: {scale:.4g} of the limits")
-        law = plan(path, scaled(limits, scale, vary), strategy=strategy, period=period)
+        lower = scaled(limits, scale, vary)
+        law = plan(path, lower, strategy=strategy, period=period)
         check_ticks(law, period)
         setpoints = interpolate(path, law, period=period, method=method, corrections=corrections)
         served = serve(path, law, setpoints, machine)
-        contour = served.tally.contour
+        tally, contour = served.tally, served.tally.contour
         assert contour is not None  # there is a path
-        trial = Trial(
-            scale=scale,
-            limits=scaled(limits, scale, vary),
-            law=law,
-            feed=float(np.max(setpoints.feed)),
-            duration=law.duration,
-            error=contour.value,
-            rms=served.tally.rms(contour),
-            at_s=contour.s,
-            stopped=served.tally.stopped,
-        )
+        error, rms, at_s = contour.value, tally.rms(contour), contour.s
+        top = float(np.max(setpoints.feed))
+        trial = Trial(scale, lower, law, top, law.duration, error, rms, at_s, tally.stopped)
         found[scale] = trial
         if trial.keeps(allowed) and scale >= max(kept, default=0.0):
             kept.clear()
@@ -179,21 +155,17 @@ def tune_feed(
         return trial
 
     notes = []
-    for scale in _grid():
-        if found and found[min(found)].duration / period * (min(found) / scale) > MOST_TICKS:
-            notes.append(f"scales below {min(found):.3g} would take more than {MOST_TICKS} ticks and were not tried")
+    for scale in (LOWEST ** (i / (GRID - 1)) for i in range(GRID)):
+        least = min(found, default=1.0)
+        if found and found[least].duration / period * (least / scale) > MOST_TICKS:
+            notes.append(f"scales below {least:.3g} would take more than {MOST_TICKS} ticks and were not tried")
             break
         attempt(scale)
-    good = [scale for scale, trial in found.items() if trial.keeps(allowed)]
-    if good and max(good) < 1.0:
-        low = max(good)
-        high = min(scale for scale in found if scale > low)
-        while high / low > CLOSE_ENOUGH:
-            middle = math.sqrt(low * high)
-            if attempt(middle).keeps(allowed):
-                low = middle
-            else:
-                high = middle
+    low = max((scale for scale, trial in found.items() if trial.keeps(allowed)), default=None)
+    high = min((scale for scale in found if low is not None and scale > low), default=None)
+    while low is not None and high is not None and high / low > CLOSE_ENOUGH:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if attempt(middle).keeps(allowed) else (low, middle)
     trials = tuple(found[scale] for scale in sorted(found))
     best = max((trial for trial in trials if trial.keeps(allowed)), key=lambda trial: trial.scale, default=None)
     if best is not None:
@@ -204,21 +176,3 @@ def tune_feed(
         if best.scale == 1.0:
             notes.append("the given limits keep the tolerance already; raise them to go faster")
     return FeedTuning(allowed, trials, best, None if best is None else kept[best.scale], tuple(notes))
-
-
-def limits_within(path: Path, limits: Limits, machine: Machine, tolerance: float, **options: Any) -> Limits:
-    """The limits that `tune_feed` finds; LimitsError, with the least error of all trials, if it finds none."""
-    tuning = tune_feed(path, limits, machine, tolerance, **options)
-    if tuning.best is None:
-        least = tuning.least
-        raise LimitsError(
-            f"no feed tried keeps a contour error of {1e3 * tolerance:g} um on {machine.name}; the least is "
-            f"{1e3 * least.error:.4g} um at {least.feed:.4g} mm/s: allow more, or tune the machine (splinefeed tune)"
-        )
-    return tuning.best.limits
-
-
-def _grid() -> Iterator[float]:
-    """Scales from 1 to LOWEST in equal ratios."""
-    for i in range(GRID):
-        yield LOWEST ** (i / (GRID - 1))

@@ -1,29 +1,35 @@
-"""A path that comes in parts, as setpoints that come in chunks: memory and the cost of a tick never grow."""
+"""A path that comes in parts, as setpoints in chunks, checked: memory and the cost of a tick never grow."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from splinefeed.analysis.check import Blocks, Check
 from splinefeed.errors import InputError
 from splinefeed.feed.modes import LOOK_AHEAD
 from splinefeed.feed.numbers import ALMOST
 from splinefeed.feed.stream import WINDOW, Block, LookAhead
+from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.joints import open_joints
 from splinefeed.geometry.parts import cut
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.smoothing import Smoother
 from splinefeed.pipeline.meter import MOST_IN_COLUMN
-from splinefeed.records import Array, Limits, Setpoints
+from splinefeed.pipeline.settings import arguments
+from splinefeed.records import Array, Limits, Setpoints, Verdict
 
 #: Curves of one part of a path that is there as a whole.
 PART = 2048
 #: The method that `Setpoints` name.
 METHOD = "arc-length"
+#: Is called with how many moves of the file are read by now, and how many setpoints are made.
+Progress = Callable[[int, int], None]
 
 
 @dataclass(eq=False)
@@ -52,9 +58,16 @@ def stream_setpoints(
     """
     if isinstance(chunk, bool) or int(chunk) != chunk or chunk < 1:
         raise InputError(f"chunk is {chunk!r}; expected a whole number of ticks from 1 up")
-    return _collected(
-        _Walk(limits, period, window).pieces(parts_of(paths) if isinstance(paths, Path) else paths), int(chunk)
+    return _in_chunks(
+        _Walk(limits, period, window).pieces(parts_of(paths) if isinstance(paths, Path) else paths), chunk
     )
+
+
+def _in_chunks(pieces: Iterator[Setpoints], chunk: int) -> Iterator[Setpoints]:
+    blocks = Blocks(int(chunk))
+    for piece in pieces:
+        yield from blocks.push(piece)
+    yield blocks.held
 
 
 def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
@@ -88,62 +101,51 @@ class _Walk:
     def pieces(self, paths: Iterable[Path]) -> Iterator[Setpoints]:
         """Setpoints, block by block; the last one is the end of the path."""
         planner: LookAhead | None = None
-        end = 0.0
+        end, curves = 0.0, 0
         for path in in_line(paths):
             if planner is None:
                 planner = LookAhead(self.limits, self.period, path.axes, self.window)
-                self.settings = {
-                    "limits": planner.limits.as_dict(),
-                    "strategy": LOOK_AHEAD,
-                    "path": path.name,
-                    "period": planner.period,
-                    "method": METHOD,
-                }
-            last = self.parts[-1] if self.parts else None
-            self.parts.append(_Part(path, 0 if last is None else last.curve + len(last.path.curves), end))
-            end += path.length
+                self.settings = {"limits": planner.limits.as_dict(), "strategy": LOOK_AHEAD, "path": path.name}
+                self.settings |= {"period": planner.period, "method": METHOD}
+            self.parts.append(_Part(path, curves, end))
+            end, curves = end + path.length, curves + len(path.curves)
             for block in planner.push(path):
                 yield from self._block(block)
         if planner is None:
             raise InputError("a path is needed; no part came")
         for block in planner.finish():
             yield from self._block(block)
-        last = self.parts[-1]
-        final = self._made(last, np.array([last.path.length]), np.full(1, self.limits.end_feed))
-        late = abs(planner.time - float(final.t[0])) > ALMOST * self.period  # in motion: the last period is a short one
+        part = self.parts[-1]
+        final = self._made(part, np.array([part.path.length]), np.full(1, self.limits.end_feed))
+        late = abs(planner.time - float(final.t[0])) > ALMOST * self.period  # in motion the last period is short
         yield replace(final, t=np.full(1, planner.time)) if late else final
 
     def _block(self, block: Block) -> Iterator[Setpoints]:
-        """Setpoints of the ticks in a block, those at its end left to what follows."""
         while block.curve >= self.parts[0].curve + len(self.parts[0].path.curves):
             self.parts.popleft()
-        first = self.parts[0]
-        begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
-        law = block.law
+        first, law = self.parts[0], block.law
         gone = self.tick - block.tick
-        count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone
+        count = math.ceil((block.phase + law.duration) / self.period - ALMOST) - gone  # those at its end come later
         tau = np.clip((gone + np.arange(max(count, 0))) * self.period - block.phase, 0.0, law.duration)
+        begin = float(first.path.curve_starts[block.curve - first.curve]) + block.offset
         s, feed = begin + law(tau), np.maximum(law.feed(tau), 0.0)
         done, passed = 0, 0.0
         for part in self.parts:  # a block may run over several parts
             s -= passed
             passed = part.path.length
-            until = len(s) if part is self.parts[-1] else int(np.searchsorted(s, part.path.length))
+            until = len(s) if part is self.parts[-1] else int(np.searchsorted(s, passed))
             if until > done:
                 yield self._made(part, s[done:until], feed[done:until])
             done = max(done, until)
-            if done == len(s):
-                return
 
     def _made(self, part: _Part, s: Array, feed: Array) -> Setpoints:
         """Setpoints at arc lengths s (n,), mm, from the start of a part."""
-        path = part.path
+        path, first = part.path, self.tick
         s = np.clip(s, 0.0, path.length)
         curve, u = path.locate(s)
-        t = np.arange(self.tick, self.tick + len(s), dtype=np.float64) * self.period
         self.tick += len(s)
         return Setpoints(
-            t=t,
+            t=np.arange(first, self.tick, dtype=np.float64) * self.period,
             curve=curve + part.curve,
             u=u,
             s=s + part.start,
@@ -156,19 +158,52 @@ class _Walk:
         )
 
 
-def _collected(pieces: Iterator[Setpoints], chunk: int) -> Iterator[Setpoints]:
-    """The same setpoints in records of `chunk` ticks."""
-    held: list[Setpoints] = []
-    count = 0
-    for piece in pieces:
-        held.append(piece)
-        count += len(piece)
-        if count < chunk:
-            continue
-        whole = Setpoints.joined(held)
-        full = count // chunk * chunk
-        for start in range(0, full, chunk):
-            yield whole.part(start, start + chunk)
-        held, count = ([whole.part(full, count)] if count > full else []), count - full
-    if held:
-        yield Setpoints.joined(held)
+class WindowedRun:
+    """A run along a path that comes in parts, made once: `setpoints`, and after them its `verdict` and `numbers`.
+
+    how       `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`; `corner_angle`, degrees
+    settings  how the setpoints are made
+    """
+
+    def __init__(
+        self, source: PathParts, limits: Limits, period: float, how: Mapping[str, Any], on_progress: Progress
+    ) -> None:
+        self.source, self.limits, self.period, self.name = source, limits, period, source.name
+        self.settings = {"limits": limits.as_dict(), "period": period, "strategy": LOOK_AHEAD, "method": METHOD}
+        self._on_progress = on_progress
+        self._read, self._ticks, self._top = 0, 0, 0.0
+        self._smoother: Smoother | None = None
+        if how.get("smooth") is not None:
+            self._smoother = Smoother(axes=source.axes, **arguments(how, bool(source.tolerance)))
+        self._check = Check(limits)
+
+    def setpoints(self) -> Iterator[Setpoints]:
+        """All setpoints, in chunks, each checked before it is yielded; iterate once."""
+        for chunk in stream_setpoints(self._paths(), self.limits, period=self.period):
+            self._check.see(chunk)
+            self._ticks += len(chunk)
+            self._top = max(self._top, float(chunk.feed.max()))
+            self._on_progress(min(self._read, self.source.count), self._ticks)
+            yield chunk
+        self.verdict: Verdict = self._check.verdict()
+
+    def numbers(self) -> dict[str, Any]:
+        """The numbers of `run` that do not need the whole path."""
+        page = self.verdict.as_dict()
+        found = [*self.source.findings, *([] if self._smoother is None else [self._smoother.summary])]
+        said = {"lower_bound_s": None, "strategy": LOOK_AHEAD, "method": METHOD, "feed_max_mm_s": self._top}
+        return {**page, **said, "notes": [*found, *page["notes"]]}
+
+    def _paths(self) -> Iterator[Path]:
+        """Parts of the path to drive along, as they are read or smoothed, each of which the check has first."""
+        for path in in_line(self._parts()):
+            self._check.part(path)
+            yield path
+
+    def _parts(self) -> Iterator[Path]:
+        for part in self.source:
+            self._read += len(part.curves)
+            self._on_progress(min(self._read, self.source.count), self._ticks)
+            yield from [part] if self._smoother is None else self._smoother.push(part)
+        if self._smoother is not None:
+            yield from self._smoother.finish()

@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from splinefeed.analysis.binding import LimitUse
 from splinefeed.analysis.check import check
-from splinefeed.analysis.motion import AxisMotion
-from splinefeed.analysis.ripple import Ripple
+from splinefeed.analysis.measures import AxisMotion, LimitUse, Ripple
 from splinefeed.errors import InputError, LimitsError, expect
 from splinefeed.feed.planning import plan
 from splinefeed.geometry.path import Path
@@ -23,8 +21,8 @@ from splinefeed.interpolation.interpolator import interpolate
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.experiment import Served, Serving
-from splinefeed.pipeline.meter import Meter, chunk_of, column_of, with_neighbours
+from splinefeed.pipeline.follow import Served, Servo
+from splinefeed.pipeline.meter import MOTION, Meter, chunk_of, with_neighbours
 from splinefeed.records import Array, Limits, Setpoints, TimeLaw, Verdict, unit_along, view
 
 if TYPE_CHECKING:
@@ -38,6 +36,8 @@ PAPER_SHAPE = "naca:0025?perimeter=33"
 END_TOLERANCE = 1e-9
 #: A picture of a tool path shows the tool axis at so many places, so long as a share of the path's size.
 TOOLS_DRAWN, TOOL_DRAWN = 41, 0.2
+#: A picture shows so many places of the path over its size, and at least and at most so many of it all.
+CELLS, POINTS_DRAWN = 600, (1000, 40_000)
 #: Most ticks of a motion that is kept in memory, above an hour at 1 ms, and of one that is made in chunks, above ten
 #: days.
 MOST_TICKS, MOST_IN_CHUNKS = 4_000_000, 1_000_000_000
@@ -53,7 +53,6 @@ class Run:
 
     ticks   number of setpoints; kept  all of them, or of a long motion those that figures need, every peak among them
     motion, use, ripple  at the ticks that are kept; use and ripple count over all of them
-    thread  (m, d) where the path runs, for a picture, a row of NaN where it is broken; d linear axes, at most three
     chunks  makes all setpoints again
     joints  the path on a machine, of which `path` is that of the tool tip; None where the axes are the path's own
     served  what a machine did that followed the setpoints, or None
@@ -71,7 +70,6 @@ class Run:
     use: LimitUse
     verdict: Verdict
     chord_error_mm: float
-    thread: Array
     chunks: Callable[[], Iterator[Setpoints]]
     joints: JointPath | None = None
     served: Served | None = None
@@ -116,6 +114,15 @@ class Run:
         if self.joints is not None:
             return self.path.evaluate(self.kept.curve, self.kept.u, 0)[:, 0]
         return self.kept.position[:, : min(self.path.linear, 3)]
+
+    @property
+    def thread(self) -> Array:
+        """Where the path runs, for a picture, (m, d), mm, a row of NaN where it is broken; d linear axes, at most 3."""
+        path = self.path
+        s = np.linspace(0.0, path.length, int(np.clip(CELLS * path.length / max(path.size, 1e-9), *POINTS_DRAWN)))
+        starts = path.curve_starts
+        line = path(s if len(starts) > len(s) else np.union1d(s, starts))[:, : min(path.linear, 3)]
+        return line if self.joints is None else np.concatenate([line, _tools(self.joints)])
 
     def setpoints(self) -> Setpoints | Iterator[Setpoints]:
         """All setpoints, whole or in chunks."""
@@ -163,7 +170,6 @@ class Run:
         return f"Run({self.path!r}, {self.law!r}, {self.ticks} setpoints, ok={self.ok})"
 
     def _repr_html_(self) -> str:
-        """A notebook's view of the run: its main numbers, and the picture."""
         verdict = "every limit holds" if self.ok else "; ".join(self.verdict.problems)
         rows = {
             "path": f"{self.path.name}, {self.path.length:.6g} {unit_along(self.path.axes)}",
@@ -204,28 +210,21 @@ class Run:
 
         For linear axes their shares of the path's own acceleration and jerk, too, which they need not keep.
         """
+        own = self.own_limits()
         peaks: dict[str, dict[str, float | str]] = {}
         for i, axis in enumerate(self.axes):
             rotary = i >= self.linear
             factor = 180.0 / np.pi if rotary else 1.0
-            motion = self.motion
-            peaks[axis] = {
-                "unit": "deg" if rotary else "mm",
-                "velocity": factor * float(np.max(np.abs(motion.velocity[:, i]))),
-                "acceleration": factor * float(np.max(np.abs(motion.acceleration[:, i]))),
-                "jerk": factor * float(np.max(np.abs(motion.jerk[:, i]))),
-            }
-            if not rotary:
-                for name, own in self.own_limits().items():
-                    peaks[axis][f"{name}_share"] = float(peaks[axis][name]) / own
+            each = {name: factor * float(np.max(np.abs(getattr(self.motion, name)[:, i]))) for name in MOTION}
+            shares = {} if rotary else {f"{name}_share": each[name] / limit for name, limit in own.items()}
+            peaks[axis] = {"unit": "deg" if rotary else "mm", **each, **shares}
         return peaks
 
     def own_limits(self) -> dict[str, float]:
         """Acceleration and jerk that the path was planned with, the larger of speeding up and down; none left out."""
         limits = self.limits.as_dict()
-        both = {"acceleration": ("acceleration", "deceleration"), "jerk": ("jerk", "deceleration_jerk")}
-        values = {name: [limits[each] for each in pair if each in limits] for name, pair in both.items()}
-        return {name: max(given) for name, given in values.items() if len(given) == 2}
+        both = (("acceleration", "deceleration"), ("jerk", "deceleration_jerk"))
+        return {name: max(limits[name], limits[other]) for name, other in both if {name, other} <= limits.keys()}
 
 
 def run(
@@ -248,7 +247,7 @@ def run(
 
     A motion of more than a million ticks is made again for each pass, in chunks: `setpoints()` of the run gives them.
     Raises what `plan`, `interpolate` and `follow` raise, InputError for a machine that cannot follow a tool path, and
-    LimitsError for more than MOST_IN_CHUNKS ticks, in joints for more than MOST_TICKS.
+    LimitsError for more than MOST_IN_CHUNKS ticks.
 
     period in s; setpoints (n, axes), mm, rotary axes rad. Source: docs/code-overview.md walks through it.
     Example: `sf.run(path, sf.Limits(feed=60, axis_jerk=20000)).plot()`
@@ -257,19 +256,18 @@ def run(
     model = Machine.load(machine) if isinstance(machine, str) else machine
     if isinstance(path, ToolPath):
         path, model = on_machine(path, model, limits), None
-    joints = isinstance(path, JointPath)
-    if joints and model is not None:
+    if isinstance(path, JointPath) and model is not None:
         raise InputError("machine: the path is already in the joints of a machine; leave it out")
     limits = limits.for_axes(path.axes)
     law = plan(path, limits, strategy=strategy, period=period) if law is None else law
-    ticks = check_ticks(law, period, MOST_TICKS if joints else MOST_IN_CHUNKS)
-    options: dict[str, Any] = {"period": period, "method": method, "corrections": corrections, "tolerance": tolerance}
-    chunks = partial(_made, path, law, options)
+    ticks = check_ticks(law, period, MOST_IN_CHUNKS)
+
+    def chunks(chunk: int) -> Iterator[Setpoints]:
+        return interpolate(
+            path, law, chunk=chunk, period=period, method=method, corrections=corrections, tolerance=tolerance
+        )
+
     return measured(path, limits, law, chunks, ticks, machine=model, on_progress=on_progress)
-
-
-def _made(path: Path | JointPath, law: TimeLaw, options: dict[str, Any], chunk: int) -> Iterator[Setpoints]:
-    return interpolate(path, law, chunk=chunk, **options)
 
 
 def on_machine(path: Path | JointPath, machine: str | Machine | None, limits: Limits) -> Path | JointPath:
@@ -315,22 +313,14 @@ def measured(
     """Setpoints that can be made, or read, again and again, at most `ticks` of them, measured and checked as a run."""
     say = on_progress or (lambda what, done, of: None)
     joints = path if isinstance(path, JointPath) else None
-    again = partial(chunks, ticks if joints else chunk_of(ticks))
-    meter = Meter(path, limits, law, 1 if joints else column_of(ticks))
-    serving = None if machine is None else Serving(meter.tip, law, machine)
-    for block, own, setpoints in with_neighbours(again()):
-        meter.see(block, own, setpoints)
-        if serving is not None and (response := serving.follow(setpoints)) is not None:
-            meter.see_response(response)
-        meter.keep()
+    again = partial(chunks, chunk_of(ticks))
+    meter = Meter(path, limits, law, ticks)
+    servo = None if machine is None else Servo(machine, meter.tip, law=law)
+    for block, first, setpoints in with_neighbours(again()):
+        meter.see(block, first, setpoints, None if servo is None else servo.follow(setpoints))
         say("measuring", meter.ticks, ticks)
     kept = meter.setpoints
-    whole = len(kept) == meter.ticks
-    verdict = check(kept if whole else _reporting(again(), "checking", ticks, say), path, limits, law=law)
-    chord, thread = meter.chord, meter.line
-    if joints is not None:
-        chord = float(verdict.numbers["chord_error_max_mm"])
-        thread = np.concatenate([thread, _tools(joints)])
+    verdict = check(kept if len(kept) == meter.ticks else _said(again(), ticks, say), path, limits, law=law)
     return Run(
         path=meter.tip,
         limits=limits,
@@ -341,21 +331,19 @@ def measured(
         motion=meter.motion,
         use=meter.use,
         verdict=verdict,
-        chord_error_mm=chord,
-        thread=thread,
+        chord_error_mm=meter.chord if joints is None else float(verdict.numbers["chord_error_max_mm"]),
         chunks=again,
         joints=joints,
-        served=None if serving is None else serving.served(kept, meter.response),
+        served=None if servo is None else servo.served(kept, meter.response),
     )
 
 
-def _reporting(chunks: Iterator[Setpoints], what: str, ticks: int, say: Progress) -> Iterator[Setpoints]:
-    """The chunks as they are, reporting progress on each."""
+def _said(chunks: Iterator[Setpoints], ticks: int, say: Progress) -> Iterator[Setpoints]:
     done = 0
     for chunk in chunks:
         yield chunk
         done += len(chunk)
-        say(what, done, ticks)
+        say("checking", done, ticks)
 
 
 def _tools(joints: JointPath) -> Array:

@@ -1,10 +1,11 @@
-"""Gains for a path: the contour error is minimised while every loop keeps its stability margins."""
+"""Gains for a machine, by a rule or on a path: the contour error is minimised while loops keep their margins."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, overload
 
 import numpy as np
@@ -17,7 +18,14 @@ from splinefeed.machine.parts import FEED_FORWARD, GAINS, Axis, Controller
 from splinefeed.records import ROTARY_AXES, Array, Response, Setpoints
 from splinefeed.simulation import tuning
 from splinefeed.simulation.bound import Bound, BoundTest
-from splinefeed.simulation.curves import HUNTING, hunts, rest_swing, seen_resolution
+from splinefeed.simulation.curves import (
+    HUNTING,
+    TunedAxis,
+    hunts,
+    rest_swing,
+    seen_resolution,
+    tuned_axis,
+)
 from splinefeed.simulation.follow import Follower
 from splinefeed.simulation.linear import Margins, margins
 from splinefeed.simulation.plant import force_per_volt
@@ -88,49 +96,23 @@ class PathTuning:
     contour: Contour
     evaluations: int
 
-    def describe(self) -> str:
-        """What was found, in words, an axis a paragraph."""
-        old = "an axis ran away" if self.before is None else f"{self.before.max * 1e3:.4g} um"
-        lines = [
-            f"{self.machine.name}: largest contour error {self.contour.max * 1e3:.4g} um with the new gains, "
-            f"with the old ones {old}; {self.evaluations} runs",
-            f"  bound: {self.bound.words}",
-        ]
-        for name, each in self.axes.items():
-            new = each.axis.controller
-            gains = ", ".join(f"{gain} {value:.6g}" for gain, value in new.gains.items())
-            lines += [
-                f"axis {name}: {gains}",
-                f"  new gains {each.margins.sentence}",
-                f"  old gains {each.before.sentence}",
-            ]
-        return "\n".join(lines)
+
+@dataclass(frozen=True, eq=False)
+class TunedMachine:
+    """A machine with new gains.
+
+    page    what was found: gains and margins of each axis before and after; curves  what figures show, made on request
+    """
+
+    machine: Machine
+    page: dict[str, Any]
+    curves: Callable[[], list[TunedAxis]]
 
 
 @overload
-def tune(
-    what: Axis,
-    rule: str = ...,
-    *,
-    period: float = ...,
-    kind: str = ...,
-    experiment: str = ...,
-    volts: float = ...,
-) -> tuning.Tuning: ...
+def tune(what: Axis, rule: str = ..., **options: Any) -> tuning.Tuning: ...
 @overload
-def tune(
-    what: Machine,
-    rule: str = ...,
-    *,
-    setpoints: Setpoints,
-    path: Path,
-    axes: Sequence[str] | None = ...,
-    bound: Bound | None = ...,
-    evaluations: int = ...,
-    seed: int = ...,
-    feed_forward: bool = ...,
-    on_progress: Progress | None = ...,
-) -> PathTuning: ...
+def tune(what: Machine, rule: str = ..., **options: Any) -> PathTuning: ...
 def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tuning.Tuning | PathTuning:
     """Tune the gains of an axis by a rule, or of a machine's axes together on a path.
 
@@ -143,17 +125,13 @@ def tune(what: Axis | Machine, rule: str | None = None, **options: Any) -> tunin
     Source: J. G. Ziegler and N. B. Nichols, Trans. ASME 64 (1942) 759-768; the search on a path, see `tune_on_path`.
     Example: `sf.tune(sf.Machine.load("xytheta").axes["x"], "tyreus-luyben").controller.kp`
     """
-    if isinstance(what, Machine):
-        if rule not in (None, PATH_RULE):
-            raise InputError(f"rule {rule!r} tunes one axis: give machine.axes[...]; a whole machine takes rule 'path'")
-        missing = [name for name in ("setpoints", "path") if name not in options]
-        if missing:
-            raise InputError(f"rule 'path' needs {' and '.join(missing)}: setpoints to follow and the path they are on")
+    if isinstance(what, Machine) and rule in (None, PATH_RULE) and {"setpoints", "path"} <= options.keys():
         return tune_on_path(what, **options)
-    if not isinstance(what, Axis):
-        raise InputError(f"tune takes an axis, or with rule 'path' a Machine; got {type(what).__name__}")
-    if rule == PATH_RULE:
-        raise InputError("rule 'path' tunes the axes of a machine together: give the Machine, with setpoints and path")
+    if not isinstance(what, Axis) or rule == PATH_RULE:
+        raise InputError(
+            f"tune takes an axis, machine.axes[...], and a rule, or a Machine with setpoints=, path= and rule 'path'; "
+            f"got {type(what).__name__} with rule {rule!r} and {', '.join(options) or 'nothing else'}"
+        )
     return tuning.tune(what, rule or "ziegler-nichols", **options)
 
 
@@ -193,40 +171,44 @@ def tune_on_path(
     if path.axes != setpoints.axes:
         raise InputError(f"the path has axes {', '.join(path.axes)}, the setpoints {', '.join(setpoints.axes)}")
     first = _followed(setpoints, machine)
-    meter, hints = ContourMeter(path), np.clip(setpoints.s, 0.0, path.length)
+    meter = ContourMeter(path)
     chosen = setpoints.axes if axes is None else tuple(axes)
     for name in chosen:
         if name not in setpoints.axes:
             raise InputError(f"axis {name!r} does not move on this path; its axes are {', '.join(setpoints.axes)}")
     linear = tuple(name for name in chosen if name not in ROTARY_AXES)
-    groups = [linear] if linear else []
-    groups += [(name,) for name in chosen if name in ROTARY_AXES]
+    groups = [*([linear] if linear else []), *((name,) for name in chosen if name in ROTARY_AXES)]
     made, done = machine, 0
+
+    def report(before: int, total: int, runs: int) -> None:
+        if on_progress is not None:
+            on_progress(min(before + runs, total), total)
+
     for i, group in enumerate(groups):
+        search = _Search(made, group, setpoints, meter, bound, feed_forward)
         allowed = max((evaluations - done) // (len(groups) - i), 1)
-        search = _Search(made, group, setpoints, meter, hints, bound, feed_forward)
-        made = search.run(allowed, np.random.default_rng([seed, i]), _counting(on_progress, done, evaluations))
+        made = search.run(allowed, np.random.default_rng([seed, i]), partial(report, done, evaluations))
         done += search.runs
     last = _followed(setpoints, made)
     if last.stopped is not None:
         raise InputError(f"no gains within the bound follow this path on {machine.name!r}: {last.stopped}")
-    if on_progress is not None:
-        on_progress(evaluations, evaluations)
+    report(0, evaluations, evaluations)
+    period, hints = setpoints.period, np.clip(setpoints.s, 0.0, path.length)
     return PathTuning(
         machine=made,
         old=machine,
-        period=setpoints.period,
+        period=period,
         bound=bound,
         axes={
             name: AxisTuning(
                 old=machine.axes[name],
                 axis=made.axes[name],
-                before=margins(machine.axes[name], setpoints.period),
-                margins=margins(made.axes[name], setpoints.period),
-                tracking_before=math.inf if first.stopped else float(np.max(np.abs(first.tracking_error[:, i]))),
-                tracking=float(np.max(np.abs(last.tracking_error[:, i]))),
+                before=margins(machine.axes[name], period),
+                margins=margins(made.axes[name], period),
+                tracking_before=math.inf if first.stopped else _largest(first, name),
+                tracking=_largest(last, name),
             )
-            for i, name in enumerate(setpoints.axes)
+            for name in setpoints.axes
             if name in chosen
         },
         before=None if first.stopped is not None else meter.measure(first.position, s_hint=hints),
@@ -235,14 +217,83 @@ def tune_on_path(
     )
 
 
+def along_path(machine: Machine, setpoints: Setpoints, path: Path, **options: Any) -> TunedMachine:
+    """Gains of all axes together that make contour error small on a path; see `tune_on_path`."""
+    found = tune_on_path(machine, setpoints, path, **options)
+    axes = {
+        name: {
+            **_numbers(each.old, each.axis, each.before, each.margins, setpoints.period),
+            "tracking_error_max_before": each.tracking_before,
+            "tracking_error_max": each.tracking,
+            "tracking_unit": "rad" if each.axis.rotary else "mm",
+        }
+        for name, each in found.axes.items()
+    }
+    page = {
+        "period_s": setpoints.period,
+        "path_name": path.name,
+        "bound": found.bound.words,
+        "runs": found.evaluations,
+        "contour_error_max_before_mm": None if found.before is None else found.before.max,
+        "contour_error_max_mm": found.contour.max,
+        "contour_error_rms_mm": found.contour.rms,
+        "axes": axes,
+    }
+    rule = f"rule path, {path.name}"
+    return TunedMachine(
+        found.machine, page, lambda: [tuned_axis(t.old, t.axis, rule, setpoints.period) for t in found.axes.values()]
+    )
+
+
+def by_rule(
+    machine: Machine, names: Sequence[str], rule: str, *, period: float, kind: str = "pid", identify: str = "model",
+    volts: float = tuning.VOLTS, say: Callable[[str], None] = lambda words: None,
+) -> TunedMachine:  # fmt: skip
+    """Gains of single axes by a rule that starts from the ultimate point; see `simulation.tuning.tune`."""
+    tunings = []
+    for name in names:
+        say(f"tuning axis {name}")
+        tunings.append(
+            tuning.tune(machine.axes[name], rule, period=period, kind=kind, experiment=identify, volts=volts)
+        )
+    axes = {
+        each.axis.name: {
+            **_numbers(each.old, each.axis, each.before, each.margins, period),
+            "ultimate_gain": each.ultimate.gain,
+            "ultimate_period_s": each.ultimate.period,
+            "ultimate_source": each.ultimate.source,
+        }
+        for each in tunings
+    }
+
+    return TunedMachine(
+        replace(machine, axes={**machine.axes, **{each.axis.name: each.axis for each in tunings}}),
+        {"period_s": period, "identify": identify, "axes": axes},
+        lambda: [
+            tuned_axis(t.old, t.axis, t.rule, period, t.response if identify == "sine" else None) for t in tunings
+        ],
+    )
+
+
+def _numbers(old: Axis, new: Axis, before: Margins, after: Margins, period: float) -> dict[str, Any]:
+    unit = "rad" if new.rotary else "mm"
+    out: dict[str, Any] = {"unit": f"V/{unit}", "rest_swing_unit": unit}
+    for ending, axis, each in (("_before", old, before), ("", new, after)):
+        swing = rest_swing(axis, period)
+        out[f"gains{ending}"] = axis.controller.gains
+        out[f"kind{ending}"] = axis.controller.kind
+        out[f"margins{ending}"] = each.as_dict()
+        out[f"rest_swing{ending}"] = swing
+        out[f"hunts{ending}"] = hunts(axis, swing)
+    return out
+
+
 def _followed(points: Setpoints, machine: Machine) -> Response:
-    """What the axes of a machine do with all of the setpoints."""
     return Follower(machine, points.axes, points.period).follow(points)
 
 
-def _counting(report: Progress | None, done: int, total: int) -> Callable[[int], None]:
-    """Progress of one group, as that of the whole."""
-    return lambda runs: None if report is None else report(min(done + runs, total), total)
+def _largest(response: Response, axis: str) -> float:
+    return float(np.max(np.abs(response.tracking_error[:, response.axes.index(axis)])))
 
 
 class _Search:
@@ -252,21 +303,11 @@ class _Search:
     """
 
     def __init__(
-        self,
-        machine: Machine,
-        names: tuple[str, ...],
-        setpoints: Setpoints,
-        meter: ContourMeter,
-        hints: Array,
-        bound: Bound,
+        self, machine: Machine, names: tuple[str, ...], setpoints: Setpoints, meter: ContourMeter, bound: Bound,
         feed_forward: bool,
-    ) -> None:
-        self.machine = machine
-        self.names = names
-        self.setpoints = setpoints
-        self.meter = meter
-        self.hints = hints
-        self.bound = bound
+    ) -> None:  # fmt: skip
+        self.machine, self.names, self.setpoints, self.meter, self.bound = machine, names, setpoints, meter, bound
+        self.hints = np.clip(setpoints.s, 0.0, meter.path.length)
         self.runs = 0
         self.forward = len(FEED_FORWARD) if feed_forward else 0
         self.start = {name: _start(machine.axes[name], setpoints.period) for name in names}
@@ -305,7 +346,6 @@ class _Search:
         return self.best[2] if self.best[0] < own else self.machine
 
     def _axis(self, name: str, x: Array) -> Axis:
-        """One axis with the gains at x, (width,)."""
         axis = self.start[name]
         control = axis.controller
         keys = GAINS[control.kind]
@@ -326,7 +366,6 @@ class _Search:
         return dict(zip(self.names, np.split(np.asarray(x, dtype=np.float64), ends[:-1]), strict=True))
 
     def _slacks(self, x: Array) -> Array:
-        """Slacks of all axes of the group, (5 axes,)."""
         return np.concatenate([self.tests[n].slacks(self._axis(n, part)) for n, part in self._parts(x).items()])
 
     def _try(self, x: Array, report: Callable[[int], None]) -> float:
@@ -347,7 +386,7 @@ class _Search:
         if response.stopped is not None:
             return math.inf
         if self.names[0] in ROTARY_AXES:
-            return float(np.max(np.abs(response.tracking_error[:, self.setpoints.axes.index(self.names[0])])))
+            return _largest(response, self.names[0])
         return self.meter.measure(response.position, s_hint=self.hints).max
 
     def _calmed(self, name: str, calm: bool) -> Array:

@@ -15,8 +15,8 @@ import numpy as np
 from splinefeed.formats.atomic import atomic_write
 from splinefeed.formats.setpoints import FORMATS, load_chunks, save
 from splinefeed.pipeline.compare import MethodTrace
-from splinefeed.pipeline.deviation import Deviation, deviation
-from splinefeed.pipeline.experiment import Served
+from splinefeed.pipeline.follow import Served
+from splinefeed.pipeline.overview import Deviation, deviation
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Response, Setpoints
 from splinefeed.report.figure import EXTRA, Figure, possible

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.analysis.binding import BINDS, LimitUse
+from splinefeed.analysis.measures import BINDS, LimitUse
 from splinefeed.analysis.thinning import cells
 from splinefeed.errors import InputError
 from splinefeed.geometry.differential import curvatures
 from splinefeed.geometry.path import Path
-from splinefeed.pipeline.deviation import Deviation
+from splinefeed.pipeline.overview import Deviation
 from splinefeed.pipeline.run import Run
 from splinefeed.records import Array, BoolArray, IntArray, Response, Setpoints, unit_along
 from splinefeed.report import theme

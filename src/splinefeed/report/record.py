@@ -18,8 +18,8 @@ from splinefeed.records import ANGLES, BY_AXIS, ROTARY_AXES, TRAVEL_ENDS
 
 if TYPE_CHECKING:
     from splinefeed.pipeline.compare import MethodTrace
+    from splinefeed.pipeline.long_path import WindowedRun
     from splinefeed.pipeline.run import Run
-    from splinefeed.pipeline.windows import WindowedRun
 
 #: Packages whose version can change a number or a figure.
 PARTS = ("numpy", "numba", "scipy", "h5py", "matplotlib")

@@ -10,7 +10,7 @@ import numpy as np
 import splinefeed as sf
 from splinefeed.formats import json_curve
 from splinefeed.formats.plain import plain
-from splinefeed.pipeline.experiment import servo_numbers
+from splinefeed.pipeline.compare import servo_numbers
 from splinefeed.records import view
 from splinefeed.report import interactive
 from splinefeed.report.figure import Figure

@@ -18,8 +18,8 @@ from splinefeed.errors import CurveError, FormatError, InputError, ProblemsError
 from splinefeed.feed.planning import STRATEGIES, strategy_for
 from splinefeed.formats import limits_toml
 from splinefeed.interpolation import registry as methods
-from splinefeed.pipeline.limits import at_programmed_feeds, completed
 from splinefeed.pipeline.run import PAPER_PERIOD, on_machine, planned_axes
+from splinefeed.pipeline.settings import at_programmed_feeds, completed
 from splinefeed.records import BY_AXIS
 from splinefeed.studio import sources
 from splinefeed.workers import Mail

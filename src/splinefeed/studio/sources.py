@@ -18,7 +18,7 @@ from splinefeed.errors import FormatError, InputError
 from splinefeed.formats import json_curve, registry
 from splinefeed.formats.contents import Contents
 from splinefeed.geometry.tangential import tangential as with_theta
-from splinefeed.pipeline.smooth import smooth as smoothed
+from splinefeed.pipeline.settings import smooth as smoothed
 
 #: Size of an upload at most, bytes; files of a folder that are kept: the oldest goes when another one comes.
 LARGEST, MOST = 64 * 2**20, 16

@@ -24,10 +24,9 @@ from splinefeed.live.sinks import ClockSink
 from splinefeed.live.stream import play
 from splinefeed.machine import writing
 from splinefeed.pipeline.cycle_time import CycleTime, cycle_time
-from splinefeed.pipeline.experiment import serve
+from splinefeed.pipeline.follow import serve
 from splinefeed.pipeline.run import PAPER_LIMITS
-from splinefeed.pipeline.tuned import TunedMachine, along_path, by_rule
-from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE
+from splinefeed.pipeline.tuning import EVALUATIONS, PATH_RULE, TunedMachine, along_path, by_rule
 from splinefeed.report import interactive
 from splinefeed.report.servo_figures import errors_figure, step_figure
 from splinefeed.report.time_figures import program_figure, time_figure

@@ -20,9 +20,9 @@ from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.interpolation.registry import DEFAULT_METHOD
 from splinefeed.kinematics import JointPath
 from splinefeed.machine.machine import Machine
-from splinefeed.pipeline.limits import at_programmed_feeds, completed
 from splinefeed.pipeline.run import PAPER_PERIOD, Run, on_machine, planned_axes
 from splinefeed.pipeline.run import run as make_run
+from splinefeed.pipeline.settings import at_programmed_feeds, completed
 from splinefeed.records import ROTARY_AXES, Limits, TimeLaw
 from splinefeed.sweeps.spec import Settings, Task
 

@@ -1,15 +1,18 @@
-"""Which limits hold for a motion: those that were given, those of the machine's axes, the feeds of a program."""
+"""What a user's settings mean for a path: which limits hold, and how it is smoothed, with the proof."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from splinefeed.errors import InputError
 from splinefeed.formats.path_parts import PathParts
 from splinefeed.geometry.path import Path
+from splinefeed.geometry.tool_path import ToolPath
 from splinefeed.machine.machine import Machine
 from splinefeed.pipeline.run import PAPER_LIMITS
 from splinefeed.records import BY_AXIS, ROTARY_AXES, Limits
@@ -68,3 +71,39 @@ def at_programmed_feeds(limits: Limits, path: Path | PathParts) -> tuple[Limits,
         return replace(limits, feed=math.inf), [f"{note}; rapid moves as fast as the velocities of the axes allow"]
     rapid = max(top, PAPER_LIMITS.feed)
     return replace(limits, feed=rapid), [f"{note}; rapid moves at {rapid:.6g} mm/s, which is assumed"]
+
+
+def smooth(path: Path, how: Mapping[str, Any]) -> Path:
+    """The path smoothed by these settings; its findings state the proof.
+
+    how  `smooth`, the tolerance, mm, or PROGRAM; without it the path stays; `corners`, `corner_angle`, degrees, and
+         `angle_tolerance`, of the tool axis or of rotary axes, rad
+
+    Raises InputError where a program has no tolerance, and CurveError if the path exceeds it, which is not known to
+    happen.
+    """
+    from splinefeed.geometry.smoothing_proven import proven, proven_tool  # not at every start of the command line
+
+    if how.get("smooth") is None:
+        return path
+    said = arguments(how, path.tolerances is not None and bool(path.tolerances.any()))
+    if isinstance(path, ToolPath):
+        return proven_tool(path, **said)[0]
+    return proven(path, **said).path
+
+
+def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:
+    """Settings as arguments of what smooths; says_tolerance: whether the program does (G64 P)."""
+    from splinefeed.geometry.smoothing import PROGRAM
+
+    said: dict[str, Any] = {"tolerance": how["smooth"]}
+    if how["smooth"] == PROGRAM:
+        if not says_tolerance:
+            raise InputError("--smooth program: the program has no tolerance (G64 P); give one: --smooth 0.01mm")
+        said["corners"] = "round"
+    said |= {"corners": how["corners"]} if "corners" in how else {}
+    if "corner_angle" in how:
+        said["corner_angle"] = math.radians(how["corner_angle"])
+    if "angle_tolerance" in how:
+        said["angular_tolerance"] = how["angle_tolerance"]
+    return said

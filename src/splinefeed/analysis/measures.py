@@ -1,0 +1,272 @@
+"""What setpoints are, beside their law: motion of the axes, limits that bind, feed ripple, drift and chord error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinefeed.analysis import between
+from splinefeed.geometry.differential import by_arc_length, curvatures
+from splinefeed.geometry.path import Path
+from splinefeed.geometry.rows import EPSILON, Places, Rows
+from splinefeed.kinematics import JointPath
+from splinefeed.records import AXIS_LIMITS, Array, IntArray, Limits, Setpoints, TimeLaw
+
+#: A limit binds where at least this share of it is used.
+BINDS = 0.99
+#: Ripple is measured where the feed is above this share of its top; near rest a step is smaller than the rounding of s.
+FEED_SHARE = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class AxisMotion:
+    """What each axis does at each tick: velocity, acceleration, jerk, (n, axes), mm/s^k, rotary axes rad/s^k.
+
+    Source: docs/check.md. Example: `run.motion.acceleration`
+    """
+
+    t: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+
+
+def axis_motion(setpoints: Setpoints, path: Path | JointPath, law: TimeLaw) -> AxisMotion:
+    """Velocity, acceleration and jerk of each axis or joint at each tick, exact: q(t) = r(s(t)).
+
+    q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
+
+    Where C' = 0 these forms are 0/0, and differences of the setpoints stand in.
+    """
+    if isinstance(path, JointPath):
+        derivatives = path.derivatives(setpoints.s)[:, :, 3:]
+    else:
+        derivatives = by_arc_length(path.evaluate(setpoints.curve, setpoints.u, 3), path.linear)
+    v, a, j = (f(setpoints.t)[:, None] for f in (law.feed, law.acceleration, law.jerk))
+    r1, r2, r3 = derivatives[:, 1], derivatives[:, 2], derivatives[:, 3]
+    with np.errstate(invalid="ignore", over="ignore"):
+        exact = [r1 * v, r2 * v * v + r1 * a, r3 * v**3 + 3.0 * r2 * v * a + r1 * j]
+    for order, values in enumerate(exact, start=1):
+        holes = ~np.isfinite(values)
+        if holes.any():
+            values[holes] = differences(setpoints, order)[holes]
+    return AxisMotion(setpoints.t, *exact)
+
+
+def differences(setpoints: Setpoints, order: int) -> Array:
+    """The order-th difference of the setpoints over the period, (n, axes), centred, held at both ends.
+
+    What a drive sees. Its rounding floor is about 2^order eps |x| / T^order.
+    """
+    values = np.diff(setpoints.position, n=order, axis=0) / setpoints.period**order
+    if not len(values):
+        return np.zeros_like(setpoints.position)
+    before = (len(setpoints) - len(values)) // 2
+    after = len(setpoints) - len(values) - before
+    return np.pad(values, ((before, after), (0, 0)), mode="edge")
+
+
+@dataclass(frozen=True, eq=False)
+class LimitUse:
+    """How much of each limit is used at each tick.
+
+    names  (k,)    the limits as `check` names them, along the path first
+    share  (n, k)  value / limit, absolute where it has a sign; t, s  (n,) s and mm
+    counts (k+1,)  ticks at which nothing binds, and at which each limit does; of a long motion those left out too
+    top    (n,)    maximum-velocity curve at the place of the tick, mm/s, infinite where nothing limits: the highest
+                   feed that feed, centripetal, chord, velocity and acceleration limits leave there for any acceleration
+    Source: docs/check.md. Example: `run.use.time_bound_by()`
+    """
+
+    names: tuple[str, ...]
+    t: Array
+    s: Array
+    share: Array
+    top: Array
+    counts: IntArray
+
+    @property
+    def binding(self) -> IntArray:
+        """Index into `names` of the limit that binds at each tick, (n,); -1 where none uses BINDS of its own."""
+        share = self.share
+        if not share.shape[1]:
+            return np.full(len(share), -1, dtype=np.int64)
+        most = np.argmax(share, axis=1)
+        binds = share[np.arange(len(most)), most] >= BINDS
+        return np.where(binds, most, -1).astype(np.int64)
+
+    def time_bound_by(self) -> dict[str, float]:
+        """Part of the time in which each limit binds, 0 to 1, those that never do left out; "none" for the rest."""
+        none, *parts = (self.counts / max(int(self.counts.sum()), 1)).tolist()
+        return {**{name: part for name, part in zip(self.names, parts, strict=True) if part > 0.0}, "none": none}
+
+
+def limit_use(
+    motion: AxisMotion, setpoints: Setpoints, path: Path | JointPath, law: TimeLaw, limits: Limits
+) -> LimitUse:
+    """Shares of all limits at the ticks, from the exact derivatives in `motion` and of `law`.
+
+    On a JointPath the axes are joints, and feed and curvature those of the tip.
+    """
+    t = setpoints.t
+    v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
+    reach = (v * setpoints.period) ** 2 / 8.0  # a chord over 1/mm of curvature is off by that
+    turned = np.zeros(len(t))
+    if isinstance(path, JointPath):
+        d = path.derivatives(setpoints.s)
+        kappa, (chord, axis_chord) = np.linalg.norm(d[:, 2, :3], axis=1), path.between_ticks(d)
+        d, feed = d[:, :, 3:], feed_limit(setpoints, path.tool, limits)
+        sagitta, turned = chord * reach, axis_chord * reach
+    else:
+        derivatives = path.evaluate(setpoints.curve, setpoints.u, 3)
+        kappa = chord = curvatures(derivatives, path.linear)
+        d, feed = by_arc_length(derivatives, path.linear), feed_limit(setpoints, path, limits)
+        sagitta = np.zeros(len(t))
+        if limits.chord_error is not None and len(t) > 1:
+            sagitta[:-1] = chord_errors(setpoints, path)
+            sagitta[-1] = sagitta[-2]
+    with np.errstate(invalid="ignore", over="ignore"):
+        across = v * v * kappa
+    slowing = limits.jerk if limits.deceleration_jerk is None else limits.deceleration_jerk
+    measures: list[tuple[str, Array, Array | float | None]] = [
+        ("feed", v, feed),
+        ("acceleration", np.maximum(a, 0.0), limits.acceleration),
+        ("deceleration", np.minimum(a, 0.0), limits.deceleration),
+        ("jerk", j, np.where(a < 0.0, slowing, limits.jerk)),
+        ("centripetal", across, limits.centripetal),
+        ("chord_error", sagitta, limits.chord_error),
+        ("orientation_error", turned, limits.orientation_error),
+    ]
+    for name, values in zip(AXIS_LIMITS, (motion.velocity, motion.acceleration, motion.jerk), strict=True):
+        for k, limit in enumerate(limits.of_axes(name, path.axes)):
+            measures.append((f"{name}.{path.axes[k]}", values[:, k], float(limit)))
+    given = [each for each in measures if each[2] is not None and np.any(np.isfinite(each[2]))]
+    with np.errstate(invalid="ignore", over="ignore"):
+        share = np.array([np.abs(values) / limit for _, values, limit in given]).reshape(len(given), len(t)).T
+    share = np.ascontiguousarray(np.where(np.isfinite(share), share, 0.0))
+    names = tuple(name for name, _, _ in given)
+    top = maximum_velocity(d, kappa, chord, path.axes, limits, feed, setpoints.period)
+    use = LimitUse(names, t, setpoints.s, share, top, np.zeros(0, dtype=np.int64))
+    return replace(use, counts=np.bincount(use.binding + 1, minlength=len(names) + 1))
+
+
+def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:
+    """The least of the feed limit and of the feed of the program, at each tick (n,), mm/s.
+
+    At the first tick of a curve the faster one of both sides counts: the step to it lies on the curve before.
+    """
+    if path.feeds is None:
+        return np.full(len(setpoints), limits.feed)
+    before = setpoints.curve[np.maximum(np.arange(len(setpoints)) - 1, 0)]
+    return np.minimum(limits.feed, np.maximum(path.feeds[setpoints.curve], path.feeds[before]))
+
+
+def maximum_velocity(
+    d: Array, kappa: Array, chord: Array, axes: tuple[str, ...], limits: Limits, feed: Array, period: float
+) -> Array:
+    """The maximum-velocity curve at n places, (n,), mm/s.
+
+    From derivatives by arc length d (n, 4, axes), curvature kappa (n,), 1/mm, and that which chords see, chord (n,).
+
+    An axis has acceleration r' a + r'' q with q = v^2. Some a keeps all of them within A_i exactly where, for every
+    two axes i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i
+    (Bobrow, Dubowsky & Gibson 1985, doi:10.1177/027836498500400301, by eliminating a).
+    """
+    velocity, acceleration = (limits.of_axes(name, axes) for name in AXIS_LIMITS[:2])
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        top = np.minimum(feed, np.nanmin(velocity / np.abs(d[:, 1]), axis=1, initial=np.inf))
+        square = top * top
+        if limits.centripetal is not None:
+            square = np.minimum(square, limits.centripetal / kappa)
+        if limits.chord_error is not None:
+            # the sagitta e of a chord v T on a circle: (v T / 2)^2 = e (2 / kappa - e)
+            room = np.maximum(2.0 / chord - limits.chord_error, limits.chord_error)
+            square = np.minimum(square, 4.0 * limits.chord_error * room / period**2)
+        sign = np.where(d[:, 1] < 0.0, -1.0, 1.0)
+        r1, r2 = sign * d[:, 1], sign * d[:, 2]
+        along = np.append(acceleration, max(limits.acceleration, limits.deceleration or 0.0))
+        r1 = np.column_stack([r1, np.ones(len(r1))])
+        r2 = np.column_stack([r2, np.zeros(len(r2))])
+        for i in range(r1.shape[1]):
+            if not np.isfinite(along[i]):
+                continue
+            for k in range(r1.shape[1]):
+                turn = r1[:, i] * r2[:, k] - r1[:, k] * r2[:, i]
+                room = along[k] * r1[:, i] + along[i] * r1[:, k]
+                if i == k:
+                    turn, room = np.where(r1[:, i] <= 0.0, np.abs(r2[:, i]), 0.0), np.full(len(turn), along[i])
+                if np.isfinite(along[k]):
+                    square = np.where(turn > 0.0, np.minimum(square, room / turn), square)
+        return np.asarray(np.sqrt(square))
+
+
+@dataclass(frozen=True, eq=False)
+class Ripple:
+    """The actual feed of setpoints against the planned one.
+
+    t         (m,)  start of each step that counts, s
+    relative  (m,)  (arc length of the step) / (planned step) - 1
+    floor     the rounding of s over the smallest of these steps: the lowest possible ripple
+    rms       root mean square of `relative`, 0 if no step counts; of a long motion over all steps, those left out too
+    Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).relative`
+    """
+
+    t: Array
+    relative: Array
+    floor: float
+    rms: float
+
+    @property
+    def max(self) -> float:
+        """Largest |relative|, 0 if no step counts."""
+        return float(np.max(np.abs(self.relative), initial=0.0))
+
+
+def steps(setpoints: Setpoints, path: Path) -> Array:
+    """Arc length along the path from each setpoint to the next, (n - 1,), mm, negative where one goes back.
+
+    By adaptive quadrature of |C'(u)|, independent of the arc-length table that the interpolators use.
+    """
+    if len(setpoints) < 2:
+        return np.zeros(0)
+    rows = Rows(path.arc_pieces)
+    return between.lengths(rows, *rows.find(setpoints.curve, setpoints.u))[0]
+
+
+def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | None = None) -> Ripple:
+    """Relative error of each step's arc length against the law's, where the feed is above a tenth of its top.
+
+    relative_k = (S(u_{k+1}) - S(u_k)) / (l(t_{k+1}) - l(t_k)) - 1, by `steps`. The chord would be shorter by
+    kappa^2 (V T)^2 / 24, which is not an error of the interpolator.
+
+    top  highest feed of the motion, mm/s, where `setpoints` are a part of it
+    Returns a Ripple of m steps, (m,). Raises InputError where setpoints and path do not go together.
+    Source: docs/math/interpolators.md. Example: `sf.analysis.feed_ripple(setpoints, path, law).max`
+    """
+    top = float(np.max(setpoints.feed, initial=0.0)) if top is None else top
+    planned = np.diff(law(setpoints.t))
+    feed = np.minimum(law.feed(setpoints.t)[:-1], law.feed(setpoints.t)[1:])
+    counts = feed > FEED_SHARE * top
+    counts &= planned > 0.0
+    actual = steps(setpoints, path)[counts]
+    wanted = planned[counts]
+    floor = EPSILON * path.length / float(wanted.min()) if wanted.size else 0.0
+    relative = actual / wanted - 1.0
+    rms = float(np.sqrt(np.mean(relative**2))) if relative.size else 0.0
+    return Ripple(setpoints.t[:-1][counts], relative, floor, rms)
+
+
+def drift(setpoints: Setpoints, law: TimeLaw) -> Array:
+    """How far each setpoint is ahead of the law along the path, (n,), mm: S(u_k) - l(t_k)."""
+    return setpoints.s - law(setpoints.t)
+
+
+def chord_errors(setpoints: Setpoints, path: Path) -> Array:
+    """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
+    if len(setpoints) < 2:
+        return np.zeros(0)
+    rows = Rows(path.arc_pieces)
+    row, u = rows.find(setpoints.curve, setpoints.u)
+    places = Places(rows, row)
+    return between.chord_errors(rows, row, u, places.derivatives(places.t(u), 0)[0])
