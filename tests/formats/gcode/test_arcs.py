@@ -78,7 +78,7 @@ def test_rotary_axes_go_with_the_angle_of_an_arc(tmp_path: Path) -> None:
     path = path_of(tmp_path, "F100", "G3 X0 Y20 I0 J10 A90", start=(0, 0, 0, 0))
     assert path.axes == ("x", "y", "a")
     points = path.curves[0](np.linspace(*path.curves[0].domain, 101))
-    angle = np.arctan2(points[:, 0], 10 - points[:, 1])
+    angle = np.unwrap(np.arctan2(points[:, 0], 10 - points[:, 1]))
     assert np.max(np.abs(points[:, 2] - angle / 2)) < HELIX_ERROR
 
 

@@ -14,10 +14,10 @@ import re
 import numpy as np
 
 from splinefeed.formats.gcode import layout
+from splinefeed.formats.gcode.cycles import SIEMENS, Call
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import LETTERS
-from splinefeed.formats.gcode.siemens_cycles import PARAMETERS, Call, call_of, drill
 from splinefeed.formats.gcode.spline_words import BSPLINE
 
 DEFAULT_DEGREE, HIGHEST_DEGREE = 3, 3
@@ -99,9 +99,9 @@ class Siemens(Interpreter):
         if "MCALL" in keys:
             self._modal_call = call
         elif call is not None:
-            drill(call, self.state, line, self.findings)
+            call.drill(self.state, line, self.findings)
         elif self._modal_call is not None and any(word[0] in LETTERS for word in words):
-            drill(self._modal_call, self.state, line, self.findings)
+            self._modal_call.drill(self.state, line, self.findings)
 
     def _in_force(self, match: re.Match[str], relative: bool) -> str:
         """X=IC(5) or I=AC(5) as the word that means the same by the modes in force."""
@@ -209,11 +209,11 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], Call 
             keys |= {match["key"].upper()} & {"TRAORI"}
             end = text.find(")", at)
             at = len(text) if end < 0 else end + 1
-        elif match["call"] is not None and match["key"].upper() in PARAMETERS:
+        elif match["call"] is not None and match["key"].upper() in SIEMENS:
             inside, closed, behind = text[at:].partition(")")
             if not closed:
                 raise LineError(f"{match['key'].upper()}( is not closed by )")
-            call, at = call_of(match["key"].upper(), inside), len(text) - len(behind)
+            call, at = Call.parse(match["key"].upper(), inside), len(text) - len(behind)
         elif match["call"] is not None:
             raise LineError(f"{match['key'].upper()}( is a call, which is not supported; write plain lines")
         else:

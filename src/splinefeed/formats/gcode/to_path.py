@@ -23,6 +23,7 @@ from splinefeed.formats.contents import Contents
 from splinefeed.formats.gcode import arcs as arc_maker
 from splinefeed.formats.gcode import layout, tool_paths
 from splinefeed.formats.gcode.dialects import named
+from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import (
     AXES,
     LETTERS,
@@ -397,7 +398,7 @@ def find_arcs(moves: Moves, file: str | os.PathLike[str], findings: Findings, re
     """`arcs.find_arcs` with the file's name in its error."""
     try:
         return arc_maker.find_arcs(moves, findings, repair)
-    except arc_maker.ArcError as missed:
+    except LineError as missed:
         raise FormatError(f"{file}: line {missed.line}: {missed}") from None
 
 
