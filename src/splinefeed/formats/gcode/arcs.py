@@ -56,14 +56,6 @@ class Arcs:
     def __len__(self) -> int:
         return len(self.move)
 
-    @classmethod
-    def one(cls, axes: tuple[int, int], centre: Array, start: Array, sweep: float) -> Arcs:
-        """The arc from `start` (2,) in the plane of two axes."""
-        first = start - centre
-        radius = np.array([np.linalg.norm(first)])
-        angle = np.array([math.atan2(first[1], first[0])])
-        return cls(np.zeros(1, np.int64), np.array([axes]), centre[None], radius, radius, angle, np.array([sweep]))
-
 
 def find_arcs(moves: Moves, findings: Findings | None = None, repair: bool = False) -> Arcs:
     """The circles of all arcs; LineError with the line for one that misses its circle, or a finding with `repair`."""

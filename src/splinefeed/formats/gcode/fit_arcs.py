@@ -1,4 +1,4 @@
-"""Arcs of a curve: the one that it is, or biarcs within a tolerance.
+"""Lines and arcs near a curve: the arc that it is, biarcs within a tolerance, or chords.
 
 Source: Bolton, Biarc curves, Computer-Aided Design 7, 1975, doi:10.1016/0010-4485(75)90086-X; the biarc whose tangents
 at both ends have the same length to the joint's.
@@ -10,146 +10,149 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from splinefeed.errors import InputError
-from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.geometry.curve import NurbsCurve
-from splinefeed.records import Array
+from splinefeed.records import Array, BoolArray
 
+#: Places of a plane, as complex numbers.
+Places = NDArray[np.complex128]
 #: Arcs that are flatter than this, relative to their chord, and larger than LARGEST_RADIUS, mm, are written as lines.
 FLAT = 1e-9
 LARGEST_RADIUS = 1e5
-#: Most arcs of one curve.
-MAX_ARCS = 200_000
+#: Most arcs and chords of one curve.
+MAX_ARCS, MAX_CHORDS = 200_000, 500_000
 #: A curve this near a circle, relative to its radius, is one.
 EXACT = 1e-9
-#: First and second axis of each plane, counterclockwise from the one to the other, as letters.
-PLANES = {f"G{plane}": (LETTERS[a], LETTERS[b]) for plane, (a, b) in layout.PLANES.items()}
+#: Samples of an arc, and of a chord, at which its distance from the curve is taken, and the share of the tolerance that
+#: it may use up there: between the samples it is a little more.
+ARC_SAMPLES, SAMPLES, SHARE = 16, 9, 0.95
+#: How far rotary axes may be from the curve's, rad.
+ROTARY_TOLERANCE = 1e-4
+#: Halvings of a span after which an arc is a line.
+_DEEPEST = 40
 
 
 @dataclass(frozen=True)
 class Arc:
-    """One arc or, without a centre, one line in a plane, (2,) each; sweep rad, positive counterclockwise."""
+    """One arc or, without a sweep, one line; sweep rad, positive counterclockwise."""
 
-    start: Array
-    end: Array
-    centre: Array | None = None
+    start: complex
+    end: complex
+    centre: complex = 0j
     sweep: float = 0.0
 
-    def distances(self, points: Array) -> Array:
-        """Distances (n,) of points (n, 2)."""
-        if self.centre is None:
+    def distances(self, places: Places) -> Array:
+        """Distances (n,) of places (n,)."""
+        if not self.sweep:
             chord = self.end - self.start
-            part = np.clip((points - self.start) @ chord / max(float(chord @ chord), 1e-300), 0.0, 1.0)
-            return _lengths(points - self.start - part[:, None] * chord)
-        off: Array = points - self.centre
-        radius = float(np.linalg.norm(self.start - self.centre))
-        turn = 1.0 if self.sweep > 0.0 else -1.0
-        first = math.atan2(*(self.start - self.centre)[::-1])
-        ahead = np.mod(turn * (np.arctan2(off[:, 1], off[:, 0]) - first), 2.0 * math.pi)
-        inside = ahead <= abs(self.sweep)
-        ends = np.minimum(_lengths(points - self.start), _lengths(points - self.end))
-        return np.where(inside, np.abs(_lengths(off) - radius), ends)
+            along = (np.conj(chord) * (places - self.start)).real / max(abs(chord) ** 2, 1e-300)
+            return np.asarray(np.abs(places - self.start - np.clip(along, 0.0, 1.0) * chord))
+        off, first = places - self.centre, self.start - self.centre
+        ahead = np.mod(math.copysign(1.0, self.sweep) * np.angle(off / first), 2.0 * math.pi)
+        ends = np.minimum(np.abs(places - self.start), np.abs(places - self.end))
+        return np.where(ahead <= abs(self.sweep), np.abs(np.abs(off) - abs(first)), ends)
 
 
-def _lengths(vectors: Array) -> Array:
-    """Lengths (n,) of vectors (n, 2)."""
-    lengths: Array = np.linalg.norm(vectors, axis=1)
-    return lengths
-
-
-def circle_of(points: Array) -> tuple[Array, float] | None:
-    """Centre (2,) and sweep of the arc that runs through points (n, 2) in order; None if they lie on no circle."""
-    n = len(points)
-    a, b, c = points[0], points[n // 3], points[2 * n // 3]
-    matrix = 2.0 * np.array([b - a, c - a])
-    determinant = float(np.linalg.det(matrix))
-    scale = float(np.max(np.abs(matrix)))
-    if abs(determinant) <= FLAT * scale * scale or scale == 0.0:
+def circle_of(places: Places) -> tuple[complex, float] | None:
+    """Centre and sweep of the arc that runs through places (n,) in order; None if they lie on no circle."""
+    n = len(places)
+    a, one, other = places[0], places[n // 3] - places[0], places[2 * n // 3] - places[0]
+    cross = float((np.conj(one) * other).imag)
+    if abs(cross) <= FLAT * max(abs(one), abs(other)) ** 2:
         return None
-    centre = a + np.linalg.solve(matrix, [(b - a) @ (b - a), (c - a) @ (c - a)])
-    off = points - centre
-    radii = np.linalg.norm(off, axis=1)
+    centre = complex(a + 0.5j * (one * abs(other) ** 2 - other * abs(one) ** 2) / cross)
+    off = places - centre
+    radii = np.abs(off)
     if radii[0] > LARGEST_RADIUS or np.ptp(radii) > EXACT * (1.0 + radii[0]):
         return None
-    angles = np.unwrap(np.arctan2(off[:, 1], off[:, 0]))
-    turned = np.diff(angles)
+    turned = np.angle(off[1:] / off[:-1])
     if not (np.all(turned > 0.0) or np.all(turned < 0.0)) or np.max(np.abs(turned)) > 1.0:
         return None
-    return centre, float(angles[-1] - angles[0])
+    return centre, float(turned.sum())
 
 
 def biarcs(curve: NurbsCurve, columns: tuple[int, int], tolerance: float) -> list[Arc]:
     """Arcs and lines in a plane, tangent to each other, within `tolerance`, mm, of the curve at samples of each."""
-    found: list[Arc] = []
-    pending = [(float(a), float(b), 0) for a, b in zip(curve.breaks[:-1], curve.breaks[1:], strict=True)][::-1]
-    fractions = np.linspace(0.0, 1.0, 18)[1:-1]
-    while pending:
-        low, high, depth = pending.pop()
-        u = low + fractions * (high - low)
-        ends = curve(np.array([low, high]))[:, columns]
-        tangents = _tangents(curve, low, high, columns)
-        pair = _biarc(ends[0], ends[1], *tangents)
-        points = curve(u)[:, columns]
-        if pair is not None:
-            off = np.min([arc.distances(points) for arc in pair], axis=0)
-            if float(off.max()) <= 0.95 * tolerance:
-                found += pair
-                if len(found) > MAX_ARCS:
-                    raise InputError(f"more than {MAX_ARCS} arcs for one curve; allow more than {tolerance:g} mm")
-                continue
-        if depth >= 40:
-            found.append(Arc(ends[0], ends[1]))
-            continue
-        middle = 0.5 * (low + high)
-        pending += [(middle, high, depth + 1), (low, middle, depth + 1)]
-    return [arc for arc in found if np.any(arc.start != arc.end)]
-
-
-def _tangents(curve: NurbsCurve, low: float, high: float, columns: tuple[int, int]) -> tuple[Array, Array]:
-    """Unit tangents (2,) at the ends of a part of the curve, from inside it."""
     from splinefeed.geometry.differential import unit_tangents
 
-    ends = [unit_tangents(curve, [u], side=side)[0][list(columns)] for u, side in ((low, "right"), (high, "left"))]
-    return ends[0], ends[1]
+    found: list[Arc] = []
+    pending = [(float(a), float(b), 0) for a, b in zip(curve.breaks[:-1], curve.breaks[1:], strict=True)][::-1]
+    while pending:
+        low, high, depth = pending.pop()
+        places = in_plane(curve(np.linspace(low, high, ARC_SAMPLES + 2)), columns)
+        ways = [unit_tangents(curve, [u], side=side) for u, side in ((low, "right"), (high, "left"))]
+        leave, arrive = (complex(in_plane(way, columns)[0]) for way in ways)
+        pair = _biarc(complex(places[0]), complex(places[-1]), leave, arrive)
+        near = pair and np.min([arc.distances(places[1:-1]) for arc in pair], axis=0).max() <= SHARE * tolerance
+        if not near and depth < _DEEPEST:
+            middle = 0.5 * (low + high)
+            pending += [(middle, high, depth + 1), (low, middle, depth + 1)]
+            continue
+        found += pair if near else [Arc(complex(places[0]), complex(places[-1]))]
+        if len(found) > MAX_ARCS:
+            raise InputError(f"more than {MAX_ARCS} arcs for one curve; allow more than {tolerance:g} mm")
+    return [arc for arc in found if arc.start != arc.end]
 
 
-def _biarc(start: Array, end: Array, leave: Array, arrive: Array) -> list[Arc] | None:
-    """Two arcs from start to end with the given unit tangents; None if there is no good pair."""
+def in_plane(points: Array, columns: tuple[int, int]) -> Places:
+    """Points (n, axes) as places (n,) of the plane of two axes."""
+    return np.asarray(points[:, columns[0]] + 1j * points[:, columns[1]], dtype=np.complex128)
+
+
+def _biarc(start: complex, end: complex, leave: complex, arrive: complex) -> list[Arc]:
+    """Two arcs from start to end with the given unit tangents; none if there is no good pair."""
     chord = end - start
-    square = float(chord @ chord)
-    if square == 0.0:
-        return None
-    both = float(chord @ (leave + arrive))
-    spread = 2.0 * (1.0 - float(leave @ arrive))
+    both = (chord.conjugate() * (leave + arrive)).real
+    spread = 2.0 * (1.0 - (leave.conjugate() * arrive).real)
     if spread > 1e-12:
-        length = (-both + math.sqrt(both * both + spread * square)) / spread
-    elif both > 0.0:
-        length = square / (2.0 * both)
+        length = (-both + math.sqrt(both * both + spread * abs(chord) ** 2)) / spread
     else:
-        return None
-    if not 0.0 < length < 10.0 * math.sqrt(square):
-        return None
+        length = abs(chord) ** 2 / (2.0 * both) if both > 0.0 else 0.0
+    if not 0.0 < length < 10.0 * abs(chord):
+        return []
     joint = 0.5 * (start + end + length * (leave - arrive))
-    first, second = _arc(start, joint, leave, forward=True), _arc(joint, end, arrive, forward=False)
-    if abs(first.sweep) > 0.9 * math.pi or abs(second.sweep) > 0.9 * math.pi:
-        return None
-    return [first, second]
+    pair = [_arc(start, joint, leave, start), _arc(joint, end, arrive, end)]
+    return [] if max(abs(arc.sweep) for arc in pair) > 0.9 * math.pi else pair
 
 
-def _arc(start: Array, end: Array, tangent: Array, *, forward: bool) -> Arc:
-    """The arc from start to end with a unit tangent at the start, or at the end if not `forward`."""
+def _arc(start: complex, end: complex, tangent: complex, base: complex) -> Arc:
+    """The arc from start to end with a unit tangent at one of them, `base`."""
     chord = end - start
-    base = start if forward else end
-    normal = np.array([-tangent[1], tangent[0]])
-    towards = chord if forward else -chord
-    height = float(normal @ towards)
-    square = float(chord @ chord)
-    if abs(height) <= FLAT * math.sqrt(square) or square > 2.0 * LARGEST_RADIUS * abs(height):
+    height = (tangent.conjugate() * (chord if base == start else -chord)).imag
+    if abs(height) <= FLAT * abs(chord) or abs(chord) ** 2 > 2.0 * LARGEST_RADIUS * abs(height):
         return Arc(start, end)
-    radius = square / (2.0 * height)
-    centre = base + radius * normal
-    along = float(tangent @ chord)
-    sweep = 2.0 * math.atan2(height, along)
-    return Arc(start, end, centre, sweep)
+    centre = base + 0.5j * abs(chord) ** 2 / height * tangent
+    return Arc(start, end, centre, 2.0 * math.atan2(height, (tangent.conjugate() * chord).real))
+
+
+def chords(curve: NurbsCurve, tolerance: float, rotary: BoolArray) -> Array:
+    """Points (n, axes) on the curve, ends and corners among them, whose chords are within `tolerance`, mm, of it.
+
+    Chords are halved until the curve at SAMPLES parameters between is near enough; rotary axes are held to
+    ROTARY_TOLERANCE of what they are at the nearest place of the chord.
+    """
+    u, linear = curve.breaks, ~rotary
+    fractions = np.arange(1.0, SAMPLES + 1.0) / (SAMPLES + 1.0)
+    fixed = np.zeros(len(u) - 1, dtype=bool)
+    while not fixed.all():
+        low, high = u[:-1][~fixed], u[1:][~fixed]
+        first, last = curve(low), curve(high)
+        between = curve(low[:, None] + fractions * (high - low)[:, None])
+        chord = (last - first)[:, None, :]
+        square = np.sum(chord[..., linear] ** 2, axis=-1)
+        along = np.sum((between - first[:, None])[..., linear] * chord[..., linear], axis=-1)
+        part = np.clip(np.where(square > 0.0, along / np.where(square > 0.0, square, 1.0), fractions), 0.0, 1.0)
+        off = between - (first[:, None] + part[..., None] * chord)
+        far = np.max(np.linalg.norm(off[..., linear], axis=-1), axis=1) > SHARE * tolerance
+        far |= np.max(np.abs(off[..., rotary]), axis=(1, 2), initial=0.0) > ROTARY_TOLERANCE
+        far &= high - low > 1e-12 * (u[-1] - u[0])
+        rest = np.flatnonzero(~fixed)
+        fixed[rest[~far]] = True
+        split = rest[far]
+        u = np.insert(u, split + 1, 0.5 * (u[split] + u[split + 1]))
+        fixed = np.insert(fixed, split + 1, False)
+        if len(u) > MAX_CHORDS:
+            raise InputError(f"more than {MAX_CHORDS} lines for one curve; allow more than {tolerance:g} mm")
+    return curve(u)
