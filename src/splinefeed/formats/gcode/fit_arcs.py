@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinefeed.errors import InputError
+from splinefeed.geometry.arcs import bulge_arc, polyline
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.records import Array, BoolArray
 
@@ -42,6 +43,17 @@ class Arc:
     end: complex
     centre: complex = 0j
     sweep: float = 0.0
+
+    @property
+    def ends(self) -> Array:
+        """Start and end, (2, 2)."""
+        return np.array([[self.start.real, self.start.imag], [self.end.real, self.end.imag]])
+
+    @property
+    def curve(self) -> NurbsCurve:
+        """The curve (x, y) that a control runs."""
+        begin, end = self.ends
+        return bulge_arc(begin, end, math.tan(0.25 * self.sweep)) if self.sweep else polyline(self.ends)
 
     def distances(self, places: Places) -> Array:
         """Distances (n,) of places (n,)."""

@@ -14,7 +14,7 @@ from splinefeed.formats.gcode.fit_arcs import Arc, biarcs, chords, circle_of, in
 from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.formats.gcode.text import CONTROLS, Text
 from splinefeed.geometry import editing
-from splinefeed.geometry.arcs import bulge_arc, polyline
+from splinefeed.geometry.arcs import polyline
 from splinefeed.geometry.curve import NurbsCurve
 from splinefeed.geometry.nearest import Nearest, nearest
 from splinefeed.geometry.path import Path
@@ -129,21 +129,14 @@ def _biarcs(task: Task, text: Text) -> None:
     plane, columns = planes[0]
     curve, found = task.curve, biarcs(task.curve, columns, task.tolerance)
     flat = NurbsCurve(curve.degree, curve.knots, curve.control_points[:, columns], curve.weights)
-    pieces = [
-        bulge_arc(*_ends(arc), math.tan(0.25 * arc.sweep)) if arc.sweep else polyline(_ends(arc)) for arc in found
-    ]
-    text.approximate("written as arcs (G2, G3)", task.number, _measured(flat, pieces))
+    text.approximate("written as arcs (G2, G3)", task.number, _measured(flat, [arc.curve for arc in found]))
     for arc in found:
         end = curve.control_points[0].copy()
-        end[list(columns)] = _ends(arc)[1]
+        end[list(columns)] = arc.ends[1]
         if arc.sweep:
             _arc(task, plane, end, arc, text)
         else:
             _lines(task, np.array([end, end]), text)
-
-
-def _ends(arc: Arc) -> Array:
-    return np.array([[arc.start.real, arc.start.imag], [arc.end.real, arc.end.imag]])
 
 
 def _planar_nurbs(task: Task, text: Text) -> None:
