@@ -17,7 +17,8 @@ from splinefeed.formats.gcode.arcs import Arcs
 from splinefeed.formats.gcode.ends import Ends
 from splinefeed.formats.gcode.moves import AXES, LETTERS, LINEAR, RAPID, Mark, Moves, Spline
 from splinefeed.formats.gcode.offsets import REFERENCES
-from splinefeed.formats.gcode.to_path import NO_LENGTH, Program
+from splinefeed.formats.gcode.piece import NO_LENGTH
+from splinefeed.formats.gcode.to_path import Program
 from splinefeed.machine.control import Control, Place
 from splinefeed.records import Array, BoolArray, IntArray
 
