@@ -72,13 +72,9 @@ DIALECTS = {
             texts=frozenset((117, 118)),
         ),
         Dialect("siemens", "Siemens Sinumerik"),
-        Dialect("heidenhain", "Heidenhain"),
     )
 }
 
-_HEIDENHAIN = re.compile(
-    r"^[ \t]*\d*[ \t]*BEGIN[ \t]+PGM\b|^[ \t]*\d+[ \t]+(?:L|SPL|CC|C|TOOL CALL|BLK FORM)\s+[XYZIU+-]", re.I | re.M
-)
 _SIEMENS = re.compile(
     r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_|\bCYCLE\d+[ \t]*\("
     r"|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*=",
@@ -97,7 +93,6 @@ _FANUC = re.compile(
 _LINUXCNC = re.compile(r"\bG0?6\.2\b[^\n]*Q\s*[123]\b", re.I)
 _MACH3 = re.compile(r"\bmach\s?[34]\b|^[ \t]*M1[01]\s*P[0-3]\b", re.I | re.M)
 _DETECTED = (
-    ("heidenhain", _HEIDENHAIN),
     ("siemens", _SIEMENS),
     ("linuxcnc", _LINUXCNC),
     ("fanuc", _FANUC),
@@ -134,8 +129,6 @@ def holds(head: bytes) -> bool:
     if b"\0" in head:
         return False
     text = head_text(head)
-    if _HEIDENHAIN.search(text[:4096]):
-        return True
     lines = [line.strip() for line in text.splitlines()[:_LOOKED_AT]]
     if len(lines) > 1 and len(text) == len(head):
         lines = lines[:-1] if len(lines) < _LOOKED_AT and not text.endswith("\n") and len(head) >= 2**16 else lines
