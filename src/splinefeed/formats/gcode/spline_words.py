@@ -29,8 +29,6 @@ MAX_POINTS = 100_000
 START_TOLERANCE = 1e-3
 #: The kind of a spline of Siemens.
 BSPLINE = 1
-#: Letters of a control point of G5.2 in each plane.
-_PLANE_LETTERS = {plane: [LETTERS[axis] for axis in sorted(axes)] for plane, axes in layout.PLANES.items()}
 
 
 class SplineWords:
@@ -68,62 +66,46 @@ class SplineWords:
             more = {"feed": inverse, "flags": layout.INVERSE_FEED}
         elif self.state.modes[layout.FEED_MODE] == layout.INVERSE and code in (50, 51, 52, 62) and not self.open:
             raise LineError("F is missing; in inverse time (G93) every move needs its own")
-        if kind == 50:
-            self._cubic(code is not None and self._tangent is None, words, line, more)
-        elif kind == 51:
-            self._quadratic(words, line, more)
-        elif kind == 53:
-            if self.open != 52:
-                raise LineError("G5.3 has no G5.2 before it")
-        elif kind == 52:
-            self._nurbs(code, words, line, more)
-        elif kind == 62:
-            self._knotted(code, words, line, more)
         if kind != 50:
             self._tangent = None
+        if kind in (50, 51):
+            self._bezier(kind, words, line, more)
+        elif kind == 53 and self.open != 52:
+            raise LineError("G5.3 has no G5.2 before it")
+        elif kind == 52:
+            self._planar(code, words, line, more)
+        elif kind == 62:
+            self._knotted(code, words, line, more)
 
-    def _pair(self, words: dict[str, float], letters: str) -> tuple[float, float] | None:
-        """Two words in mm, or None if neither stands; LineError for one alone."""
-        there = [letter in words for letter in letters]
-        if not any(there):
-            return None
-        if not all(there):
-            raise LineError(f"{letters[0]} and {letters[1]} belong together; one is missing")
-        first, second = (words.pop(letter) for letter in letters)
-        return self.state.scaled(0, first), self.state.scaled(0, second)
-
-    def _end(self, words: dict[str, float], code: int) -> tuple[Array, int, int]:
+    def _bezier(self, kind: int, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        """G5 and G5.1: a polynomial curve by its control points beside its ends."""
+        leave, arrive = self._pair(words, "IJ", kind == 50), self._pair(words, "PQ", True) if kind == 50 else None
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         if not axes or set(axes) - {"X", "Y"}:
-            raise LineError(f"{g_name(code)} moves X and Y, and nothing else")
+            raise LineError(f"{g_name(kind)} moves X and Y, and nothing else")
         there, _, stated = self.state.target(axes)
-        return there, 3, stated
-
-    def _cubic(self, first: bool, words: dict[str, float], line: int, more: dict[str, float]) -> None:
-        there, said, stated = self._end(words, 50)
-        start, leave, arrive = self.state.position.copy(), self._pair(words, "IJ"), self._pair(words, "PQ")
-        if arrive is None:
-            raise LineError("G5 needs P and Q")
-        tangent = self._tangent if leave is None else np.array(leave)
-        if tangent is None:
-            raise LineError("the first G5 of a row needs I and J")
-        points = np.array([start, start, there, there])
-        points[1, :2] += tangent
-        points[2, :2] += arrive
-        self.state.add_spline(Spline.bezier(points, line), said, stated, **more)
-        self._tangent = -np.array(arrive)
-
-    def _quadratic(self, words: dict[str, float], line: int, more: dict[str, float]) -> None:
-        offset = [self.state.scaled(0, words.pop(letter, 0.0)) for letter in "IJ"]
-        there, said, stated = self._end(words, 51)
-        if offset == [0.0, 0.0]:
+        if kind == 50:
+            leave = self._tangent if leave is None else leave
+            if leave is None or arrive is None:
+                raise LineError("G5 needs P and Q" if arrive is None else "the first G5 of a row needs I and J")
+            self._tangent = -arrive
+        elif leave is None or not leave.any():
             raise LineError("G5.1 needs I or J, and not both 0")
-        start = self.state.position.copy()
-        points = np.array([start, start, there])
-        points[1, :2] += offset
-        self.state.add_spline(Spline.bezier(points, line), said, stated, **more)
+        points = np.array([self.state.position, self.state.position, *([there] if kind == 50 else []), there])
+        points[1, :2] += leave
+        if arrive is not None:
+            points[2, :2] += arrive
+        self.state.add_spline(Spline.bezier(points, line), 3, stated, **more)
 
-    def _nurbs(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+    def _pair(self, words: dict[str, float], letters: str, both: bool) -> Array | None:
+        """Two words in mm, or None if neither stands; LineError for one alone where `both` are needed."""
+        there = [letter for letter in letters if letter in words]
+        if both and len(there) == 1:
+            raise LineError(f"{letters[0]} and {letters[1]} belong together; one is missing")
+        return np.array([self.state.scaled(0, words.pop(letter, 0.0)) for letter in letters]) if there else None
+
+    def _planar(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        """G5.2: a control point in the plane in force; the first one may be where the tool is."""
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         weight = words.pop("P", 1.0)
         if code == 52:
@@ -132,7 +114,7 @@ class SplineWords:
             if not axes:
                 return
         plane = int(self.state.modes[layout.PLANE])
-        first, second = _PLANE_LETTERS[plane]
+        first, second = (LETTERS[axis] for axis in sorted(layout.PLANES[plane]))
         if set(axes) != {first, second}:
             raise LineError(f"a control point of G5.2 in G{plane} needs {first} and {second}, and nothing else but P")
         if self.state.modes[layout.RELATIVE]:
@@ -144,22 +126,21 @@ class SplineWords:
         return code == self.open == 62 and "K" in words and "P" not in words and not words.keys() & set(LETTERS)
 
     def _knotted(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
+        """G6.2: a control point with its knot, or one of the last knots."""
         if code == 62 and not self.open:
             self.begin(62, line, _order(words.pop("P", FANUC_ORDER)), more)
             words.pop("Q", None), words.pop("L", None)
         elif not self.open:
             raise LineError("the spline before has all its knots; begin the next one with G6.2")
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
-        knot = words.pop("K", None)
-        weight = words.pop("R", 1.0)
+        knot, weight = words.pop("K", None), words.pop("R", 1.0)
         if knot is None and (code is None or axes):
             raise LineError("every line of G6.2 needs its knot, K")
         if axes:
             self.point(axes, weight)
         elif not self.points:
             self.here(weight)
-        if knot is not None:
-            self._knots.append(knot)
+        self._knots += [] if knot is None else [knot]
         if len(self._knots) == len(self.points) + self._order:
             self.end()
 
