@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields, replace
 from typing import Any
 
@@ -88,28 +88,30 @@ class Control(_Part):
 PARTS: dict[str, type[_Part]] = {"spindle": SpindleControl, "home": Place, "change_place": Place}
 
 
-def values(control: Control) -> Iterator[tuple[str, Field[Any], Any, bool]]:
-    """Name in the file (`spindle.start`, `axis.x.jerk`), field, value and whether it is rotary, of all that is set."""
+def values(control: Control) -> dict[str, tuple[Field[Any], Any, bool]]:
+    """Field, value and whether it is rotary of all that is set, by name in the file: `spindle.start`, `axis.x.jerk`."""
     parts: list[tuple[str, Any, bool]] = [("", control, False)]
     parts += [(f"{name}.", part, False) for name in PARTS if (part := getattr(control, name)) is not None]
     parts += [(f"axis.{name}.", part, name in ROTARY_AXES) for name, part in control.axes.items()]
+    found = {}
     for prefix, part, rotary in parts:
         for one in fields(part):
             value = getattr(part, one.name)
             if one.metadata and value is not None and value != "":
-                yield prefix + one.name, one, value, rotary or bool(one.metadata.get("motor"))
+                found[prefix + one.name] = one, value, rotary or bool(one.metadata.get("motor"))
+    return found
 
 
 def changed(control: Control, new: Mapping[str, Any]) -> Control:
     """`control` with other values, by their names in the file."""
     for name, value in new.items():
-        *section, key = name.split(".")
+        section, _, key = name.rpartition(".")
         if not section:
             control = replace(control, **{key: value})
-        elif section[0] == "axis":
-            part = replace(control.axes.get(section[1], AxisControl()), **{key: value})
-            control = replace(control, axes={**control.axes, section[1]: part})
+        elif section.startswith("axis."):
+            axis = section.removeprefix("axis.")
+            part = replace(control.axes.get(axis, AxisControl()), **{key: value})
+            control = replace(control, axes={**control.axes, axis: part})
         else:
-            part = getattr(control, section[0])
-            control = replace(control, **{section[0]: replace(part, **{key: value})})
+            control = replace(control, **{section: replace(getattr(control, section), **{key: value})})
     return control
