@@ -159,7 +159,7 @@ reading_program = _all(
     click.option("--dialect", metavar="NAME", help="G-code: the control, if the program does not show it."),
     click.option("--start", metavar="X,Y,Z,...", help="G-code: tool position before the first line, mm and deg."),
     click.option("--offsets", metavar="G54=X,Y,Z;...", help="G-code: work offsets.  [default: at 0]"),
-    click.option("--tools", metavar="FILE", help="G-code: tool table (.tbl, .toml); G43 takes tool lengths from it."),
+    click.option("--tools", metavar="FILE", help="G-code: tool table (.tbl); G43 takes tool lengths from it."),
     click.option("--repair", is_flag=True, help="Repair what is safe to repair in a faulty file, and list it."),
 )
 

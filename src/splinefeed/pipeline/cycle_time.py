@@ -269,8 +269,7 @@ class _Between:
             if any([self.run(code, mark, tool) for code in codes]):
                 behind = blocks.line[mark.move :] != mark.line  # the start is waited for behind the moves of its line
                 due = mark.move + int(np.argmax(np.append(behind, True))), mark.line
-            if "M6" not in codes:
-                self.wait(mark.move, mark.line, mark.dwell, DWELL)
+            self.wait(mark.move, mark.line, mark.dwell, DWELL)
 
     def run(self, code: str, mark: Mark, tool: str) -> bool:
         """Carry out a word; whether the spindle begins to turn as commanded."""
@@ -287,7 +286,7 @@ class _Between:
             self.settle(mark.move, mark.line)
         if code == "M6":
             self.changes.append((mark.move, mark.line, tool))
-            self.wait(mark.move, mark.line, mark.dwell or self.control.tool_change, CHANGE)
+            self.wait(mark.move, mark.line, self.control.tool_change, CHANGE)
         return False
 
     def wait(self, block: int, line: int, time: float, kind: int) -> None:

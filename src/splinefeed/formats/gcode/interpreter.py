@@ -237,7 +237,6 @@ class Interpreter(OffsetWords):
     def _outputs(self, block: Block) -> None:
         """S, T and M as markers before the motion of the line; dwells likewise."""
         wait = self._dwell() if 40 in block.g else None
-        wait_tool = 0.0
         if "T" in self._words:
             self.state.select(self._words["T"], self.line)
         stop = "T" in self._words or ("S" in self._words and self.state.new_speed(self._words["S"]))
@@ -247,7 +246,7 @@ class Interpreter(OffsetWords):
         if self.dialect.of_linuxcnc:
             before = [code for code in before if not self._modal_state(code)]
         for code in before:
-            wait_tool += self.state.switch(code)
+            self.state.switch(code)
             if code == 6:
                 self.cutter.forget()
             if code == 61 and self.dialect.of_linuxcnc:
@@ -263,7 +262,7 @@ class Interpreter(OffsetWords):
             said += [f"{each}{number(self._words.pop(each))}" for each in _M_WORDS if each in self._words]
         if said:
             stop |= any(code not in codes.ON_THE_MOVE for code in before)
-            self.state.say(self.line, " ".join(said), wait_tool, stop)
+            self.state.say(self.line, " ".join(said), stop=stop)
         if wait is not None:
             self.state.say(self.line, dwell=wait)
 

@@ -50,7 +50,7 @@ def from_file(
     dialect  one of `dialects.DIALECTS`, recognized by the content if not given
     start    where the tool is before the first line, X,Y,Z,A,B,C,U,V,W in mm and degrees (fewer will do)
     offsets  of coordinate systems, in mm and degrees: {"G54": (x, y, z)} or "G54=x,y,z;G55=x,y,z"; places of G28, G30
-    tools    a tool table, LinuxCNC's .tbl or .toml: then G43 shifts the path by the length of the tool
+    tools    a tool table as LinuxCNC has it (.tbl): then G43 shifts the path by the length of the tool
     from_line  number of the line at which the program is resumed, as it is there when it is first carried out
 
     With `repair` arcs that miss their circle become spirals, and codes that cannot be read are left out, with findings.
