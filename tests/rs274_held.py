@@ -14,8 +14,8 @@ from splinefeed.errors import FormatError
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import arc_curve, find_arcs
 from splinefeed.formats.gcode.dialects import named
-from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.moves import RAPID, SPLINE, Moves
+from splinefeed.formats.gcode.piece import arcs_of
 from splinefeed.formats.gcode.reader import Reading, joined
 from splinefeed.formats.gcode.state import UNSAID
 from splinefeed.formats.gcode.tools import Tool, Tools, read_tools
@@ -42,8 +42,8 @@ def ours(file: Path, tools: Tools | None = None) -> tuple[Moves, str]:
     try:
         for part in Reading(dialect=named("linuxcnc"), offsets=PLACES, tools=tools).moves(file):
             parts.append(part)
-            find_arcs(part)
-    except (FormatError, LineError) as error:
+            arcs_of(file, part, Reading())
+    except FormatError as error:
         message = str(error)
     return joined(parts), message
 
