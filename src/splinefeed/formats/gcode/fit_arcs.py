@@ -7,7 +7,9 @@ at both ends have the same length to the joint's.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,49 +24,53 @@ Places = NDArray[np.complex128]
 #: Arcs that are flatter than this, relative to their chord, and larger than LARGEST_RADIUS, mm, are written as lines.
 FLAT = 1e-9
 LARGEST_RADIUS = 1e5
-#: Most arcs and chords of one curve.
-MAX_ARCS, MAX_CHORDS = 200_000, 500_000
+#: Most lines or pairs of arcs of one curve.
+MAX_PIECES = 500_000
 #: A curve this near a circle, relative to its radius, is one.
 EXACT = 1e-9
-#: Samples of an arc, and of a chord, at which its distance from the curve is taken, and the share of the tolerance that
-#: it may use up there: between the samples it is a little more.
-ARC_SAMPLES, SAMPLES, SHARE = 16, 9, 0.95
+#: Samples of a biarc, and of a chord, at which its distance from the curve is taken, and the share of the tolerance
+#: that it may use up there: between the samples it is a little more.
+BIARC_SAMPLES, SAMPLES, SHARE = 16, 9, 0.95
 #: How far rotary axes may be from the curve's, rad.
 ROTARY_TOLERANCE = 1e-4
-#: Halvings of a span after which an arc is a line.
-_DEEPEST = 40
 
 
 @dataclass(frozen=True)
-class Arc:
-    """One arc or, without a sweep, one line; sweep rad, positive counterclockwise."""
+class Arcs:
+    """Arcs and, where sweep is 0, lines of a plane, (n,) each; sweep rad, positive counterclockwise."""
 
-    start: complex
-    end: complex
-    centre: complex = 0j
-    sweep: float = 0.0
+    start: Places
+    end: Places
+    centre: Places
+    sweep: Array
 
-    @property
-    def ends(self) -> Array:
-        """Start and end, (2, 2)."""
-        return np.array([[self.start.real, self.start.imag], [self.end.real, self.end.imag]])
+    @classmethod
+    def of(cls, start: Places, end: Places, tangent: Places, base: Places, forward: bool) -> Arcs:
+        """From start to end with a unit tangent at `base`, which is the start, or not `forward` the end."""
+        chord = end - start
+        height = (np.conj(tangent) * (chord if forward else -chord)).imag
+        flat = (np.abs(height) <= FLAT * np.abs(chord)) | (np.abs(chord) ** 2 > 2.0 * LARGEST_RADIUS * np.abs(height))
+        centre = base + 0.5j * np.abs(chord) ** 2 / np.where(flat, 1.0, height) * tangent
+        sweep = np.where(flat, 0.0, 2.0 * np.arctan2(height, (np.conj(tangent) * chord).real))
+        return cls(start, end, centre, sweep)
 
-    @property
-    def curve(self) -> NurbsCurve:
-        """The curve (x, y) that a control runs."""
-        begin, end = self.ends
-        return bulge_arc(begin, end, math.tan(0.25 * self.sweep)) if self.sweep else polyline(self.ends)
+    def __getitem__(self, chosen: Any) -> Arcs:
+        return Arcs(self.start[chosen], self.end[chosen], self.centre[chosen], self.sweep[chosen])
 
     def distances(self, places: Places) -> Array:
-        """Distances (n,) of places (n,)."""
-        if not self.sweep:
-            chord = self.end - self.start
-            along = (np.conj(chord) * (places - self.start)).real / max(abs(chord) ** 2, 1e-300)
-            return np.asarray(np.abs(places - self.start - np.clip(along, 0.0, 1.0) * chord))
-        off, first = places - self.centre, self.start - self.centre
-        ahead = np.mod(math.copysign(1.0, self.sweep) * np.angle(off / first), 2.0 * math.pi)
-        ends = np.minimum(np.abs(places - self.start), np.abs(places - self.end))
-        return np.where(ahead <= abs(self.sweep), np.abs(np.abs(off) - abs(first)), ends)
+        """Distances (n, m) of places (n, m)."""
+        start, end, centre, sweep = (each[:, None] for each in (self.start, self.end, self.centre, self.sweep))
+        chord, from_start, off, first = end - start, places - start, places - centre, start - centre
+        along = np.clip((np.conj(chord) * from_start).real / np.maximum(np.abs(chord) ** 2, 1e-300), 0.0, 1.0)
+        ahead = np.mod(np.copysign(1.0, sweep) * np.angle(off * np.conj(first)), 2.0 * math.pi)
+        ends = np.minimum(np.abs(from_start), np.abs(places - end))
+        around = np.where(ahead <= np.abs(sweep), np.abs(np.abs(off) - np.abs(first)), ends)
+        return np.where(sweep == 0.0, np.abs(from_start - along * chord), around)
+
+    def curve(self, i: int) -> NurbsCurve:
+        """The curve (x, y) of one of them as a control runs it."""
+        ends = np.array([self.start[i], self.end[i]]).view(np.float64).reshape(2, 2)
+        return bulge_arc(ends[0], ends[1], math.tan(0.25 * self.sweep[i])) if self.sweep[i] else polyline(ends)
 
 
 def circle_of(places: Places) -> tuple[complex, float] | None:
@@ -85,58 +91,41 @@ def circle_of(places: Places) -> tuple[complex, float] | None:
     return centre, float(turned.sum())
 
 
-def biarcs(curve: NurbsCurve, columns: tuple[int, int], tolerance: float) -> list[Arc]:
+def biarcs(curve: NurbsCurve, columns: tuple[int, int], tolerance: float) -> Arcs:
     """Arcs and lines in a plane, tangent to each other, within `tolerance`, mm, of the curve at samples of each."""
     from splinefeed.geometry.differential import unit_tangents
 
-    found: list[Arc] = []
-    pending = [(float(a), float(b), 0) for a, b in zip(curve.breaks[:-1], curve.breaks[1:], strict=True)][::-1]
-    while pending:
-        low, high, depth = pending.pop()
-        places = in_plane(curve(np.linspace(low, high, ARC_SAMPLES + 2)), columns)
-        ways = [unit_tangents(curve, [u], side=side) for u, side in ((low, "right"), (high, "left"))]
-        leave, arrive = (complex(in_plane(way, columns)[0]) for way in ways)
-        pair = _biarc(complex(places[0]), complex(places[-1]), leave, arrive)
-        near = pair and np.min([arc.distances(places[1:-1]) for arc in pair], axis=0).max() <= SHARE * tolerance
-        if not near and depth < _DEEPEST:
-            middle = 0.5 * (low + high)
-            pending += [(middle, high, depth + 1), (low, middle, depth + 1)]
-            continue
-        found += pair if near else [Arc(complex(places[0]), complex(places[-1]))]
-        if len(found) > MAX_ARCS:
-            raise InputError(f"more than {MAX_ARCS} arcs for one curve; allow more than {tolerance:g} mm")
-    return [arc for arc in found if arc.start != arc.end]
+    fractions = np.linspace(0.0, 1.0, BIARC_SAMPLES + 2)
+
+    def fitted(low: Array, high: Array) -> tuple[Arcs, Arcs, BoolArray]:
+        places = in_plane(curve(low[:, None] + fractions * (high - low)[:, None]), columns)
+        start, end = places[:, 0], places[:, -1]
+        leave, arrive = (
+            in_plane(unit_tangents(curve, u, side=side), columns) for u, side in ((low, "right"), (high, "left"))
+        )
+        both = (np.conj(end - start) * (leave + arrive)).real
+        spread, square = 2.0 * (1.0 - (np.conj(leave) * arrive).real), np.abs(end - start) ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bent = (-both + np.sqrt(both * both + spread * square)) / spread
+            length = np.where(spread > 1e-12, bent, np.where(both > 0.0, square / (2.0 * both), 0.0))
+            good = (length > 0.0) & (length < 10.0 * np.sqrt(square))
+        joint = 0.5 * (start + end + np.where(good, length, 0.0) * (leave - arrive))
+        first, second = Arcs.of(start, joint, leave, start, True), Arcs.of(joint, end, arrive, end, False)
+        good &= np.maximum(np.abs(first.sweep), np.abs(second.sweep)) <= 0.9 * math.pi
+        off = np.minimum(first.distances(places[:, 1:-1]), second.distances(places[:, 1:-1]))
+        return first, second, good & (np.max(off, axis=1) <= SHARE * tolerance)
+
+    u = _halved(curve, lambda low, high: fitted(low, high)[2], tolerance)
+    first, second, good = fitted(u[:-1], u[1:])
+    line = Arcs(first.start, np.where(good, first.end, second.end), first.centre, np.where(good, first.sweep, 0.0))
+    pairs = [np.column_stack(pair).ravel() for pair in zip(vars(line).values(), vars(second).values(), strict=True)]
+    kept = np.column_stack([line.start != line.end, good & (second.start != second.end)]).ravel()
+    return Arcs(*pairs)[kept]
 
 
 def in_plane(points: Array, columns: tuple[int, int]) -> Places:
-    """Points (n, axes) as places (n,) of the plane of two axes."""
-    return np.asarray(points[:, columns[0]] + 1j * points[:, columns[1]], dtype=np.complex128)
-
-
-def _biarc(start: complex, end: complex, leave: complex, arrive: complex) -> list[Arc]:
-    """Two arcs from start to end with the given unit tangents; none if there is no good pair."""
-    chord = end - start
-    both = (chord.conjugate() * (leave + arrive)).real
-    spread = 2.0 * (1.0 - (leave.conjugate() * arrive).real)
-    if spread > 1e-12:
-        length = (-both + math.sqrt(both * both + spread * abs(chord) ** 2)) / spread
-    else:
-        length = abs(chord) ** 2 / (2.0 * both) if both > 0.0 else 0.0
-    if not 0.0 < length < 10.0 * abs(chord):
-        return []
-    joint = 0.5 * (start + end + length * (leave - arrive))
-    pair = [_arc(start, joint, leave, start), _arc(joint, end, arrive, end)]
-    return [] if max(abs(arc.sweep) for arc in pair) > 0.9 * math.pi else pair
-
-
-def _arc(start: complex, end: complex, tangent: complex, base: complex) -> Arc:
-    """The arc from start to end with a unit tangent at one of them, `base`."""
-    chord = end - start
-    height = (tangent.conjugate() * (chord if base == start else -chord)).imag
-    if abs(height) <= FLAT * abs(chord) or abs(chord) ** 2 > 2.0 * LARGEST_RADIUS * abs(height):
-        return Arc(start, end)
-    centre = base + 0.5j * abs(chord) ** 2 / height * tangent
-    return Arc(start, end, centre, 2.0 * math.atan2(height, (tangent.conjugate() * chord).real))
+    """Points (..., axes) as places (...) of the plane of two axes."""
+    return np.asarray(points[..., columns[0]] + 1j * points[..., columns[1]], dtype=np.complex128)
 
 
 def chords(curve: NurbsCurve, tolerance: float, rotary: BoolArray) -> Array:
@@ -145,26 +134,33 @@ def chords(curve: NurbsCurve, tolerance: float, rotary: BoolArray) -> Array:
     Chords are halved until the curve at SAMPLES parameters between is near enough; rotary axes are held to
     ROTARY_TOLERANCE of what they are at the nearest place of the chord.
     """
-    u, linear = curve.breaks, ~rotary
-    fractions = np.arange(1.0, SAMPLES + 1.0) / (SAMPLES + 1.0)
+    fractions, linear = np.arange(1.0, SAMPLES + 1.0) / (SAMPLES + 1.0), ~rotary
+
+    def near(low: Array, high: Array) -> BoolArray:
+        first = curve(low)[:, None]
+        chord = curve(high)[:, None] - first
+        off = curve(low[:, None] + fractions * (high - low)[:, None]) - first
+        square = np.sum(chord[..., linear] ** 2, axis=-1)
+        along = np.sum(off[..., linear] * chord[..., linear], axis=-1) / np.where(square > 0.0, square, 1.0)
+        off -= np.clip(np.where(square > 0.0, along, fractions), 0.0, 1.0)[..., None] * chord
+        close: BoolArray = np.max(np.linalg.norm(off[..., linear], axis=-1), axis=1) <= SHARE * tolerance
+        return close & (np.max(np.abs(off[..., rotary]), axis=(1, 2), initial=0.0) <= ROTARY_TOLERANCE)
+
+    return curve(_halved(curve, near, tolerance))
+
+
+def _halved(curve: NurbsCurve, near: Callable[[Array, Array], BoolArray], tolerance: float) -> Array:
+    """Parameters from the curve's breaks on, halved until between each two `near` holds."""
+    u = curve.breaks
     fixed = np.zeros(len(u) - 1, dtype=bool)
     while not fixed.all():
-        low, high = u[:-1][~fixed], u[1:][~fixed]
-        first, last = curve(low), curve(high)
-        between = curve(low[:, None] + fractions * (high - low)[:, None])
-        chord = (last - first)[:, None, :]
-        square = np.sum(chord[..., linear] ** 2, axis=-1)
-        along = np.sum((between - first[:, None])[..., linear] * chord[..., linear], axis=-1)
-        part = np.clip(np.where(square > 0.0, along / np.where(square > 0.0, square, 1.0), fractions), 0.0, 1.0)
-        off = between - (first[:, None] + part[..., None] * chord)
-        far = np.max(np.linalg.norm(off[..., linear], axis=-1), axis=1) > SHARE * tolerance
-        far |= np.max(np.abs(off[..., rotary]), axis=(1, 2), initial=0.0) > ROTARY_TOLERANCE
-        far &= high - low > 1e-12 * (u[-1] - u[0])
         rest = np.flatnonzero(~fixed)
+        low, high = u[rest], u[rest + 1]
+        far = ~near(low, high) & (high - low > 1e-12 * (u[-1] - u[0]))
         fixed[rest[~far]] = True
         split = rest[far]
         u = np.insert(u, split + 1, 0.5 * (u[split] + u[split + 1]))
         fixed = np.insert(fixed, split + 1, False)
-        if len(u) > MAX_CHORDS:
-            raise InputError(f"more than {MAX_CHORDS} lines for one curve; allow more than {tolerance:g} mm")
-    return curve(u)
+        if len(u) > MAX_PIECES:
+            raise InputError(f"more than {MAX_PIECES} pieces for one curve; allow more than {tolerance:g} mm")
+    return u

@@ -10,7 +10,7 @@ import numpy as np
 
 from splinefeed.formats.gcode import layout
 from splinefeed.formats.gcode.arcs import HELIX_ERROR
-from splinefeed.formats.gcode.fit_arcs import Arc, biarcs, chords, circle_of, in_plane
+from splinefeed.formats.gcode.fit_arcs import biarcs, chords, circle_of, in_plane
 from splinefeed.formats.gcode.moves import LETTERS
 from splinefeed.formats.gcode.text import CONTROLS, Text
 from splinefeed.geometry import editing
@@ -102,22 +102,21 @@ def _whole_arc(task: Task, text: Text) -> bool:
         rest = np.delete(points, columns, axis=1)
         if np.any(np.abs(rest - rest[0] - part * (rest[-1] - rest[0])) > 2.0 * HELIX_ERROR):
             return False
-        _arc(task, plane, points[-1], Arc(complex(places[0]), complex(places[-1]), centre, sweep), text)
+        _arc(task, plane, points[-1], centre - complex(places[0]), sweep, text)
         return True
     return False
 
 
-def _arc(task: Task, plane: int, end: Array, arc: Arc, text: Text) -> None:
+def _arc(task: Task, plane: int, end: Array, centre: complex, sweep: float, text: Text) -> None:
     """One G2 or G3 with its centre from the start, and P for more than one turn."""
     text.change("plane", f"G{plane}")
     words = text.places(task.letters, task.degrees(end[None])[0])
-    offset = arc.centre - arc.start
-    for axis, value in zip(layout.PLANES[plane], (offset.real, offset.imag), strict=True):
+    for axis, value in zip(layout.PLANES[plane], (centre.real, centre.imag), strict=True):
         words.append(f"{'IJK'[axis]}{text.number(value)}")
-    turns = math.ceil(abs(arc.sweep) / (2.0 * math.pi) - 1e-9)
+    turns = math.ceil(abs(sweep) / (2.0 * math.pi) - 1e-9)
     if turns > 1:
         words.append(f"P{turns}" if text.dialect != "siemens" else f"TURN={turns - 1}")
-    text.move("G3" if arc.sweep > 0.0 else "G2", words, task.feed)
+    text.move("G3" if sweep > 0.0 else "G2", words, task.feed)
 
 
 def _biarcs(task: Task, text: Text) -> None:
@@ -127,14 +126,15 @@ def _biarcs(task: Task, text: Text) -> None:
         _chords(task, text, "in none of the planes G17, G18, G19, written as lines (G1)")
         return
     plane, columns = planes[0]
-    curve, found = task.curve, biarcs(task.curve, columns, task.tolerance)
+    curve, arcs = task.curve, biarcs(task.curve, columns, task.tolerance)
     flat = NurbsCurve(curve.degree, curve.knots, curve.control_points[:, columns], curve.weights)
-    text.approximate("written as arcs (G2, G3)", task.number, _measured(flat, [arc.curve for arc in found]))
-    for arc in found:
+    pieces = [arcs.curve(i) for i in range(len(arcs.sweep))]
+    text.approximate("written as arcs (G2, G3)", task.number, _measured(flat, pieces))
+    for piece, offset, sweep in zip(pieces, (arcs.centre - arcs.start).tolist(), arcs.sweep.tolist(), strict=True):
         end = curve.control_points[0].copy()
-        end[list(columns)] = arc.ends[1]
-        if arc.sweep:
-            _arc(task, plane, end, arc, text)
+        end[list(columns)] = piece.control_points[-1]
+        if sweep:
+            _arc(task, plane, end, offset, sweep, text)
         else:
             _lines(task, np.array([end, end]), text)
 
