@@ -26,18 +26,25 @@ before =, or is a file beside it whose name its own begins with.
 """
 
 
+#: Suffixes of programs that are looked for beside a run.
+_PROGRAMS = (".nc", ".ngc", ".tap", ".cnc", ".mpf", ".eia", ".txt")
+
+
 def _print(page: Mapping[str, Any]) -> None:
-    rows = []
-    for each in page["numbers"]:
-        known = f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs"
-        rows.append([each["name"], number(each["value"]), each["unit"], known])
+    rows = [
+        [
+            each["name"], number(each["value"]), each["unit"],
+            f"{number(each['low'])} to {number(each['high'])}" if each["shown"] else "not shown by these runs",
+        ]
+        for each in page["numbers"]
+    ]  # fmt: skip
     print_table(["number", "value", "unit", "95 % interval"], rows)
     print_text()
-    runs = []
-    for run in page["runs"]:
-        for each in (run, *run["tools"]):
-            name = run["run"] if each is run else f"  {each['tool']}"
-            runs.append([name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"])
+    runs = [
+        [name, f"{each['recorded_s']:.2f}", f"{each['estimated_s']:.2f}", f"{each['error']:+.2%}"]
+        for run in page["runs"]
+        for name, each in ((run["run"], run), *((f"  {tool['tool']}", tool) for tool in run["tools"]))
+    ]
     print_table(["run", "recorded, s", "estimated, s", "error"], runs)
 
 
@@ -80,7 +87,3 @@ def _pair(run: str) -> tuple[str, str]:
     if not beside:
         raise InputError(f"{run}: no program beside it whose name its own begins with; write PROGRAM={run}")
     return str(max(beside, key=lambda each: len(each.stem))), run
-
-
-#: Suffixes of programs that are looked for beside a run.
-_PROGRAMS = (".nc", ".ngc", ".tap", ".cnc", ".mpf", ".eia", ".txt")

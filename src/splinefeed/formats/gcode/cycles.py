@@ -55,6 +55,10 @@ FANUC = CYCLES | {
 }
 #: How the spindle turns in LinuxCNC's tapping cycles, and the cycle that cuts upwards, from R to Z.
 _TURNING, _UPWARDS = {740: 4, 840: 3}, 870
+_NOTES = {
+    "M0": "waits for a retract by hand to R, which is taken as rapid",
+    ">Q": "leaves the wall by Q in the direction +X (G18 +Z, G19 +Y); which one it is the control has in a parameter",
+}
 #: Siemens': names of the parameters in their order, and steps; R is where feed begins, and `in` and `out` are markers.
 _HOLE = ("RTP", "RFP", "SDIS", "DP", "DPR")
 SIEMENS: dict[str, tuple[tuple[str, ...], str]] = {
@@ -79,20 +83,19 @@ _PITCHES = {
 class Hole:
     """What the steps of a cycle lead to, in one line; levels, mm, along the axis across the plane.
 
-    pecks  where each but the last ends, and where the next begins; waits  s; aside  mm, of >Q
-    feeds  mm a minute, by level, for the first move there; marks  texts of switches that are not M codes
+    pecks  where each but the last ends, and where the next begins; aside  mm, of >Q
+    said   what steps other than moves say: a text, or how long they wait, s
+    feeds  mm a minute, by level, for the first move there
     """
 
     state: State
     line: int
     name: str
-    findings: Findings
     levels: dict[str, float]
     pecks: Sequence[tuple[float, float]] = ()
-    waits: Mapping[str, float] = field(default_factory=dict)
+    said: Mapping[str, str | float] = field(default_factory=dict)
     aside: float = 0.0
     feeds: dict[str, float] = field(default_factory=dict)
-    marks: Mapping[str, str] = field(default_factory=dict)
 
     def drill(self, steps: str) -> None:
         """Carry out the steps where the tool is."""
@@ -105,20 +108,24 @@ class Hole:
         self._do(after)
 
     def _do(self, steps: str) -> None:
+        state = self.state
+        wall = (state.across + 1) % 3
         for step in steps.split():
-            if step in self.waits:
-                self._wait(self.waits[step])
-            elif step[0] in "01":
+            said = self.said.get(step, step)
+            if step[0] in "01":
                 kind, feed = (LINE, self.feeds.pop(step[1], None)) if step[0] == "1" else (RAPID, None)
-                self.move(kind, self.state.across, self.levels[step[1]], feed)
-            elif step[1:] == "Q":
-                self._leave_wall(1.0 if step[0] == ">" else -1.0)
-            elif text := self.marks.get(step, step):
-                if text == "M0":
-                    self.findings.count(
-                        f"{self.name} waits for a retract by hand to R, which is taken as rapid", self.line
-                    )
-                self.state.say(self.line, text)
+                self.move(kind, state.across, self.levels[step[1]], feed)
+            elif step == ">Q":
+                self.levels["Q"] = float(state.position[wall])
+                self.move(RAPID, wall, self.levels["Q"] + self.aside)
+            elif step == "<Q":
+                self.move(RAPID, wall, self.levels["Q"])
+            elif isinstance(said, str):
+                state.say(self.line, said)
+            elif not 0.0 <= said <= layout.LARGEST:
+                raise LineError(f"{self.name}: a wait of {said:g} s is not possible")
+            elif said:
+                state.say(self.line, dwell=said)
 
     def move(self, kind: int, axis: int, level: float, feed: float | None = None) -> None:
         """Along an axis, unless the tool is there."""
@@ -129,24 +136,6 @@ class Hole:
         there[axis] = level
         stated = 0 if state.modes[layout.RELATIVE] else 1 << axis
         state.add(kind, there, 1 << axis, stated, self.line, **({} if feed is None else {"feed": feed}))
-
-    def _wait(self, seconds: float) -> None:
-        if not 0.0 <= seconds <= layout.LARGEST:
-            raise LineError(f"{self.name}: a wait of {seconds:g} s is not possible")
-        if seconds:
-            self.state.say(self.line, dwell=seconds)
-
-    def _leave_wall(self, way: float) -> None:
-        """Along the first axis of the plane, and back to where the tool was."""
-        axis = (self.state.across + 1) % 3
-        if way > 0.0:
-            self.levels["Q"] = float(self.state.position[axis])
-            self.findings.count(
-                f"{self.name} leaves the wall by Q in the direction +{LETTERS[axis]}; which one it is "
-                "the control has in a parameter",
-                self.line,
-            )
-        self.move(RAPID, axis, self.levels["Q"] + (self.aside if way > 0.0 else 0.0))
 
 
 class Cycles:
@@ -202,14 +191,21 @@ class Cycles:
         if top < low:
             below = f"above {depth}, to which it cuts" if back else f"below {depth}, the bottom of the hole"
             raise LineError(f"{name}: R lies {low - top:.6g} mm {below}")
-        self._check_spindle(code)
         turning, clear = state.spindle, max(initial, top) if state.returns == 98 or back else top
+        if "M-" in steps:
+            if turning != _TURNING[code] and not self.dialect.keeps_cycles:
+                raise LineError(f"{name} needs the spindle to turn by M{_TURNING[code]}")
+        elif "M+" in steps and not turning:
+            raise LineError(f"{name} needs the spindle to turn; write M3 or M4 before it")
+        for step, note in _NOTES.items():
+            if step in steps:
+                self.findings.count(f"{name} {note}", line)
+        pecks = self._pecks(name, top, low, times if "Q(" in steps else 0)
+        switches = {"M+": f"M{turning}", "M-": f"M{7 - turning}"} if turning else {"M+": 0.0, "M-": 0.0}
         hole = Hole(
-            state, line, name, self.findings, {"R": retract, "Z": bottom, "C": clear},
-            [(level, level + clearance) for level in self._pecks(name, top, low, times if "Q(" in steps else 0)],
-            {"P": kept.get("P", 0.0) * self.dialect.dwell},
+            state, line, name, {"R": retract, "Z": bottom, "C": clear}, [(peck, peck + clearance) for peck in pecks],
+            {"P": kept.get("P", 0.0) * self.dialect.dwell, **switches},
             abs(state.scaled((across + 1) % 3, kept.get("Q", 0.0))),
-            marks={"M+": f"M{turning}" * bool(turning), "M-": f"M{7 - turning}" * bool(turning)},
         )  # fmt: skip
         if times and initial < top and not back:
             hole.move(RAPID, across, top)
@@ -233,14 +229,6 @@ class Cycles:
             raise LineError(f"{letters[0]}{times:g}: repeats of {name} are whole, {least} to {MAX_REPEATS}")
         return int(times)
 
-    def _check_spindle(self, code: int) -> None:
-        steps, spindle = self.known[code], self.state.spindle
-        if "M-" in steps:
-            if spindle != _TURNING[code] and not self.dialect.keeps_cycles:
-                raise LineError(f"{g_name(code)} needs the spindle to turn by M{_TURNING[code]}")
-        elif "M+" in steps and not spindle:
-            raise LineError(f"{g_name(code)} needs the spindle to turn; write M3 or M4 before it")
-
     def _pecks(self, name: str, top: float, low: float, times: int) -> list[float]:
         """Where all pecks but the last end; without Q there is one."""
         if not times or "Q" not in self._kept:
@@ -256,115 +244,102 @@ class Cycles:
         return levels[:-1]
 
 
-@dataclass(frozen=True)
-class Call:
-    """A cycle of Siemens with its parameters by name, those that are left out not among them."""
+def parameters(name: str, text: str) -> dict[str, float]:
+    """What stands in the brackets of Siemens' cycle, by name; LineError for too many values, or none that is one."""
+    names, given = SIEMENS[name][0], {}
+    for i, each in enumerate(text.split(",")):
+        if not each.strip():
+            continue
+        if i >= len(names):
+            raise LineError(f"{name}: parameter {i + 1} is not supported; leave out what follows {names[-1]}")
+        try:
+            given[names[i]] = float(each)
+        except ValueError:
+            raise LineError(f"{name}: {names[i]} is {each.strip()[:20]!r}, not a number") from None
+        check_size(names[i], given[names[i]])
+    return given
 
-    name: str
-    given: dict[str, float]
 
-    @classmethod
-    def parse(cls, name: str, text: str) -> Call:
-        """The call by what stands in its brackets; LineError for too many parameters, or none that is one."""
-        names, given = SIEMENS[name][0], {}
-        for i, each in enumerate(text.split(",")):
-            if not each.strip():
-                continue
-            if i >= len(names):
-                raise LineError(f"{name}: parameter {i + 1} is not supported; leave out what follows {names[-1]}")
-            try:
-                given[names[i]] = float(each)
-            except ValueError:
-                raise LineError(f"{name}: {names[i]} is {each.strip()[:20]!r}, not a number") from None
-            check_size(names[i], given[names[i]])
-        return cls(name, given)
-
-    def drill(self, state: State, line: int, findings: Findings) -> None:
-        """Carry out the cycle where the tool is."""
-        name, given = self.name, self.given
-        zero, scale = (float(state.values[first + state.across]) for first in (layout.OFFSET, layout.SCALE))
-        for needed in ("RTP", "RFP"):
-            if needed not in given:
-                raise LineError(f"{name} needs {needed}")
-        if not given.keys() & {"DP", "DPR"}:
-            raise LineError(f"{name} needs DP or DPR, the depth")
-        surface, back = (zero + given[each] * scale for each in ("RFP", "RTP"))
-        begin = surface + abs(given.get("SDIS", 0.0)) * scale
-        bottom = surface - abs(given["DPR"]) * scale if given.get("DPR") else zero + given.get("DP", 0.0) * scale
-        if bottom >= begin:
-            raise LineError(
-                f"{name}: the depth lies {bottom - begin:.6g} mm above the plane where it begins (RFP + SDIS)"
-            )
-        if back < begin - SAME_LEVEL:
-            raise LineError(f"{name}: RTP lies {begin - back:.6g} mm below the plane where it begins (RFP + SDIS)")
-        hole = Hole(state, line, name, findings, {"R": begin, "Z": bottom, "C": back})
-        hole.waits = {"P": self._seconds("DTB", state), "S": self._seconds("DTS", state)}
-        steps = SIEMENS[name][1]
-        if name == "CYCLE83":
-            first = abs(given.get("FDPR", 0.0)) * scale
-            if not first:
-                first = surface - zero - given["FDEP"] * scale if "FDEP" in given else surface - bottom
-            steps = steps if given.get("VARI", 0.0) else _BREAKING
-            self._peck(hole, steps, surface, first, scale)
-        elif name == "CYCLE84":
-            after = self._tap(hole)
-            findings.count(TIED, line)
+def siemens(name: str, given: Mapping[str, float], state: State, line: int, findings: Findings) -> None:
+    """Carry out Siemens' cycle where the tool is."""
+    zero, scale = (float(state.values[first + state.across]) for first in (layout.OFFSET, layout.SCALE))
+    for needed in ({"RTP"}, {"RFP"}, {"DP", "DPR"}):
+        if not needed & given.keys():
+            raise LineError(f"{name} needs {' or '.join(sorted(needed))}")
+    surface, back = (zero + given[each] * scale for each in ("RFP", "RTP"))
+    begin = surface + abs(given.get("SDIS", 0.0)) * scale
+    bottom = surface - abs(given["DPR"]) * scale if given.get("DPR") else zero + given.get("DP", 0.0) * scale
+    if bottom >= begin:
+        raise LineError(f"{name}: the depth lies {bottom - begin:.6g} mm above the plane where it begins (RFP + SDIS)")
+    if back < begin - SAME_LEVEL:
+        raise LineError(f"{name}: RTP lies {begin - back:.6g} mm below the plane where it begins (RFP + SDIS)")
+    waits = {}
+    for step, word in (("P", "DTB"), ("S", "DTS")):
+        waits[step] = given.get(word, 0.0)
+        if waits[step] < 0.0:  # turns of the spindle
+            if not (turns := state.turns(0.0)):
+                raise LineError(f"{name}: {word} counts turns of the spindle, whose speed is not known; write S before")
+            waits[step] *= -60.0 / turns
+    hole = Hole(state, line, name, {"R": begin, "Z": bottom, "C": back}, said=waits)
+    steps = SIEMENS[name][1]
+    if name == "CYCLE83":
+        first = abs(given.get("FDPR", 0.0)) * scale
+        if not first:
+            first = surface - zero - given["FDEP"] * scale if "FDEP" in given else surface - bottom
+        steps = steps if given.get("VARI", 0.0) else _BREAKING
+        _less_by_less(hole, given, steps == _BREAKING, surface, first, scale)
+    if name != "CYCLE84":
         hole.drill(steps)
-        if name == "CYCLE84":
-            state.switch(after)
+        return
+    after = _tap(hole, given)
+    findings.count(TIED, line)
+    hole.drill(steps)
+    state.switch(after)
 
-    def _seconds(self, word: str, state: State) -> float:
-        """A wait in seconds; below 0 it counts turns of the spindle."""
-        value = self.given.get(word, 0.0)
-        if value >= 0.0:
-            return value
-        turns = state.turns(0.0)
-        if not turns:
-            raise LineError(
-                f"{self.name}: {word} counts turns of the spindle, whose speed is not known; write S before it"
-            )
-        return -60.0 * value / turns
 
-    def _peck(self, hole: Hole, steps: str, surface: float, first: float, scale: float) -> None:
-        """Pecks whose strokes become less by DAM, or by -DAM as a factor; the first one may have a feed of its own."""
-        begin, total, less = hole.levels["R"], surface - hole.levels["Z"], self.given.get("DAM", 0.0)
-        part = self.given.get("FRF", 0.0) or 1.0
-        if not 0.001 <= part <= 1.0:
-            raise LineError(f"CYCLE83: FRF={part:g}, the part of the feed for the first depth, is 0.001 to 1")
-        if not 0.0 < first <= total + SAME_LEVEL:
-            raise LineError(
-                f"CYCLE83: the first depth, {first:.6g} mm, must be greater than 0 and at most {total:.6g} mm"
-            )
-        if less <= -1.0:
-            raise LineError(f"CYCLE83: DAM={less:g}; a factor of the stroke lies between -1 and 0")
-        least, stroke, depths = max(less, 0.0) * scale, first, [first]
-        while (rest := total - depths[-1]) > SAME_LEVEL:
-            if len(depths) > MAX_MOVES // 4:
-                raise LineError(f"CYCLE83 makes more than {MAX_MOVES} moves; drill deeper at a time (FDPR, DAM)")
-            if less > 0.0:  # the last two are alike
-                stroke = 0.5 * rest if least < rest <= 2.0 * least else max(stroke - least, least)
-            elif less < 0.0:
-                stroke = max(-less * stroke, _LEAST)
-            depths.append(depths[-1] + min(stroke, rest))
-        ahead = _AHEAD if total <= _AHEAD_TO else min(total * _AHEAD_PART, _AHEAD_MOST)
-        ahead = _LIFT if steps == _BREAKING else ahead
-        hole.pecks = [(surface - depth, min(surface - depth + ahead, begin)) for depth in depths[:-1]]
-        hole.feeds = {"L" if hole.pecks else "Z": float(hole.state.values[layout.FEED]) * part}
+def _less_by_less(
+    hole: Hole, given: Mapping[str, float], breaking: bool, surface: float, first: float, scale: float
+) -> None:
+    """Pecks whose strokes become less by DAM, or by -DAM as a factor; the first one may have a feed of its own."""
+    begin, total, less = hole.levels["R"], surface - hole.levels["Z"], given.get("DAM", 0.0)
+    part = given.get("FRF", 0.0) or 1.0
+    if not 0.001 <= part <= 1.0:
+        raise LineError(f"CYCLE83: FRF={part:g}, the part of the feed for the first depth, is 0.001 to 1")
+    if not 0.0 < first <= total + SAME_LEVEL:
+        raise LineError(f"CYCLE83: the first depth, {first:.6g} mm, must be greater than 0 and at most {total:.6g} mm")
+    if less <= -1.0:
+        raise LineError(f"CYCLE83: DAM={less:g}; a factor of the stroke lies between -1 and 0")
+    least, stroke, depths = max(less, 0.0) * scale, first, [first]
+    while (rest := total - depths[-1]) > SAME_LEVEL:
+        if len(depths) > MAX_MOVES // 4:
+            raise LineError(f"CYCLE83 makes more than {MAX_MOVES} moves; drill deeper at a time (FDPR, DAM)")
+        if less > 0.0:  # the last two are alike
+            stroke = 0.5 * rest if least < rest <= 2.0 * least else max(stroke - least, least)
+        elif less < 0.0:
+            stroke = max(-less * stroke, _LEAST)
+        depths.append(depths[-1] + min(stroke, rest))
+    ahead = _AHEAD if total <= _AHEAD_TO else min(total * _AHEAD_PART, _AHEAD_MOST)
+    levels = [surface - depth for depth in depths[:-1]]
+    hole.pecks = [(level, min(level + (_LIFT if breaking else ahead), begin)) for level in levels]
+    hole.feeds = {"L" if levels else "Z": float(hole.state.values[layout.FEED]) * part}
 
-    def _tap(self, hole: Hole) -> int:
-        """Feeds of a tap by its pitch and the speed of the spindle; by which M code that goes on."""
-        given, size, pitch = self.given, self.given.get("MPIT", 0.0), self.given.get("PIT", 0.0)
-        if not pitch and abs(size) not in _PITCHES:
-            raise LineError("CYCLE84 needs PIT, the pitch, or MPIT, the size of a metric thread, 3 to 48")
-        lead = abs(pitch) * float(hole.state.values[layout.SCALE]) if pitch else _PITCHES[int(abs(size))]
-        speed = given.get("SST", 0.0) or hole.state.turns(0.0)
-        out = given.get("SST1", 0.0) or speed
-        if not (0.0 < speed <= layout.LARGEST and 0.0 < out <= layout.LARGEST):
-            raise LineError("CYCLE84 needs SST, the speed of the spindle, greater than 0")
-        after = int(given.get("SDAC", 5.0) or 5.0)
-        if after not in (3, 4, 5):
-            raise LineError(f"CYCLE84: SDAC={given['SDAC']:g}; the spindle goes on by 3, 4 or 5 (M3, M4, M5)")
-        turning = 3 if math.copysign(1.0, pitch or size) > 0.0 else 4
-        hole.feeds = {"Z": lead * speed, "R": lead * out}
-        hole.marks = {"in": f"M19 S{speed:g} M{turning}", "out": f"S{out:g} M{7 - turning}", "end": f"M{after}"}
-        return after
+
+def _tap(hole: Hole, given: Mapping[str, float]) -> int:
+    """Feeds of a tap by its pitch and the speed of the spindle; by which M code that goes on."""
+    size, pitch, state = given.get("MPIT", 0.0), given.get("PIT", 0.0), hole.state
+    if not pitch and abs(size) not in _PITCHES:
+        raise LineError("CYCLE84 needs PIT, the pitch, or MPIT, the size of a metric thread, 3 to 48")
+    lead = abs(pitch) * float(state.values[layout.SCALE]) if pitch else _PITCHES[int(abs(size))]
+    speed = given.get("SST", 0.0) or state.turns(0.0)
+    out = given.get("SST1", 0.0) or speed
+    if not (0.0 < speed <= layout.LARGEST and 0.0 < out <= layout.LARGEST):
+        raise LineError("CYCLE84 needs SST, the speed of the spindle, greater than 0")
+    after = int(given.get("SDAC", 5.0) or 5.0)
+    if after not in (3, 4, 5):
+        raise LineError(f"CYCLE84: SDAC={given['SDAC']:g}; the spindle goes on by 3, 4 or 5 (M3, M4, M5)")
+    turning = 3 if math.copysign(1.0, pitch or size) > 0.0 else 4
+    hole.feeds = {"Z": lead * speed, "R": lead * out}
+    hole.said = {
+        **hole.said, "in": f"M19 S{speed:g} M{turning}", "out": f"S{out:g} M{7 - turning}", "end": f"M{after}",
+    }  # fmt: skip
+    return after

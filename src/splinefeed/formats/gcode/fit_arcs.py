@@ -144,7 +144,8 @@ def chords(curve: NurbsCurve, tolerance: float, rotary: BoolArray) -> Array:
         along = np.sum(off[..., linear] * chord[..., linear], axis=-1) / np.where(square > 0.0, square, 1.0)
         off -= np.clip(np.where(square > 0.0, along, fractions), 0.0, 1.0)[..., None] * chord
         close: BoolArray = np.max(np.linalg.norm(off[..., linear], axis=-1), axis=1) <= SHARE * tolerance
-        return close & (np.max(np.abs(off[..., rotary]), axis=(1, 2), initial=0.0) <= ROTARY_TOLERANCE)
+        close &= np.max(np.abs(off[..., rotary]), axis=(1, 2), initial=0.0) <= ROTARY_TOLERANCE
+        return close
 
     return curve(_halved(curve, near, tolerance))
 

@@ -147,26 +147,25 @@ class Piece:
                 raise FormatError(f"{self.file}: line {int(moves.line[i])}: {error}") from None
         return curves
 
-    def path(self, name: str = "") -> Path:
-        """The path of these moves; FormatError where there is none."""
-        return self.path_with(self.tolerances, self.markers, self.findings, name)
+    def path(self, name: str = "", markers: Sequence[Marker] | None = None, said: bool | None = None) -> Path:
+        """The path of these moves; FormatError where there is none.
 
-    def path_with(
-        self, tolerances: Array | None, markers: Sequence[Marker], findings: Findings, name: str = ""
-    ) -> Path:
-        """The path with what the pieces beside it have to say."""
+        markers  instead of its own, where it is a part whose findings the whole has; said  whether it has tolerances
+        """
         if not len(self.kept):
             raise FormatError(f"{self.file}: {NOTHING}")
-        curves, feeds = self.curves(), self.feeds
+        curves, feeds, tolerances = self.curves(), self.feeds, self.tolerances
+        if tolerances is None and said:
+            tolerances = np.zeros(len(self.kept))
         try:
             return Path(
                 curves,
                 axis_names(self.columns),
                 name=name or pathlib.Path(self.file).stem,
-                findings=findings.all(),
+                findings=self.findings.all() if markers is None else (),
                 feeds=feeds,
                 tolerances=tolerances,
-                markers=markers,
+                markers=self.markers if markers is None else markers,
             )
         except CurveError as error:
             raise FormatError(f"{self.file}: {error}") from None

@@ -14,7 +14,7 @@ import re
 import numpy as np
 
 from splinefeed.formats.gcode import layout
-from splinefeed.formats.gcode.cycles import SIEMENS, Call
+from splinefeed.formats.gcode.cycles import SIEMENS, parameters, siemens
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import LETTERS
@@ -39,6 +39,8 @@ _IGNORED = frozenset(
 )  # fmt: skip
 #: Values that a line has beside its words, and values that say nothing here: tools by name, corrections, tolerances.
 _COLLECTED, _SILENT = ("SD", "PL", "PW", *_TOOL_AXIS), ("T", "D", "ADIS", "ADISPOS", "CTOL", "OTOL")
+#: A cycle, and its parameters.
+_Call = tuple[str, dict[str, float]]
 #: Coordinates that say by themselves whether they are absolute or steps.
 _OWN_WAY = re.compile(r"([A-Z])\s*=\s*(AC|IC)\s*\(\s*([-+]?[0-9]*\.?[0-9]+|[-+]?[0-9]+\.)\s*\)")
 _DISTANCES = re.compile(r"(?<![A-Z0-9.])G9([01])(?![0-9.])")
@@ -56,7 +58,7 @@ class Siemens(Interpreter):
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
         self._degree = DEFAULT_DEGREE
         self._intervals: list[float | None] = []
-        self._modal_call: Call | None = None  # of MCALL: behind each line that moves
+        self._modal_call: _Call | None = None  # of MCALL: behind each line that moves
 
     def run(self, text: str, line: int) -> None:
         """One line: translated, or taken as a control point."""
@@ -90,7 +92,7 @@ class Siemens(Interpreter):
         elif any(word[0] in LETTERS for word in words):
             call = call or self._modal_call
         if call is not None and "MCALL" not in keys:
-            call.drill(self.state, line, self.findings)
+            siemens(*call, self.state, line, self.findings)
 
     def end(self) -> None:
         """The file is at its end."""
@@ -161,12 +163,12 @@ class Siemens(Interpreter):
         splines.finish(degree + 1, np.concatenate([np.zeros(degree + 1), steps, np.full(degree, steps[-1])]))
 
 
-def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], Call | None]:
+def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call | None]:
     """Words of LinuxCNC, values of SD, PL and PW, words without a value, and a cycle; LineError for what is none."""
     words: list[str] = []
     extra: dict[str, float] = {}
     keys: set[str] = set()
-    call: Call | None = None
+    call: _Call | None = None
     at = 0
     while at < len(text):
         match = _WORD.match(text, at)
@@ -196,7 +198,7 @@ def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], Call 
         elif not match["closed"]:
             raise LineError(f"{key}( is not closed by )")
         else:
-            call = Call.parse(key, inside)
+            call = key, parameters(key, inside)
     if "G4" in words or "G04" in words:  # F is in seconds there
         words = [f"P{word[1:]}" if word[0] == "F" else word for word in words]
     return words, extra, keys, call

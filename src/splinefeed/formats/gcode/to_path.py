@@ -196,26 +196,20 @@ class Program:
         here: list[Marker] = []
         behind: list[Marker] = []  # what stands behind the last curve so far: before the next one, or at the end
         reading = self.reading()
-
-        def made(piece: Piece) -> Path:
-            tolerances = piece.tolerances
-            unsaid = np.zeros(len(piece.kept)) if said else None
-            return piece.path_with(unsaid if tolerances is None else tolerances, here, Findings())
-
         for piece in self.pieces(reading.moves(self.file), reading, columns):
             markers, count = piece.markers, len(piece.kept)
             if not count:
                 behind += markers
                 continue
             if held is not None:
-                yield made(held)
+                yield held.path(markers=here, said=said)
             held, here = piece, [*behind, *(marker for marker in markers if marker.before < count)]
             behind = [replace(marker, before=0) for marker in markers if marker.before == count]
             if piece.moves.flags[piece.kept[-1]] & layout.STOPS:
                 behind.append(Marker(0, "", 0.0, True))
         assert held is not None  # it has been looked through
         here += [replace(marker, before=len(held.kept)) for marker in behind]
-        yield made(held)
+        yield held.path(markers=here, said=said)
 
 
 def _offsets(given: str | Mapping[str, Sequence[float]] | None) -> dict[int, Array]:
