@@ -57,18 +57,17 @@ def thread(state: State, words: dict[str, float], line: int, findings: Findings)
     peak, first, full = (state.scaled(_X, taken[letter]) for letter in "IJK")
     springs, regression, angle = taken.get("H", 0.0), max(taken.get("R", 1.0), 1.0), taken.get("Q", 0.0)
     ends, taper = taken.get("L", 0.0), state.scaled(_Z, taken.get("E", 0.0))
-    for wrong, reason in (
-        (peak == 0.0, "I, from the drive line to the crest of the thread, must not be 0"),
-        (not 0.0 < first < full, f"J, the first cut, must be above 0 and less than K, got {first:g} and {full:g} mm"),
-        (not (0.0 <= springs <= MAX_PASSES and springs == math.floor(springs)), f"H{springs:g} is no number of passes"),
-        (not abs(angle) < 90.0, f"Q{angle:g}: the angle of the slide is less than 90 degrees"),
-        (
-            ends not in (0.0, 1.0, 2.0, 3.0) or taper < 0.0,
-            "L is 0 to 3, the ends with a taper, and E, its length, is not less than 0",
-        ),
-        (full > first * MAX_PASSES ** (1.0 / regression), f"more than {MAX_PASSES} passes; cut deeper at a time (J)"),
+    whole = 0.0 <= springs <= MAX_PASSES and springs == math.floor(springs)
+    for right, reason in (
+        (peak != 0.0, "I, from the drive line to the crest of the thread, must not be 0"),
+        (0.0 < first < full, f"J, the first cut, is greater than 0 and less than K, got {first:g}, {full:g} mm"),
+        (whole, f"H{springs:g}: passes are whole, 0 to {MAX_PASSES}"),
+        (abs(angle) < 90.0, f"Q{angle:g}: the angle of the slide is less than 90 degrees"),
+        (ends in (0.0, 1.0, 2.0, 3.0), "L is 0 to 3, the ends with a taper"),
+        (taper >= 0.0, "E, the length of a taper, must not be less than 0"),
+        (full <= first * MAX_PASSES ** (1.0 / regression), f"more than {MAX_PASSES} passes; cut deeper at a time (J)"),
     ):
-        if wrong:
+        if not right:
             raise LineError(f"G76: {reason}")
     start = state.position.copy()
     base = start[_Z] if state.modes[layout.RELATIVE] else state.values[layout.OFFSET + _Z]
