@@ -57,7 +57,6 @@ class Siemens(Interpreter):
     def __init__(self, *arguments: object, **options: bool) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
         self._degree = DEFAULT_DEGREE
-        self._intervals: list[float | None] = []
         self._modal_call: _Call | None = None  # of MCALL: behind each line that moves
 
     def run(self, text: str, line: int) -> None:
@@ -141,26 +140,19 @@ class Siemens(Interpreter):
         if len(splines.points) == 2 and interval == 0.0 and not np.ptp(splines.points, axis=0).any():
             del splines.points[1], splines.weights[0]  # the place of the tool, said again
         else:
-            self._intervals.append(interval)
+            splines.steps.append(interval)
         words[:] = [word for word in words if word[0] not in LETTERS]
 
     def _close(self) -> None:
         """The spline that is open is complete."""
-        splines, degree, intervals = self.splines, self._degree, self._intervals
-        if not splines.open:
-            return
-        self._intervals, self._degree = [], DEFAULT_DEGREE
-        count, who = len(splines.points), f"the BSPLINE of line {splines.first_line}"
-        if count == 1:
+        splines = self.splines
+        if len(splines.points) == 1:
             splines.clear()
-            return
-        if count <= degree:
-            raise LineError(f"{who} has {count} control points; degree {degree} needs more")
-        if any(intervals[count - degree :]):
-            raise LineError(f"{who}: the last {degree - 1} PL must be 0 or left out")
-        self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
-        steps = np.cumsum([1.0 if step is None else step for step in intervals[: count - degree]])
-        splines.finish(degree + 1, np.concatenate([np.zeros(degree + 1), steps, np.full(degree, steps[-1])]))
+        if splines.open:
+            self.findings.say("BSPLINE is read as the manual describes it; it was not checked on a control")
+            splines.order = self._degree + 1
+            splines.end()
+        self._degree = DEFAULT_DEGREE
 
 
 def _translated(text: str) -> tuple[list[str], dict[str, float], set[str], _Call | None]:

@@ -45,11 +45,12 @@ class SplineWords:
         self.begin(0, 0)
 
     def begin(self, kind: int, line: int, order: int = 0, more: dict[str, float] | None = None) -> None:
-        """Open a spline; `kind` is 52, 62, or BSPLINE, which Siemens' reader finishes."""
-        self.open, self.first_line, self._order, self._more = kind, line, order, more or {}
+        """Open a spline; `kind` is 52, 62, or BSPLINE."""
+        self.open, self.first_line, self.order, self._more = kind, line, order, more or {}
         self.points: list[Array] = []
         self.weights: list[float] = []
         self._knots: list[float] = []
+        self.steps: list[float | None] = []  # between knots, of Siemens' PL; None for 1
         self._said = 0
         self._stated = 0
 
@@ -141,7 +142,7 @@ class SplineWords:
         elif not self.points:
             self.here(weight)
         self._knots += [] if knot is None else [knot]
-        if len(self._knots) == len(self.points) + self._order:
+        if len(self._knots) == len(self.points) + self.order:
             self.end()
 
     def here(self, weight: float) -> None:
@@ -165,20 +166,19 @@ class SplineWords:
         """Finish the block that is open, if one is; LineError for one that is not complete."""
         if not self.open:
             return
-        count, order = len(self.points), self._order
-        who = f"the spline from line {self.first_line} on"
+        count, order = len(self.points), self.order
+        who, spans = f"the spline from line {self.first_line} on", count - order + 1
         if self.open == 62 and len(self._knots) != count + order:
             raise LineError(
                 f"{who} has {len(self._knots)} knots; {count} control points of order {order} need {count + order}"
             )
-        if count < order:
+        if spans < 1:
             raise LineError(f"{who} has {count} control points; order {order} needs at least {order}")
-        spans = count - order + 1.0
-        uniform = [0.0] * (order - 1) + [float(k) for k in range(int(spans) + 1)] + [spans] * (order - 1)
-        self.finish(order, np.array(self._knots if self.open == 62 else uniform))
-
-    def finish(self, order: int, knots: Array) -> None:
-        """Add the spline of the control points so far; LineError for knots that decrease or begin elsewhere."""
+        if any(self.steps[spans:]):
+            raise LineError(f"{who}: the last {order - 2} PL must be 0 or left out")
+        steps = [1.0 if step is None else step for step in self.steps[:spans]] or [1.0] * spans
+        inner = np.cumsum([0.0, *steps])
+        knots = np.array(self._knots) if self.open == 62 else np.pad(inner, order - 1, "edge")
         knots, points, weights = self._clamped(order - 1, knots, np.array(self.points))
         spline = Spline(order - 1, knots, points, weights, self.first_line)
         self.state.add_spline(spline, self._said, self._stated, **self._more)

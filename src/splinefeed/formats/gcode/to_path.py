@@ -173,22 +173,18 @@ class Program:
 
     def _led(self, parts: Iterable[Moves], columns: IntArray | None, reading: Reading) -> Iterator[tuple[Moves, int]]:
         """Moves as they are read, and how many of them only lead to the first place."""
-        held: list[Moves] = []
-        found = self.keeps_start
-        for moves in parts:
-            if found:
-                yield moves, 0
-                continue
-            whole = joined([*held, moves])
-            every = whole.used if columns is None else sum(1 << int(column) for column in columns)
-            first, missing = leading(whole, every & ~reading.stated)  # what a resumed program has said before
-            held, found = [whole], first < len(whole) or len(whole) > MAX_MOVES
-            if found:
+        parts, held, found = iter(parts), list[Moves](), self.keeps_start
+        while not found and sum(map(len, held)) <= MAX_MOVES and (moves := next(parts, None)) is not None:
+            held = [joined([*held, moves])]
+            every = held[0].used if columns is None else sum(1 << int(column) for column in columns)
+            first, missing = leading(held[0], every & ~reading.stated)  # what a resumed program has said before
+            if found := first < len(held[0]):
                 names = [LETTERS[column] for column in PATH_ORDER if missing >> column & 1]
-                say_leading(whole, first, names, "as 0 in the program's first coordinate system", reading.findings)
-                yield whole, first
+                say_leading(held[0], first, names, "as 0 in the program's first coordinate system", reading.findings)
+                yield held[0], first
         if held and not found:
             yield held[0], 0  # rapid moves alone: all of them are the path
+        yield from ((moves, 0) for moves in parts)
 
     def parts(self, columns: IntArray, said: bool) -> Iterator[Path]:
         """The path, part by part; tolerances with them if any is `said` in the program."""
