@@ -8,6 +8,7 @@ import pathlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -147,26 +148,21 @@ class Piece:
                 raise FormatError(f"{self.file}: line {int(moves.line[i])}: {error}") from None
         return curves
 
-    def path(self, name: str = "", markers: Sequence[Marker] | None = None, said: bool | None = None) -> Path:
-        """The path of these moves; FormatError where there is none.
+    def said(self, name: str = "") -> dict[str, Any]:
+        """What a path of these moves has beside its curves."""
+        feeds = self.feeds  # which may add a finding
+        return {
+            "name": name or pathlib.Path(self.file).stem, "feeds": feeds, "tolerances": self.tolerances,
+            "markers": self.markers, "findings": self.findings.all(),
+        }  # fmt: skip
 
-        markers  instead of its own, where it is a part whose findings the whole has; said  whether it has tolerances
-        """
+    def path(self, name: str = "", **other: Any) -> Path:
+        """The path of these moves, with `other` than what they say; FormatError where there is none."""
         if not len(self.kept):
             raise FormatError(f"{self.file}: {NOTHING}")
-        curves, feeds, tolerances = self.curves(), self.feeds, self.tolerances
-        if tolerances is None and said:
-            tolerances = np.zeros(len(self.kept))
+        curves, said = self.curves(), self.said(name)
         try:
-            return Path(
-                curves,
-                axis_names(self.columns),
-                name=name or pathlib.Path(self.file).stem,
-                findings=self.findings.all() if markers is None else (),
-                feeds=feeds,
-                tolerances=tolerances,
-                markers=self.markers if markers is None else markers,
-            )
+            return Path(curves, axis_names(self.columns), **{**said, **other})
         except CurveError as error:
             raise FormatError(f"{self.file}: {error}") from None
 

@@ -192,20 +192,25 @@ class Program:
         here: list[Marker] = []
         behind: list[Marker] = []  # what stands behind the last curve so far: before the next one, or at the end
         reading = self.reading()
+
+        def made(piece: Piece) -> Path:
+            tolerances = np.zeros(len(piece.kept)) if said and piece.tolerances is None else piece.tolerances
+            return piece.path(markers=here, findings=(), tolerances=tolerances)
+
         for piece in self.pieces(reading.moves(self.file), reading, columns):
             markers, count = piece.markers, len(piece.kept)
             if not count:
                 behind += markers
                 continue
             if held is not None:
-                yield held.path(markers=here, said=said)
+                yield made(held)
             held, here = piece, [*behind, *(marker for marker in markers if marker.before < count)]
             behind = [replace(marker, before=0) for marker in markers if marker.before == count]
             if piece.moves.flags[piece.kept[-1]] & layout.STOPS:
                 behind.append(Marker(0, "", 0.0, True))
         assert held is not None  # it has been looked through
         here += [replace(marker, before=len(held.kept)) for marker in behind]
-        yield held.path(markers=here, said=said)
+        yield made(held)
 
 
 def _offsets(given: str | Mapping[str, Sequence[float]] | None) -> dict[int, Array]:

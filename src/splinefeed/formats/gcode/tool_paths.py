@@ -116,7 +116,7 @@ def _under_control(
 
 
 def _tool_path(piece: Piece, ends: Array | None, rotary: Sequence[int], length: float, name: str) -> ToolPath:
-    feeds, curves = piece.feeds, piece.curves()
+    curves = piece.curves()
     tips = [beside(curve, curve.control_points[:, :3]) for curve in curves]
     axes: list[NurbsCurve] | None = None
     if ends is not None:  # a line has two control points; on others the axis stands still
@@ -135,11 +135,7 @@ def _tool_path(piece: Piece, ends: Array | None, rotary: Sequence[int], length: 
             rotary=tuple(LETTERS[column].lower() for column in rotary) if ends is None else (),
             lines=piece.moves.line[piece.kept],
             tool_length=None if math.isnan(length) else length,
-            name=name,
-            feeds=feeds,
-            findings=piece.findings.all(),
-            tolerances=piece.tolerances,
-            markers=piece.markers,
+            **piece.said(name),
         )
     except CurveError as error:
         raise FormatError(f"{piece.file}: {error}") from None
