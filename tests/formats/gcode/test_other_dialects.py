@@ -29,7 +29,7 @@ def test_a_bspline_of_siemens(tmp_path: Path) -> None:
     [
         (["BSPLINE SD=4"], "line 1: SD=4: the degree of a BSPLINE is 2 or 3"),
         (["BSPLINE X=1 PW=4"], "line 1: PW=4: weights are greater than 0 and at most 3"),
-        (["BSPLINE X=1", "X=2", "G1 X=3"], "line 3: the spline from line 1 on has 3 control points; order 4 needs at"),
+        (["BSPLINE X=1", "X=2", "G1 X=3"], "line 3: the spline from line 1 on: 3 control point(s) for degree 3"),
         (["X=1 PL=2"], "line 1: PL and PW belong to BSPLINE"),
         (["CYCLE800(1,2)"], "line 1: CYCLE800( is a call, which is not supported; write plain lines"),
         (["R1=5", "BSPLINE"], "line 1: R1= is not supported in a Siemens program"),

@@ -166,51 +166,33 @@ class SplineWords:
         """Finish the block that is open, if one is; LineError for one that is not complete."""
         if not self.open:
             return
-        count, order = len(self.points), self.order
-        who, spans = f"the spline from line {self.first_line} on", count - order + 1
-        if self.open == 62 and len(self._knots) != count + order:
-            raise LineError(
-                f"{who} has {len(self._knots)} knots; {count} control points of order {order} need {count + order}"
-            )
-        if spans < 1:
-            raise LineError(f"{who} has {count} control points; order {order} needs at least {order}")
+        order, points, weights = self.order, np.array(self.points), np.array(self.weights)
+        who, spans = f"the spline from line {self.first_line} on", max(len(points) - order + 1, 0)
         if any(self.steps[spans:]):
             raise LineError(f"{who}: the last {order - 2} PL must be 0 or left out")
         steps = [1.0 if step is None else step for step in self.steps[:spans]] or [1.0] * spans
-        inner = np.cumsum([0.0, *steps])
-        knots = np.array(self._knots) if self.open == 62 else np.pad(inner, order - 1, "edge")
-        knots, points, weights = self._clamped(order - 1, knots, np.array(self.points))
+        knots = np.array(self._knots if self.open == 62 else np.pad(np.cumsum([0.0, *steps]), order - 1, "edge"))
+        if len(knots) != len(points) + order or spans < 1 or np.ptp(points, axis=0).any():  # else it has no length
+            try:
+                curve = NurbsCurve(order - 1, knots, points, weights).with_clamped_ends()
+            except CurveError as error:
+                raise LineError(f"{who}: {error}") from None
+            knots, points = curve.knots, curve.control_points.copy()
+            weights = np.ones(len(points)) if curve.weights is None else curve.weights
+        if (off := float(np.max(np.abs(points[-1] - self.points[-1])))) > START_TOLERANCE:
+            self.findings.say(
+                f"line {self.first_line}: the spline ends where its last knot span ends, at knot {knots[-1]:g}, "
+                f"{off:.6g} mm from its last control point; repeat the last knot {order} times to reach it"
+            )
+        if (gap := float(np.max(np.abs(points[0] - self.state.position)))) > START_TOLERANCE:
+            raise LineError(
+                f"{who} begins {gap:.6g} mm from where the tool is; its first control point must be the place "
+                "reached before"
+            )
+        points[0] = self.state.position
         spline = Spline(order - 1, knots, points, weights, self.first_line)
         self.state.add_spline(spline, self._said, self._stated, **self._more)
         self.clear()
-
-    def _clamped(self, degree: int, knots: Array, points: Array) -> tuple[Array, Array, Array]:
-        """Knots, control points and weights with clamped ends, the first one where the tool is."""
-        count, weights = len(points), np.array(self.weights)
-        steps = np.diff(knots)
-        if np.any(steps < 0.0):
-            raise LineError(f"knot {knots[int(np.argmax(steps < 0.0)) + 1]:g} is less than the one before")
-        if knots[1] < knots[degree] or knots[count] < knots[-2]:
-            last = points[-1].copy()
-            try:
-                curve = NurbsCurve(degree, knots, points, weights).with_clamped_ends()
-            except CurveError as error:
-                raise LineError(f"the spline from line {self.first_line} on: {error}") from None
-            knots, points = curve.knots, curve.control_points.copy()
-            weights = np.ones(len(points)) if curve.weights is None else curve.weights
-            if (off := float(np.max(np.abs(points[-1] - last)))) > START_TOLERANCE:
-                self.findings.say(
-                    f"line {self.first_line}: the spline ends where its last knot span ends, at knot {knots[-1]:g}, "
-                    f"{off:.6g} mm from its last control point; repeat the last knot {degree + 1} times to reach it"
-                )
-        gap = float(np.max(np.abs(points[0] - self.state.position)))
-        if gap > START_TOLERANCE:
-            raise LineError(
-                f"the spline from line {self.first_line} on begins {gap:.6g} mm from where the tool is; "
-                "its first control point must be the place reached before"
-            )
-        points[0] = self.state.position
-        return knots, points, weights
 
 
 def _order(value: float) -> int:
