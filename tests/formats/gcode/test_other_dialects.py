@@ -27,8 +27,9 @@ def test_a_bspline_of_siemens(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("lines", "reason"),
     [
-        (["BSPLINE SD=4"], "line 1: SD=4: the degree of a BSPLINE is 2 or 3"),
-        (["BSPLINE X=1 PW=4"], "line 1: PW=4: weights are greater than 0 and at most 3"),
+        (["BSPLINE SD=-1 X=1"], "line 1: the order 0 of a spline must be whole"),
+        (["BSPLINE X=1 PW=0"], "line 1: the weight 0 of a control point must be greater than 0"),
+        (["BSPLINE X=1 PL=1", "X=2 PL=-2", "X=3 SD=2", "G1"], "line 4: the spline from line 1 on: knots decrease"),
         (["BSPLINE X=1", "X=2", "G1 X=3"], "line 3: the spline from line 1 on: 3 control point(s) for degree 3"),
         (["X=1 PL=2"], "line 1: PL and PW belong to BSPLINE"),
         (["CYCLE800(1,2)"], "line 1: CYCLE800( is a call, which is not supported; write plain lines"),

@@ -18,13 +18,11 @@ from splinefeed.formats.gcode.cycles import SIEMENS, parameters, siemens
 from splinefeed.formats.gcode.expressions import LineError
 from splinefeed.formats.gcode.interpreter import Interpreter
 from splinefeed.formats.gcode.moves import LETTERS
-from splinefeed.formats.gcode.spline_words import BSPLINE
+from splinefeed.formats.gcode.spline_words import BSPLINE, order_of
 
-DEFAULT_DEGREE, HIGHEST_DEGREE = 3, 3
+DEFAULT_DEGREE = 3
 #: Components of the tool axis, from the tip to the spindle.
 _TOOL_AXIS = ("A3", "B3", "C3")
-#: Weights that PW may have.
-HIGHEST_WEIGHT = 3.0
 #: What LinuxCNC calls what Siemens calls otherwise: exact stop, continuous path, cancelled offsets, units with feeds.
 _CODES = {
     **dict.fromkeys(("G601", "G602", "G603", "G9", "G450", "G451"), ""),
@@ -121,22 +119,16 @@ class Siemens(Interpreter):
         elif splines.open and any(re.fullmatch(r"G0*[0123]|M(0*2|30|17)", word) for word in words):
             self._close()
         if "SD" in extra:
-            self._degree = round(extra["SD"])
-            if not 2 <= self._degree <= HIGHEST_DEGREE:
-                raise LineError(f"SD={self._degree}: the degree of a BSPLINE is 2 or 3")
+            self._degree = order_of(extra["SD"] + 1.0) - 1
         if not splines.open:
             if extra.keys() & {"PL", "PW"}:
                 raise LineError("PL and PW belong to BSPLINE")
             return
         axes = {word[0]: float(word[1:]) for word in words if word[0] in LETTERS}
-        weight, interval = extra.get("PW", 1.0), extra.get("PL")
+        interval = extra.get("PL")
         if not axes:
             return
-        if not 0.0 < weight <= HIGHEST_WEIGHT:
-            raise LineError(f"PW={weight:g}: weights are greater than 0 and at most {HIGHEST_WEIGHT:g}")
-        if interval is not None and not 0.0 <= interval <= layout.LARGEST:
-            raise LineError(f"PL={interval:g}: the interval between knots must be 0 or more")
-        splines.point(axes, weight)
+        splines.point(axes, extra.get("PW", 1.0))
         if len(splines.points) == 2 and interval == 0.0 and not np.ptp(splines.points, axis=0).any():
             del splines.points[1], splines.weights[0]  # the place of the tool, said again
         else:

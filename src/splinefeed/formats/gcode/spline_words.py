@@ -110,7 +110,7 @@ class SplineWords:
         axes = {letter: words.pop(letter) for letter in LETTERS if letter in words}
         weight = words.pop("P", 1.0)
         if code == 52:
-            self.begin(52, line, _order(words.pop("L", LINUXCNC_ORDER)), more)
+            self.begin(52, line, order_of(words.pop("L", LINUXCNC_ORDER)), more)
             self.here(1.0 if axes else weight)
             if not axes:
                 return
@@ -129,7 +129,7 @@ class SplineWords:
     def _knotted(self, code: int | None, words: dict[str, float], line: int, more: dict[str, float]) -> None:
         """G6.2: a control point with its knot, or one of the last knots."""
         if code == 62 and not self.open:
-            self.begin(62, line, _order(words.pop("P", FANUC_ORDER)), more)
+            self.begin(62, line, order_of(words.pop("P", FANUC_ORDER)), more)
             words.pop("Q", None), words.pop("L", None)
         elif not self.open:
             raise LineError("the spline before has all its knots; begin the next one with G6.2")
@@ -195,7 +195,8 @@ class SplineWords:
         self.clear()
 
 
-def _order(value: float) -> int:
+def order_of(value: float) -> int:
+    """The order that a program says; LineError for none that can be."""
     if not 2 <= value <= MAX_DEGREE + 1 or value != round(value):
         raise LineError(f"the order {value:g} of a spline must be whole, 2 to {MAX_DEGREE + 1}")
     return round(value)
