@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields, replace
 from typing import Any
 
@@ -88,18 +88,16 @@ class Control(_Part):
 PARTS: dict[str, type[_Part]] = {"spindle": SpindleControl, "home": Place, "change_place": Place}
 
 
-def values(control: Control) -> dict[str, tuple[Field[Any], Any, bool]]:
-    """Field, value and whether it is rotary of all that is set, by name in the file: `spindle.start`, `axis.x.jerk`."""
+def values(control: Control) -> Iterator[tuple[str, Field[Any], Any, bool]]:
+    """Name in the file (`spindle.start`, `axis.x.jerk`), field, value and whether it is rotary, of all that is set."""
     parts: list[tuple[str, Any, bool]] = [("", control, False)]
     parts += [(f"{name}.", part, False) for name in PARTS if (part := getattr(control, name)) is not None]
     parts += [(f"axis.{name}.", part, name in ROTARY_AXES) for name, part in control.axes.items()]
-    found = {}
     for prefix, part, rotary in parts:
         for one in fields(part):
             value = getattr(part, one.name)
             if one.metadata and value is not None and value != "":
-                found[prefix + one.name] = one, value, rotary or bool(one.metadata.get("motor"))
-    return found
+                yield prefix + one.name, one, value, rotary or bool(one.metadata.get("motor"))
 
 
 def changed(control: Control, new: Mapping[str, Any]) -> Control:

@@ -185,7 +185,7 @@ def calibrate(
         width = WIDTH * (deviation[name] if name in seen else PRIORS[name][1])
         # four digits: far within every interval, and fit to be read in a file
         value, low, high = (float(f"{_outer(name, each):.4g}") for each in (x, x - width, x + width))
-        kind = values(fit.start)[name][0].metadata["kind"]
+        kind = fit.kinds[name]
         unit = KINDS[kind][False].base if kind in KINDS else ""
         numbers.append(Fitted(name, value, low, high, unit, name in seen))
     prior = ", ".join(each.name for each in numbers if not each.shown)
@@ -213,7 +213,7 @@ def _pair(recorded: float, estimated: float) -> dict[str, float]:
 
 def _started(control: Control, keep: Sequence[str]) -> Control:
     """The control of the file, with the prior's middle for what it leaves out and is not kept so."""
-    said = {name for name, (one, value, _) in values(control).items() if value != one.default}
+    said = {name for name, one, value, _ in values(control) if value != one.default}
     if control.spindle is None:
         said |= {name for name in PRIORS if name.startswith("spindle.")}
     return changed(control, {name: middle for name, (middle, _) in PRIORS.items() if name not in {*said, *keep}})
@@ -232,8 +232,9 @@ class _Fit:
 
     def __init__(self, runs: Sequence[Recorded], machine: Machine, start: Control, keep: Sequence[str]) -> None:
         self.runs, self.machine, self.start = runs, machine, start
-        there = values(start)
+        there = {name: (one.metadata.get("kind"), value) for name, one, value, _ in values(start)}
         names = [name for name in PRIORS if name in there and name not in keep]
+        self.kinds = {name: there[name][0] for name in names}
         self.middle = {name: _inner(name, float(there[name][1])) for name in names}
         self._read: dict[tuple[str, Place, Place], Blocks] = {}
 

@@ -167,7 +167,7 @@ class CycleTime:
         assert control is not None
         faster = replace(self.blocks, feed=(1.0 + better) * self.blocks.feed)
         again = {"programmed feeds": timed(faster, self.machine)}
-        for name, (one, value, _) in values(control).items():
+        for name, one, value, _ in values(control):
             if "kind" in one.metadata and value and name not in _NEITHER and not name.startswith(_PLACES):
                 other = changed(control, {name: value * (1.0 - better if name in _LESS else 1.0 + better)})
                 again[name] = timed(self.blocks, replace(self.machine, control=other))
